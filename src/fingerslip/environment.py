@@ -96,7 +96,14 @@ class Domain:
     def of(cls, body: str, study: str | Path | None) -> Domain:
         """Return what a study has, or what is held without one."""
         if study is None:
-            return cls(_HELD, _finger() if body == "finger" else _sensor(), _FRICTIONS, _LOAD_RATES)
+            if body == "finger":
+                holder = holder_of(preset("wang2014-2d"), _FINGER_SIZES, groups=_KINDS)
+            else:
+                sensor = SENSORS.read(_SENSOR)
+                holder = holder_of(
+                    sensor, _SENSOR_SIZES, contact=_SENSOR_SKIN, depth=20e-3, groups=["internal_markers"]
+                )
+            return cls(_HELD, holder, _FRICTIONS, _LOAD_RATES)
         runs = read_runs(study).runs
         objects = [run.study.held_object for run in runs]
         ramps = [held.load for held in objects if held is not None and isinstance(held.load, RampLoad)]
@@ -319,17 +326,6 @@ def _body_of(run: Run) -> Model:
     receptors, groups = (_KINDS, ()) if run.study.specimen_kind == "fingertip" else ((), ("internal_markers",))
     record = replace(run.study.record, receptors=receptors, groups=groups)
     return build_model(replace(run, study=replace(run.study, record=record)))
-
-
-def _finger() -> Model:
-    """Return the section of the paper's fingertip, with its receptors."""
-    return holder_of(preset("wang2014-2d"), _FINGER_SIZES, groups=_KINDS)
-
-
-def _sensor() -> Model:
-    """Return the section of the ridged TacTip, with its pins."""
-    sensor = SENSORS.read(_SENSOR)
-    return holder_of(sensor, _SENSOR_SIZES, contact=_SENSOR_SKIN, depth=20e-3, groups=["internal_markers"])
 
 
 for _name, _body in (("HoldFinger2D", "finger"), ("HoldTacTip2D", "tactip")):

@@ -42,14 +42,7 @@ class InputError(FingerslipError, ValueError):
         Line of the file, counted from 1, where it is known.
     """
 
-    def __init__(
-        self,
-        where: str,
-        found: str,
-        allowed: str,
-        repair: str = "",
-        line: int | None = None,
-    ) -> None:
+    def __init__(self, where: str, found: str, allowed: str, repair: str = "", line: int | None = None) -> None:
         self.where, self.found, self.allowed, self.repair, self.line = where, found, allowed, repair, line
         super().__init__(where, found, allowed, repair, line)
 
@@ -59,15 +52,7 @@ class InputError(FingerslipError, ValueError):
         return (self,)
 
     def moved(self, position: Callable[[str], str], line: int | None = None) -> InputError:
-        """Return the error, of the same kind, at another location.
-
-        Parameters
-        ----------
-        place : callable
-            Gets `where` and returns the new one; for several mistakes each in turn.
-        line : int, optional
-            Line of the file; that of this error where it is not given.
-        """
+        """Return the error, of the same kind, where `position` puts it, with its own line of the file or another."""
         return type(self)(position(self.where), self.found, self.allowed, self.repair, line or self.line)
 
     def __str__(self) -> str:
@@ -246,17 +231,7 @@ class DamagedError(ResultError):
 
 
 class TruncatedVideoError(FingerslipError):
-    """A video that ends before the frame that should be its last.
-
-    Parameters
-    ----------
-    file : str
-        The video.
-    found : int
-        Number of frames that could be read.
-    said : int
-        Number of frames that the video should have.
-    """
+    """A video of which fewer frames could be read than it says to have."""
 
     def __init__(self, file: str, result: int, said: int) -> None:
         self.file, self.found, self.said = file, result, said

@@ -19,8 +19,8 @@ class Library:
     """A shared library and the packages that bring it."""
 
     file: str  # name that the loader looks for
-    debian: str  # package on Debian and Ubuntu, and on Fedora and its relatives
-    fedora: str  # package on Debian and Ubuntu, and on Fedora and its relatives
+    debian: str  # package on Debian and Ubuntu
+    fedora: str  # package on Fedora and its relatives
 
 
 _NEEDED = (

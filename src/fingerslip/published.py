@@ -69,18 +69,7 @@ def published_names() -> tuple[str, ...]:
 
 
 def published_set(name: str) -> PublishedSet:
-    """Return a published set.
-
-    Parameters
-    ----------
-    name : str
-        A paper and a group of its values, such as ``wang2014-table2``.
-
-    Raises
-    ------
-    InputError
-        Where there is none of that name.
-    """
+    """Return a published set by its name: a paper and a group of its values, such as ``wang2014-table2``."""
     names = published_names()
     if name not in names:
         raise unknown_name("compare", name, names)

@@ -191,6 +191,7 @@ _STORED: pydantic.TypeAdapter[Any] = pydantic.TypeAdapter(_Stored)
 
 def result_mapping(result: RunResult) -> dict[str, Any]:
     """Return a result as plain data for JSON, without what other files hold: its values and uncertainties."""
+    edge = result.edge
     return {
         "run": result.name,
         "identity": result.identity,
@@ -202,7 +203,7 @@ def result_mapping(result: RunResult) -> dict[str, Any]:
             for peak in result.peaks
         ],
         "numbers": dict(result.numbers),
-        "edge_contact": _edge_mapping(result.edge),
+        "edge_contact": edge and {"boundary": edge.boundary, "time_s": edge.time, "distance_m": edge.distance},
         **({"reaction_s": dict(result.reaction)} if result.reaction else {}),
         "mesh_hash": result.mesh_hash,
         "mesh_size": result.mesh_size,
@@ -213,6 +214,7 @@ def result_mapping(result: RunResult) -> dict[str, Any]:
 
 def result_from_mapping(values: Mapping[str, Any]) -> RunResult:
     """Read a result back from plain data: the inverse of :func:`result_mapping`."""
+    edge = values["edge_contact"]
     peaks = tuple(
         Peak(peak["time_s"], peak["height_m_per_s2"], peak["prominence_m_per_s2"])
         for peak in values["acceleration_peaks"]
@@ -223,7 +225,7 @@ def result_from_mapping(values: Mapping[str, Any]) -> RunResult:
         events=events_from_mapping(values["events_s"]),
         peaks=peaks,
         numbers=dict(values["numbers"]),
-        edge=_edge_from(values["edge_contact"]),
+        edge=edge and EdgeContact(edge["boundary"], edge["time_s"], edge["distance_m"]),
         identity=values["identity"],
         mesh_hash=values["mesh_hash"],
         mesh_size=values["mesh_size"],
@@ -246,7 +248,13 @@ def stored_result(folder: Path) -> RunResult:
     """Read the result of a finished run as :func:`read_result` does, and say what is wrong with a damaged one."""
     result, digests = _read_result(folder)
     for name, written in digests.items():
-        _check_file(folder / name, written)
+        file = folder / name
+        try:
+            is_whole = file_digest(file) == written
+        except OSError as error:
+            raise DamagedError(str(file), f"cannot be read ({error.strerror})", _REPAIR) from None
+        if not is_whole:
+            raise DamagedError(str(file), "is damaged: its checksum is another", _REPAIR)
     return result
 
 
@@ -277,21 +285,3 @@ def write_result(result: RunResult, folder: Path) -> None:
     files = (file for file in sorted(folder.rglob("*")) if file.is_file() and file.name not in (RESULT, LOG))
     digests = {file.relative_to(folder).as_posix(): file_digest(file) for file in files}
     write_json(folder / RESULT, {**result_mapping(result), "files": digests})
-
-
-def _check_file(file: Path, written: str) -> None:
-    """Refuse a file that is missing or not as it was written."""
-    try:
-        is_whole = file_digest(file) == written
-    except OSError as error:
-        raise DamagedError(str(file), f"cannot be read ({error.strerror})", _REPAIR) from None
-    if not is_whole:
-        raise DamagedError(str(file), "is damaged: its checksum is another", _REPAIR)
-
-
-def _edge_mapping(edge: EdgeContact | None) -> dict[str, Any] | None:
-    return None if edge is None else {"boundary": edge.boundary, "time_s": edge.time, "distance_m": edge.distance}
-
-
-def _edge_from(values: Mapping[str, Any] | None) -> EdgeContact | None:
-    return None if values is None else EdgeContact(values["boundary"], values["time_s"], values["distance_m"])

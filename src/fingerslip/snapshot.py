@@ -1,6 +1,4 @@
-"""Snapshots of the whole mesh: deformed points, cells and their values at a time.
-
-A snapshot of the whole mesh as VTK has it: points, cells and fields with three components.
+"""Snapshots of the whole mesh at a time, as VTK has it: points, cells and fields with three components.
 
 Points are reference positions. Programs deform the body by the field ``displacement``; in ParaView the filter *Warp By
 Vector* does so.
@@ -87,8 +85,8 @@ class FlatFace:
     """A flat counterface at a moment."""
 
     number: int  # its number among the counterfaces
-    centre: Floats  # (3,), the middle of what may touch it, on the face [m], and its outward unit normal
-    normal: Floats  # (3,), the middle of what may touch it, on the face [m], and its outward unit normal
+    centre: Floats  # (3,), the middle of what may touch it, on the face [m]
+    normal: Floats  # (3,), its outward unit normal
 
 
 def flat_faces(history: xr.Dataset, number: int) -> tuple[FlatFace, ...]:

@@ -90,15 +90,8 @@ def _computed_factor(unit: str, si: str) -> float | None:
     import pint
 
     # What pint raises at text that is no unit depends on where its parser, Python's tokenizer, gives up.
-    wrong = (
-        pint.errors.PintError,
-        tokenize.TokenError,
-        AttributeError,
-        AssertionError,
-        ValueError,
-        TypeError,
-        ArithmeticError,
-    )
+    of_python = (AttributeError, AssertionError, ValueError, TypeError, ArithmeticError)
+    wrong = (pint.errors.PintError, tokenize.TokenError, *of_python)
     try:
         return float(_registry().Quantity(1.0, unit).to(si).magnitude)
     except wrong:
@@ -106,13 +99,7 @@ def _computed_factor(unit: str, si: str) -> float | None:
 
 
 def metres(unit: str) -> float:
-    """Return the metres of a unit of coordinates.
-
-    Raises
-    ------
-    InputError
-        For another unit than m, cm, mm and um.
-    """
+    """Return the metres of a unit of coordinates; refuse any other than m, cm, mm and um."""
     if unit not in METRES:
         raise InputError("unit", f"got {unit!r}", f"needs one of {', '.join(METRES)}")
     return METRES[unit]

@@ -91,16 +91,17 @@ def page(request, browser, page_file):
     context.close()
 
 
-def test_page_is_accessible_and_fits_its_window(page):
+def _pixels(page):
+    return str(page.locator("[data-part=body]").evaluate("canvas => canvas.toDataURL()"))
+
+
+def test_page_is_accessible_its_words_are_apart_and_its_tables_in_sight(page):
     axe = pytest.importorskip("axe_playwright_python.sync_playwright")
     found = axe.Axe().run(page)
     assert found.violations_count == 0, found.generate_report()
     assert page.evaluate("document.documentElement.scrollWidth <= window.innerWidth")
     assert page.locator("main h2").count() > 5
     assert page.locator("img:not([alt])").count() == 0
-
-
-def test_words_in_the_plots_are_all_there_and_apart(page):
     words = page.evaluate("window.drawn")
     width = page.locator("[data-part=plots]").evaluate("canvas => canvas.clientWidth")
     assert {"normal", "tangential", "tangential / normal force", "slipping area fraction"} <= {
@@ -113,9 +114,6 @@ def test_words_in_the_plots_are_all_there_and_apart(page):
     pairs = itertools.combinations(zip(words, shapes, strict=True), 2)
     found = [(one["text"], two["text"]) for (one, first), (two, second) in pairs if first.intersects_path(second)]
     assert found == []
-
-
-def test_overall_slip_and_latency_are_in_sight_in_every_table_of_events(page):
     page.evaluate("document.querySelectorAll('details').forEach((part) => { part.open = true; })")
     cells = page.locator("tr > :nth-last-child(-n+2)", has_text=re.compile(r"^(overall|latency) \["))
     assert cells.count() >= 6
@@ -125,7 +123,7 @@ def test_overall_slip_and_latency_are_in_sight_in_every_table_of_events(page):
         assert box["x"] + box["width"] <= around["x"] + around["width"] + 1
 
 
-def test_tables_sort_both_ways(page):
+def test_tables_sort_both_ways_and_print_opens_what_is_folded(page):
     table = page.locator("table[data-sortable]").first
     first = table.locator("tbody tr").first.locator("td").first
     button = table.locator("thead button").first
@@ -134,39 +132,11 @@ def test_tables_sort_both_ways(page):
     button.click()
     assert first.inner_text() == "0.8"
     assert table.locator("th").first.get_attribute("aria-sort") == "descending"
-
-
-def test_slider_and_keys_move_the_run(page):
-    slider, said = page.locator("[data-part=time]"), page.locator("[data-part=said]")
-    slider.focus()
-    page.keyboard.press("Home")
-    first, pixels = said.inner_text(), _pixels(page)
-    page.keyboard.press("End")
-    assert said.inner_text() != first
-    assert "into the slide" in said.inner_text()
-    assert _pixels(page) != pixels
-    page.locator("[data-part=run]").select_option("2")
-    page.wait_for_timeout(500)
-    page.locator("[data-part=field]").select_option("layers")
-    assert "skin" in page.locator("[data-part=bar]").inner_text()
-
-
-def test_solid_turns(page, page_file):
-    if '"solid":false' in page_file.read_text(encoding="utf-8"):
-        pytest.skip("a section")
-    canvas = page.locator("[data-part=body]")
-    canvas.scroll_into_view_if_needed()
-    before = _pixels(page)
-    box = canvas.bounding_box()
-    page.mouse.move(box["x"] + 60, box["y"] + 60)
-    page.mouse.down()
-    page.mouse.move(box["x"] + 140, box["y"] + 80, steps=4)
-    page.mouse.up()
-    turned = _pixels(page)
-    assert turned != before
-    canvas.focus()
-    page.keyboard.press("ArrowLeft")
-    assert _pixels(page) != turned
+    page.evaluate("window.dispatchEvent(new Event('beforeprint'))")
+    assert page.locator("details:not([open])").count() == 0
+    page.evaluate("window.dispatchEvent(new Event('afterprint'))")
+    assert page.locator("details[open]").count() == 0
+    assert len(page.pdf()) > 10_000
 
 
 # Shares of the body's pixels that are clearly blue as what sticks, and orange as what slips.
@@ -184,7 +154,7 @@ async (canvas) => {
 """
 
 
-def test_the_contact_of_a_solid_is_seen_from_below_in_its_colours(page, page_file):
+def test_the_contact_of_a_solid_is_seen_from_below_in_its_colours_and_turns(page, page_file):
     keys, bar = page.locator("[data-part=keys]"), page.locator("[data-part=bar]")
     if '"solid":false' in page_file.read_text(encoding="utf-8"):
         assert keys.is_visible()
@@ -199,24 +169,34 @@ def test_the_contact_of_a_solid_is_seen_from_below_in_its_colours(page, page_fil
     stick, slip = page.locator("[data-part=body]").evaluate(STATES)
     assert slip > 0.02
     assert stick < 0.001
+    canvas, before = page.locator("[data-part=body]"), _pixels(page)
+    canvas.scroll_into_view_if_needed()
+    box = canvas.bounding_box()
+    page.mouse.move(box["x"] + 60, box["y"] + 60)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 140, box["y"] + 80, steps=4)
+    page.mouse.up()
+    turned = _pixels(page)
+    assert turned != before
+    canvas.focus()
+    page.keyboard.press("ArrowLeft")
+    assert _pixels(page) != turned
 
 
-def test_the_time_of_the_body_is_said_where_it_is_not_that_of_the_slider(page):
-    page.locator("[data-part=time]").focus()
+def test_slider_and_keys_move_the_run_and_the_time_of_the_body_is_said(page):
+    slider, said = page.locator("[data-part=time]"), page.locator("[data-part=said]")
+    slider.focus()
     page.keyboard.press("Home")
-    said = page.locator("[data-part=said]")
     assert "body at" not in said.inner_text()
     page.keyboard.press("ArrowRight")
     assert said.inner_text().endswith("body at 0.000 s")
-
-
-def _pixels(page):
-    return str(page.locator("[data-part=body]").evaluate("canvas => canvas.toDataURL()"))
-
-
-def test_print_opens_what_is_folded(page):
-    page.evaluate("window.dispatchEvent(new Event('beforeprint'))")
-    assert page.locator("details:not([open])").count() == 0
-    page.evaluate("window.dispatchEvent(new Event('afterprint'))")
-    assert page.locator("details[open]").count() == 0
-    assert len(page.pdf()) > 10_000
+    page.keyboard.press("Home")
+    first, pixels = said.inner_text(), _pixels(page)
+    page.keyboard.press("End")
+    assert said.inner_text() != first
+    assert "into the slide" in said.inner_text()
+    assert _pixels(page) != pixels
+    page.locator("[data-part=run]").select_option("2")
+    page.wait_for_timeout(500)
+    page.locator("[data-part=field]").select_option("layers")
+    assert "skin" in page.locator("[data-part=bar]").inner_text()

@@ -11,7 +11,6 @@ import pytest
 import yaml
 
 from fingerslip.report.tables.runs import events_table
-from fingerslip.results import StudyResult
 from fingerslip.study.running import runner
 from fingerslip.study.running.runner import run_study
 
@@ -30,37 +29,25 @@ STUDY = {
 }
 
 
-pytestmark = pytest.mark.slow
-
-
-@pytest.fixture(scope="module")
-def study(tmp_path_factory: pytest.TempPathFactory) -> StudyResult:
-    folder = tmp_path_factory.mktemp("edge")
-    path = folder / "angles.yaml"
+@pytest.mark.slow
+def test_only_the_inclined_finger_touches_at_its_cut_end_and_every_output_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "angles.yaml"
     path.write_text(yaml.safe_dump(STUDY, sort_keys=False))
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(runner, "write_report", lambda *_: None)
-        return run_study(path, results_dir=folder / "results", workers=1)
-
-
-def folders(study: StudyResult) -> list[Path]:
-    return [study.folder / run.name for run in study.runs]
-
-
-def test_only_the_inclined_finger_touches_at_its_cut_end(study: StudyResult) -> None:
+    monkeypatch.setattr(runner, "write_report", lambda *_: None)
+    study = run_study(path, results_dir=tmp_path / "results", workers=1)
     level, inclined = study.runs
     assert level.edge is None
     assert level.numbers["edge_distance_min_m"] > 4e-3
     assert inclined.edge is not None
     assert (inclined.edge.boundary, inclined.edge.distance) == ("skin", 0.0)
     assert inclined.edge.time <= 0.02, "it touches there first"
-
-
-def test_events_json_log_tables_and_summary_say_so(study: StudyResult) -> None:
-    level, inclined = (json.loads((folder / "events.json").read_text())["edge_contact"] for folder in folders(study))
+    folders = [study.folder / run.name for run in study.runs]
+    level, inclined = (json.loads((folder / "events.json").read_text())["edge_contact"] for folder in folders)
     assert level is None
     assert inclined["boundary"] == "skin"
-    logs = [(folder / "log.txt").read_text() for folder in folders(study)]
+    logs = [(folder / "log.txt").read_text() for folder in folders]
     assert ["WARNING" in log and "free edge of its boundary" in log for log in logs] == [False, True]
     note = events_table(study.runs).note
     assert "angle 30 deg ('skin'" in note

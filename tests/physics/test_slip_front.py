@@ -16,8 +16,6 @@ import fingerslip as fs
 from fingerslip.slip import force_ratio_times, front_arrivals
 from unit.fingers import change
 
-pytestmark = pytest.mark.slow
-
 SIZES = (0.6e-3, 0.3e-3, 0.15e-3)
 STEP = 5e-3
 
@@ -39,26 +37,17 @@ def slide(size: float) -> xr.Dataset:
     )
 
 
-@pytest.fixture(scope="module")
-def histories() -> list[xr.Dataset]:
-    return [slide(size) for size in SIZES]
-
-
-def test_arrival_of_the_slip_front_converges_at_every_receptor(histories: list[xr.Dataset]) -> None:
+@pytest.mark.slow
+def test_arrival_of_the_slip_front_at_every_receptor_and_of_shares_of_the_friction_limit_converge() -> None:
+    histories = [slide(size) for size in SIZES]
     sites = fs.receptor_sites(change(ridges={"enabled": False}))
     arrivals = [front_arrivals(history, sites=sites).to_series() for history in histories]
     shared = sorted(set.intersection(*(set(series.index) for series in arrivals)))
     # The outermost ones lie in the outermost elements of the coarse mesh, where slip begins with the slide.
     inner = [name for name in arrivals[0].index if name in shared][1:-1]
     assert len(inner) > 20
-    times = np.array([series[inner] for series in arrivals])
-    coarse, fine = (np.abs(b - a).max() for a, b in pairwise(times))
-    assert fine < 0.5 * coarse
-    assert fine < STEP
-
-
-def test_shares_of_the_friction_limit_are_reached_at_the_same_time(histories: list[xr.Dataset]) -> None:
-    times = np.array([force_ratio_times(history, (0.5, 0.9)) for history in histories], dtype=float)
-    coarse, fine = (np.abs(b - a).max() for a, b in pairwise(times))
-    assert fine < 0.5 * coarse
-    assert fine < STEP
+    of_shares = np.array([force_ratio_times(history, (0.5, 0.9)) for history in histories], dtype=float)
+    for times in (np.array([series[inner] for series in arrivals]), of_shares):
+        coarse, fine = (np.abs(b - a).max() for a, b in pairwise(times))
+        assert fine < 0.5 * coarse
+        assert fine < STEP

@@ -1,17 +1,13 @@
 """Synthetic clips of marker fields whose truth is known, good and bad: glare, bright ring, drift, motion blur."""
 
 import dataclasses
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import erf
 
 from fingerslip.marker_layouts import RING_COUNTS, hexagonal_layout, ring_layout
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -56,7 +52,7 @@ BAD = Look(
 )
 
 
-def field(look: Look = DEFAULT, layout: str = "rings", pitch: float = 0.0, rings: int = 4) -> Floats:
+def field(look=DEFAULT, layout="rings", pitch=0.0, rings=4):
     """Return markers at rest around the middle of the frame (n, 2) [px]."""
     height, width = look.shape
     pitch = pitch or 0.092 * height * 4 / rings
@@ -64,12 +60,12 @@ def field(look: Look = DEFAULT, layout: str = "rings", pitch: float = 0.0, rings
     return made.position + np.array([0.5 * width + 0.21, 0.5 * height - 0.37])
 
 
-def still(points: Floats, count: int) -> Floats:
+def still(points, count):
     """Return positions of markers that rest (count, n, 2)."""
     return np.repeat(points[None], count, axis=0)
 
 
-def slide(points: Floats, direction: float, *, travel: float = 40.0, count: int = 120, rest: int = 20) -> Floats:
+def slide(points, direction, *, travel=40.0, count=120, rest=20):
     """Return markers that are dragged along: the middle first and all in the end, with slips, (count, n, 2) [px]."""
     middle = points.mean(axis=0)
     distance = np.linalg.norm(points - middle, axis=1) / np.linalg.norm(points - middle, axis=1).max()
@@ -84,14 +80,14 @@ def slide(points: Floats, direction: float, *, travel: float = 40.0, count: int 
     return points[None] + np.stack([along * ex - across * ey, along * ey + across * ex], axis=2)
 
 
-def press(points: Floats, *, spread: float = 0.06, count: int = 80, rest: int = 20) -> Floats:
+def press(points, *, spread=0.06, count=80, rest=20):
     """Return markers that spread from the middle while the sensor is pressed (count, n, 2) [px]."""
     middle = points.mean(axis=0)
     phase = np.clip((np.arange(count) - rest) / (count - rest - 1), 0.0, 1.0)
     return middle + (points - middle)[None] * (1.0 + spread * np.sin(0.5 * np.pi * phase))[:, None, None]
 
 
-def part(points: Floats, apart: float, *, count: int = 80, rest: int = 20) -> Floats:
+def part(points, apart, *, count=80, rest=20):
     """Return markers of which one half slips past the other, by a share of their distance, (count, n, 2) [px]."""
     steps = np.linalg.norm(points[:, None] - points[None], axis=2)
     spacing = float(np.median(np.sort(steps, axis=1)[:, 1]))
@@ -101,7 +97,7 @@ def part(points: Floats, apart: float, *, count: int = 80, rest: int = 20) -> Fl
     return points[None] + np.stack([slip + 10.0 * phase[:, None], np.zeros_like(slip)], axis=2)
 
 
-def pinch(points: Floats, share: float = 0.35, *, count: int = 80, rest: int = 20) -> Floats:
+def pinch(points, share=0.35, *, count=80, rest=20):
     """Return markers that come together around the middle until they touch, and part again, (count, n, 2) [px]."""
     middle = points.mean(axis=0)
     offset = points - middle
@@ -111,14 +107,12 @@ def pinch(points: Floats, share: float = 0.35, *, count: int = 80, rest: int = 2
     return np.asarray(middle + offset[None] * (1.0 - share * phase[:, None, None] * pull[None]))
 
 
-def truth_of(positions: Floats, look: Look) -> Floats:
+def truth_of(positions, look):
     """Return where the markers are in the middle of the exposure (t, n, 2) [px]."""
     return positions + 0.5 * look.exposure * _steps(positions)
 
 
-def filmed(
-    positions: Floats, look: Look = DEFAULT, *, seed: int = 0, hidden: NDArray[np.bool_] | None = None
-) -> Iterator[NDArray[np.uint8]]:
+def filmed(positions, look=DEFAULT, *, seed=0, hidden=None):
     """Yield the frames of markers that move (t, n, 2); those that are `hidden` (t, n) are not drawn."""
     rng = np.random.default_rng(seed)
     (light, ring), pattern, spots = _light(look), _texture(look, rng), _spots(look, rng)
@@ -137,11 +131,11 @@ def filmed(
         yield grey
 
 
-def _steps(positions: Floats) -> Floats:
+def _steps(positions):
     return np.diff(positions, axis=0, append=positions[-1:])
 
 
-def _light(look: Look) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+def _light(look):
     """Return the share of the light at each pixel, and what a bright ring adds."""
     height, width = look.shape
     rows, columns = np.mgrid[:height, :width]
@@ -151,21 +145,21 @@ def _light(look: Look) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     return light.clip(0.05).astype(np.float32), ring.astype(np.float32)
 
 
-def _texture(look: Look, rng: np.random.Generator) -> NDArray[np.float32] | float:
+def _texture(look, rng):
     if not look.texture:
         return 0.0
     rough = cv2.GaussianBlur(rng.standard_normal(look.shape).astype(np.float32), (0, 0), 3.0 * look.radius)
     return look.texture * rough / rough.std()
 
 
-def _spots(look: Look, rng: np.random.Generator) -> Floats:
+def _spots(look, rng):
     """Return place, speed and size of each reflection."""
     height, width = look.shape
     place = rng.uniform(-0.3, 0.3, (look.glare, 2)) * [height, height] + [0.5 * width, 0.5 * height]
     return np.column_stack([place, rng.normal(0, 0.004 * height, (look.glare, 2)), rng.uniform(0.6, 1.4, look.glare)])
 
 
-def _glare(look: Look, spots: Floats, t: int) -> NDArray[np.float32] | float:
+def _glare(look, spots, t):
     if not len(spots):
         return 0.0
     height, width = look.shape
@@ -181,7 +175,7 @@ def _glare(look: Look, spots: Floats, t: int) -> NDArray[np.float32] | float:
     return total
 
 
-def _cover(look: Look, points: Floats, steps: Floats, rest: Floats) -> NDArray[np.float32]:
+def _cover(look, points, steps, rest):
     """Return how much of each pixel markers cover, smeared along their motion while the shutter is open."""
     cover = np.zeros(look.shape, dtype=np.float32)
     middle = 0.5 * np.array(look.shape[::-1])
@@ -197,8 +191,8 @@ def _cover(look: Look, points: Floats, steps: Floats, rest: Floats) -> NDArray[n
 
 
 def _disk(  # noqa: PLR0917
-    cover: NDArray[np.float32], here: Floats, look: Look, outwards: Floats, squeeze: float, share: float
-) -> None:
+    cover, here, look, outwards, squeeze, share
+):
     side = int(look.radius + 4.0 * look.blur + 3.0)
     column, row = np.rint(here).astype(int)
     top, left = max(row - side, 0), max(column - side, 0)
@@ -227,7 +221,7 @@ class Score:
     swapped_last: int  # markers that are another one in the last frame
 
 
-def scored(position: Floats, truth: Floats, hidden: NDArray[np.bool_] | None = None) -> Score:
+def scored(position, truth, hidden=None):
     """Compare positions (t, n, 2) with the truth (t, n, 2), both in the same order of markers."""
     error = np.linalg.norm(position - truth, axis=2)
     seen, shown = np.isfinite(error), np.ones(error.shape, dtype=bool) if hidden is None else ~hidden
@@ -246,7 +240,7 @@ def scored(position: Floats, truth: Floats, hidden: NDArray[np.bool_] | None = N
     )
 
 
-def in_true_order(position: Floats, truth: Floats) -> Floats:
+def in_true_order(position, truth):
     """Return positions (t, n, 2) with markers as in the truth, matched at rest; NaN for markers without a track."""
     from scipy.optimize import linear_sum_assignment
 
@@ -260,6 +254,6 @@ def in_true_order(position: Floats, truth: Floats) -> Floats:
     return out
 
 
-def with_look(look: Look, **changes: object) -> Look:
+def with_look(look, **changes):
     """Return a look with some changes."""
     return dataclasses.replace(look, **changes)  # type: ignore[arg-type]

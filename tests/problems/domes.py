@@ -1,7 +1,6 @@
 """A small half dome in 3D that is pressed and slid along its plane of symmetry."""
 
 import dataclasses
-from typing import Any
 
 import numpy as np
 import skfem
@@ -9,12 +8,10 @@ import skfem
 import fingerslip as fs
 from fingerslip.contact.friction import StaticKinetic
 
-__all__ = ["dome_mesh", "pressed_dome"]
-
 _SPAN, _HEIGHT, _CURVATURE = 5e-3, 4e-3, 30.0
 
 
-def dome_mesh() -> skfem.MeshTet:
+def dome_mesh():
     """Return a block whose lower side is a paraboloid; boundaries ``skin``, ``top`` and ``symmetry``."""
     axes = np.linspace(-_SPAN, _SPAN, 9), np.linspace(0.0, _HEIGHT, 4), np.linspace(0.0, _SPAN, 5)
     block = skfem.MeshTet.init_tensor(*axes)
@@ -31,7 +28,7 @@ def dome_mesh() -> skfem.MeshTet:
     return mesh.with_boundaries(faces).with_subdomains({"bulk": np.arange(mesh.t.shape[1])})
 
 
-def pressed_dome(normal: tuple[float, ...] = (0.0, 1.0, 0.0), **changes: Any) -> fs.Model:
+def pressed_dome(normal=(0.0, 1.0, 0.0), **changes):
     """Return the model of the dome, pressed by 0.4 mm and slid by 1.5 mm, with static and kinetic friction."""
     friction = StaticKinetic(static=0.8, kinetic=0.5, decay_speed=1e-3)
     contact = fs.Contact("skin", fs.Plane(normal), friction, normal_penalty=1e9, tangential_penalty=1e9)

@@ -5,17 +5,13 @@ frame before. Several markers may take the same blob; without any blob a marker 
 """
 
 import math
-from collections.abc import Iterable
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-Floats = NDArray[np.float64]
 
-
-def blob_detector(radius: float, bright: bool = False) -> cv2.SimpleBlobDetector:
+def blob_detector(radius, bright=False):
     """Return OpenCV's blob detector, told how large markers are."""
     settings = cv2.SimpleBlobDetector_Params()
     settings.filterByColor, settings.blobColor = True, 255 if bright else 0
@@ -27,7 +23,7 @@ def blob_detector(radius: float, bright: bool = False) -> cv2.SimpleBlobDetector
     return cv2.SimpleBlobDetector_create(settings)
 
 
-def track_nearest(frames: Iterable[NDArray[np.uint8]], start: Floats, radius: float, bright: bool = False) -> Floats:
+def track_nearest(frames, start, radius, bright=False):
     """Follow markers from where they are at first (n, 2); returns positions (t, n, 2), never NaN."""
     detector, here, course = blob_detector(radius, bright), start.copy(), []
     for frame in frames:
@@ -38,7 +34,7 @@ def track_nearest(frames: Iterable[NDArray[np.uint8]], start: Floats, radius: fl
     return np.array(course)
 
 
-def track_flow(frames: Iterable[NDArray[np.uint8]], start: Floats) -> Floats:
+def track_flow(frames, start):
     """Follow markers by pyramidal Lucas-Kanade, forwards and backwards; NaN from where both disagree by a pixel."""
     here, before, course = start.astype(np.float32)[:, None], None, []
     gone = np.zeros(len(start), dtype=bool)
@@ -53,7 +49,7 @@ def track_flow(frames: Iterable[NDArray[np.uint8]], start: Floats) -> Floats:
     return np.array(course)
 
 
-def track_trackpy(frames: Iterable[NDArray[np.uint8]], start: Floats, radius: float, bright: bool = False) -> Floats:
+def track_trackpy(frames, start, radius, bright=False):
     """Follow markers by trackpy: located in each frame, linked within half their distance with a memory of ten."""
     import pandas as pd
     import trackpy

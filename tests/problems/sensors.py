@@ -1,27 +1,11 @@
 """Sensors in 3D, pressed and slid without inertia by a plate of which the body's answers are computed once."""
 
-from collections.abc import Sequence
-
-import skfem
-
 import fingerslip as fs
-from fingerslip.contact.friction import FrictionLaw
 from fingerslip.dynamics.statics.body import static_body
-from fingerslip.dynamics.statics.motion import StaticMotion, static_motion
-from fingerslip.model.programme import Phase
-from fingerslip.sites import Site
-from fingerslip.specimens.tactip import TacTip
+from fingerslip.dynamics.statics.motion import static_motion
 
 
-def pressed_sensor(
-    sensor: TacTip,
-    mesh: skfem.Mesh,
-    friction: FrictionLaw,
-    programme: Sequence[Phase],
-    *,
-    step: float,
-    reach: float | None = None,
-) -> fs.Model:
+def pressed_sensor(sensor, mesh, friction, programme, *, step, reach=None):
     """Return a sensor in 3D that a plate moves in steps [s], with its internal markers."""
     plane = fs.Plane((0.0, 1.0, 0.0))
     contact = fs.Contact("contact", plane, friction, normal_penalty=5e9, tangential_penalty=5e9, search_distance=reach)
@@ -39,17 +23,7 @@ def pressed_sensor(
     )
 
 
-def slid_sensor(
-    sensor: TacTip,
-    mesh: skfem.Mesh,
-    friction: FrictionLaw,
-    programme: Sequence[Phase],
-    *,
-    step: float,
-    reach: float,
-    hidden: float,
-    patch: float,
-) -> tuple[tuple[Site, ...], StaticMotion]:
+def slid_sensor(sensor, mesh, friction, programme, *, step, reach, hidden, patch):
     """Return the internal markers of a sensor, and their motion in steps [s]; the rest as for `static_body`."""
     model = pressed_sensor(sensor, mesh, friction, programme, step=step, reach=reach)
     body = static_body(model, reach=reach, hidden=hidden, patch=patch)

@@ -6,20 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 import skfem
-import xarray as xr
-from numpy.typing import NDArray
 
 import fingerslip as fs
-from fingerslip.contact.friction import FrictionLaw
 from fingerslip.marker_tracks import marker_tracks
-from fingerslip.specimens.tactip import TacTip, marker_places
+from fingerslip.specimens.tactip import marker_places
 from fingerslip.specimens.tactip.meshing.build import with_names
 from fingerslip.specimens.tactip.numbers import REGIONS
 from fingerslip.specimens.tactip.sites import modelled_places
 from fingerslip.study.trials.bodies import turned_whole
 from problems.sensors import pressed_sensor
-
-Floats = NDArray[np.float64]
 
 SPEED = 5e-3
 
@@ -39,12 +34,10 @@ class Slid:
 
     markers: float
     forces: float
-    force: Floats
+    force: np.ndarray
 
 
-def slid_beside_half(
-    sensor: TacTip, mesh: skfem.MeshTet1, friction: FrictionLaw, *, depth: float, travel: float, part: float
-) -> tuple[Slid, Slid, float, float]:
+def slid_beside_half(sensor, mesh, friction, *, depth, travel, part):
     """Press a whole sensor, slide it along x and at 45 degrees in steps of `part`, and do the same with its half.
 
     Returns
@@ -56,7 +49,7 @@ def slid_beside_half(
     """
     half, whole = (dataclasses.replace(sensor, part=name) for name in ("half", "whole"))
 
-    def model_of(own: TacTip, its: skfem.Mesh, turn: float) -> fs.Model:
+    def model_of(own, its, turn):
         slide = fs.Slide(travel, SPEED, direction=(np.cos(turn), 0.0, np.sin(turn)))
         programme = (fs.Press(depth, SPEED), slide)
         return pressed_sensor(own, its, friction, programme, step=part / SPEED, reach=1.5 * depth)
@@ -70,7 +63,7 @@ def slid_beside_half(
     return straight, aside, between - start, end - between
 
 
-def half_of(whole: skfem.MeshTet1) -> skfem.MeshTet1:
+def half_of(whole):
     """Return the half z >= 0 of the mesh of a whole sensor, with the names that a half has."""
     region = np.empty(whole.nelements, dtype=np.int64)
     for number, name in enumerate(REGIONS):
@@ -81,7 +74,7 @@ def half_of(whole: skfem.MeshTet1) -> skfem.MeshTet1:
     return with_names(mesh, region[front], half=True)
 
 
-def _beside(of_half: xr.Dataset, of_whole: xr.Dataset, half: TacTip, turn: float) -> Slid:
+def _beside(of_half, of_whole, half, turn):
     """Compare a slide in the direction `turn` [rad] with that of the half along x."""
     own, straight = (marker_tracks(history, ("internal",))["position"].values for history in (of_whole, of_half))
     wanted = turned_whole(straight, modelled_places(half), marker_places(half.markers), turn)

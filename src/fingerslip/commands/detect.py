@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -24,10 +25,13 @@ from fingerslip.commands.shared import (
     tracking_options,
 )
 
+if TYPE_CHECKING:
+    from fingerslip.tables.table import Table
+
 DataSet = Annotated[Path, typer.Argument(metavar="DATASET", help="Folder of trials.", show_default=False)]
+NewDataSet = Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder of the data set.")]
 Classifier = Annotated[
-    str,
-    typer.Option("--classifier", metavar="NAME[:SET+...]", help="Its name, and other sets of features."),
+    str, typer.Option("--classifier", metavar="NAME[:SET+...]", help="Its name, and other sets of features.")
 ]
 Classifiers = Annotated[
     list[str] | None, typer.Option("--classifier", metavar="NAME[:SET+...]", help="Only this one; repeatable.")
@@ -48,6 +52,17 @@ Pictures = Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder 
 Cores = Annotated[int, typer.Option("--workers", metavar="N", min=1, help="Cores to use.")]
 
 
+def _print(tables: Sequence[Table], markdown: bool, as_json: bool, output: Path | None = None) -> None:
+    """Print tables, and write them into a folder."""
+    from fingerslip.detect.evaluation.tables import output_tables
+
+    text = output_tables(tables, output)
+    if markdown:
+        typer.echo(text, nl=False)
+    else:
+        print_tables(tables, as_json)
+
+
 def detect() -> None:
     """Find slip in marker tracks: data sets, training, evaluation, detectors that run, and scores of a benchmark."""
 
@@ -55,10 +70,8 @@ def detect() -> None:
 def simulate(
     study: Annotated[Path, typer.Argument(metavar="STUDY", help="Study file with 'trials'.", show_default=False)],
     *,
-    output: Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder of the data set.")] = Path("trials"),
-    parquet: Annotated[
-        Path | None, typer.Option("--parquet", metavar="FILE", help="Write one table of all frames too.")
-    ] = None,
+    output: NewDataSet = Path("trials"),
+    parquet: Annotated[Path | None, typer.Option(metavar="FILE", help="Write one table of all frames too.")] = None,
     workers: Cores = 2,
     quiet: Quiet = False,
 ) -> None:
@@ -78,13 +91,13 @@ def collect(
     recordings: Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder of videos or tracks.")],
     conditions: Annotated[Path, typer.Argument(metavar="CSV", help="Table with a row for each file.")],
     *,
-    output: Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder of the data set.")] = Path("trials"),
-    labels: Annotated[Path | None, typer.Option("--labels", metavar="CSV", help="Onset times of your own.")] = None,
-    title: Annotated[str, typer.Option("--title", help="What the data card says first.")] = "Recorded trials",
+    output: NewDataSet = Path("trials"),
+    labels: Annotated[Path | None, typer.Option(metavar="CSV", help="Onset times of your own.")] = None,
+    title: Annotated[str, typer.Option(help="What the data card says first.")] = "Recorded trials",
     rest_frames: RestFrames = 100,
     markers: MarkerCount = None,
     external_markers: Annotated[
-        int | None, typer.Option("--external-markers", metavar="N", min=1, help="The same of the outer camera.")
+        int | None, typer.Option(metavar="N", min=1, help="The same of the outer camera.")
     ] = None,
     layout: Layout = "auto",
     mask: Mask = None,
@@ -107,8 +120,8 @@ def collect(
 def film(
     results: Annotated[Path, typer.Argument(metavar="RESULTS", help="Folder of a sensor's study.", show_default=False)],
     *,
-    output: Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder of the data set.")] = Path("trials"),
-    title: Annotated[str, typer.Option("--title", help="What the data card says first.")] = "Simulated trials",
+    output: NewDataSet = Path("trials"),
+    title: Annotated[str, typer.Option(help="What the data card says first.")] = "Simulated trials",
     seed: Seed = 0,
 ) -> None:
     """Make a data set of simulated runs: what two cameras see of each slide or pouring, and its labels."""
@@ -120,7 +133,7 @@ def film(
 def train(
     dataset: DataSet,
     *,
-    output: Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder of the detector.")] = Path("detector"),
+    output: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the detector.")] = Path("detector"),
     classifier: Classifier = "forest",
     labels: Labels = "external_markers",
     rest_frames: RestFrames = 100,
@@ -141,14 +154,14 @@ def evaluate(
     dataset: DataSet,
     *,
     classifier: Classifiers = None,
-    output: Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder for tables.")] = Path("evaluation"),
-    folds: Annotated[int, typer.Option("--folds", min=2, help="Folds, grouped by trial.")] = 5,
+    output: Annotated[Path, typer.Option(metavar="DIR", help="Folder for tables.")] = Path("evaluation"),
+    folds: Annotated[int, typer.Option(min=2, help="Folds, grouped by trial.")] = 5,
     group: Annotated[
-        str | None, typer.Option("--group", metavar="CONDITION", help="Keep trials of one value in one fold.")
+        str | None, typer.Option(metavar="CONDITION", help="Keep trials of one value in one fold.")
     ] = None,
     whole: Annotated[bool, typer.Option("--whole", help="Ask of whole trials alone: slip, or none?")] = False,
     leave_out: Annotated[
-        list[str] | None, typer.Option("--leave-out", metavar="CONDITION", help="Leave out by this too; repeatable.")
+        list[str] | None, typer.Option(metavar="CONDITION", help="Leave out by this too; repeatable.")
     ] = None,
     labels: Labels = "external_markers",
     rest_frames: RestFrames = 100,
@@ -166,7 +179,6 @@ def evaluate(
     Finished parts are kept in DIR.unfinished until the tables are written, so that an interrupted evaluation goes on.
     Each value of a condition that is left out takes as long as a fold.
     """
-    from fingerslip.detect.evaluation.tables import output_tables
     from fingerslip.detect.session import Choices, evaluate_classifiers, evaluate_whole
 
     choices = Choices(labels, rest_frames, window, samples, seed, workers, least)
@@ -175,10 +187,7 @@ def evaluate(
     else:
         options: dict[str, Any] = {"folds": folds, "group": group, "leave_out": leave_out or (), "output": output}
         tables = evaluate_classifiers(dataset, classifier or (), choices, **options)
-    if markdown:
-        typer.echo(output_tables(tables), nl=False)
-    else:
-        print_tables(tables, as_json)
+    _print(tables, markdown, as_json)
 
 
 def inquire(
@@ -186,13 +195,11 @@ def inquire(
     *,
     classifier: Classifier = "forest",
     output: Pictures = Path("inquiry"),
-    lost: Annotated[
-        str, typer.Option("--lost", metavar="A,B,...", help="Shares of positions lost.")
-    ] = "0,0.1,0.2,0.3,0.4,0.5",
+    lost: Annotated[str, typer.Option(metavar="A,B,...", help="Shares of positions lost.")] = "0,0.1,0.2,0.3,0.4,0.5",
     noise: Annotated[
-        str, typer.Option("--noise", metavar="A,B,...", help="Noise added, in the unit of the tracks.")
+        str, typer.Option(metavar="A,B,...", help="Noise added, in the unit of the tracks.")
     ] = "0,0.02,0.05,0.1,0.2,0.5",
-    slower: Annotated[str, typer.Option("--slower", metavar="A,B,...", help="Only every nth frame.")] = "1,2,4,8",
+    slower: Annotated[str, typer.Option(metavar="A,B,...", help="Only every nth frame.")] = "1,2,4,8",
     labels: Labels = "external_markers",
     rest_frames: RestFrames = 100,
     window: Window = 11,
@@ -220,13 +227,12 @@ def vary(
     *,
     classifier: Classifiers = None,
     output: Pictures = Path("assumptions"),
-    folds: Annotated[int, typer.Option("--folds", min=2, help="Folds, grouped by trial.")] = 5,
+    folds: Annotated[int, typer.Option(min=2, help="Folds, grouped by trial.")] = 5,
     by: Annotated[
-        list[str] | None, typer.Option("--by", metavar="CONDITION", help="List accuracies by this too; repeatable.")
+        list[str] | None, typer.Option(metavar="CONDITION", help="List accuracies by this too; repeatable.")
     ] = None,
     each: Annotated[
-        list[str] | None,
-        typer.Option("--each", metavar="CONDITION", help="Take the trials of each value alone too; repeatable."),
+        list[str] | None, typer.Option(metavar="CONDITION", help="Take the trials of each value alone too; repeatable.")
     ] = None,
     rest_frames: RestFrames = 100,
     window: Window = 11,
@@ -255,23 +261,18 @@ def transfer(
     dataset: DataSet,
     *,
     labels: Labels = "external_markers",
-    output: Annotated[Path | None, typer.Option("--output", metavar="DIR", help="Folder for tables.")] = None,
+    output: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder for tables.")] = None,
     markdown: Markdown = False,
     as_json: AsJson = False,
 ) -> None:
     """Test a detector on all trials of another data set than it learned from, such as pouring after slides."""
-    from fingerslip.detect.evaluation.tables import output_tables
     from fingerslip.detect.running import judge_detector
     from fingerslip.storage.files import check_folder
 
     if output is not None:
         check_folder(output)
     tables = judge_detector(detector, dataset, labels)
-    text = output_tables(tables, output)
-    if markdown:
-        typer.echo(text, nl=False)
-    else:
-        print_tables(tables, as_json)
+    _print(tables, markdown, as_json, output)
 
 
 def run(
@@ -285,13 +286,13 @@ def run(
     ],
     *,
     detector: Annotated[
-        str, typer.Option("--detector", metavar="DIR", help="Folder of a trained detector; else the one that ships.")
+        str, typer.Option(metavar="DIR", help="Folder of a trained detector; else the one that ships.")
     ] = "residual",
     output: Annotated[
-        Path | None, typer.Option("--output", metavar="DIR", help="Folder of the page; else NAME_slip beside SOURCE.")
+        Path | None, typer.Option(metavar="DIR", help="Folder of the page; else NAME_slip beside SOURCE.")
     ] = None,
     rest_frames: Annotated[
-        int | None, typer.Option("--rest-frames", metavar="N", min=5, help="Frames at rest at the start; else found.")
+        int | None, typer.Option(metavar="N", min=5, help="Frames at rest at the start; else found.")
     ] = None,
     markers: MarkerCount = None,
     layout: Layout = "auto",
@@ -333,14 +334,10 @@ def score(
     as_json: AsJson = False,
 ) -> None:
     """Score onset times on the test trials of a data set: a file with trial, incipient_s and gross_s."""
-    from fingerslip.detect.evaluation.tables import output_tables
     from fingerslip.detect.session import Choices, score_onsets
 
     tables = [score_onsets(dataset, submission, Choices(labels, rest_frames, seed=seed))]
-    if markdown:
-        typer.echo(output_tables(tables), nl=False)
-    else:
-        print_tables(tables, as_json)
+    _print(tables, markdown, as_json)
 
 
 #: The verbs below this one.

@@ -16,25 +16,22 @@ def figure(  # noqa: PLR0917  the options of a command line have no order
         Path, typer.Argument(metavar="RESULT", help="Folder of a study's results, or of a run.", show_default=False)
     ],
     kind: Annotated[
-        str, typer.Option("--kind", help="What is shown; 'list' prints all kinds.", autocompletion=figure_kinds)
+        str, typer.Option(help="What is shown; 'list' prints all kinds.", autocompletion=figure_kinds)
     ] = "list",
     form: Annotated[str, typer.Option("--format", help="pdf, svg or png.")] = "pdf",
-    style: Annotated[str, typer.Option("--style", help="paper, slides or page.")] = "paper",
-    run: Annotated[str, typer.Option("--run", metavar="NAME", help="The run, of a study with several.")] = "",
-    over: Annotated[str, typer.Option("--over", metavar="PATH", help="The swept value on the axis.")] = "",
+    style: Annotated[str, typer.Option(help="paper, slides or page.")] = "paper",
+    run: Annotated[str, typer.Option(metavar="NAME", help="The run, of a study with several.")] = "",
+    over: Annotated[str, typer.Option(metavar="PATH", help="The swept value on the axis.")] = "",
     times: Annotated[
         list[str] | None, typer.Option("--time", metavar="TIME", help="Time of a panel, such as '1.2 s'; repeatable.")
     ] = None,
-    field: Annotated[
-        str,
-        typer.Option("--field", help=f"{alternatives(FIELDS)}.", autocompletion=fields),
-    ] = "",
-    cut: Annotated[str, typer.Option("--cut", help="Cut a solid open across x, y or z.")] = "",
-    camera: Annotated[str, typer.Option("--camera", help=f"{alternatives(CAMERAS)}.", autocompletion=cameras)] = "",
+    field: Annotated[str, typer.Option(help=f"{alternatives(FIELDS)}.", autocompletion=fields)] = "",
+    cut: Annotated[str, typer.Option(help="Cut a solid open across x, y or z.")] = "",
+    camera: Annotated[str, typer.Option(help=f"{alternatives(CAMERAS)}.", autocompletion=cameras)] = "",
     contact: Annotated[bool, typer.Option("--contact", help="Show stick and slip on a solid.")] = False,
-    size: Annotated[str, typer.Option("--size", metavar="WxH", help="Of a film, in pixels.")] = "1280x720",
-    rate: Annotated[float, typer.Option("--rate", help="Frames a second of a film.")] = 25.0,
-    seconds: Annotated[float, typer.Option("--seconds", help="Length of a film.")] = 8.0,
+    size: Annotated[str, typer.Option(metavar="WxH", help="Of a film, in pixels.")] = "1280x720",
+    rate: Annotated[float, typer.Option(help="Frames a second of a film.")] = 25.0,
+    seconds: Annotated[float, typer.Option(help="Length of a film.")] = 8.0,
     output: Annotated[Path | None, typer.Option("-o", "--output", metavar="FILE", help="The file to write.")] = None,
 ) -> None:
     """Write one figure of results for a paper or for slides, or a film (--kind film) as MP4."""

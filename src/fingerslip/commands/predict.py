@@ -12,8 +12,8 @@ from fingerslip.commands.shared import AsJson, print_tables
 
 def predict(
     folder: Annotated[Path, typer.Argument(metavar="RESULT_DIR", help="Results of a study.")],
-    at: Annotated[list[str], typer.Option("--at", metavar="PATH=VALUE", help="A value; one for each that differs.")],
-    of: Annotated[list[str], typer.Option("--of", metavar="NAME", help="Event, measure or derived quantity.")] = [  # noqa: B006
+    at: Annotated[list[str], typer.Option(metavar="PATH=VALUE", help="A value; one for each that differs.")],
+    of: Annotated[list[str], typer.Option(metavar="NAME", help="Event, measure or derived quantity.")] = [  # noqa: B006
         "incipient_slip",
         "overall_slip",
         "latency",

@@ -17,11 +17,9 @@ def react(
     ] = None,
     *,
     trials: Annotated[
-        Path | None, typer.Option("--trials", metavar="DIR", help="Write the runs as a data set for detectors instead.")
+        Path | None, typer.Option(metavar="DIR", help="Write the runs as a data set for detectors instead.")
     ] = None,
-    frame_rate: Annotated[
-        float, typer.Option("--frame-rate", min=1.0, help="Frames a second of the data set.")
-    ] = 250.0,
+    frame_rate: Annotated[float, typer.Option(min=1.0, help="Frames a second of the data set.")] = 250.0,
     lost: Annotated[bool, typer.Option("--lost", help="Only objects that are lost: trials to learn from.")] = False,
     as_json: AsJson = False,
 ) -> None:

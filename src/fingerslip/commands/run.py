@@ -17,8 +17,7 @@ def run(
     workers: Workers = 2,
     force: Annotated[bool, typer.Option("--force", help="Compute finished runs again.")] = False,
     scheduler: Annotated[
-        str | None,
-        typer.Option("--scheduler", metavar="ADDRESS", help="Compute on a Dask cluster: tcp://host:8786."),
+        str | None, typer.Option(metavar="ADDRESS", help="Compute on a Dask cluster: tcp://host:8786.")
     ] = None,
     as_json: AsJson = False,
     quiet: Quiet = False,

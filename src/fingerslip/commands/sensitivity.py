@@ -12,10 +12,10 @@ from fingerslip.commands.shared import AsJson, print_tables
 
 def sensitivity(
     folder: Annotated[Path, typer.Argument(metavar="RESULT_DIR", help="Results of a study with samples.")],
-    of: Annotated[str, typer.Option("--of", metavar="NAME", help="Event, measure or derived quantity.")] = "latency",
+    of: Annotated[str, typer.Option(metavar="NAME", help="Event, measure or derived quantity.")] = "latency",
     method: Annotated[
         Literal["auto", "linear", "morris", "sobol", "surrogate"],
-        typer.Option("--method", help="Which sensitivities; auto: those that the samples were drawn for."),
+        typer.Option(help="Which sensitivities; auto: those that the samples were drawn for."),
     ] = "auto",
     as_json: AsJson = False,
 ) -> None:

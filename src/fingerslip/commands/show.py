@@ -21,9 +21,7 @@ def show(
     ] = "",
     figure: Annotated[
         Path | None,
-        typer.Option(
-            "--figure", metavar="FILE", help="Draw the fingertip or sensor of a preset or a study (.png, .svg, .pdf)."
-        ),
+        typer.Option(metavar="FILE", help="Draw the fingertip or sensor of a preset or a study (.png, .svg, .pdf)."),
     ] = None,
     as_json: AsJson = False,
 ) -> None:

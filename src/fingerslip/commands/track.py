@@ -26,10 +26,10 @@ def track(  # noqa: PLR0917  the options of a command line have no order
         Path, typer.Argument(metavar="VIDEO", help="A video file, or a folder of images.", show_default=False)
     ],
     markers: MarkerCount = None,
-    rest: Annotated[int, typer.Option("--rest", metavar="FRAMES", min=1, help="Frames at rest at the beginning.")] = 30,
+    rest: Annotated[int, typer.Option(metavar="FRAMES", min=1, help="Frames at rest at the beginning.")] = 30,
     layout: Layout = "auto",
     out: Annotated[
-        Path | None, typer.Option("--out", metavar="FOLDER", help="Where to write; else VIDEO with the ending _tracks.")
+        Path | None, typer.Option(metavar="FOLDER", help="Where to write; else VIDEO with the ending _tracks.")
     ] = None,
     mask: Mask = None,
     calibration: Calibration = None,

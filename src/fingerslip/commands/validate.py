@@ -12,16 +12,13 @@ from fingerslip.commands.shared import Markdown, Quiet, Results, Workers, print_
 
 def validate(
     studies: Annotated[
-        Path | None,
-        typer.Option(
-            "--studies", metavar="DIR", help="Folder of the shipped studies: studies, or that of the package."
-        ),
+        Path | None, typer.Option(metavar="DIR", help="Folder of the shipped studies: studies, or that of the package.")
     ] = None,
     results: Results = Path("results"),
     workers: Workers = 2,
     *,
     only: Annotated[
-        str | None, typer.Option("--only", metavar="PAPER", help="Rows of one paper: wang2014 (fingers) or bulens2023.")
+        str | None, typer.Option(metavar="PAPER", help="Rows of one paper: wang2014 (fingers) or bulens2023.")
     ] = None,
     geometry: Annotated[
         bool, typer.Option("--geometry", help="Run the samples of the unknown geometry too, about an hour.")

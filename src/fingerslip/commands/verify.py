@@ -10,9 +10,7 @@ from fingerslip.commands.shared import AsJson, Markdown, Quiet, print_tables
 
 
 def verify(
-    only: Annotated[
-        list[str] | None, typer.Option("--only", metavar="NAME", help="Only this problem; repeatable.")
-    ] = None,
+    only: Annotated[list[str] | None, typer.Option(metavar="NAME", help="Only this problem; repeatable.")] = None,
     markdown: Markdown = False,
     as_json: AsJson = False,
     *,

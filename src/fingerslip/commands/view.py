@@ -16,33 +16,22 @@ def view(  # noqa: PLR0917  the options of a command line have no order
         Path, typer.Argument(metavar="RESULT", help="Folder of a run, or its history.nc.", show_default=False)
     ],
     screenshot: Annotated[
-        Path | None, typer.Option("--screenshot", metavar="FILE", help="Write a picture instead (.png, .jpg, .webp).")
+        Path | None, typer.Option(metavar="FILE", help="Write a picture instead (.png, .jpg, .webp).")
     ] = None,
     movie: Annotated[
-        Path | None, typer.Option("--movie", metavar="FILE", help="Write a film of all snapshots (.gif, .webp).")
+        Path | None, typer.Option(metavar="FILE", help="Write a film of all snapshots (.gif, .webp).")
     ] = None,
-    time: Annotated[str, typer.Option("--time", metavar="TIME", help="Time, such as '1.2 s'; else the last.")] = "",
-    scalar: Annotated[
-        str,
-        typer.Option(
-            "--scalar",
-            help=f"{alternatives(FIELDS)}.",
-            autocompletion=fields,
-        ),
-    ] = "von_mises",
-    hide: Annotated[
-        list[str] | None, typer.Option("--hide", metavar="REGION", help="Hide a region; repeatable.")
-    ] = None,
-    cut: Annotated[str, typer.Option("--cut", help="Cut the body open across x, y or z.")] = "none",
-    camera: Annotated[
-        str, typer.Option("--camera", help=f"{alternatives(CAMERAS)}.", autocompletion=cameras)
-    ] = "oblique",
+    time: Annotated[str, typer.Option(metavar="TIME", help="Time, such as '1.2 s'; else the last.")] = "",
+    scalar: Annotated[str, typer.Option(help=f"{alternatives(FIELDS)}.", autocompletion=fields)] = "von_mises",
+    hide: Annotated[list[str] | None, typer.Option(metavar="REGION", help="Hide a region; repeatable.")] = None,
+    cut: Annotated[str, typer.Option(help="Cut the body open across x, y or z.")] = "none",
+    camera: Annotated[str, typer.Option(help=f"{alternatives(CAMERAS)}.", autocompletion=cameras)] = "oblique",
     contact: Annotated[bool, typer.Option("--contact", help="Show stick and slip on the skin.")] = False,
     web: Annotated[bool, typer.Option("--web", help="Show it in a browser instead of a window.")] = False,
     host: Annotated[
-        str, typer.Option("--host", help="Address for --web; others than this machine can look where it is 0.0.0.0.")
+        str, typer.Option(help="Address for --web; others than this machine can look where it is 0.0.0.0.")
     ] = "127.0.0.1",
-    port: Annotated[int, typer.Option("--port", help="Port for --web; 0 takes a free one.")] = 0,
+    port: Annotated[int, typer.Option(help="Port for --web; 0 takes a free one.")] = 0,
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open a browser with --web.")] = True,
 ) -> None:
     """Look at a result: layers, a field on them, plate and receptors, in a window, a browser, or as picture or film.

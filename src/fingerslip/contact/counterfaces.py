@@ -132,8 +132,17 @@ class _Round(_Directed):
         if self.centre is not None:
             return self
         middle: Array = 0.5 * (points.min(axis=0) + points.max(axis=0))
-        relative = self.across(points - middle)
-        return dataclasses.replace(self, centre=_touching_centre(relative, middle, self.unit_normal, self.radius))
+        relative, normal = self.across(points - middle), self.unit_normal
+        height = relative @ normal
+        beside = np.linalg.norm(relative - np.outer(height, normal), axis=1)
+        near = beside < self.radius
+        if not near.any():
+            allowed = f"needs more than the {1e3 * beside.min():.3g} mm to the nearest node of the boundary"
+            repair = "refine the mesh there, or give a centre"
+            raise InputError("radius", f"got {1e3 * self.radius:.3g} mm", allowed, repair)
+        # A point at height h that is d beside the line of centres is touched by a centre at h - sqrt(radius^2 - d^2).
+        lowest = float(np.min(height[near] - np.sqrt(self.radius**2 - beside[near] ** 2)))
+        return dataclasses.replace(self, centre=tuple(float(value) for value in middle + lowest * normal))
 
     def gap(self, points: Array) -> Array:
         """Return the signed distance of `points` (n, dim) [m] from the placed counterface, shape (n,) [m]."""
@@ -215,19 +224,3 @@ def _unit(vector: tuple[float, ...], where: str) -> Array:
     if len(vector) not in (2, 3) or not length > 0.0:
         raise InputError(where, f"got {vector}", "needs two or three components, not all zero")
     return np.asarray(vector, dtype=np.float64) / length
-
-
-def _touching_centre(relative: Array, middle: Array, normal: Array, radius: float) -> tuple[float, ...]:
-    """Return the centre below `middle` at which a ball just touches points at `relative` (n, dim) to it.
-
-    A point at height h along the normal and distance d beside the line of centres is touched by a centre at
-    h - sqrt(radius^2 - d^2); the lowest of these counts.
-    """
-    height = relative @ normal
-    beside = np.linalg.norm(relative - np.outer(height, normal), axis=1)
-    near = beside < radius
-    if not near.any():
-        allowed = f"needs more than the {1e3 * beside.min():.3g} mm to the nearest node of the boundary"
-        raise InputError("radius", f"got {1e3 * radius:.3g} mm", allowed, "refine the mesh there, or give a centre")
-    lowest = float(np.min(height[near] - np.sqrt(radius**2 - beside[near] ** 2)))
-    return tuple(float(value) for value in middle + lowest * normal)

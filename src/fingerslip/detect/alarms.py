@@ -34,23 +34,10 @@ class Smoother(Protocol):
         ...
 
     def scores(self, state: Floats, interval: Floats, probabilities: Floats) -> tuple[Floats, Floats]:
-        """Return the scores of frames and the state after them.
+        """Return the log odds (n_times, 2) that there is slip, and that it is gross, and the state after the frames.
 
-        Parameters
-        ----------
-        state : array
-            The state after the frame before.
-        interval : (n_times,) array
-            Time since the frame before each [s].
-        probabilities : (n_times, 3) array
-            Probability of each class; NaN where a frame could not be classified.
-
-        Returns
-        -------
-        (n_times, 2) array
-            Log odds that there is slip, and that it is gross.
-        array
-            The state.
+        The intervals (n_times,) are times since the frame before each [s], and the probabilities (n_times, 3) those of
+        the classes, NaN where a frame could not be classified.
         """
         ...
 

@@ -195,19 +195,9 @@ def strains(rest: Floats, displacement: Floats) -> tuple[Floats, Floats]:
     """Return divergence and largest shear strain around each marker, each of shape (n_times, n_markers) [-].
 
     They are means over the triangles around it: of the trace of the displacement's gradient, and of half the difference
-    of the principal values of Green's strain.
+    of the principal values of Green's strain. Where a marker is in no triangle, as when all lie on a line, InputError.
 
-    Parameters
-    ----------
-    rest : (n_markers, 2) array
-        Positions at rest.
-    displacement : (n_times, n_markers, 2) array
-        Displacements without gaps.
-
-    Raises
-    ------
-    InputError
-        Where a marker is in no triangle, as when all lie on a line.
+    Arrays: rest (n_markers, 2); displacement (n_times, n_markers, 2), without gaps.
     """
     triangles = marker_triangles(rest)
     alone = np.setdiff1d(np.arange(len(rest)), triangles)
@@ -316,9 +306,11 @@ def _polar(motion: Motion) -> Columns:
 
 def _sliding(motion: Motion) -> Columns:
     """Return means over sectors of each ring, counted from the direction in which the markers moved on the whole."""
-    mean = motion.displacement.mean(axis=1)
+    mean, arm = motion.displacement.mean(axis=1), motion.rest - motion.rest.mean(axis=0)
     direction = np.arctan2(mean[:, 1], mean[:, 0])
-    weights = _sector_weights(motion, direction)
+    # How much each marker belongs to each sector, (n_times, n_markers, n_sectors), is smooth in all angles.
+    angle = np.arctan2(arm[:, 1], arm[:, 0])[:, None] - 2.0 * np.pi * np.arange(_SECTORS) / _SECTORS
+    weights = (0.5 + 0.5 * np.cos(angle - direction[:, None, None])) ** _SECTORS + 1e-6
     turn = np.stack([np.cos(direction), np.sin(direction)], axis=1)
     columns: dict[str, Floats] = {}
     for name, vectors in (("displacement", motion.displacement), ("speed", motion.velocity)):
@@ -329,14 +321,6 @@ def _sliding(motion: Motion) -> Columns:
                 share = weights[:, inside] / weights[:, inside].sum(axis=1, keepdims=True)
                 columns[f"{name}_{part}_ring_{ring}"] = np.einsum("tmk,tm->tk", share, values[:, inside])
     return columns
-
-
-def _sector_weights(motion: Motion, direction: Floats) -> Floats:
-    """Return how much each marker belongs to each sector, (n_times, n_markers, n_sectors), smooth in all angles."""
-    arm = motion.rest - motion.rest.mean(axis=0)
-    angle = np.arctan2(arm[:, 1], arm[:, 0])[:, None] - 2.0 * np.pi * np.arange(_SECTORS) / _SECTORS
-    weights: Floats = (0.5 + 0.5 * np.cos(angle - direction[:, None, None])) ** _SECTORS + 1e-6
-    return weights
 
 
 def _members(motion: Motion) -> list[tuple[int, NDArray[np.bool_]]]:

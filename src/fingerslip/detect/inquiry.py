@@ -95,23 +95,8 @@ def curve_sizes(count: int) -> tuple[int, ...]:
 def inquire(dataset: Path, classifier: str, choices: Choices, levels: Levels | None = None) -> Inquiry:
     """Return the learning curve of a classifier, the importance of each ring to it, and its robustness.
 
-    All are on the test trials of the benchmark. A classifier that sees no single markers has no importance of rings.
-
-    Parameters
-    ----------
-    dataset : path
-        Folder of the trials.
-    classifier : str
-        Its name.
-    choices : Choices
-        Labels, sampling and seed.
-    levels : Levels, optional
-        What is disturbed, and how much.
-
-    Raises
-    ------
-    InputError
-        Where there is no data set or classifier, a label is missing, or a level is not possible.
+    All are on the test trials of the benchmark in the folder `dataset`. A classifier that sees no single markers has no
+    importance of rings.
     """
     pairs, candidate = (levels or Levels()).pairs, candidate_of_name(classifier)
     trials, seed = open_trials(dataset), choices.seed
@@ -144,32 +129,10 @@ def vary(
 ) -> Inquiry:
     """Return on which values that no paper prints the accuracy of classifiers depends.
 
-    The trials stay as they are: they are labelled, and their motion is read, with other values.
-
-    Parameters
-    ----------
-    dataset : path
-        Folder of the trials.
-    classifiers : sequence of str
-        Names of the classifiers.
-    choices : Choices
-        Frames at rest and in a speed, sampling and seed; labels are those of external markers.
-    folds : int, optional
-        Folds, grouped by trial.
-    conditions : sequence of str, optional
-        Conditions of the trials by which accuracies are listed too.
-    each : sequence of str, optional
-        Conditions whose trials of each value, or combination of values, are learned from and tested on alone too.
-    output : path, optional
-        Folder to which tables and figure are written. What is finished is kept in ``OUTPUT.unfinished`` until they are
-        there, and what was interrupted goes on with it.
-
-    Raises
-    ------
-    InputError
-        Where there is no data set or classifier, trials have no scale, or a label never comes.
-    ResultError
-        Where the folder cannot be written.
+    The trials in the folder `dataset` stay as they are: they are labelled by their external markers, and their motion
+    is read, with other values. Accuracies are listed by each of the `conditions`, too; the trials of each value, or
+    combination of values, of the conditions `each` are learned from and tested on alone. What is finished is kept in
+    ``OUTPUT.unfinished`` until tables and figure are in the folder `output`, and what was interrupted goes on with it.
     """
     trials, candidates = open_trials(dataset), [candidate_of_name(name) for name in classifiers]
     # A condition that is not there is told before anything is computed.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 from fingerslip.detect.features import markers_of, rest_positions
 from fingerslip.errors import InputError, ResultError, shorten
 from fingerslip.storage.files import csv_text, plain_cell, write_text
-from fingerslip.tables.table import Column, Missing, Table
+from fingerslip.tables.table import Cell, Column, Missing, Table
 from fingerslip.vision.tracks import seen, tracks_in_metres
 
 if TYPE_CHECKING:
@@ -67,25 +68,18 @@ def classes_at(onsets: Onsets, time: NDArray[np.float64]) -> NDArray[np.int8]:
     return classes
 
 
-def write_onsets(onsets: Mapping[str, Onsets], path: str | Path) -> None:
+def write_onsets(onsets: Mapping[str, Onsets], path: str | Path, key: str = "trial") -> None:
     """Write the onsets of trials as CSV: columns ``trial``, ``incipient_s``, ``gross_s``, empty where there is none.
 
-    Raises
-    ------
-    ResultError
-        Where the file cannot be written.
+    The first column may have another name. Raises ResultError where the file cannot be written.
     """
-    _write_table(onsets, path, "trial")
+    rows = ((name, onset.incipient, onset.gross) for name, onset in onsets.items())
+    write_text(Path(path), csv_text([(key, *_COLUMNS[1:]), *rows]))
 
 
 def write_labels(labels: Mapping[str, Onsets], path: str | Path) -> None:
     """Write the labels of a trial as CSV, a row for each source: ``source``, ``incipient_s``, ``gross_s``."""
-    _write_table(labels, path, "source")
-
-
-def _write_table(onsets: Mapping[str, Onsets], path: str | Path, key: str) -> None:
-    rows = ((name, onset.incipient, onset.gross) for name, onset in onsets.items())
-    write_text(Path(path), csv_text([(key, *_COLUMNS[1:]), *rows]))
+    write_onsets(labels, path, "source")
 
 
 def read_onsets(path: str | Path) -> dict[str, Onsets]:
@@ -119,10 +113,8 @@ def read_labels(path: str | Path) -> dict[str, Onsets]:
     if not rows or rows[0] != ["source", *_COLUMNS[1:]] or any(len(row) != 3 for row in rows):
         raise InputError(str(path), "is no table of labels", "needs the columns source, incipient_s, gross_s")
     return {
-        plain_cell(source): Onsets(
-            seconds(incipient, f"{path}: incipient_s", line), seconds(gross, f"{path}: gross_s", line)
-        )
-        for line, (source, incipient, gross) in enumerate(rows[1:], start=2)
+        plain_cell(row[0]): Onsets(*(seconds(row[n], f"{path}: {_COLUMNS[n]}", line) for n in (1, 2)))
+        for line, row in enumerate(rows[1:], start=2)
     }
 
 
@@ -227,41 +219,24 @@ def labels_from_contact(
 
 
 def label_differences(labels: Mapping[str, Mapping[str, Onsets]], reference: str) -> Table:
-    """Return how much later each kind of label is than a reference, over the trials that have both.
+    """Return how much later each source of labels is than a reference, by the labels of each trial by their sources.
 
-    Parameters
-    ----------
-    labels : mapping of str to mapping of str to Onsets
-        For each trial its onsets by source, such as ``external_markers``.
-    reference : str
-        The source to compare with.
-
-    Returns
-    -------
-    Table
-        A row for each other source and event: trials with both, with one alone, mean, standard deviation and range [s].
+    Each source and event has a row: trials with both, with one alone, mean, standard deviation and range [s].
     """
+    rows: list[tuple[Cell, ...]] = []
     sources = dict.fromkeys(source for trial in labels.values() for source in trial if source != reference)
-    rows = tuple(
-        _difference_row(source, event, [(label.get(source), label.get(reference)) for label in labels.values()])
-        for source in sources
-        for event in ("incipient", "gross")
-    )
-    times = tuple(Column(name, "s", 3) for name in ("mean", "standard deviation", "smallest", "largest"))
-    columns = (Column("label"), Column("event"), Column("both"), Column("one alone"), *times)
-    return Table(f"Labels less those of {reference}", columns, rows)
-
-
-def _difference_row(
-    source: str, event: str, pairs: Sequence[tuple[Onsets | None, Onsets | None]]
-) -> tuple[str | int | float | Missing, ...]:
-    times = [tuple(getattr(time, event, None) for time in pair) for pair in pairs]
-    later = np.array([first - other for first, other in times if first is not None and other is not None])
-    alone = sum((first is None) != (other is None) for first, other in times)
-    if not later.size:
-        return (source, event, 0, alone, *[Missing.NO_EVENT] * 4)
-    spread = float(later.std(ddof=1)) if later.size > 1 else Missing.NOT_DEFINED
-    return source, event, len(later), alone, float(later.mean()), spread, float(later.min()), float(later.max())
+    for source, event in itertools.product(sources, ("incipient", "gross")):
+        pairs = [[getattr(trial.get(name), event, None) for name in (source, reference)] for trial in labels.values()]
+        later = np.array([time - other for time, other in pairs if time is not None and other is not None])
+        alone = sum((time is None) != (other is None) for time, other in pairs)
+        spread = float(later.std(ddof=1)) if later.size > 1 else Missing.NOT_DEFINED
+        times: Sequence[Cell] = [Missing.NO_EVENT] * 4
+        if later.size:
+            times = [float(later.mean()), spread, float(later.min()), float(later.max())]
+        rows.append((source, event, len(later), alone, *times))
+    names = ("mean", "standard deviation", "smallest", "largest")
+    columns = (*map(Column, ("label", "event", "both", "one alone")), *(Column(name, "s", 3) for name in names))
+    return Table(f"Labels less those of {reference}", columns, tuple(rows))
 
 
 def _external_motion(tracks: xr.Dataset, settings: LabelSettings) -> tuple[Floats, int]:

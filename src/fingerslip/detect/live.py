@@ -116,7 +116,7 @@ class LiveDetector(FrameByFrame[Finding]):
     def __init__(self, detector: Detector, ring: NDArray[np.intp] | None = None) -> None:
         super().__init__(detector.features.motion.rest_frames)
         self.detector = detector
-        self._ring = ring
+        self._ring = np.zeros(0, dtype=np.intp) if ring is None else ring
         self._recent: deque[tuple[float, Floats, NDArray[np.bool_]]] = deque(maxlen=detector.features.motion.window)
         self._state = detector.smoother.start()
         self._onsets = Onsets(None, None)
@@ -124,14 +124,20 @@ class LiveDetector(FrameByFrame[Finding]):
     def _begin(self, positions: Floats) -> None:
         self._rest = mean_at_rest(positions, np.arange(positions.shape[1]))
         self._weights = neighbour_weights(self._rest)
+        self._ring = self._ring if self._ring.size else np.zeros(len(self._rest), dtype=np.intp)
 
     def _decide(self, frame: SeenMarkers) -> Finding:
-        start = clock.perf_counter()
+        start, detector = clock.perf_counter(), self.detector
         interval = np.array([frame.time - (self._recent[-1][0] if self._recent else frame.time)])
-        moved, detector = self._motion(frame), self.detector
+        visible: NDArray[np.bool_] = np.asarray(np.isfinite(frame.position).all(axis=1))
+        displacement = fill_unseen((frame.position - self._rest)[None], visible[None], self._weights)
+        self._recent.append((frame.time, displacement[0], visible))
         chances = np.full((1, 3), np.nan)
-        if moved.usable[0]:
-            chances = probabilities(detector.estimator, features_of(moved, detector.features))
+        if visible.mean() >= detector.features.motion.least_seen:
+            times, moved, seen = (np.array(column) for column in zip(*self._recent, strict=True))
+            velocity = velocities(times, moved, seen, len(times))[-1:]
+            motion = Motion(times[-1:], self._rest, displacement, velocity, self._ring, visible[None], np.array([True]))
+            chances = probabilities(detector.estimator, features_of(motion, detector.features))
         scores, self._state = detector.smoother.scores(self._state, interval, chances)
         slip, gross = scores[0].tolist()
         limits, onsets = detector.thresholds, self._onsets
@@ -139,17 +145,6 @@ class LiveDetector(FrameByFrame[Finding]):
         is_first_gross = onsets.gross is None and incipient is not None and gross > limits.gross
         self._onsets = Onsets(incipient, frame.time if is_first_gross else onsets.gross)
         return Finding(frame.time, slip, gross, self._onsets, clock.perf_counter() - start)
-
-    def _motion(self, frame: SeenMarkers) -> Motion:
-        """Return the motion of the newest frame alone."""
-        visible: NDArray[np.bool_] = np.asarray(np.isfinite(frame.position).all(axis=1))
-        displacement = fill_unseen((frame.position - self._rest)[None], visible[None], self._weights)
-        self._recent.append((frame.time, displacement[0], visible))
-        times, moved, seen = (np.array(column) for column in zip(*self._recent, strict=True))
-        velocity = velocities(times, moved, seen, len(times))[-1:]
-        usable = np.array([visible.mean() >= self.detector.features.motion.least_seen])
-        ring = np.zeros(len(self._rest), dtype=np.intp) if self._ring is None else self._ring
-        return Motion(times[-1:], self._rest, displacement, velocity, ring, visible[None], usable)
 
 
 def frames_of(tracks: xr.Dataset) -> Iterator[SeenMarkers]:
@@ -185,13 +180,7 @@ class Latency:
 
 
 def latency_of(findings: Sequence[Finding]) -> Latency:
-    """Return how long frames took.
-
-    Raises
-    ------
-    InputError
-        Where there are none.
-    """
+    """Return how long frames took; raise InputError where there are none."""
     if not findings:
         raise InputError("frames", "got fewer than the frames at rest", "needs more of them")
     seconds = np.array([finding.seconds for finding in findings])

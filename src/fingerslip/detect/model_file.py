@@ -124,7 +124,13 @@ def read_detector(folder: str | Path) -> Detector:
     _check_versions(path, described)
     detector = _described_detector(path, described)
     estimator = _load_estimator(path / _ESTIMATOR, described.get("sha256"))
-    _check_estimator(path / _ESTIMATOR, detector, estimator)
+    # An estimator is used only if it is the classifier of the description, whole and of finite numbers.
+    try:
+        fault = next(filter(None, _faults(detector, estimator)), "")
+    except Exception as error:
+        raise DamagedError(str(path / _ESTIMATOR), f"is no classifier ({shorten(str(error))})", _REPAIR) from error
+    if fault:
+        raise DamagedError(str(path / _ESTIMATOR), fault, _REPAIR)
     return dataclasses.replace(detector, estimator=estimator)
 
 
@@ -224,16 +230,6 @@ def _check_trees(path: Path) -> None:
             raise ValueError("a tree of other sizes than it claims")
 
 
-def _check_estimator(path: Path, detector: Detector, estimator: Any) -> None:
-    """Refuse an estimator that is not the classifier of a detector, whole and of finite numbers, before it is used."""
-    try:
-        fault = next(filter(None, _faults(detector, estimator)), "")
-    except Exception as error:
-        raise DamagedError(str(path), f"is no classifier ({shorten(str(error))})", _REPAIR) from error
-    if fault:
-        raise DamagedError(str(path), fault, _REPAIR)
-
-
 def _faults(detector: Detector, estimator: Any) -> Iterator[str]:
     """Yield what is wrong with an estimator, or nothing, check by check; each relies on those before it."""
     count, seen, classes = len(detector.names), estimator.n_features_in_, list(estimator.classes_)
@@ -244,27 +240,22 @@ def _faults(detector: Detector, estimator: Any) -> Iterator[str]:
         for model in (estimator, candidate_of_name(detector.classifier).make(0))
     )
     yield "" if kinds == needed else f"is not the classifier {detector.classifier}"
-    yield from _tree_faults(estimator, count)
+    for tree in (step.tree_ for step in getattr(estimator, "estimators_", [estimator]) if hasattr(step, "tree_")):
+        children = np.stack([tree.children_left, tree.children_right])
+        is_whole = tree.capacity == tree.node_count and tree.value.shape == (tree.node_count, 1, 3)
+        is_split = (children != -1).any(axis=0)
+        fault = _node_fault(children[:, is_split], is_split, tree.feature, tree.threshold, tree.value, seen=count)
+        yield fault if is_whole and tree.n_features == count else "has a tree of another kind"
+    for nodes in (tree.nodes for stage in getattr(estimator, "_predictors", ()) for tree in stage):
+        is_split = nodes["is_leaf"] == 0
+        children, arrays = np.stack([nodes["left"], nodes["right"]]), (nodes["feature_idx"], nodes["num_threshold"])
+        fault = _node_fault(children.astype(np.int64)[:, is_split], is_split, *arrays, nodes["value"], seen=count)
+        yield "has a tree of another kind" if nodes["is_categorical"].any() else fault
     # Compiled code follows trees blindly, and they are right; all else fails here, or shows in the numbers.
     with np.errstate(all="ignore"):
         chances = probabilities(estimator, np.zeros((1, count), dtype=np.float32))
     is_right = chances.shape == (1, 3) and np.isfinite(chances).all() and abs(chances.sum() - 1.0) < 1e-6
     yield "" if is_right else f"gives the probabilities {shorten(str(chances.tolist()))}"
-
-
-def _tree_faults(estimator: Any, seen: int) -> Iterator[str]:
-    """Yield for every fitted tree what is wrong with it, or nothing."""
-    for tree in (step.tree_ for step in getattr(estimator, "estimators_", [estimator]) if hasattr(step, "tree_")):
-        children = np.stack([tree.children_left, tree.children_right])
-        is_whole = tree.capacity == tree.node_count and tree.value.shape == (tree.node_count, 1, 3)
-        is_split = (children != -1).any(axis=0)
-        fault = _node_fault(children[:, is_split], is_split, tree.feature, tree.threshold, tree.value, seen=seen)
-        yield fault if is_whole and tree.n_features == seen else "has a tree of another kind"
-    for nodes in (tree.nodes for stage in getattr(estimator, "_predictors", ()) for tree in stage):
-        is_split = nodes["is_leaf"] == 0
-        children = np.stack([nodes["left"], nodes["right"]]).astype(np.int64)[:, is_split]
-        fault = _node_fault(children, is_split, nodes["feature_idx"], nodes["num_threshold"], nodes["value"], seen=seen)
-        yield "has a tree of another kind" if nodes["is_categorical"].any() else fault
 
 
 def _node_fault(children: Any, is_split: Any, feature: Any, threshold: Any, value: Any, *, seen: int) -> str:

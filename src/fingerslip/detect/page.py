@@ -82,6 +82,12 @@ class SlipClip:
         return [entry for entry in self.findings if isinstance(entry, ResidualFinding)]
 
     @property
+    def rest(self) -> Floats:
+        """Places of the internal markers at rest, (n_markers, 2), in the unit of the tracks."""
+        inside = self.tracks.isel(marker=np.flatnonzero(self.tracks["kind"].values.astype(str) == "internal"))
+        return rest_positions(inside["position"].values[:, :, :2], 5)
+
+    @property
     def moments(self) -> dict[str, int]:
         """Numbers of the frames that show what happened first, by their names."""
         time = np.array([entry.time for entry in self.findings])
@@ -114,26 +120,22 @@ def slide_table(clip: SlipClip) -> Table:
     """Return what happened from rest to rest."""
     rows = []
     for slide in clip.slides:
-        onsets, sure = slide.onsets, _sureness(clip, slide)
-        times = [Missing.NO_EVENT if time is None else time for time in (onsets.incipient, onsets.gross)]
+        times = [Missing.NO_EVENT if time is None else time for time in vars(slide.onsets).values()]
         what = "press, not judged" if slide.is_press else "slide"
-        rows.append((slide.start, slide.end, what, *times, _percent(sure) if onsets.first is not None else None))
+        rows.append((slide.start, slide.end, what, *times, _sureness(clip, slide)))
     seconds = [Column(name, "s", digits=3) for name in ("begins", "ends", "slip", "gross slip")]
     columns = (*seconds[:2], Column("what"), *seconds[2:], Column("sure", "%"))
     note = _SURE if clip.residual and rows else ""
     return Table("What happened from rest to rest" if rows else "The markers never moved", columns, tuple(rows), note)
 
 
-def _sureness(clip: SlipClip, slide: Slide) -> float:
-    """Return how sure the slip of a slide is: the largest probability of slip in it from its onset on [-]."""
+def _sureness(clip: SlipClip, slide: Slide) -> int | None:
+    """Return the largest probability of slip in a slide from its onset on, in whole per cent and at most 99."""
     first, end = slide.onsets.first, np.inf if slide.end is None else slide.end
-    odds = [entry.slip for entry in clip.findings if first is not None and first <= entry.time <= end]
-    return float(1.0 / (1.0 + np.exp(-max(odds)))) if odds else 0.0
-
-
-def _percent(chance: float) -> int:
-    """Return a chance in whole per cent, never more than it is: nothing is sure."""
-    return min(int(100.0 * chance), 99)
+    if first is None:
+        return None
+    odds = [entry.slip for entry in clip.findings if first <= entry.time <= end]
+    return min(int(100.0 / (1.0 + np.exp(-max(odds)))), 99) if odds else 0
 
 
 def answer_of(clip: SlipClip) -> tuple[str, ...]:
@@ -146,7 +148,7 @@ def answer_of(clip: SlipClip) -> tuple[str, ...]:
         if slide.onsets.gross is not None:
             times.append(f"gross slip at {slide.onsets.gross:.2f} s")
         text = ", ".join(times)
-        sentences.append(f"{text[0].upper()}{text[1:]}; {_percent(_sureness(clip, slide))} % sure.")
+        sentences.append(f"{text[0].upper()}{text[1:]}; {_sureness(clip, slide)} % sure.")
     if len(slips) > 3:
         sentences.append(f"Slip in {len(slips) - 3} further slides: see the table.")
     if not slips:
@@ -248,9 +250,7 @@ def _mark_events(axes: Axes, clip: SlipClip) -> None:
 @with_style
 def field_figure(clip: SlipClip) -> Figure:
     """Draw what the pattern leaves of the markers' displacements at the moments of the first slip."""
-    inside = clip.tracks.isel(marker=np.flatnonzero(clip.tracks["kind"].values.astype(str) == "internal"))
-    rest, unit = rest_positions(inside["position"].values[:, :, :2], 5), str(inside["position"].attrs["units"])
-    moments = clip.moments
+    rest, unit, moments = clip.rest, str(clip.tracks["position"].attrs["units"]), clip.moments
     labels = (f"x at rest [{unit}]", f"y at rest [{unit}]")
     figure, panels = figure_grid(len(moments), min(len(moments), 2), (3.6, 3.0), "What leaves the pattern", labels)
     largest = max(float(np.nanmax(np.hypot(*clip.residual[k].residual.T), initial=1.0)) for k in moments.values())
@@ -273,9 +273,7 @@ def field_figure(clip: SlipClip) -> Figure:
 def map_figure(clip: SlipClip) -> Figure:
     """Draw for each marker over time how far it left the pattern, from the middle of the markers outwards."""
     figure, (axes,) = figure_grid(1, 1, (7.2, 2.6), "Markers over time", ("time [s]", "markers, middle first"))
-    inside = clip.tracks.isel(marker=np.flatnonzero(clip.tracks["kind"].values.astype(str) == "internal"))
-    rest = rest_positions(inside["position"].values[:, :, :2], 5)
-    order = np.argsort(np.linalg.norm(rest - np.nanmean(rest, axis=0), axis=1))
+    order = np.argsort(np.linalg.norm(clip.rest - np.nanmean(clip.rest, axis=0), axis=1))
     left = np.stack([np.hypot(*entry.residual.T) for entry in clip.residual])[:, order].T
     time = [entry.time for entry in clip.findings]
     extent = (time[0], time[-1], len(order) - 0.5, -0.5)

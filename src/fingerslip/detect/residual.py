@@ -162,7 +162,9 @@ class ResidualDetector(FrameByFrame[ResidualFinding]):
             self._start(frame.time, moved, displacement)
         if self._is_moving and not self._slides[-1].is_press and visible.any():
             limit = max(settings.noise * self._noise, settings.growth * displacement)
-            left = self._left(moved) / limit
+            rest, square = self._less_rigid(moved), float((self._pattern**2).sum())
+            of_pattern = float((rest * self._pattern).sum()) / square if square else 0.0
+            left = (rest - of_pattern * self._pattern) / limit
             share = float((np.linalg.norm(left[visible], axis=1) > 1.0).mean())
             self._watch(frame.time, share, self._is_back(moved.mean(axis=0)))
         residual[self._chosen] = np.where(visible[:, None], left, np.nan)
@@ -183,11 +185,6 @@ class ResidualDetector(FrameByFrame[ResidualFinding]):
     def _less_rigid(self, moved: Floats) -> Floats:
         residual: Floats = fit_rigid_motions(self._rest, (self._rest + moved)[None]).residual[0]
         return residual
-
-    def _left(self, moved: Floats) -> Floats:
-        """Return what rigid motion and pattern leave of displacements (n, 2)."""
-        residual, square = self._less_rigid(moved), float((self._pattern**2).sum())
-        return residual - (float((residual * self._pattern).sum()) / square if square else 0.0) * self._pattern
 
     def _is_back(self, mean: Floats) -> bool:
         """Tell whether markers sprang back, by their mean displacement (2,)."""

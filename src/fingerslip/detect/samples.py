@@ -191,13 +191,7 @@ def grouped_folds(
 
 
 def benchmark_test_trials(names: Sequence[str], seed: int = 0, share: float = 0.2) -> tuple[str, ...]:
-    """Return the trials that a submission is scored on, sorted; the others are there to learn from.
-
-    Raises
-    ------
-    InputError
-        Where the share is not between 0 and 1.
-    """
+    """Return the share of the trials that a submission is scored on, sorted; the others are there to learn from."""
     if not 0.0 < share < 1.0:
         raise InputError("share", f"got {share}", "needs a number between 0 and 1")
     return tuple(sorted(held_out(names, max(1, round(share * len(names))), seed)))

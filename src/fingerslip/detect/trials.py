@@ -174,13 +174,7 @@ class TrialSet:
         return read_labels(self.folder / name / FILES[1])
 
     def onsets(self, source: str = "external_markers") -> dict[str, Onsets]:
-        """Read the labels of one source for all trials.
-
-        Raises
-        ------
-        InputError
-            Where a trial has none of that source.
-        """
+        """Read the labels of one source for all trials; raise InputError where a trial has none of that source."""
         result = {name: self.labels(name) for name in self.names}
         for name, labels in result.items():
             if source not in labels:

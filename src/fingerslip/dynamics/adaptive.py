@@ -11,6 +11,7 @@ about the difference of both (step doubling, Hairer, Norsett & Wanner 1993, sect
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
@@ -114,12 +115,14 @@ class Controlled:
     def advance(self, states: Mapping[int, State], ends: Array) -> dict[int, tuple[State, list[State]]]:  # noqa: ARG002
         """Take steps to the next record; in a new span the first one is the smallest."""
         state, (span, units) = states[0], next(self._records)
-        finest = _finest(span.unit, self._time.shortest, least=int(self._halves))
+        # How often the unit of records can be halved without getting shorter than the shortest step.
+        finest = max(int(self._halves), _doublings(self._time.shortest, span.unit))
         if span is not self._span:
             state = replace(state, working_set=None)
             self._span, self._tick = span, span.unit / 2**finest
             self._at, self._level, self._good = 0, int(self._halves), 0
-            self._highest = _highest(self._tick, self._time.largest, least=self._level)
+            # The level of the longest step that is allowed: 2^level ticks.
+            self._highest = max(self._level, _doublings(self._tick, self._time.largest or np.inf))
         first, last = self._at, self._at + (units << finest)
         while self._at < last:
             state, self._at = self._step(state, self._at, first, last)
@@ -144,7 +147,15 @@ class Controlled:
         after = at + (1 << level)
         for element in states if after < last else states[:-1]:
             self._pass_by(element)
-        self._accept(states, error, level)
+        # Take note of them, and decide how long the next step is.
+        self._counts.steps_above_tolerance += error > 1.0
+        for element in states:
+            self._counts.take(element.step)
+            self._errors.accept(element)
+        if level >= self._level:
+            self._good = self._good + 1 if error * self._growth <= _MARGIN else 0
+            if self._good >= _GOOD and level < self._highest:
+                self._level, self._good = level + 1, 0
         return states[-1], after
 
     def _try_step(self, state: State, at: int, level: int) -> tuple[list[State], float]:
@@ -166,35 +177,10 @@ class Controlled:
             end = self._span.end
         return self._integrator.advance({0: state}, np.array([end]), size * self._tick)[0][0]
 
-    def _accept(self, states: list[State], error: float, level: int) -> None:
-        """Take note of the states of a step, and decide how long the next one is."""
-        self._counts.steps_above_tolerance += error > 1.0
-        for state in states:
-            self._counts.take(state.step)
-            self._errors.accept(state)
-        if level < self._level:
-            return
-        self._good = self._good + 1 if error * self._growth <= _MARGIN else 0
-        if self._good >= _GOOD and level < self._highest:
-            self._level, self._good = level + 1, 0
 
-
-def _finest(unit: float, shortest: float, *, least: int) -> int:
-    """Return how often a unit [s] can be halved without getting shorter than the shortest step [s]."""
-    smallest = least
-    while unit / 2 ** (smallest + 1) >= shortest * (1.0 - 1e-9):
-        smallest += 1
-    return smallest
-
-
-def _highest(tick: float, largest: float | None, *, least: int) -> int:
-    """Return the level of the longest step that is allowed: 2^level ticks [s]."""
-    if largest is None:
-        return 1 << 20
-    highest = least
-    while tick * 2 ** (highest + 1) <= largest * (1.0 + 1e-9):
-        highest += 1
-    return highest
+def _doublings(length: float, most: float) -> int:
+    """Return how often a length [s] can be doubled up to another one [s], to rounding; very often up to infinity."""
+    return math.floor(math.log2(most / length * (1.0 + 1e-9))) if np.isfinite(most) else 1 << 20
 
 
 def _room(position: int, length: int) -> int:

@@ -27,25 +27,10 @@ class Integrator(Protocol[S]):
         """Return the states of all motions at time zero."""
 
     def advance(self, states: Mapping[int, S], ends: Array) -> dict[int, tuple[S, list[S]]]:
-        """Take the next step of some motions, or as many as are taken at once.
+        """Take the next step of some motions, or as many as are taken at once, to times (k,) [s].
 
-        Parameters
-        ----------
-        states : mapping of int to state
-            The motions' states.
-        ends : (k,) array
-            The ends of their next steps [s].
-
-        Returns
-        -------
-        dict
-            The last state of each motion, and the states of its steps, one by one or some together, time first in
-            their arrays.
-
-        Raises
-        ------
-        ConvergenceError
-            Where a step was not solved.
+        Of each motion, return the last state and the states of its steps, one by one or some together, time first in
+        their arrays. A step that is not solved is a ConvergenceError.
         """
 
 
@@ -59,6 +44,7 @@ class BodyIntegrator(Integrator[State], Protocol):
     @property
     def attributes(self) -> Mapping[str, object]:
         """What histories say of how they were computed."""
+        return {}
 
     def advance(
         self, states: Mapping[int, State], ends: Array, length: float | None = None
@@ -69,10 +55,12 @@ class BodyIntegrator(Integrator[State], Protocol):
         """Go on with a system whose counterfaces or loads are others from now on: of a single motion."""
 
     def saved_state(self) -> Any:
-        """Return what :meth:`restore` needs, as plain data and arrays."""
+        """Return what :meth:`restore` needs, as plain data and arrays: nothing where factors are those of the model."""
+        return None
 
     def restore(self, saved: Any) -> None:
         """Go on where :meth:`saved_state` was called."""
+        assert saved is None
 
 
 class ByLength(Generic[T]):

@@ -79,18 +79,9 @@ class BodyObserver:
 
 
 class Loop(Generic[S]):
-    """Motions on their way through time.
+    """Motions on their way through time: an integrator takes their steps, and an observer the states of each.
 
-    Parameters
-    ----------
-    integrator : Integrator
-        Takes their steps.
-    observers : sequence of Observer
-        Take the states of each.
-    times : sequence of (n_times,) array
-        Times of the records of each, the start included [s]; equal but for their number.
-    watch : Stopwatch
-        Takes the times.
+    `times` (n_times,) [s] of each are those of its records, the start included, equal but for their number.
     """
 
     def __init__(

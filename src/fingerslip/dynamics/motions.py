@@ -25,7 +25,7 @@ from fingerslip.linear.solver import LinearSolver
 from fingerslip.model.model import Model
 from fingerslip.model.timing import Adaptive
 
-__all__ = ["Motions", "Outcome", "compute", "compute_apart", "make_integrator"]
+__all__ = ["Motions", "Outcome", "compute", "make_integrator"]
 
 Array = NDArray[np.float64]
 
@@ -105,9 +105,3 @@ def compute(motions: Motions, systems: Sequence[System], checks: Sequence[Check]
             for recorder in recorders:
                 recorder.complete()
     return Outcome(tuple(integrator.steppers), recorders, driven.attributes)
-
-
-def compute_apart(motions: Motions) -> list[Outcome]:
-    """Compute motions one after the other: those whose matrices are their own."""
-    each = [motions.part(slice(number, number + 1)) for number in range(len(motions.models))]
-    return [compute(motion, motion.systems) for motion in each]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import functools
 import logging
+import operator
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -12,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.dynamics.motions import Motions, Outcome, compute, compute_apart
+from fingerslip.dynamics.motions import Motions, Outcome, compute
 from fingerslip.dynamics.recording.labels import labelled_history
 from fingerslip.dynamics.recording.steps import record_bytes, require_record_memory, step_times
 from fingerslip.dynamics.reduced.basis import BasisStore, compute_in_basis
@@ -76,8 +77,7 @@ def with_short_search(model: Model) -> Model:
     if model.mesh.dim() == 2 or model.is_loaded:
         return model
     contacts = tuple(_with_reach(model, number) for number in range(len(model.contacts)))
-    same = all(contact is other for contact, other in zip(contacts, model.contacts, strict=True))
-    return model if same else replace(model, contacts=contacts)
+    return model if all(map(operator.is_, contacts, model.contacts)) else replace(model, contacts=contacts)
 
 
 def _with_reach(model: Model, number: int) -> Contact:
@@ -201,7 +201,7 @@ def _in_two_stages(
 ) -> tuple[xr.Dataset, ...]:
     """Simulate with few contact candidates, and with all where these are too few."""
     near = list(map(with_short_search, models))
-    if all(first is other for first, other in zip(near, models, strict=True)):
+    if all(map(operator.is_, near, models)):
         return run(models)
     try:
         return run(near)
@@ -239,8 +239,10 @@ def _simulate(
     if is_finite and basis is not None:
         _logger.info("large strain is computed on the mesh, not in a reduced basis")
     if is_finite or any(isinstance(model.time, Adaptive) for model in models):
-        return tuple(_history(outcome, 0, watch) for outcome in compute_apart(motions))
-    outcome = (compute_in_basis(motions, basis, bases) if basis else None) or compute(motions, systems)
+        # Their matrices are their own: one after the other.
+        each = (motions.part(slice(number, number + 1)) for number in range(len(models)))
+        return tuple(_history(compute(motion, motion.systems), 0, watch) for motion in each)
+    outcome = (compute_in_basis(motions, bases) if basis else None) or compute(motions, systems)
     _logger.info("%s, %s", outcome.steppers[0].solver.name, outcome.steppers[0].condensed.description)
     return tuple(_history(outcome, number, watch) for number in range(len(times)))
 

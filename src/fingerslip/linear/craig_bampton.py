@@ -48,17 +48,13 @@ class ConstraintModes:
     @cached_property
     def _factors(self) -> tuple[SchurFactor, Array]:
         """The factors of K_ii, and S, shape (p, p) [N/m]."""
-        empty = self._without_stiffness
+        # Unknowns that nothing resists, such as driven counterfaces, have to be of the interface.
+        empty = np.asarray(self.stiffness.diagonal() == 0.0)
         held = sparse.csr_matrix(self.stiffness + sparse.diags(empty.astype(float)))
         factor, schur = self.solver.factorise_around(held, self.interface)
         schur = 0.5 * (schur + schur.T)
         schur.flat[:: len(schur) + 1] -= empty[self.interface]
         return factor, schur
-
-    @property
-    def _without_stiffness(self) -> NDArray[np.bool_]:
-        """Which unknowns nothing resists, such as driven counterfaces; they have to be of the interface."""
-        return np.asarray(self.stiffness.diagonal() == 0.0)
 
     @property
     def schur(self) -> Array:

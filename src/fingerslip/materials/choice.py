@@ -99,10 +99,10 @@ def conforming_law(value: Any) -> AnyMaterial:
         return value
     laws = ", ".join(law.__name__ for law in LAWS)
     finite = any(hasattr(value, name) for name in ("at_rest", "stored_energy", "kirchhoff_stress", "kirchhoff_tangent"))
-    needs = f"a material: {laws}, or an object with the members of"
-    if finite:
-        return require(value, FiniteMaterial, f"{needs} FiniteMaterial")  # type: ignore[type-abstract]
-    return require(value, Material, f"{needs} Material")  # type: ignore[type-abstract]
+    kind: Any = FiniteMaterial if finite else Material
+    needs = f"a material: {laws}, or an object with the members of {kind.__name__}"
+    law: AnyMaterial = require(value, kind, needs)
+    return law
 
 
 def material_of(entry: AnyMaterial | Mapping[str, Any]) -> AnyMaterial:

@@ -21,6 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cached_property
+from itertools import product
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Protocol, TypeAlias, runtime_checkable
 
@@ -134,25 +135,19 @@ def check_stability(tangent: Callable[[Array], Array], stretches: tuple[float, f
     if not 0.0 < low < 1.0 < high:
         fault = f"got {low:g} and {high:g}"
         raise InputError("stable_between", fault, "needs a stretch between 0 and 1 and one above 1", "write [0.5, 2]")
-    limits = {test: _limits(tangent, np.array(direction), stretches) for test, direction in TESTS.items()}
-    lost = [f"{test} {' and '.join(of_test)}" for test, of_test in limits.items() if of_test]
+    lost: dict[str, list[str]] = {}
+    for (test, direction), (side, end) in product(TESTS.items(), zip(("below", "above"), stretches, strict=True)):
+        path = np.linspace(0.0, np.log(end), _STRETCHES)
+        stiffness = np.linalg.eigvalsh(SHAPES @ tangent(path[:, None] * np.array(direction)) @ SHAPES.T)
+        # What rounding leaves of zero is none, so that a law is refused with the same words on every processor.
+        rows = np.flatnonzero(stiffness[:, 0] <= _NOTHING * np.abs(stiffness).max())
+        if rows.size:
+            lost.setdefault(test, []).append(f"{side} {np.exp(path[rows[0]]):.3g}")
     if lost:
         allowed = f"needs to be stable for stretches of {low:g} to {high:g} in uniaxial, equibiaxial and planar tests"
         repair = "change the moduli, or narrow stable_between where the material is stretched less"
-        raise InputError("", f"is not stable (Drucker) at stretches: {', '.join(lost)}", allowed, repair)
-
-
-def _limits(tangent: Callable[[Array], Array], direction: Array, stretches: tuple[float, float]) -> list[str]:
-    """Return below and above which stretch of one test the law is not stable, where it is not within the range."""
-    limits = []
-    for side, end in zip(("below", "above"), stretches, strict=True):
-        path = np.linspace(0.0, np.log(end), _STRETCHES)
-        stiffness = np.linalg.eigvalsh(SHAPES @ tangent(path[:, None] * direction) @ SHAPES.T)
-        # What rounding leaves of zero is none, so that a law is refused with the same words on every processor.
-        lost = np.flatnonzero(stiffness[:, 0] <= _NOTHING * np.abs(stiffness).max())
-        if lost.size:
-            limits.append(f"{side} {np.exp(path[lost[0]]):.3g}")
-    return limits
+        limits = ", ".join(f"{test} {' and '.join(sides)}" for test, sides in lost.items())
+        raise InputError("", f"is not stable (Drucker) at stretches: {limits}", allowed, repair)
 
 
 #: A power of the isochoric stretches: its factor mu [Pa] and its exponent alpha [-].

@@ -55,10 +55,7 @@ FrictionChoice = Annotated[
     FrictionLaw,
     pydantic.PlainValidator(conforms(FrictionLaw, "a friction law, such as Coulomb(0.5)")),
     one_of(
-        BuiltInLaw,
-        "law",
-        "FrictionChoice",
-        "A friction law, under the key that names its kind; exactly one is given.",
+        BuiltInLaw, "law", "FrictionChoice", "A friction law, under the key that names its kind; exactly one is given."
     ),
 ]
 
@@ -79,14 +76,10 @@ class Traction:
     ramp: Ramp
 
 
-def _traction_kind(value: object) -> str:
-    return "Traction" if isinstance(value, Mapping | Traction) else "Components"
-
-
 #: A dead load per area, constant or over time.
 AnyTraction = Annotated[
     Annotated[Traction, pydantic.Tag("Traction")] | Annotated[tuple[SignedPressure, ...], pydantic.Tag("Components")],
-    pydantic.Discriminator(_traction_kind),
+    pydantic.Discriminator(lambda value: "Traction" if isinstance(value, Mapping | Traction) else "Components"),
 ]
 
 

@@ -100,16 +100,9 @@ def kinds_of(union: Any) -> dict[str, type]:
 
 
 def one_of(union: Any, what: str, name: str, words: str) -> Choice:
-    """Return the mark of a field that holds a member of a union, under its key in files.
+    """Return the mark of a field that holds a member of a union of parameter sets, under its key in files.
 
-    Parameters
-    ----------
-    union : union of types
-        Classes made with :func:`parameters`.
-    what : str
-        What errors call a member, such as ``phase``.
-    name, words : str
-        Name and description of the choice in schemas.
+    Errors call a member `what`, such as ``phase``; `name` and `words` stand in schemas.
     """
     kinds = kinds_of(union)
 

@@ -173,12 +173,7 @@ def _marks_in(hint: object, kind: type[T]) -> Iterator[T]:
 _UNKNOWN = ("unexpected_keyword_argument", "extra_forbidden")
 _ALIKE = 0.5
 _SIGNS = MappingProxyType(
-    {
-        "greater than or equal to ": ">= ",
-        "less than or equal to ": "<= ",
-        "greater than ": "> ",
-        "less than ": "< ",
-    }
+    {"greater than or equal to ": ">= ", "less than or equal to ": "<= ", "greater than ": "> ", "less than ": "< "}
 )
 _PLAIN_NEEDS = MappingProxyType(
     {
@@ -251,17 +246,13 @@ def _mistakes(detail: _Detail, location: Location) -> Iterator[InputError]:
         value, unit = detail["input"], location.unit
         is_quantity = unit and isinstance(value, int | float) and not isinstance(value, bool)
         text = unit.format(value) if unit and is_quantity else shorten(repr(value))
-        needed = _PLAIN_NEEDS.get(detail["type"]) or _requirement(str(detail["msg"]), unit)
-        yield InputError(where, "is empty" if value is None else f"got {text}", needed)
+        needed = str(detail["msg"]).removeprefix("Input should be ").removeprefix("Value error, ")
+        for words, sign in _SIGNS.items():
+            needed = needed.replace(words, f"a {'value' if unit else 'number'} {sign}")
+        fault = "is empty" if value is None else f"got {text}"
+        yield InputError(where, fault, _PLAIN_NEEDS.get(detail["type"], f"needs {needed}"))
 
 
 def _nearest_key(location: Location) -> str:
     near = difflib.get_close_matches(location.path[-1], location.keys, n=1, cutoff=_ALIKE)
     return near[0] if near else ""
-
-
-def _requirement(message: str, unit: Unit | None) -> str:
-    text = message.removeprefix("Input should be ").removeprefix("Value error, ")
-    for words, sign in _SIGNS.items():
-        text = text.replace(words, f"a {'value' if unit else 'number'} {sign}")
-    return f"needs {text}"

@@ -57,8 +57,12 @@ class Presets(Generic[T]):
 
     def table(self, name: str) -> tuple[PresetValue, ...]:
         """Return every value of a preset with its source, the assumed ones first."""
-        entries = self._document(name, "preset")["values"].items()
-        rows = [_value(path, entry) for path, entry in entries]
+        rows = []
+        for path, entry in self._document(name, "preset")["values"].items():
+            value = str(entry["value"])
+            notes = (entry.get("note", ""), f"range {entry['range']}" if "range" in entry else "")
+            text = value.lower() if isinstance(entry["value"], bool) else value
+            rows.append(PresetValue(path, text, entry["source"], "; ".join(filter(None, notes))))
         return tuple(sorted(rows, key=lambda row: row.source != "assumed"))
 
     def header(self, name: str) -> dict[str, str]:
@@ -88,12 +92,6 @@ class Presets(Generic[T]):
         if name not in self.names:
             raise unknown_name(where, name, self.names)
         return _read_preset(self.package, name)
-
-
-def _value(path: str, entry: _Group) -> PresetValue:
-    value = str(entry["value"]).lower() if isinstance(entry["value"], bool) else str(entry["value"])
-    notes = (entry.get("note", ""), f"range {entry['range']}" if "range" in entry else "")
-    return PresetValue(path, value, entry["source"], "; ".join(filter(None, notes)))
 
 
 def _nest(document: Mapping[str, Any]) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import inspect
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar
 
 from pydantic import TypeAdapter
@@ -43,16 +43,13 @@ def field_words(cls: type) -> dict[str, str]:
     >>> field_words(Plate)
     {'width': 'Its size [m].', 'height': 'Its size [m].'}
     """
-    return {name: words for base in reversed(cls.__mro__[:-1]) for name, words in _entries(base)}
-
-
-def _entries(cls: type) -> Iterator[tuple[str, str]]:
-    """Yield the parameters in the docstring of one class with their words."""
-    text = inspect.cleandoc(cls.__doc__ or "")
-    section = re.search(r"^Parameters\n-+\n(.*?)(?=^\w[\w ]*\n-+\n|\Z)", text, re.DOTALL | re.MULTILINE)
-    for entry in _ENTRY.finditer(section[1] if section else ""):
-        words = _plain(entry["words"])
-        yield from ((name, words) for name in entry["names"].split(", "))
+    words: dict[str, str] = {}
+    for base in reversed(cls.__mro__[:-1]):
+        text = inspect.cleandoc(base.__doc__ or "")
+        section = re.search(r"^Parameters\n-+\n(.*?)(?=^\w[\w ]*\n-+\n|\Z)", text, re.DOTALL | re.MULTILINE)
+        for entry in _ENTRY.finditer(section[1] if section else ""):
+            words |= dict.fromkeys(entry["names"].split(", "), _plain(entry["words"]))
+    return words
 
 
 def _plain(words: str) -> str:

@@ -30,7 +30,6 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 import pydantic
-from numpy.typing import NDArray
 
 from fingerslip.errors import DamagedError, InputError, ResultError
 
@@ -39,12 +38,7 @@ if TYPE_CHECKING:
 
 
 def digest(*parts: Any) -> str:
-    """Return the SHA-256 hash of arrays, bytes, text and plain data, in this order.
-
-    Parameters
-    ----------
-    parts : array, bytes or plain data
-        Plain data is what JSON can hold; the order of the keys of a mapping does not matter.
+    """Return the SHA-256 hash of arrays, bytes and plain data, in this order; the order of keys does not matter.
 
     Examples
     --------
@@ -53,7 +47,14 @@ def digest(*parts: Any) -> str:
     """
     checksum = hashlib.sha256()
     for part in parts:
-        checksum.update(_content(part))
+        match part:
+            case bytes():
+                content = part
+            case np.ndarray():
+                content = np.ascontiguousarray(part).tobytes()
+            case _:
+                content = json.dumps(part, sort_keys=True).encode()
+        checksum.update(content)
     return checksum.hexdigest()
 
 
@@ -61,14 +62,6 @@ def file_digest(path: Path) -> str:
     """Return the SHA-256 hash of what is in a file; raise OSError where it cannot be read."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
-
-
-def _content(part: bytes | NDArray[Any] | Any) -> bytes:
-    if isinstance(part, bytes):
-        return part
-    if isinstance(part, np.ndarray):
-        return np.ascontiguousarray(part).tobytes()
-    return json.dumps(part, sort_keys=True).encode()
 
 
 try:
@@ -139,7 +132,11 @@ def new_folder(final: Path) -> Iterator[Path]:
             partial.mkdir()
         yield partial
         with writing(final.parent), alone(final.with_name(f".{final.name}.lock")):
-            _replace(partial, final)
+            old = partial.with_suffix(".old")
+            if final.exists():
+                final.rename(old)
+            partial.rename(final)
+            shutil.rmtree(old, ignore_errors=True)
 
 
 @contextlib.contextmanager
@@ -147,12 +144,8 @@ def alone(mark: Path) -> Iterator[None]:
     """Let one process at a time into the block, so that what one makes there, the others find.
 
     Whoever waits is let in when the process inside leaves, or ends for whatever reason. Where the system or the folder
-    allows no lock, nobody waits: the block saves work, and must be right without it.
-
-    Parameters
-    ----------
-    mark : Path
-        An empty file that is there meanwhile; its folder is made.
+    allows no lock, nobody waits: the block saves work, and must be right without it. `mark` is an empty file that is
+    there meanwhile; its folder is made.
     """
     file = _lock(mark)
     try:
@@ -328,14 +321,6 @@ def _partial(final: Path, suffix: str = "") -> Iterator[Path]:
     finally:
         _remove(final.with_name(f"{stem}.partial{suffix}"))
         _unlock(mark, file)
-
-
-def _replace(new: Path, final: Path) -> None:
-    old = new.with_suffix(".old")
-    if final.exists():
-        final.rename(old)
-    new.rename(final)
-    shutil.rmtree(old, ignore_errors=True)
 
 
 def _remove(path: Path) -> None:

@@ -50,10 +50,11 @@ def netcdf_bytes(dataset: xr.Dataset, compressed: Iterable[Hashable] = ()) -> by
     variables, attributes = xr.conventions.cf_encoder(*xr.conventions.encode_dataset_coordinates(dataset))
     chosen = set(compressed)
     values = {str(name): np.asarray(variable.values) for name, variable in variables.items()}
-    outlines = [
-        _Outline.of(str(name), variable.dims, values[str(name)], dict(variable.attrs), compressed=name in chosen)
-        for name, variable in variables.items()
-    ]
+    outlines = []
+    for name, variable in variables.items():
+        array, attrs, is_compressed = values[str(name)], dict(variable.attrs), name in chosen
+        text = array if _is_text(array.dtype) else None
+        outlines.append(_Outline(str(name), variable.dims, array.shape, array.dtype, attrs, is_compressed, text))
     # Runs of a sweep differ in their numbers alone.
     empty = _empty_file(pickle.dumps((outlines, dict(dataset.sizes))))
     with h5py.File(h5py.h5f.open_file_image(empty, flags=_WRITABLE)) as file:
@@ -72,7 +73,8 @@ def read_netcdf(path: str | Path) -> xr.Dataset:
     import xarray as xr
 
     with h5py.File(path, "r") as file:
-        places = {name: item for name, item in file.items() if not _is_no_variable(item)}
+        mark = _NO_VARIABLE.partition("{")[0].encode()  # of what only says how long a dimension is
+        places = {name: item for name, item in file.items() if not bytes(item.attrs.get("NAME", b"")).startswith(mark)}
         stored = {name: _variable_in_file(file, name, item) for name, item in places.items()}
         attributes = _attributes_of(file)
     variables, selected, coordinates = xr.conventions.decode_cf_variables(stored, attributes, decode_times=False)
@@ -90,19 +92,6 @@ class _Outline:
     attributes: Mapping[Any, Any]
     compressed: bool
     text: NDArray[Any] | None
-
-    @classmethod
-    def of(
-        cls,
-        name: str,
-        dims: tuple[Hashable, ...],
-        values: NDArray[Any],
-        attributes: Mapping[Any, Any],
-        *,
-        compressed: bool,
-    ) -> _Outline:
-        text = values if _is_text(values.dtype) else None
-        return cls(name, dims, values.shape, values.dtype, attributes, compressed, text)
 
 
 @functools.lru_cache(maxsize=8)
@@ -168,11 +157,6 @@ def _describe(owner: Any, attributes: Mapping[Any, Any]) -> None:
     for name, value in attributes.items():
         of_text = isinstance(value, (list, tuple)) and all(isinstance(item, str) for item in value)
         owner.attrs[str(name)] = np.array(value, dtype=h5py.string_dtype()) if of_text else value
-
-
-def _is_no_variable(item: Any) -> bool:
-    """Tell whether a dataset of a file only says how long a dimension is."""
-    return bytes(item.attrs.get("NAME", b"")).startswith(_NO_VARIABLE.partition("{")[0].encode())
 
 
 def _variable_in_file(file: Any, name: str, dataset: Any) -> xr.Variable:

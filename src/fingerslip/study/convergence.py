@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+import itertools
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -41,49 +42,40 @@ def levels_of(study: Study) -> tuple[Level, ...]:
     A mesh that is read or made of a scan has no element sizes to change here, a body without contact no contact
     stiffness.
     """
-    levels = [Level(setting.name, value) for setting in SETTINGS for value in getattr(study.converge, setting.name)]
-    return tuple(level for level in levels if _applies(level, study))
-
-
-def _applies(level: Level, study: Study) -> bool:
-    match level.setting:
-        case "mesh":
-            return study.mesh.refined(level.value) is not None
-        case "penalty":
-            return bool(study.all_contacts)
-        case "alpha":
-            return study.time.scheme == "hht_alpha" and level.value != study.time.alpha
-        case _:
-            return True
+    applies: Mapping[str, Callable[[float], bool]] = {
+        "mesh": lambda factor: study.mesh.refined(factor) is not None,
+        "step": lambda _: True,
+        "penalty": lambda _: bool(study.all_contacts),
+        "alpha": lambda value: study.time.scheme == "hht_alpha" and value != study.time.alpha,
+    }
+    values = {setting.name: getattr(study.converge, setting.name) for setting in SETTINGS}
+    return tuple(Level(name, value) for name in values for value in values[name] if applies[name](value))
 
 
 def run_at(run: Run, level: Level, model: Model) -> Run:
     """Return a run with one setting changed, without snapshots and without reactions but the search for the latency."""
-    record = dataclasses.replace(run.study.record, snapshots_every=0.0)
-    reaction = run.study.reaction and run.study.reaction.without_trials()
-    changes = {"record": record, "reaction": reaction, **_change(run.study, level, model)}
-    study = dataclasses.replace(run.study, **changes)
-    return dataclasses.replace(
-        run, name=f"{run.name}_{level.label}", where=f"{run.where} at {level.label}", study=study
-    )
-
-
-def _change(study: Study, level: Level, model: Model) -> dict[str, Any]:
-    """Return the fields of a study that are others at a level."""
+    study = run.study
+    changes: dict[str, Any] = {
+        "record": dataclasses.replace(study.record, snapshots_every=0.0),
+        "reaction": study.reaction and study.reaction.without_trials(),
+    }
     match level.setting:
         case "mesh":
-            return {"mesh": study.mesh.refined(level.value)}
+            changes["mesh"] = study.mesh.refined(level.value)
         case "step":
-            return {"time": study.time.refined(level.value)}
+            changes["time"] = study.time.refined(level.value)
         case "alpha":
-            return {"time": dataclasses.replace(study.time, alpha=level.value)}
-    from fingerslip.dynamics.system.checks import contact_penalties
+            changes["time"] = dataclasses.replace(study.time, alpha=level.value)
+        case _:
+            from fingerslip.dynamics.system.checks import contact_penalties
 
-    stiffer = []
-    for settings, contact in zip(study.all_contacts, model.contacts, strict=True):
-        normal, tangential = (level.value * penalty for penalty in contact_penalties(model, contact))
-        stiffer.append(dataclasses.replace(settings, normal_penalty=normal, tangential_penalty=tangential))
-    return {"contacts": tuple(stiffer)} if study.contact is None else {"contact": stiffer[0]}
+            stiffer = []
+            for settings, contact in zip(study.all_contacts, model.contacts, strict=True):
+                normal, tangential = (level.value * penalty for penalty in contact_penalties(model, contact))
+                stiffer.append(dataclasses.replace(settings, normal_penalty=normal, tangential_penalty=tangential))
+            changes |= {"contacts": tuple(stiffer)} if study.contact is None else {"contact": stiffer[0]}
+    name, where = f"{run.name}_{level.label}", f"{run.where} at {level.label}"
+    return dataclasses.replace(run, name=name, where=where, study=dataclasses.replace(study, **changes))
 
 
 @dataclass(frozen=True)
@@ -204,30 +196,16 @@ def _run_convergence(plan: Plan, run: Run, levels: Mapping[Level, Run]) -> RunCo
     others = {level: stored_result(plan.folder / CONVERGENCE / other.name) for level, other in levels.items()}
     _check_meshes(run, base, others)
     numbers = {level: quantities(result) for level, result in others.items()}
-    settings: dict[str, list[Level]] = {}
-    for level in others:
-        settings.setdefault(level.setting, []).append(level)
-    sizes = {
-        setting: (
-            run.study.time.alpha if setting == "alpha" else 1.0,
-            *(_size(level, base, others[level]) for level in of_setting),
-        )
-        for setting, of_setting in settings.items()
-    }
-    convergences = {
-        key: Convergence(
-            quantity.label,
-            quantity.unit,
-            quantity.value,
-            {
-                setting: Series(
-                    setting, sizes[setting], (quantity.value, *(numbers[level][key].value for level in of_setting))
-                )
-                for setting, of_setting in settings.items()
-            },
-        )
-        for key, quantity in quantities(base).items()
-    }
+    convergences = {}
+    for key, quantity in quantities(base).items():
+        series = {}
+        for setting, group in itertools.groupby(others, lambda level: level.setting):
+            of_setting = list(group)
+            in_use = run.study.time.alpha if setting == "alpha" else 1.0
+            sizes = in_use, *(_size(level, base, others[level]) for level in of_setting)
+            values = quantity.value, *(numbers[level][key].value for level in of_setting)
+            series[setting] = Series(setting, sizes, values)
+        convergences[key] = Convergence(quantity.label, quantity.unit, quantity.value, series)
     return RunConvergence(run.name, plan.identities[run.name], convergences)
 
 
@@ -241,9 +219,7 @@ def _size(level: Level, base: RunResult, result: RunResult) -> float:
 def _check_meshes(run: Run, base: RunResult, levels: Mapping[Level, RunResult]) -> None:
     """Refuse factors that give the same mesh twice: element sizes are fitted to ridges and outlines."""
     hashes = {base.mesh_hash: "the study itself"}
-    for level, result in levels.items():
-        if level.setting != "mesh":
-            continue
+    for level, result in ((level, result) for level, result in levels.items() if level.setting == "mesh"):
         twin = hashes.setdefault(result.mesh_hash, level.label)
         if twin != level.label:
             fault = f"factor {level.value:g} gives the same mesh as {twin}"

@@ -195,7 +195,16 @@ class Study:
     @property
     def mapping(self) -> dict[str, Any]:
         """All that it says, as plain data that a study file could hold."""
-        result = _mapping_of(self.base)
+        result: dict[str, Any]
+        match self.base:
+            case Study():
+                result = self.base.mapping
+            case Definition():
+                result = as_mapping(self.base)
+            case Mapping():
+                result = _plain(self.base)
+            case _:
+                result = read_with_base(_file(self.base))
         for path, value in (self.changes or {}).items():
             try:
                 assign(result, path, _plain(value))
@@ -308,18 +317,6 @@ def _file(base: str | os.PathLike[str]) -> Path:
     path = Path(base)
     shipped = None if path.exists() or path.name != str(base) or path.suffix else example_path(str(base))
     return shipped or path
-
-
-def _mapping_of(base: Any) -> dict[str, Any]:
-    if isinstance(base, Study):
-        return base.mapping
-    if isinstance(base, Definition):
-        written: dict[str, Any] = as_mapping(base)
-        return written
-    if isinstance(base, Mapping):
-        plain: dict[str, Any] = _plain(base)
-        return plain
-    return read_with_base(_file(base))
 
 
 def _plain(value: Any) -> Any:

@@ -93,36 +93,19 @@ class Column:
         """Write an uncertainty; one below the last digit is not nothing."""
         if self.digits is None:
             return f"{value:.2g}"
-        return (
-            self.format(value)
-            if value >= 0.5 * 10.0**-self.digits
-            else f"<{10.0**-self.digits:.{max(self.digits, 0)}f}"
-        )
+        least = 10.0**-self.digits
+        return self.format(value) if value >= 0.5 * least else f"<{least:.{max(self.digits, 0)}f}"
 
 
 @dataclass(frozen=True)
 class Table:
-    """A table as data.
+    """A table as data: of an empty cell the value is None, of one without a value for a reason :class:`Missing`."""
 
-    Parameters
-    ----------
-    title : str
-        What it shows.
-    columns : tuple of Column
-        Its columns.
-    rows : tuple of tuple
-        A cell for each column; None for an empty cell, :class:`Missing` where a value is missing for a reason.
-    note : str
-        What a reader has to know.
-    marked : tuple of int
-        Numbers of the rows that stand out.
-    """
-
-    title: str
-    columns: tuple[Column, ...]
-    rows: tuple[tuple[Cell, ...], ...]
-    note: str = ""
-    marked: tuple[int, ...] = ()
+    title: str  # what it shows
+    columns: tuple[Column, ...]  # its columns
+    rows: tuple[tuple[Cell, ...], ...]  # a cell for each column
+    note: str = ""  # what a reader has to know
+    marked: tuple[int, ...] = ()  # numbers of the rows that stand out
 
     @property
     def legend(self) -> str:
@@ -149,9 +132,8 @@ def to_markdown(table: Table) -> str:
 
 def to_csv(table: Table) -> str:
     """Write a table as CSV with full precision; a missing value is an empty field, whatever the reason."""
-    return csv_text(
-        [[column.name for column in table.columns], *([_exact(cell) for cell in row] for row in table.rows)]
-    )
+    names = [column.name for column in table.columns]
+    return csv_text([names, *([_exact(cell) for cell in row] for row in table.rows)])
 
 
 def to_mapping(table: Table) -> dict[str, Any]:

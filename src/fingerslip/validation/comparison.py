@@ -42,47 +42,19 @@ PAPERS = ("wang2014", "bulens2023")
 _TRAVEL_RESOLUTION = TIME_RESOLUTION * 3.0 / (0.6 * 1.5)
 _TRAVEL_PER_SECOND = _TRAVEL_RESOLUTION / TIME_RESOLUTION
 # Statements on the phalanges that do not rest on acceleration peaks, of which large strain shows no other ones.
-_AT_LARGE_STRAIN = (
-    "overall-order",
-    "latency-order",
-    "edges-first",
-    "density-rises",
-    "density-then-stays",
-    "density-larger-in-b",
-)
+_AT_LARGE_STRAIN = {
+    *("overall-order", "latency-order", "edges-first"),
+    *("density-rises", "density-then-stays", "density-larger-in-b"),
+}
 
 
 def validate(work: Work, *, papers: Sequence[str] = PAPERS) -> tuple[Row, ...]:
-    """Compare the shipped studies with the published values.
+    """Run the shipped studies, as far as they are not finished, and compare them with the values of papers.
 
-    The studies are run like any other; runs that are finished with the same inputs are read back.
-
-    Parameters
-    ----------
-    work : Work
-        Where studies are read and results are kept, and how they are computed.
-    papers : sequence of str, optional
-        Those of :data:`PAPERS` whose values are compared.
-
-    Returns
-    -------
-    tuple of Row
-        Calibrated rows first, then the predictions, misses included; those on the sensor last.
-
-    Raises
-    ------
-    InputError
-        Where a study file is missing or wrong.
-    StudyFailedError
-        Where runs failed.
-    ResultError
-        Where results cannot be written or read back.
+    Calibrated rows are first, then the predictions, misses included; those on the sensor are last.
     """
     fingers, sensors = (paper in papers for paper in PAPERS)
-    return (
-        *(rows_of(gather(work)) if fingers else ()),
-        *(sensor_rows(work) if sensors else ()),
-    )
+    return (*(rows_of(gather(work)) if fingers else ()), *(sensor_rows(work) if sensors else ()))
 
 
 def rows_of(evidence: Evidence) -> tuple[Row, ...]:

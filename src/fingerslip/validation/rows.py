@@ -88,9 +88,8 @@ def number_row(
         raise ValueError(f"{value.id} is no number")
     difference = None if ours is None else difference_from(ours, value.span or (value.value, value.value))
     verdict = _verdict(difference, uncertainty, resolution) if comparable else "not comparable"
-    return Row(
-        quantity, value.source, value.span or value.value, ours, difference, uncertainty, verdict, basis, value.unit
-    )
+    published = value.span or value.value
+    return Row(quantity, value.source, published, ours, difference, uncertainty, verdict, basis, value.unit)
 
 
 def statement_row(
@@ -106,18 +105,14 @@ def statement_row(
     verdict: Verdict = "not found"
     if not comparable:
         verdict = "not comparable"
+    elif isinstance(outcome, tuple):
+        verdict = "holds" if outcome[0] > 0 == outcome[1] else "fails"
     elif outcome is not None:
-        verdict = "holds" if _holds(value, outcome) else "fails"
+        match = _RULE.search(value.check)
+        if match is None:
+            raise ValueError(f"{value.id}: no rule of the kind 'holds above 1' in '{value.check}'")
+        verdict = "holds" if _RULES[match[1]](outcome, float(match[2])) else "fails"
     return Row(value.check, value.source, None, number, None, uncertainty, verdict, basis, value.unit, value.statement)
-
-
-def _holds(value: PublishedValue, outcome: float | tuple[int, int]) -> bool:
-    if isinstance(outcome, tuple):
-        return outcome[0] > 0 == outcome[1]
-    match = _RULE.search(value.check)
-    if match is None:
-        raise ValueError(f"{value.id}: no rule of the kind 'holds above 1' in '{value.check}'")
-    return bool(_RULES[match[1]](outcome, float(match[2])))
 
 
 def difference_from(ours: float, span: tuple[float, float]) -> float:
@@ -143,13 +138,9 @@ def rows_mapping(rows: Sequence[Any]) -> list[dict[str, Any]]:
 def rows_table(rows: Sequence[Row], *origins: str) -> Table:
     """Put the rows into one table."""
     columns = (
-        Column("quantity"),
-        Column("source"),
-        Column("published"),
+        *map(Column, ("quantity", "source", "published")),
         *(Column(name, digits=3) for name in ("ours", "difference", "uncertainty")),
-        Column("unit"),
-        Column("verdict"),
-        Column("basis"),
+        *map(Column, ("unit", "verdict", "basis")),
     )
     note = " ".join([_NOTE, *filter(None, origins)])
     return Table("Validation against published values", columns, tuple(_cells(row) for row in rows), note)
@@ -312,14 +303,16 @@ def geometry_rows(study: StudyResult) -> tuple[GeometryRow, ...]:
 
 def geometry_table(rows: tuple[GeometryRow, ...], origin: str = "") -> Table:
     """Put the rows into one table."""
-    columns = (
-        *(Column(name) for name in ("quantity", "source", "published [s]")),
-        *INTERVAL_COLUMNS,
-        Column("published lies"),
-        Column("found in"),
-    )
+    first, last = ("quantity", "source", "published [s]"), ("published lies", "found in")
+    cells = []
+    for row in rows:
+        times = row.published if isinstance(row.published, tuple) else (row.published,)
+        interval: tuple[Cell, ...] = row.interval or (Missing.NO_EVENT,) * len(INTERVAL_COLUMNS)
+        published, where = " to ".join(f"{time:.2f}" for time in times), row.where or Missing.NOT_DEFINED
+        cells.append((row.quantity, row.source, published, *interval, where, f"{row.found} of {row.samples}"))
+    columns = (*map(Column, first), *INTERVAL_COLUMNS, *map(Column, last))
     note = f"{_GEOMETRY_NOTE} {origin}".strip() if rows else origin
-    return Table("What the unknown geometry allows", columns, tuple(_geometry_cells(row) for row in rows), note)
+    return Table("What the unknown geometry allows", columns, tuple(cells), note)
 
 
 def _geometry_row(entry: PublishedInterval, model: str) -> GeometryRow:
@@ -338,15 +331,4 @@ def _geometry_row(entry: PublishedInterval, model: str) -> GeometryRow:
         where=entry.where,
         found=0 if interval is None else len(interval.values),
         samples=entry.samples,
-    )
-
-
-def _geometry_cells(row: GeometryRow) -> tuple[Cell, ...]:
-    times = row.published if isinstance(row.published, tuple) else (row.published,)
-    interval: tuple[Cell, ...] = row.interval or (Missing.NO_EVENT,) * len(INTERVAL_COLUMNS)
-    return (
-        *(row.quantity, row.source, " to ".join(f"{time:.2f}" for time in times)),
-        *interval,
-        row.where or Missing.NOT_DEFINED,
-        f"{row.found} of {row.samples}",
     )

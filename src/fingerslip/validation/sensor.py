@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from fingerslip.detect.evaluation.crossval import Evaluation, Unseen
-    from fingerslip.detect.evaluation.scores import EventScores, FrameScores
+    from fingerslip.detect.evaluation.scores import FrameScores
     from fingerslip.detect.trials import TrialSet
 
 #: The study whose runs are compared, and the value that tells its skins apart.
@@ -71,7 +71,7 @@ def measure_sensor(run: RunResult, history: xr.Dataset) -> SensorMeasures:
     def at(time: float) -> Floats:
         return np.array([np.interp(time, history["time"].values, column) for column in along.T])
 
-    slips, slip = skin_marker_slips(history), run.events.slip
+    slip = run.events.slip
     overall = None if slip.overall is None else at(slip.overall)
     outermost = 0.0 if overall is None else float(overall[rings == rings.max()].mean())
     spread = None
@@ -80,7 +80,7 @@ def measure_sensor(run: RunResult, history: xr.Dataset) -> SensorMeasures:
     return SensorMeasures(
         ridged=bool(run.swept[_RIDGED]),
         depth=str(run.swept[_DEPTH]),
-        before_centre=None if slips is None else share_before_centre(slips),
+        before_centre=share_before_centre(skin_marker_slips(history)),
         cycles=stick_slip_cycles(history),
         ahead=float(overall[rings == 0].mean()) / outermost if overall is not None and outermost > 0.0 else None,
         spread=spread,
@@ -222,20 +222,20 @@ def rows_of_pouring(detection: Unseen, where: str) -> tuple[Row, ...]:
     """
     from fingerslip.detect.evaluation.crossval import READINGS
 
-    return tuple(row for name in reversed(READINGS) for row in _rows_of_reading(detection.scores[name], where, name))
-
-
-def _rows_of_reading(scores: EventScores, where: str, reading: str) -> Iterator[Row]:
-    missed = f", {scores.missed} of {scores.trials} trials missed" if scores.missed else ""
-    for value in published_set(_NUMBERS).values:
-        name, resolution = _SCORES[value.id]
-        ours = getattr(scores, name)
-        number = ours.value if isinstance(ours, Estimate) else ours
-        words = f"{value.quantity.replace('_', ' ')} while pouring, {where}, forest ({reading}{missed})"
-        yield number_row(words, value, number, half_width(ours), resolution=resolution)
-    for value in published_set(_STATEMENTS).values:
-        named = replace(value, check=f"{value.check} ({where}, {reading})")
-        yield statement_row(named, scores.gross_found.value, half_width(scores.gross_found))
+    rows = []
+    for reading in reversed(READINGS):
+        scores = detection.scores[reading]
+        missed = f", {scores.missed} of {scores.trials} trials missed" if scores.missed else ""
+        for value in published_set(_NUMBERS).values:
+            name, resolution = _SCORES[value.id]
+            ours = getattr(scores, name)
+            number = ours.value if isinstance(ours, Estimate) else ours
+            words = f"{value.quantity.replace('_', ' ')} while pouring, {where}, forest ({reading}{missed})"
+            rows.append(number_row(words, value, number, half_width(ours), resolution=resolution))
+        for value in published_set(_STATEMENTS).values:
+            named = replace(value, check=f"{value.check} ({where}, {reading})")
+            rows.append(statement_row(named, scores.gross_found.value, half_width(scores.gross_found)))
+    return tuple(rows)
 
 
 def half_width(estimate: object) -> float | None:
@@ -244,8 +244,6 @@ def half_width(estimate: object) -> float | None:
         return None
     return (estimate.high - estimate.low) / 2.0
 
-
-# What simulates, samples and trains is loaded where rows are computed: stored ones are read without it.
 
 #: The study of the data set.
 DATA_SET = "bulens2023_dataset"
@@ -343,18 +341,16 @@ def detection_of(begun: Evaluation) -> Detection:
 def rows_of_detection(detection: Detection) -> tuple[Row, ...]:
     """Return a row for each published value in both splits, and for accuracies with conditions left out."""
     splits = {"frames split 90 to 10": detection.by_sample, "trials not seen": detection.by_trial}
-    return (
-        *(row for split, scores in splits.items() for row in _rows(split, scores)),
-        *(row for split, scores in detection.left_out.items() for row in _number_rows(split, scores, _ACCURACIES)),
-    )
-
-
-def _rows(split: str, scores: Mapping[str, FrameScores]) -> Iterator[Row]:
-    yield from _number_rows(split, scores, _RESOLUTIONS)
-    for value in published_set(_DETECTION_STATEMENTS).values:
-        slips = scores["forest"].matrix[NO_SLIP + 1 :]
-        row = statement_row(value, float(slips[:, NO_SLIP].sum() / slips.sum()), None)
-        yield replace(row, quantity=f"{row.quantity}; simulated slides, {split}")
+    rows: list[Row] = []
+    for split, scores in splits.items():
+        rows += _number_rows(split, scores, _RESOLUTIONS)
+        for value in published_set(_DETECTION_STATEMENTS).values:
+            slips = scores["forest"].matrix[NO_SLIP + 1 :]
+            row = statement_row(value, float(slips[:, NO_SLIP].sum() / slips.sum()), None)
+            rows.append(replace(row, quantity=f"{row.quantity}; simulated slides, {split}"))
+    for split, scores in detection.left_out.items():
+        rows += _number_rows(split, scores, _ACCURACIES)
+    return tuple(rows)
 
 
 def _number_rows(split: str, scores: Mapping[str, FrameScores], wanted: Collection[str]) -> Iterator[Row]:

@@ -48,14 +48,7 @@ def _pads(modulus: float, prony: Prony = ()) -> Model:
 def _travels(load: BuiltInLoad, since: float) -> list[float]:
     """Return the travels [m] where the grip rises some latencies after a time since the load began [s]."""
     held = HeldObject(
-        load=load,
-        mass=_MASS,
-        friction=_FRICTION,
-        margin=_MARGIN,
-        travel_limit=0.1,
-        settle=0.1,
-        rest=0.02,
-        step=_STEP,
+        load=load, mass=_MASS, friction=_FRICTION, margin=_MARGIN, travel_limit=0.1, settle=0.1, rest=0.02, step=_STEP
     )
     reaction = Reaction(Reflex(gain=10.0), Actuator(force_rate=_LIMIT_RATE / (2.0 * _FRICTION), largest_force=1e3))
     with Grasp(held, _pads(1e9), {"at once": AtOnce()}) as grasp:

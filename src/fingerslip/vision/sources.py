@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import queue
 import threading
 import time as clock
@@ -68,18 +69,15 @@ def _camera_frames(source: Any, name: str) -> Iterator[tuple[float, NDArray[Any]
         if not capture.isOpened():
             repair = "look whether it is plugged in, free, and has this index or address"
             raise InputError(name, "cannot be opened", "needs a camera that gives frames", repair)
-        is_file = capture.get(cv2.CAP_PROP_FRAME_COUNT) > 0
-        yield from _of_file(cv2, capture) if is_file else _newest(capture)
+        if capture.get(cv2.CAP_PROP_FRAME_COUNT) > 0:
+            rate, number = capture.get(cv2.CAP_PROP_FPS) or 30.0, itertools.count()
+            while (row := capture.read())[0]:
+                yield next(number) / rate, row[1]
+        else:
+            yield from _newest(capture)
     finally:
         if capture is not source:
             capture.release()
-
-
-def _of_file(cv2: Any, capture: Any) -> Iterator[tuple[float, NDArray[Any]]]:
-    rate, number = capture.get(cv2.CAP_PROP_FPS) or 30.0, 0
-    while (row := capture.read())[0]:
-        yield number / rate, row[1]
-        number += 1
 
 
 def _newest(capture: Any) -> Iterator[tuple[float, NDArray[Any]]]:

@@ -21,15 +21,10 @@ from fingerslip.storage.files import check_replaceable, new_file, new_folder, re
 
 
 def opencv() -> ModuleType:
-    """Return the module ``cv2``.
+    """Return the module ``cv2``; raise InputError where OpenCV is not installed.
 
     Its video reader says nothing on standard error unless ``OPENCV_FFMPEG_LOGLEVEL`` is set: what cannot be read is an
     error of ours, with the file and what to do.
-
-    Raises
-    ------
-    InputError
-        Where OpenCV is not installed.
     """
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")  # FFmpeg's level "quiet", read at the first video
     try:

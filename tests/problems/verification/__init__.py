@@ -1,27 +1,10 @@
 """Verification problems that only the tests compute, beside those of ``fingerslip verify``."""
 
-from fingerslip.verification.problem import Problem
-from problems.verification import (
-    bodies,
-    condensed,
-    controlled,
-    creep,
-    fingertip,
-    friction,
-    impact,
-    independent,
-    large_contact,
-    large_laws,
-    large_motion,
-    large_relaxation,
-    locking,
-    reduced,
-    resting,
-    viscous_contact,
-)
+from importlib import import_module
 
 _FILES = (
-    *(locking, condensed, reduced, impact, resting, bodies, friction, creep, controlled, viscous_contact, fingertip),
-    *(large_laws, large_relaxation, large_motion, large_contact, independent),
+    *("locking", "condensed", "reduced", "impact", "resting", "bodies", "friction", "creep", "controlled"),
+    *("viscous_contact", "fingertip"),
+    *("large_laws", "large_relaxation", "large_motion", "large_contact", "independent"),
 )
-PROBLEMS: tuple[Problem, ...] = tuple(problem for file in _FILES for problem in file.PROBLEMS)
+PROBLEMS = tuple(problem for name in _FILES for problem in import_module(f"problems.verification.{name}").PROBLEMS)

@@ -4,13 +4,9 @@ Fingers are blocks whose nodes are held along the surface, without Poisson's eff
 pressure s / (L / E + 1 / k_n), and friction is that of Coulomb's law on known normal forces.
 """
 
-from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
-import xarray as xr
-from numpy.typing import NDArray
 
 from fingerslip.contact.counterfaces import Plane
 from fingerslip.contact.friction import Coulomb
@@ -21,20 +17,18 @@ from fingerslip.model.programme import Hold, Press, Ramp
 from fingerslip.model.rigid_bodies import BodyLoad, BodyVelocity, Dampers, RigidBody, Springs
 from fingerslip.model.timing import QuasiStatic, TimeStepping
 from fingerslip.verification.meshes import axes_of, box, components, formulation_of
-from fingerslip.verification.problem import Check, Problem, absolute, each, relative, solve_problem
-
-Array = NDArray[np.float64]
+from fingerslip.verification.problem import Problem, absolute, each, relative, solve_problem
 
 _SIZE, _MODULUS, _PENALTY, _MU, _GRAVITY = 10e-3, 1e5, 1e9, 0.5, 9.81
 _AREA = _SIZE**2
 
 
-def _plane(element: str) -> dict[str, Any]:
+def _plane(element):
     """Return the formulation, with a depth in 2D that makes its areas those in 3D."""
     return {"formulation": formulation_of(element)} | ({"depth": _SIZE} if element == "Q4" else {})
 
 
-def _pad(element: str, modulus: float, along: Array, height: Array) -> dict[str, Any]:
+def _pad(element, modulus, along, height):
     """Return what a model of a pad that is held at its lower side and along its surface consists of."""
     return {
         "mesh": box(element, along, along, height),
@@ -44,21 +38,21 @@ def _pad(element: str, modulus: float, along: Array, height: Array) -> dict[str,
     }
 
 
-def _downwards(element: str) -> tuple[float, ...]:
+def _downwards(element):
     return components(element, 0.0, 0.0, -1.0)
 
 
-def _weight(element: str) -> tuple[float, ...]:
+def _weight(element):
     return components(element, 0.0, 0.0, -_GRAVITY)
 
 
-def _crossings(values: Array, time: Array) -> Array:
+def _crossings(values, time):
     """Return the times at which values grow through zero [s]."""
     up = np.flatnonzero((values[:-1] < 0.0) & (values[1:] >= 0.0))
     return time[up] - values[up] * (time[up + 1] - time[up]) / (values[up + 1] - values[up])
 
 
-def _slide(element: str) -> Iterator[Check]:
+def _slide(element):
     """Let a block of 0.1 kg slide on a stiff pad under its weight from 1 m/s.
 
     The weight acts at once: the block's bounce, 1/omega = 1 ms long at a contact stiffness of 1e5 N/m, may shift the
@@ -93,13 +87,13 @@ _GRIP = 2 * _MU * _FORCE
 _TANGENTIAL = 2 * _PENALTY * _AREA
 
 
-def _gripped(element: str, body: RigidBody, **changes: Any) -> xr.Dataset:
+def _gripped(element, body, **changes):
     """Return the history of a body between two fingers that close on it in 20 ms; all are held along its surface."""
     axes, high = axes_of(element), np.linspace(-_SIZE / 2, _SIZE / 2, 3)
     sides = {"left": np.linspace(-3 * _SIZE / 2, -_SIZE / 2, 3), "right": np.linspace(_SIZE / 2, 3 * _SIZE / 2, 3)}
     closing = Ramp((0.0, _CLOSED), (0.0, 1.0))
 
-    def across(value: float) -> tuple[float, ...]:
+    def across(value):
         return components(element, value, 0.0, 0.0)
 
     model = Model(
@@ -122,7 +116,7 @@ def _gripped(element: str, body: RigidBody, **changes: Any) -> xr.Dataset:
     return solve_problem(model)
 
 
-def _jug(element: str) -> Iterator[Check]:
+def _jug(element):
     """Fill a jug, 1.25 times as heavy as two fingers can hold, in 0.5 s.
 
     On the springs of stick friction, with omega = 1e3 rad/s, the growing weight makes ripples of 1/(omega 0.5 s) =
@@ -149,14 +143,14 @@ def _jug(element: str) -> Iterator[Check]:
 _STIFFNESS = _TANGENTIAL / 1e3
 
 
-def _pulled(element: str, mass: float, pull: float, ramp: Ramp, time: TimeStepping) -> xr.Dataset:
+def _pulled(element, mass, pull, ramp, time):
     """Return the history of a block on a spring between two fingers, under a load [N] along its spring."""
     up = axes_of(element)[-1]
     loads, springs = (BodyLoad(**{up: pull}, ramp=ramp),), Springs(**{up: _STIFFNESS})
     return _gripped(element, RigidBody(mass, free=(up,), springs=springs, loads=loads), time=time)
 
 
-def _sprung(element: str) -> Iterator[Check]:
+def _sprung(element):
     """Pull a block on a spring against the friction of two fingers, and let it go: it loses 2 F/k every half cycle.
 
     The friction springs stretch by F/k_t = 1e-3 F/k at each turn, and 500 steps a cycle at alpha = -0.01 take less than
@@ -186,7 +180,7 @@ def _sprung(element: str) -> Iterator[Check]:
     yield relative("period in stick [s]", 0.02, period, 2e-3)
 
 
-def _fall(element: str) -> Iterator[Check]:
+def _fall(element):
     """Let a body fall through a damper: v = (m g / c) (1 - exp(-c t / m)).
 
     The trapezoidal rule at 200 steps a time constant errs by 1/(12 200^2) = 2e-6; 1e-5.
@@ -207,14 +201,14 @@ def _fall(element: str) -> Iterator[Check]:
     yield absolute("velocity, largest error / terminal", 0.0, float(np.abs(rate - exact).max() / terminal), 1e-5)
 
 
-def _turn(element: str) -> Iterator[Check]:
+def _turn(element):
     """Turn a body on a torsion spring, and a plate on the springs of a stiff pad.
 
     The pad gives way by its penalty alone, so that its stiffness against a turn is the sum of k_n A x^2 over the nodes.
     500 steps a period leave 2e-5 in the period; in steps without inertia nothing but rounding, and E / (k_n L) = 1e-5
     of the pad's own stiffness.
     """
-    about: Any = "rz" if element == "Q4" else "ry"
+    about = "rz" if element == "Q4" else "ry"
     inertia = (2e-5,) * (1 if element == "Q4" else 3)
     body = RigidBody(1.0, free=(about,), centre=components(element, 0.0, 0.0, 0.0), inertia=inertia)
     pad = _pad(element, 1e14 * 2e-3, np.linspace(-_SIZE / 2, _SIZE / 2, 5), np.linspace(-2e-3, 0.0, 2))
@@ -227,12 +221,11 @@ def _turn(element: str) -> Iterator[Check]:
     yield from _rocking(element, body, pad)
 
 
-def _rotation(history: xr.Dataset, about: str) -> Array:
-    rotation: Array = history["rigid_body_rotation"].sel(rotation_axis=about[1]).values[:, 0]
-    return rotation
+def _rotation(history, about):
+    return history["rigid_body_rotation"].sel(rotation_axis=about[1]).values[:, 0]
 
 
-def _rocking(element: str, body: RigidBody, pad: Mapping[str, Any]) -> Iterator[Check]:
+def _rocking(element, body, pad):
     """Press a plate on the pad, and turn it by a moment at rest and by a blow."""
     (about,), depth = body.free, 20e-6
     contact = Contact("top", Plane(_downwards(element)), Coulomb(0.0), _PENALTY, rigid_body="plate")

@@ -3,24 +3,15 @@
 The reference is :mod:`problems.verification.reference`: Newton's method on all displacements with dense matrices.
 """
 
-from collections.abc import Iterator, Sequence
-
 import numpy as np
-from numpy.typing import NDArray
 
 import fingerslip as fs
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.dynamics.recording.steps import step_times
-from fingerslip.dynamics.step.state import State
-from fingerslip.dynamics.system.system import System
-from fingerslip.fe.integration import Integration
 from fingerslip.linear.resources import allowed_threads, limited_threads, suitable_threads
-from fingerslip.linear.solver import LinearSolver
 from fingerslip.verification.meshes import axes_of, box, components, dimension, formulation_of
-from fingerslip.verification.problem import Check, Problem, absolute
+from fingerslip.verification.problem import Problem, absolute
 from problems.verification.reference import condensed_states, full_motions, full_system, make_stepper
-
-Array = NDArray[np.float64]
 
 _STEP, _ALPHA, _PENALTY, _MU = 2e-3, -0.05, 1e8, 0.4
 # 7 % of critical damping in the block's first shear mode, at about 1300 rad/s.
@@ -31,7 +22,7 @@ _SIDES = {2: (10e-3, 4e-3), 3: (10e-3, 6e-3, 4e-3)}
 _COUNTS = {2: ((9, 4), (5, 3)), 3: ((5, 3, 3), (4, 2, 2))}
 
 
-def _model(element: str, integration: Integration) -> fs.Model:
+def _model(element, integration):
     """Return a soft block whose edges lift and slip first, pressed and dragged into overall slip."""
     dim = dimension(element)
     grids = map(np.linspace, (0.0,) * dim, _SIDES[dim], _COUNTS[dim][element in {"T6", "T10"}])
@@ -49,14 +40,14 @@ def _model(element: str, integration: Integration) -> fs.Model:
     )
 
 
-def _everywhere(states: Sequence[State], name: str, system: System) -> Array:
+def _everywhere(states, name, system):
     """Return a field on all degrees of freedom at every time, zero where they are held, shape (n_times, n_dofs)."""
     field = np.zeros((len(states), system.space.n_dofs))
     field[:, system.free] = [getattr(state, name) for state in states]
     return field
 
 
-def compared(element: str, integration: Integration, solver: LinearSolver | None = None) -> Iterator[Check]:
+def compared(element, integration, solver=None):
     """Compare one element over a whole press and slide, at every node and every step."""
     model = _model(element, integration)
     stepper, times, full = make_stepper(model, solver), step_times(model), full_system(model)
@@ -75,7 +66,7 @@ def compared(element: str, integration: Integration, solver: LinearSolver | None
     yield absolute("states that never occur", 0.0, len({OPEN, STICK, SLIP} - seen), 0.0)
 
 
-def _cases(linear: str, *elements: str) -> dict[str, tuple[str, str]]:
+def _cases(linear, *elements):
     """Return cases of some elements, and of nodal integration of linear ones."""
     return {element: (element, "selective") for element in elements} | {f"{linear} nodal": (linear, "nodal")}
 

@@ -1,30 +1,25 @@
 """Steps that control their own error: creep and relaxation over minutes, and an oscillator."""
 
 import math
-from collections.abc import Iterator
 
 import numpy as np
-import xarray as xr
-from numpy.typing import NDArray
 
 import fingerslip as fs
 from fingerslip.verification.meshes import box
-from fingerslip.verification.problem import Check, Problem, absolute, solve_problem
+from fingerslip.verification.problem import Problem, absolute, solve_problem
 from fingerslip.verification.viscoelastic import stretched_bar
-
-Array = NDArray[np.float64]
 
 _SIZE, _MODULUS, _DENSITY, _TRACTION = 10e-3, 34e3, 1000.0, 100.0
 _RETARDATION, _HOLD = 0.5, 120.0
 _TOLERANCES = 0.03, 0.01, 0.003, 0.001
 
 
-def _order(errors: list[float]) -> float:
+def _order(errors):
     """Return the power of the tolerance with which errors fall."""
     return float(np.polyfit(np.log(_TOLERANCES), np.log(errors), 1)[0])
 
 
-def _loaded(damping: float, time: fs.Adaptive) -> tuple[xr.Dataset, Array]:
+def _loaded(damping, time):
     """Return what happens to a bar that is pulled from the start on, and its stretch over the static one."""
     model = fs.Model(
         mesh=box("Q4", np.array([0.0, _SIZE]), np.array([0.0, _SIZE])),
@@ -40,7 +35,7 @@ def _loaded(damping: float, time: fs.Adaptive) -> tuple[xr.Dataset, Array]:
     return history, history["displacement"].values[:, 0, 0] / (_TRACTION / _MODULUS * _SIZE)
 
 
-def _creep() -> Iterator[Check]:
+def _creep():
     """Pull a Kelvin-Voigt bar, u = u_oo [1 - exp(-t/tau)], and leave it for 240 retardation times.
 
     Equal steps h of implicit Euler leave an error of h/(2 e tau), so that many of these would be needed for the same.
@@ -57,7 +52,7 @@ def _creep() -> Iterator[Check]:
     yield absolute("order in the tolerance", 1.0, _order(errors), 0.2)
 
 
-def _relaxation() -> Iterator[Check]:
+def _relaxation():
     """Stretch a bar that relaxes by a ramp, and hold it for two minutes.
 
     Equal steps of a fiftieth of the relaxation time, 0.1 s, would be 60,000.
@@ -68,7 +63,7 @@ def _relaxation() -> Iterator[Check]:
     yield absolute("steps / equal ones", 0.0, history.attrs["steps_taken"] * 0.1 / (50 * _HOLD), 0.02)
 
 
-def _oscillator() -> Iterator[Check]:
+def _oscillator():
     """Let a bar without damping swing about u_oo six times.
 
     A dynamic step leaves h^3, so that what steps of one tolerance leave together is its power 2/3.

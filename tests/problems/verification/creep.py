@@ -4,12 +4,10 @@ Blocks on a plane, in 2D and in 3D, loaded with a tangential force of 0.99 mu N 
 they move beyond their elastic slip, the stretch t / k_t of the tangential penalties, is slip: there must be none.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-import xarray as xr
-from numpy.typing import NDArray
 
 from fingerslip.contact.counterfaces import Plane
 from fingerslip.contact.friction import Coulomb
@@ -18,9 +16,7 @@ from fingerslip.model.model import Component, Contact, Model, Traction
 from fingerslip.model.programme import Hold, Phase, Press, Ramp, Slide
 from fingerslip.model.timing import TimeStepping
 from fingerslip.verification.meshes import axes_of, box, components, formulation_of
-from fingerslip.verification.problem import Check, Problem, absolute, relative, solve_problem
-
-Array = NDArray[np.float64]
+from fingerslip.verification.problem import Problem, absolute, relative, solve_problem
 
 _LENGTH, _HEIGHT, _MODULUS, _PENALTY, _DEPTH, _MU = 10e-3, 4e-3, 34e3, 1e8, 20e-6, 0.5
 _PRESSURE, _SHARE = _PENALTY * _DEPTH, 0.99
@@ -44,14 +40,14 @@ class _Block:
     alpha: float = -0.05  # numerical damping
 
     @property
-    def tractions(self) -> dict[str, Traction]:
+    def tractions(self):
         """The load that pulls it where the plate does not."""
         if any(isinstance(phase, Slide) for phase in self.programme):
             return {}
         ramp = Ramp((10 * _STEP, 10 * _STEP + _RAMP), (0.0, 1.0))
         return {"top": Traction(components(self.element, _SHEAR, 0.0, 0.0), ramp)}
 
-    def history(self) -> xr.Dataset:
+    def history(self):
         """Return what happens until an hour after the ramp."""
         length, width, height = np.linspace(0, _LENGTH, 6), np.linspace(0, _LENGTH, 3), np.linspace(0, _HEIGHT, 3)
         up = Plane(components(self.element, 0.0, 0.0, 1.0))
@@ -68,7 +64,7 @@ class _Block:
         return solve_problem(model)
 
 
-def _drift_and_share(history: xr.Dataset) -> tuple[float, Array]:
+def _drift_and_share(history):
     """Return what happens in the hour after the load has reached its end.
 
     That is the longest way that any contact node slips on the plate [m], beyond its elastic slip, along and across the
@@ -83,7 +79,7 @@ def _drift_and_share(history: xr.Dataset) -> tuple[float, Array]:
     return drift, np.abs(force[:, 0]) / (_MU * np.abs(force[:, -1]))
 
 
-def _overshoot() -> float:
+def _overshoot():
     """Return by how much the heavy block's traction swings about its mean after the ramp, H / (c T), relative to it.
 
     A load that has risen for a time T stops: the shear wave of speed c that says so comes to the plate H / c later, and
@@ -93,7 +89,7 @@ def _overshoot() -> float:
     return float((_HEIGHT + _SHEAR_MODULUS / _PENALTY) / (speed * _RAMP))
 
 
-def _blocks(element: str) -> dict[str, _Block]:
+def _blocks(element):
     """Return the blocks by name.
 
     In the first three all nodes are held along the normal, so that pressure and traction are uniform and known. The
@@ -111,7 +107,7 @@ def _blocks(element: str) -> dict[str, _Block]:
     }
 
 
-def _creep(block: _Block, allowed: float) -> Iterator[Check]:
+def _creep(block, allowed):
     """Allow a nanometre in an hour, where the elastic slip is 10 um."""
     drift, share = _drift_and_share(block.history())
     yield absolute("drift in an hour [m]", 0.0, drift, _ALLOWED)

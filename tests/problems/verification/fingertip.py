@@ -1,12 +1,11 @@
 """Refinement of the fingertip of the shipped two-dimensional study in mesh, time step and contact stiffness."""
 
 import dataclasses
-from collections.abc import Callable, Iterator, Sequence
 
 import fingerslip as fs
 from fingerslip.dynamics.system.checks import contact_penalties
-from fingerslip.uncertainty import ORDERS, Refinement, Series, refine
-from fingerslip.verification.problem import Check, Problem, VerificationError, absolute, solve_problem
+from fingerslip.uncertainty import ORDERS, Series, refine
+from fingerslip.verification.problem import Problem, VerificationError, absolute, solve_problem
 
 _SIZES = (0.12e-3, 0.28e-3)
 _MESHES = (1.0, 2.0 / 3.0, 0.5)
@@ -16,7 +15,7 @@ _COMPLIANCES = (1.0, 0.25, 0.0625)
 _RESOLUTION = 0.010
 
 
-def _model(mesh_factor: float = 1.0, step_factor: float = 1.0) -> fs.Model:
+def _model(mesh_factor=1.0, step_factor=1.0):
     finger = fs.preset("wang2014-2d")
     return fs.Model(
         mesh=fs.build_section(finger, contact_size=mesh_factor * _SIZES[0], bulk_size=mesh_factor * _SIZES[1]),
@@ -30,14 +29,14 @@ def _model(mesh_factor: float = 1.0, step_factor: float = 1.0) -> fs.Model:
     )
 
 
-def _softer(model: fs.Model, compliance: float) -> fs.Model:
+def _softer(model, compliance):
     (contact,) = model.contacts
     normal, tangential = contact_penalties(model, contact)
     stiff = dataclasses.replace(contact, normal_penalty=normal / compliance, tangential_penalty=tangential / compliance)
     return dataclasses.replace(model, contacts=(stiff,))
 
 
-def _refinement() -> Iterator[Check]:
+def _refinement():
     """Hold the uncertainty of the slip times against the resolution of the published ones, and show an order.
 
     The penalties act in first order; overall slip as read from displacement shows it, because it is not rounded to
@@ -49,10 +48,7 @@ def _refinement() -> Iterator[Check]:
         "step": [fs.find_events(solve_problem(_model(step_factor=factor))) for factor in _STEPS],
         "penalty": [fs.find_events(solve_problem(_softer(base, factor))) for factor in _COMPLIANCES],
     }
-    times: tuple[tuple[str, Callable[[fs.Events], float | None]], ...] = (
-        ("three-quarter", lambda found: found.slip.three_quarter),
-        ("overall", lambda found: found.slip.overall),
-    )
+    times = (("three-quarter", lambda found: found.slip.three_quarter), ("overall", lambda found: found.slip.overall))
     for setting, runs in events.items():
         for name, read in times:
             error = _refined(setting, runs, read).uncertainty
@@ -63,7 +59,7 @@ def _refinement() -> Iterator[Check]:
     yield absolute("overall slip: observed order in the contact compliance", 1.0, order or 0.0, 0.2)
 
 
-def _refined(setting: str, runs: Sequence[fs.Events], read: Callable[[fs.Events], float | None]) -> Refinement:
+def _refined(setting, runs, read):
     sizes = {"mesh": _MESHES, "step": _STEPS, "penalty": _COMPLIANCES}[setting]
     return refine(Series(setting, sizes, tuple(map(read, runs))), ORDERS[setting])
 

@@ -1,15 +1,11 @@
 """Friction laws against the closed form of a uniform contact, and their derivatives by finite differences."""
 
-from collections.abc import Callable, Iterator
-
 import numpy as np
-import xarray as xr
 
 import fingerslip as fs
-from fingerslip.contact.friction import FrictionLaw
 from fingerslip.contact.states import SLIP
 from fingerslip.verification.blocks import PRESSURE, SHEAR_STIFFNESS, drag_block
-from fingerslip.verification.problem import Check, Problem, absolute, each, relative
+from fingerslip.verification.problem import Problem, absolute, each, relative
 
 # 20 um of press give the pressure of the module blocks.
 _DEPTH = 20e-6
@@ -24,13 +20,13 @@ _DIRECTION = (1.0, 1.0, 0.0)
 _WEAKENING = fs.SlipWeakening(0.5, 0.3, 0.4e-3)
 
 
-def _tractions(law: FrictionLaw, element: str, depth: float = _DEPTH, speed: float = 1e-3, step: int = -1) -> float:
+def _tractions(law, element, depth=_DEPTH, speed=1e-3, step=-1):
     """Return the friction traction [Pa] of the uniform contact along x, at a step."""
     history = drag_block(element, law, depth=depth, speed=speed)
     return float(history["tangential_traction"].values[step, :, 0].mean())
 
 
-def _laws() -> Iterator[Check]:
+def _laws():
     """Uniform pressure and slip rate: the laws hold at every node to rounding once all slip steadily."""
     rate = 1e-3
     falling = 0.45 + 0.05 * float(np.exp(-rate / 2e-3))
@@ -44,7 +40,7 @@ def _laws() -> Iterator[Check]:
     yield from _directions()
 
 
-def _directions() -> Iterator[Check]:
+def _directions():
     """Drag along the diagonal: Coulomb's traction follows it, the ellipse's has slip as its normal.
 
     The normal rule gives t = p (mu_1^2 d_1, mu_2^2 d_2) / sqrt(mu_1^2 d_1^2 + mu_2^2 d_2^2) for slip along d. The
@@ -59,13 +55,13 @@ def _directions() -> Iterator[Check]:
     yield relative("H8 Anisotropic, diagonal: F_y / N", 0.09 / scale, float(oval[1] / oval[2]), 1e-5)
 
 
-def _slope(of: Callable[[float], float], at: float) -> float:
+def _slope(of, at):
     """Return the central difference with a relative step of 1e-4."""
     change = 1e-4 * at
     return (of(at + change) - of(at - change)) / (2 * change)
 
 
-def _tangents() -> Iterator[Check]:
+def _tangents():
     """Take central differences of whole simulations on both sides of stick and slip.
 
     Their own error is the square of the relative step 1e-4, and rounding over it: 1e-6.
@@ -73,7 +69,7 @@ def _tangents() -> Iterator[Check]:
     rate = 1e-3
     falling = -(0.05 / 2e-3) * float(np.exp(-rate / 2e-3)) * PRESSURE
 
-    def by_pressure(law: FrictionLaw, element: str, step: int) -> float:
+    def by_pressure(law, element, step):
         return _slope(lambda depth: _tractions(law, element, depth=depth, step=step), _DEPTH) * _DEPTH / PRESSURE
 
     for element in ("Q4", "H8"):
@@ -91,7 +87,7 @@ def _tangents() -> Iterator[Check]:
         yield relative(f"{element} slip, StaticKinetic: dt / dv [Pa s/m]", falling, by_rate, 1e-4)
 
 
-def _weakening(element: str) -> Iterator[Check]:
+def _weakening(element):
     """Friction that falls with slip, on a contact that slips uniformly and steadily.
 
     Slip s and slide u balance where K (u - s) = mu(s) p. The law takes the slip at the start of a step, so friction is
@@ -117,7 +113,7 @@ def _weakening(element: str) -> Iterator[Check]:
     yield relative("work of weakening / (N distance)", (law.static - law.kinetic) / 2, weakened, 0.01)
 
 
-def _traction_at(slide: float, history: xr.Dataset) -> float:
+def _traction_at(slide, history):
     """Return the friction traction after a slide [Pa]."""
     slides = history["counterface_displacement"].values[:, 0, 0]
     return float(np.interp(slide, slides, history["tangential_traction"].values[:, :, 0].mean(axis=1)))

@@ -5,22 +5,15 @@ file has a law of its own with CalculiX's energy.
 """
 
 import json
-from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib import resources
-from typing import Any
 
 import numpy as np
-import xarray as xr
-from numpy.typing import NDArray
 
-from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.large_strain import deviator, isochoric_tangent, linearise, log_volume_of
 from fingerslip.uncertainty import Series, refine
-from fingerslip.verification.problem import Check, Problem, absolute, relative
+from fingerslip.verification.problem import Problem, absolute, relative
 from problems.verification.large_contact import dragged_cylinder
-
-Array = NDArray[np.float64]
 
 _SHEAR, _RATIO, _PENALTY, _DEPTH = 10e3, 0.45, 1e10, 2.5e-3
 _BULK = 2.0 * _SHEAR * (1.0 + _RATIO) / (3.0 * (1.0 - 2.0 * _RATIO))
@@ -41,45 +34,44 @@ class SplitNeoHookean:
     density: float = 1000.0  # mass density in the reference state [kg/m^3]
 
     @property
-    def stiffness(self) -> float:
+    def stiffness(self):
         """Young's modulus at rest [Pa]."""
         return self.at_rest().youngs_modulus
 
-    def at_rest(self) -> Elastic:
+    def at_rest(self):
         """Return the law at small strain."""
         return linearise(self.shear_modulus, self.bulk_modulus, None, self.density)
 
-    def stored_energy(self, log_strain: Array) -> Array:
+    def stored_energy(self, log_strain):
         """Return the strain energy per reference volume [J/m^3], shape (n,), of logarithmic strains (n, 3)."""
         shape = np.exp(2.0 * deviator(log_strain)).sum(axis=1) - 3.0
-        energy: Array = 0.5 * self.shear_modulus * shape + self.volumetric(log_volume_of(log_strain))[0]
-        return energy
+        return 0.5 * self.shear_modulus * shape + self.volumetric(log_volume_of(log_strain))[0]
 
-    def kirchhoff_stress(self, log_strain: Array) -> Array:
+    def kirchhoff_stress(self, log_strain):
         """Return the principal Kirchhoff stresses [Pa], shape (n, 3), of logarithmic strains (n, 3)."""
         shape = deviator(self.shear_modulus * np.exp(2.0 * deviator(log_strain)))
         return shape + self.volumetric(log_volume_of(log_strain))[1][:, None]
 
-    def kirchhoff_tangent(self, log_strain: Array) -> Array:
+    def kirchhoff_tangent(self, log_strain):
         """Return the derivative of the stresses [Pa], shape (n, 3, 3), at logarithmic strains (n, 3)."""
         shape = isochoric_tangent(2.0 * self.shear_modulus * np.exp(2.0 * deviator(log_strain)))
         return shape + self.volumetric(log_volume_of(log_strain))[2][:, None, None]
 
-    def volumetric(self, log_volume: Array) -> tuple[Array, Array, Array]:
+    def volumetric(self, log_volume):
         """Return K/2 (J - 1)^2 and its two derivatives by ln J [Pa], each (n,), at ln J (n,)."""
         volume, modulus = np.exp(log_volume), self.bulk_modulus
         stress = modulus * volume * (volume - 1.0)
         return 0.5 * modulus * (volume - 1.0) ** 2, stress, modulus * volume * (2.0 * volume - 1.0)
 
 
-def calculix_runs() -> dict[tuple[float, int, float], dict[str, Any]]:
+def calculix_runs():
     """Return what CalculiX computed, by the length of cells [mm], increments and friction coefficient."""
     path = resources.files("fingerslip") / "data" / "independent" / "calculix_block.json"
     runs = json.loads(path.read_text(encoding="utf-8"))["runs"]
     return {(run["spacing_mm"], run["increments"], run["friction_coefficient"]): run for run in runs}
 
 
-def calculix_forces() -> tuple[Array, Array]:
+def calculix_forces():
     """Return CalculiX's forces on the block with friction in the limit of mesh and increment, and their uncertainties.
 
     Where three meshes or three increments show no limit, the number of those in use stays, as
@@ -99,7 +91,7 @@ def calculix_forces() -> tuple[Array, Array]:
     return found, spread
 
 
-def _compared() -> Iterator[Check]:
+def _compared():
     """Compare forces with friction, those of the press without it, and displacements of the top.
 
     The press without friction, computed on one mesh, is known as well as that with friction.
@@ -119,12 +111,12 @@ def _compared() -> Iterator[Check]:
     yield from _displacement_checks(history)
 
 
-def _dragged(friction: float) -> xr.Dataset:
+def _dragged(friction):
     material = SplitNeoHookean(_SHEAR, _BULK)
     return dragged_cylinder(_CELLS, _STEPS, material=material, penalty=_PENALTY, friction=friction)
 
 
-def _displacement_checks(history: xr.Dataset) -> Iterator[Check]:
+def _displacement_checks(history):
     """Yield how far the top of the block is from where CalculiX's finest mesh has it, per depth.
 
     Allowed is how far CalculiX's runs with friction lie apart, over meshes and increments.
@@ -142,14 +134,14 @@ def _displacement_checks(history: xr.Dataset) -> Iterator[Check]:
         yield absolute(label, 0.0, float(error), float(allowed))
 
 
-def _expected() -> tuple[Array, Array]:
+def _expected():
     """Return CalculiX's forces (8, 2) [N/m], and the errors that are allowed [-]: its own and those here."""
     forces, spread = calculix_forces()
     allowed = _OURS + spread / np.maximum(np.abs(forces), 1e-9)
     return forces, allowed
 
 
-def _record(place: int) -> int:
+def _record(place):
     """Return the record at the end of a quarter of press and slide."""
     return (place + 1) * _STEPS // 4
 

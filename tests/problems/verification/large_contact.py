@@ -1,17 +1,10 @@
 """A cylinder pressed deep into a neo-Hookean block and dragged, beside a second program's result."""
 
-from collections.abc import Iterator
-
 import numpy as np
-import xarray as xr
-from numpy.typing import NDArray
 
 import fingerslip as fs
-from fingerslip.materials.large_strain import FiniteMaterial
 from fingerslip.verification.meshes import box
-from fingerslip.verification.problem import Check, Problem, relative, solve_problem
-
-Array = NDArray[np.float64]
+from fingerslip.verification.problem import Problem, relative, solve_problem
 
 _WIDTH, _HEIGHT, _RADIUS, _DEPTH, _TRAVEL = 24e-3, 8e-3, 4e-3, 2.5e-3, 3e-3
 _SHEAR, _RATIO, _PENALTY, _FRICTION = 10e3, 0.45, 1e9, 0.3
@@ -30,14 +23,7 @@ REFERENCE = (
 )
 
 
-def dragged_cylinder(
-    cells: int,
-    steps: int,
-    *,
-    material: FiniteMaterial = _MATERIAL,
-    penalty: float = _PENALTY,
-    friction: float = _FRICTION,
-) -> xr.Dataset:
+def dragged_cylinder(cells, steps, *, material=_MATERIAL, penalty=_PENALTY, friction=_FRICTION):
     """Return the history of a block, clamped at its bottom, under a cylinder that is pressed in and dragged."""
     side = np.linspace(0.0, 1.0, cells + 1)
     half = 0.5 * _WIDTH * (0.5 * side + 0.5 * side**3)
@@ -56,7 +42,7 @@ def dragged_cylinder(
     return solve_problem(model, penetration=1e-4)
 
 
-def _dragged() -> Iterator[Check]:
+def _dragged():
     """Compare forces on another mesh of other elements, at the same steps: 1 % of the force while pressing.
 
     Both are within some tenths of a per cent of their finer meshes there; friction at the edge of the patch, which one

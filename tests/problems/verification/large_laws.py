@@ -1,11 +1,10 @@
 """Laws of large strain on small distorted meshes of every element: stretched, sheared, and turned round once."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 from scipy import optimize
 
@@ -17,7 +16,7 @@ from fingerslip.fe.space import build_space
 from fingerslip.materials.large_strain import FiniteMaterial
 from fingerslip.materials.material import SHEARS, Formulation
 from fingerslip.verification.meshes import SIDES, axes_of, box, components, jiggle
-from fingerslip.verification.problem import Check, Problem, absolute, solve_problem
+from fingerslip.verification.problem import Problem, absolute, solve_problem
 
 Array = NDArray[np.float64]
 Energy = Callable[[Any], Any]
@@ -35,24 +34,24 @@ class Case:
     energy: Energy  # strain energy per reference volume [J/m^3] of the three principal stretches
 
     @property
-    def name(self) -> str:
+    def name(self):
         """Name for tables."""
         return type(self.law).__name__
 
-    def stress(self, stretches: Array) -> Array:
+    def stress(self, stretches):
         """Return the nominal principal stresses [Pa] at stretches (3,): the derivative by a complex step."""
         return np.array([self.energy(stretches + 1e-30j * axis).imag / 1e-30 for axis in np.eye(3)])
 
 
-def _neo_hookean(shear: float, lame: float) -> Energy:
+def _neo_hookean(shear, lame):
     """Return G/2 (I_1 - 3) - G ln J + lambda/2 (ln J)^2 (Bonet & Wood 2008)."""
     return lambda x: 0.5 * shear * ((x**2).sum() - 3) - shear * np.log(x.prod()) + 0.5 * lame * np.log(x.prod()) ** 2
 
 
-def _mooney_rivlin(first: float, second: float, bulk: float) -> Energy:
+def _mooney_rivlin(first, second, bulk):
     """Return c10 (I_1 J^(-2/3) - 3) + c01 (I_2 J^(-4/3) - 3) + K/2 (ln J)^2 (Rivlin 1948)."""
 
-    def energy(x: Any) -> Any:
+    def energy(x):
         volume, squares = x.prod(), x**2
         of_pairs = squares[0] * squares[1] + squares[1] * squares[2] + squares[2] * squares[0]
         shape = first * (squares.sum() * volume ** (-2 / 3) - 3) + second * (of_pairs * volume ** (-4 / 3) - 3)
@@ -61,10 +60,10 @@ def _mooney_rivlin(first: float, second: float, bulk: float) -> Energy:
     return energy
 
 
-def _ogden(terms: tuple[fs.OgdenTerm, ...], bulk: float) -> Energy:
+def _ogden(terms, bulk):
     """Return sum mu/alpha (sum (J^(-1/3) lambda)^alpha - 3) + K/2 (ln J)^2 (Ogden 1972)."""
 
-    def energy(x: Any) -> Any:
+    def energy(x):
         volume = x.prod()
         isochoric = x * volume ** (-1 / 3)
         shape = sum(own.modulus / own.exponent * ((isochoric**own.exponent).sum() - 3) for own in terms)
@@ -93,23 +92,23 @@ class Body:
     formulation: Formulation  # as a model takes it
 
     @property
-    def dim(self) -> int:
+    def dim(self):
         """Number of dimensions."""
         return 3 if self.formulation == "solid" else 2
 
     @property
-    def name(self) -> str:
+    def name(self):
         """Name for messages."""
         return f"{self.element} {self.integration} {self.formulation}"
 
-    def mesh(self, cells: int = 2) -> Any:
+    def mesh(self, cells=2):
         """Return a distorted square or cube of 10 mm."""
         return box(self.element, *[np.linspace(0.0, LENGTH, cells + 1)] * self.dim, shift=jiggle(0.2))
 
 
 _PLANE = (("Q4", "selective"), ("Q4", "full"), ("T3", "full"), ("T3", "nodal"), ("T6", "full"))
 _SOLID = (("H8", "selective"), ("H8", "full"), ("T4", "full"), ("T4", "nodal"), ("T10", "full"))
-BODIES: tuple[Body, ...] = (
+BODIES = (
     *(Body(*kind, formulation) for formulation in ("plane_strain", "plane_stress") for kind in _PLANE),
     *(Body(*kind, "solid") for kind in _SOLID),
 )
@@ -124,12 +123,12 @@ class Uniform:
     density: float
 
     @property
-    def cauchy(self) -> Array:
+    def cauchy(self):
         """Cauchy stress [Pa], shape (3, 3)."""
         return np.asarray(self.nominal @ self.gradient.T / np.linalg.det(self.gradient))
 
 
-def _expected(case: Case, gradient: Array) -> Uniform:
+def _expected(case, gradient):
     """Return what a deformation gradient (3, 3) gives, by its singular values."""
     left, stretches, right = np.linalg.svd(gradient)
     return Uniform(
@@ -137,27 +136,27 @@ def _expected(case: Case, gradient: Array) -> Uniform:
     )
 
 
-def uniform(case: Case, gradient: Array, free: tuple[int, ...]) -> Uniform:
+def uniform(case, gradient, free):
     """Return what a gradient gives whose diagonal elements `free` are such that their nominal stress vanishes."""
 
-    def filled(values: Array) -> Array:
+    def filled(values):
         full = gradient.copy()
         full[free, free] = values
         return full
 
-    def missed(values: Array) -> Array:
+    def missed(values):
         return _expected(case, filled(values)).nominal[free, free] / _MODULUS
 
     start = np.ones(len(free))
     return _expected(case, filled(optimize.fsolve(missed, start, xtol=1e-12) if free else start))
 
 
-def stress_row(full: Array, dim: int) -> Array:
+def stress_row(full, dim):
     """Return a stress (3, 3) as histories have it."""
     return np.array([*np.diag(full), *(full[pair] for pair in SHEARS[dim])])
 
 
-def _stretched(body: Body, case: Case, stretch: float, axes: int) -> tuple[xr.Dataset, Uniform]:
+def _stretched(body, case, stretch, axes):
     """Pull a body along one or two axes, by supports that leave the other directions free."""
     low, high = zip(*SIDES[body.dim], strict=True)
     supports = {side: (axis,) for side, axis in zip(low, "xyz", strict=False)}
@@ -170,7 +169,7 @@ def _stretched(body: Body, case: Case, stretch: float, axes: int) -> tuple[xr.Da
     return history, uniform(case, gradient, free)
 
 
-def sheared(body: Body, case: Case, amount: float, factors: fs.Ramp) -> tuple[dict[str, Any], Uniform]:
+def sheared(body, case, amount, factors):
     """Return what moves and loads a body in simple shear: its top by supports, its other sides by dead loads."""
     gradient = np.eye(3)
     gradient[0, body.dim - 1] = amount
@@ -184,14 +183,14 @@ def sheared(body: Body, case: Case, amount: float, factors: fs.Ramp) -> tuple[di
     return {"supports": supports, "tractions": loads}, state
 
 
-def moved_top(body: Body, along: float, up: float, ramp: fs.Ramp) -> dict[str, Any]:
+def moved_top(body, along, up, ramp):
     """Return the motion of the top of a body along x and upwards [m]."""
     return {"support_motions": {"top": fs.SupportMotion(components(body.element, along, 0.0, up), ramp)}}
 
 
-def body_model(body: Body, law: FiniteMaterial, **changes: Any) -> fs.Model:
+def body_model(body, law, **changes):
     """Return the model of a body of one law, of which one corner is recorded."""
-    values: dict[str, Any] = {
+    values = {
         "mesh": body.mesh(),
         "materials": {"bulk": law},
         "formulation": body.formulation,
@@ -204,7 +203,7 @@ def body_model(body: Body, law: FiniteMaterial, **changes: Any) -> fs.Model:
     return fs.Model(**(values | changes))
 
 
-def _errors(body: Body, history: xr.Dataset, expected: Uniform) -> tuple[float, float, float]:
+def _errors(body, history, expected):
     """Return the errors of Cauchy stress, of the forces of the supports and of the energy, over the largest of each."""
     stress = history["stress"].values[-1, 0]
     cauchy = stress_row(expected.cauchy, body.dim)
@@ -223,27 +222,27 @@ def _errors(body: Body, history: xr.Dataset, expected: Uniform) -> tuple[float, 
     )
 
 
-def _uniform_strain(of: Callable[[Body, Case], tuple[xr.Dataset, Uniform]], case: Case) -> Iterator[Check]:
+def _uniform_strain(of, case):
     """Uniform strain is in every element's space: what is left is ten times the tolerance of Newton's method."""
     worst = np.max([_errors(body, *of(body, case)) for body in BODIES], axis=0)
     for name, error in zip(("Cauchy stress", "force of a support", "strain energy"), worst, strict=True):
         yield absolute(f"{name}, largest error / largest", 0.0, float(error), 1e-5)
 
 
-def _sheared(body: Body, case: Case) -> tuple[xr.Dataset, Uniform]:
+def _sheared(body, case):
     fields, state = sheared(body, case, 0.5, _RAMP)
     return solve_problem(body_model(body, case.law, **fields, **moved_top(body, 0.5 * LENGTH, 0.0, _RAMP))), state
 
 
-def _turned(body: Body, case: Case) -> Array:
+def _turned(body, case):
     """Return by how much energy, forces and stiffness of a strained body do not turn along with it, each relative."""
     space = build_space(body.mesh())
     materials = finite_cell_materials(space, {"bulk": case.law}, body.formulation)
     bulk = large_strain(space, materials, 1.0, body.integration)
     start = space.positions
     strained = start + np.random.default_rng(3).uniform(-0.08, 0.08, start.shape) * LENGTH
-    energies: list[float] = []
-    errors: list[list[float]] = []
+    energies = []
+    errors = []
     for angle in np.arange(0.0, 361.0, 30.0):
         turn = rotation(np.deg2rad(angle), body.dim)
         state = bulk.deformed((strained @ turn.T - start).ravel())
@@ -261,17 +260,16 @@ def _turned(body: Body, case: Case) -> Array:
     return np.array([np.ptp(energies) / energies[0], *np.max(errors, axis=0)])
 
 
-def rotation(angle: float, dim: int) -> Array:
+def rotation(angle, dim):
     """Return the rotation about z, or in 3D about (1, 1, 1)."""
     sine, cosine = np.sin(angle), np.cos(angle)
     if dim == 2:
         return np.array([[cosine, -sine], [sine, cosine]])
     cross = np.array([[0.0, -1.0, 1.0], [1.0, 0.0, -1.0], [-1.0, 1.0, 0.0]]) / np.sqrt(3.0)
-    turn: Array = cosine * np.eye(3) + sine * cross + (1.0 - cosine) / 3.0
-    return turn
+    return cosine * np.eye(3) + sine * cross + (1.0 - cosine) / 3.0
 
 
-def _objectivity() -> Iterator[Check]:
+def _objectivity():
     """Turn a body at random strains of 16 % by 360 degrees: rounding.
 
     The stiffness has quotients of differences of stresses, which lose five digits where stretches are nearly alike.
@@ -282,7 +280,7 @@ def _objectivity() -> Iterator[Check]:
         yield absolute(name, 0.0, float(error), limit)
 
 
-def _each_law(of: Callable[[Body, Case], tuple[xr.Dataset, Uniform]]) -> dict[str, tuple[Any, Case]]:
+def _each_law(of):
     """Return a case for each law."""
     return {case.name: (of, case) for case in CASES}
 

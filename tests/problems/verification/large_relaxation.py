@@ -6,50 +6,30 @@ shear by dead loads the volume stays, so that all of the stress is R(t) of the e
 is hardly compressible likewise.
 """
 
-from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
-import xarray as xr
-from numpy.typing import NDArray
 
 import fingerslip as fs
 from fingerslip.fe.cell_materials import finite_cell_materials
 from fingerslip.fe.finite.bulk import large_strain
 from fingerslip.fe.space import build_space
-from fingerslip.materials.large_strain import FiniteMaterial
-from fingerslip.materials.prony import Prony
-from fingerslip.model.model import Kinematics
 from fingerslip.verification.meshes import SIDES, axes_of, components
-from fingerslip.verification.problem import Check, Problem, absolute, relative, solve_problem
+from fingerslip.verification.problem import Problem, absolute, relative, solve_problem
 from fingerslip.verification.viscoelastic import ramp_response
-from problems.verification.large_laws import (
-    BODIES,
-    CASES,
-    LENGTH,
-    Body,
-    Case,
-    body_model,
-    moved_top,
-    rotation,
-    sheared,
-    stress_row,
-)
+from problems.verification.large_laws import BODIES, CASES, LENGTH, body_model, moved_top, rotation, sheared, stress_row
 from problems.verification.large_motion import PAIRS
 
-Array = NDArray[np.float64]
-
-_TERMS: Prony = (fs.PronyTerm(0.3, 0.1), fs.PronyTerm(0.25, 0.4))
+_TERMS = (fs.PronyTerm(0.3, 0.1), fs.PronyTerm(0.25, 0.4))
 _STEP, _END = 0.05, 1.0
 
 
-def relaxing(law: Any, terms: Prony = _TERMS) -> Any:
+def relaxing(law, terms=_TERMS):
     """Return a law with Prony terms."""
     return replace(law, prony=terms)
 
 
-def relaxed_law(law: FiniteMaterial, share: float) -> FiniteMaterial:
+def relaxed_law(law, share):
     """Return the elastic law that is left when a share of the energy of the shape has relaxed."""
     left = 1.0 - share
     match law:
@@ -70,12 +50,12 @@ _TIME = fs.QuasiStatic(_STEP, end=_END)
 _AT_ONCE = fs.Ramp((0.0, _STEP), (0.0, 1.0))
 
 
-def _held_shear(body: Body, case: Case, amount: float) -> tuple[float, float]:
+def _held_shear(body, case, amount):
     """Return the errors of Cauchy stress and forces of a body that is sheared within a step and held, over the largest.
 
     The dead loads on its sides follow the closed form as well.
     """
-    times: Array = np.linspace(0.0, _END, round(_END / _STEP) + 1)
+    times = np.linspace(0.0, _END, round(_END / _STEP) + 1)
     response = ramp_response(_TERMS, _STEP, times)
     fields, state = sheared(body, case, amount, fs.Ramp(tuple(times.tolist()), tuple(response.tolist())))
     fields |= moved_top(body, amount * LENGTH, 0.0, _AT_ONCE)
@@ -87,7 +67,7 @@ def _held_shear(body: Body, case: Case, amount: float) -> tuple[float, float]:
     return float(stress), float(missed / np.abs(force).max())
 
 
-def _shear(case: Case) -> Iterator[Check]:
+def _shear(case):
     """Shear by a half within a step and hold: what is left is ten times the tolerance of Newton's method.
 
     Plane stress is left out: there the volume changes, which the next problem has.
@@ -99,10 +79,10 @@ def _shear(case: Case) -> Iterator[Check]:
 
 
 _SOFT = 10e3
-_OGDEN: fs.Ogden = CASES[2].law  # type: ignore[assignment]
+_OGDEN = CASES[2].law  # type: ignore[assignment]
 
 
-def _nearly_incompressible(ratio: float) -> tuple[FiniteMaterial, ...]:
+def _nearly_incompressible(ratio):
     """Return the laws with a Poisson's ratio at rest [-]."""
     return (
         fs.NeoHookean(2.0 * _SOFT * (1.0 + ratio), ratio, 1000.0),
@@ -115,27 +95,27 @@ _PLANE_STRESS = tuple(body for body in BODIES if body.formulation == "plane_stre
 _3D = tuple(body for body in BODIES if body.formulation == "solid" and body.integration != "full")
 
 
-def _pulled(body: Body, law: FiniteMaterial, stretch: float, ramp: fs.Ramp, step: float = _STEP) -> xr.Dataset:
+def _pulled(body, law, stretch, ramp, step=_STEP):
     """Pull a body along x, free to become thinner."""
     supports = {low: (axis,) for (low, _), axis in zip(SIDES[body.dim], axes_of(body.element), strict=True)}
     moved = components(body.element, (stretch - 1.0) * LENGTH, 0.0, 0.0)
-    fields: dict[str, Any] = {"supports": supports | {"right": ("x",)}, "time": fs.QuasiStatic(step, end=_END)}
+    fields = {"supports": supports | {"right": ("x",)}, "time": fs.QuasiStatic(step, end=_END)}
     return solve_problem(body_model(body, law, support_motions={"right": fs.SupportMotion(moved, ramp)}, **fields))
 
 
-def _missed(history: xr.Dataset, expected: Array) -> float:
+def _missed(history, expected):
     """Return the largest error of the force that pulls [N]."""
     return float(np.abs(history["support_force"].sel(support="right").values[:, 0] - expected).max())
 
 
-def _nominal(law: FiniteMaterial, stretch: Array) -> Array:
+def _nominal(law, stretch):
     """Return the nominal stresses [Pa] in tension of an incompressible law, at stretches (n,)."""
     strain = np.log(stretch)[:, None] * [1.0, -0.5, -0.5]
     kirchhoff = law.kirchhoff_stress(strain)
     return np.asarray((kirchhoff[:, 0] - kirchhoff[:, 1]) / stretch)
 
 
-def _tension(law: FiniteMaterial) -> Iterator[Check]:
+def _tension(law):
     """Pull by half of the length within a step and hold.
 
     With Poisson's ratio of 0.49995 the volume still changes by some 1e-4, and with it the section and its stress.
@@ -149,7 +129,7 @@ def _tension(law: FiniteMaterial) -> Iterator[Check]:
     yield absolute("force, largest error / elastic", 0.0, max(errors), 1e-3)
 
 
-def _superposed(law: FiniteMaterial, stretch: Any, times: Array) -> Array:
+def _superposed(law, stretch, times):
     """Return the nominal stress [Pa] in tension at times (n,), from the integral of the law by Simpson's rule.
 
     In an incompressible body pulled by x(t), the deviator A has the components (a, b, b) with its trace with C zero, so
@@ -158,7 +138,7 @@ def _superposed(law: FiniteMaterial, stretch: Any, times: Array) -> Array:
         D(a) = g(0) a(t) + int g'(s) a(t - s) ds
     """
 
-    def parts(at: Array) -> Array:
+    def parts(at):
         x = stretch(at)
         strain = np.log(x)[:, None] * [1.0, -0.5, -0.5]
         kirchhoff = law.kirchhoff_stress(strain)
@@ -180,7 +160,7 @@ def _superposed(law: FiniteMaterial, stretch: Any, times: Array) -> Array:
     return found
 
 
-def _swung(body: Body, law: FiniteMaterial, step: float) -> float:
+def _swung(body, law, step):
     """Return the largest error of the force that pulls to and fro by a third of the length, over the largest force."""
     knots = step * np.arange(round(_END / step) + 1)
     ramp = fs.Ramp(tuple(knots.tolist()), tuple((0.5 - 0.5 * np.cos(2 * np.pi * knots)).tolist()))
@@ -190,7 +170,7 @@ def _swung(body: Body, law: FiniteMaterial, step: float) -> float:
     return _missed(history, expected) / float(np.abs(expected).max())
 
 
-def _order(law: FiniteMaterial, softer: FiniteMaterial) -> Iterator[Check]:
+def _order(law, softer):
     """Pull to and fro by a third of the length.
 
     In plane stress with Poisson's ratio of 0.49995, the error is of second order in the step but for 1e-5. In 3D the
@@ -203,9 +183,7 @@ def _order(law: FiniteMaterial, softer: FiniteMaterial) -> Iterator[Check]:
     yield absolute("in 3D, force, largest error / largest", 0.0, in_3d, 5e-3)
 
 
-def _bent(
-    body: Body, law: FiniteMaterial, kinematics: Kinematics, amount: float, *, slow: bool = False, still: bool = True
-) -> Array:
+def _bent(body, law, kinematics, amount, *, slow=False, still=True):
     """Return the force of the top over time that is moved aside and down within a second, over the largest [-]."""
     end = 4.0 if slow else _END
     time = fs.QuasiStatic(0.1 if slow else _STEP, end=end) if still else fs.TimeStepping(_STEP, alpha=-0.1, end=end)
@@ -215,7 +193,7 @@ def _bent(
     return np.asarray(fs.simulate(model)["support_force"].sel(support="top").values)
 
 
-def _limits() -> Iterator[Check]:
+def _limits():
     """Relax a million times later than the end, or twenty times sooner than it, on strain that is not uniform.
 
     What is left are the share of the time that has passed, or exp(-70), and the tolerance of Newton's method.
@@ -234,7 +212,7 @@ def _limits() -> Iterator[Check]:
     yield absolute(name, 0.0, max(early), 1e-5)
 
 
-def _small(body: Body, case: Case) -> Iterator[Check]:
+def _small(body, case):
     """Fit the order of the difference to Prony terms at small strain over loads that give strains of 4, 2 and 1 %."""
     amounts, law = np.array([4e-2, 2e-2, 1e-2]), relaxing(case.law)
     small = _bent(body, law, "small", 1.0)
@@ -243,7 +221,7 @@ def _small(body: Body, case: Case) -> Iterator[Check]:
     yield absolute("order of the difference", 2.0, order, 0.1)
 
 
-def _turned(body: Body, law: FiniteMaterial) -> Array:
+def _turned(body, law):
     """Return by how much energy and forces of a body that relaxes change where every step turns it, each relative."""
     space = build_space(body.mesh())
     bulk = large_strain(space, finite_cell_materials(space, {"bulk": law}, body.formulation), 1.0, body.integration)
@@ -264,14 +242,14 @@ def _turned(body: Body, law: FiniteMaterial) -> Array:
     return np.asarray(np.max(errors, axis=0))
 
 
-def _objectivity() -> Iterator[Check]:
+def _objectivity():
     """Strain a body at random in twelve steps, each turned by 30 degrees more: rounding."""
     worst = np.max([_turned(body, relaxing(case.law)) for body in BODIES for case in CASES], axis=0)
     for name, error in zip(("change of energy / energy", "forces / largest"), worst, strict=True):
         yield absolute(name, 0.0, float(error), 1e-11)
 
 
-def _balance() -> Iterator[Check]:
+def _balance():
     """Strain a block and let go: the energy of its springs in the end is that of the relaxed law, the rest is lost."""
     body, law = _3D[0], CASES[2].law
     history = _pulled(body, relaxing(law, (fs.PronyTerm(0.6, 0.05),)), 1.5, fs.Ramp((0.0, 0.2), (0.0, 1.0)))

@@ -4,28 +4,23 @@ A quarter of a thick ring under inner pressure, in plane strain or as a slice in
 Quadratic cells are curved, so that no error of geometry hides theirs.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Any
 
 import numpy as np
 import skfem
-from numpy.typing import NDArray
 from scipy import sparse
 from skfem.helpers import dot
 
 from fingerslip.fe.cell_materials import cell_materials
 from fingerslip.fe.forms import stiffness_matrix
 from fingerslip.fe.integration import Integration
-from fingerslip.fe.space import Space, boundary_nodes, build_space, vector_dofs
+from fingerslip.fe.space import boundary_nodes, build_space, vector_dofs
 from fingerslip.linear.solver import factorise
 from fingerslip.materials.elastic import Elastic
 from fingerslip.tables.table import Column, Table
 from fingerslip.verification.meshes import box, dimension, formulation_of, ring
-from fingerslip.verification.problem import Check, Problem, absolute
-
-Array = NDArray[np.float64]
+from fingerslip.verification.problem import Problem, absolute
 
 RATIOS = (0.48, 0.4999)
 _INNER, _OUTER, _PRESSURE, _MODULUS, _THICKNESS = 1.0, 2.0, 1e-3, 1.0, 0.5
@@ -40,17 +35,17 @@ class Kind:
     cells: tuple[int, ...]  # cells through the wall, level by level
 
     @property
-    def name(self) -> str:
+    def name(self):
         """Name for tables and figures."""
         return self.element if self.element in {"T6", "T10"} else f"{self.element} {self.integration}"
 
     @property
-    def dim(self) -> int:
+    def dim(self):
         """Number of dimensions."""
         return dimension(self.element)
 
     @property
-    def locks(self) -> bool:
+    def locks(self):
         """Whether a linear element has nothing against locking."""
         return self.integration == "full" and self.element not in {"T6", "T10"}
 
@@ -77,7 +72,7 @@ class Level:
     error: float  # error of the displacement in L2 over the displacement [-]
 
 
-def _mesh(kind: Kind, cells: int) -> Any:
+def _mesh(kind, cells):
     """Return the ring, whose inner side is `left`; mid-side nodes lie on it too."""
     axes = [np.linspace(_INNER, _OUTER, cells + 1), np.linspace(0.0, np.pi / 2, 2 * cells + 1)]
     thick = np.linspace(0.0, _THICKNESS, max(1, cells // 2) + 1)
@@ -85,14 +80,14 @@ def _mesh(kind: Kind, cells: int) -> Any:
     return replace(mesh, doflocs=np.ascontiguousarray(ring(mesh.doflocs)))
 
 
-def _held(space: Space) -> NDArray[np.int64]:
+def _held(space):
     """Return the degrees of freedom that the planes of symmetry hold."""
     sides = {"bottom": 1, "top": 0} if space.dim == 2 else {"front": 1, "back": 0, "bottom": 2, "top": 2}
     held = [vector_dofs(boundary_nodes(space, side), space.dim)[:, axis] for side, axis in sides.items()]
     return np.unique(np.concatenate(held))
 
 
-def _exact(x: Array, ratio: float) -> Array:
+def _exact(x, ratio):
     """Return Lame's displacement at points (dim, ...)."""
     radius = np.hypot(x[0], x[1])
     factor = (1 + ratio) * _PRESSURE * _INNER**2 / (_MODULUS * (_OUTER**2 - _INNER**2))
@@ -100,7 +95,7 @@ def _exact(x: Array, ratio: float) -> Array:
     return np.stack([radial * x[0] / radius, radial * x[1] / radius, *([0.0 * radial] * (len(x) - 2))])
 
 
-def _level(kind: Kind, ratio: float, cells: int) -> Level:
+def _level(kind, ratio, cells):
     mesh = _mesh(kind, cells)
     space = build_space(mesh)
     materials = cell_materials(space, {"bulk": Elastic(_MODULUS, ratio, 1.0)}, formulation_of(kind.element))
@@ -120,18 +115,18 @@ def _level(kind: Kind, ratio: float, cells: int) -> Level:
 
 
 @cache
-def levels(kind: Kind, ratio: float) -> tuple[Level, ...]:
+def levels(kind, ratio):
     """Return the errors of a kind of element at a Poisson's ratio, coarse to fine."""
     return tuple(_level(kind, ratio, cells) for cells in kind.cells)
 
 
-def order(kind: Kind, ratio: float) -> float:
+def order(kind, ratio):
     """Return the order of convergence over the last two meshes: the power of the cell size."""
     (_, coarse), (_, fine) = ((level.unknowns, level.error) for level in levels(kind, ratio)[-2:])
     return float(np.log2(coarse / fine))
 
 
-def error_table() -> Table:
+def error_table():
     """Show all errors, a row for each kind of element and Poisson's ratio."""
     columns = tuple(map(Column, ("element", "nu", "coarsest mesh", "second", "third", "finest", "order")))
     rows = tuple(
@@ -147,7 +142,7 @@ def error_table() -> Table:
     return Table("Locking", columns, rows, "Error of the displacement in L2 over the displacement (unknowns).")
 
 
-def _checks(dim: int) -> Iterator[Check]:
+def _checks(dim):
     """On the finest mesh an element that does not lock errs by less than 1 %, one that locks by more than 10 %.
 
     Linear elements have order 2 in L2, and quadratic ones lose one of their three near incompressibility (Babuska &

@@ -1,14 +1,11 @@
 """The reduced basis against the mesh: the same motion of the fingertip, in both."""
 
 import dataclasses
-from collections.abc import Iterator
 
 import numpy as np
-import xarray as xr
 
 import fingerslip as fs
-from fingerslip.model.timing import Timing
-from fingerslip.verification.problem import Check, Problem, VerificationError, absolute, solve_problem
+from fingerslip.verification.problem import Problem, VerificationError, absolute, solve_problem
 
 _SIZES = (0.15e-3, 0.4e-3)
 _LOOSE, _TIGHT = fs.ReducedBasis(1e-4, 5e-3), fs.ReducedBasis(1e-5, 1e-3)
@@ -27,7 +24,7 @@ _FOLLOWING = {
 _ACCELERATIONS = {"acceleration of the contact": "contact_acceleration", "acceleration of sites": "acceleration"}
 
 
-def _model(time: Timing, gravity: tuple[float, float] | None = None) -> fs.Model:
+def _model(time, gravity=None):
     """Return the fingertip of Table 2, pressed and slid until it slips as a whole, on a coarse mesh."""
     finger = fs.preset("wang2014-2d")
     sites = tuple(fs.Site(f"below {x:g} mm", "", (1e-3 * x, -5e-3), None) for x in (-8, -5, -2))
@@ -45,20 +42,20 @@ def _model(time: Timing, gravity: tuple[float, float] | None = None) -> fs.Model
     )
 
 
-def _size(found: xr.Dataset, expected: xr.Dataset, name: str) -> float:
+def _size(found, expected, name):
     """Return the root of the mean square of a difference over that of the variable."""
     one, other = found[name].values, expected[name].values
     return float(np.linalg.norm(one - other) / np.linalg.norm(other))
 
 
-def _solved_both(full: fs.Model, basis: fs.ReducedBasis) -> tuple[xr.Dataset, xr.Dataset]:
+def _solved_both(full, basis):
     reduced = solve_problem(dataclasses.replace(full, basis=basis))
     if reduced.attrs["basis"] != "reduced":
         raise VerificationError("the motion was not computed in a reduced basis")
     return solve_problem(full), reduced
 
 
-def _dynamic(alpha: float, gravity: tuple[float, float] | None, basis: fs.ReducedBasis) -> Iterator[Check]:
+def _dynamic(alpha, gravity, basis):
     """Hold the errors of a motion in a reduced basis against the tolerances that it was given."""
     full, reduced = _solved_both(_model(fs.TimeStepping(5e-3, alpha), gravity), basis)
     overall = [fs.find_events(history).displacement.overall for history in (full, reduced)]
@@ -72,7 +69,7 @@ def _dynamic(alpha: float, gravity: tuple[float, float] | None, basis: fs.Reduce
     yield absolute("imbalance of energy / work", 0.0, imbalance, 1e-10)
 
 
-def _static() -> Iterator[Check]:
+def _static():
     """Without inertia the constraint modes are all there is, and the basis is exact."""
     full, reduced = _solved_both(_model(fs.QuasiStatic(5e-3), _WEIGHT), _LOOSE)
     for words, name in (_MOTIONS | _FOLLOWING).items():

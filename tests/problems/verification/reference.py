@@ -6,7 +6,6 @@ forces at the start of a step are dropped follows node by node from :mod:`finger
 plate below the body, with the last axis as its normal, HHT-alpha steps and Coulomb friction.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,18 +14,13 @@ from numpy.typing import NDArray
 from fingerslip.dynamics.recording.steps import step_times
 from fingerslip.dynamics.step.mesh import advance
 from fingerslip.dynamics.step.prediction import first_state
-from fingerslip.dynamics.step.state import State
-from fingerslip.dynamics.step.stepper import Stepper, Stopwatch, build_steppers
+from fingerslip.dynamics.step.stepper import Stopwatch, build_steppers
 from fingerslip.dynamics.system.system import build_system
 from fingerslip.errors import ConvergenceError
 from fingerslip.fe.cell_materials import cell_materials
 from fingerslip.fe.forms import mass_matrix, stiffness_matrix
 from fingerslip.fe.space import boundary_nodes, build_space, nodal_areas, vector_dofs
-from fingerslip.linear.solver import LinearSolver
-from fingerslip.model.model import Model
 from fingerslip.model.timing import TimeStepping
-
-__all__ = ["FullMotion", "FullSystem", "condensed_states", "full_motions", "full_system", "make_stepper"]
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -63,16 +57,16 @@ class FullSystem:
     time: TimeStepping  # the step [s] and alpha [-]
 
     @property
-    def beta(self) -> float:
+    def beta(self):
         """Newmark's beta [-]."""
         return (1.0 - self.time.alpha) ** 2 / 4.0
 
     @property
-    def gamma(self) -> float:
+    def gamma(self):
         """Newmark's gamma [-]."""
         return 0.5 - self.time.alpha
 
-    def contact(self, displacement: Array, before: FullMotion, plates: tuple[Array, Array]) -> tuple[Array, Array]:
+    def contact(self, displacement, before, plates):
         """Return the contact forces (n_c, dim) [N] and their slopes by the displacements, (n_c, dim, dim) [N/m]."""
         count, dim = self.dofs.shape
         forces, slopes = np.zeros((count, dim)), np.zeros((count, dim, dim))
@@ -84,7 +78,7 @@ class FullSystem:
                 forces[i], slopes[i] = self._returned(-self.springs[i, 0] * gap, trial, self.springs[i])
         return forces, slopes
 
-    def _returned(self, normal: float, trial: Array, springs: Array) -> tuple[Array, Array]:
+    def _returned(self, normal, trial, springs):
         """Return force (dim,) and slope (dim, dim) of a touching node from its normal and its trial force."""
         slope, length, limit = np.diag(-springs[[1] * trial.size + [0]]), np.linalg.norm(trial), self.friction * normal
         if length <= limit:
@@ -95,22 +89,20 @@ class FullSystem:
         slope[:-1, -1] = -self.friction * springs[0] * direction
         return np.append(limit * direction, normal), slope
 
-    def unbalance(self, displacement: Array, velocity: Array, forces: Array) -> Array:
+    def unbalance(self, displacement, velocity, forces):
         """Return C v + K u less the contact forces on all degrees of freedom, (n_dofs,) [N]."""
-        total: Array = self.damping @ velocity + self.stiffness @ displacement
+        total = self.damping @ velocity + self.stiffness @ displacement
         total[self.dofs.ravel()] -= forces.ravel()
         return total
 
-    def end(self, acceleration: Array, before: FullMotion) -> tuple[Array, Array]:
+    def end(self, acceleration, before):
         """Return displacement [m] and velocity [m/s] after a step that ends with an acceleration (n_dofs,) [m/s^2]."""
         step, mean = self.time.step, (0.5 - self.beta) * before.acceleration + self.beta * acceleration
         displacement = before.displacement + step * before.velocity + step**2 * mean
         velocity = before.velocity + step * ((1.0 - self.gamma) * before.acceleration + self.gamma * acceleration)
         return displacement, velocity
 
-    def residual(
-        self, acceleration: Array, before: FullMotion, plates: tuple[Array, Array], correction: Array
-    ) -> tuple[Array, Array]:
+    def residual(self, acceleration, before, plates, correction):
         """Return the residual of a step (n_free,) [N] and its derivative by the acceleration (n_free, n_free) [kg].
 
         `correction` (n_c, dim) [N] comes to the contact forces of the scheme.
@@ -129,7 +121,7 @@ class FullSystem:
         tangent = self.mass + (1.0 + alpha) * weighted
         return residual[self.free], tangent[np.ix_(self.free, self.free)]
 
-    def step(self, before: FullMotion, plates: tuple[Array, Array], time: float, scale: float) -> FullMotion:
+    def step(self, before, plates, time, scale):
         """Take one step, again without the forces at its start that must not count, as long as there are more of them.
 
         Parameters
@@ -157,7 +149,7 @@ class FullSystem:
                 return FullMotion(displacement, velocity, acceleration, forces, pushes, fading)
             dropped |= more
 
-    def _to_drop(self, before: FullMotion, displacement: Array, forces: Array, plates: tuple[Array, Array]) -> Array:
+    def _to_drop(self, before, displacement, forces, plates):
         """Tell which components of the forces at the start must not count, (n_c, dim)."""
         touched = before.forces[:, -1] > 0.0
         moved = (displacement - before.displacement)[self.dofs] - (plates[1] - plates[0])
@@ -171,9 +163,7 @@ class FullSystem:
         dropped[:, -1] = leaves
         return dropped
 
-    def _accelerated(
-        self, before: FullMotion, plates: tuple[Array, Array], correction: Array, at: tuple[float, float]
-    ) -> Array:
+    def _accelerated(self, before, plates, correction, at):
         """Return the acceleration at the end of a step (n_dofs,) [m/s^2]: Newton's method with a line search.
 
         `at` are the end of the step [s] and the largest acceleration of the motion [m/s^2].
@@ -196,7 +186,7 @@ class FullSystem:
         raise ConvergenceError(time, -1, float(np.abs(change).max()), _TOLERANCE, "the reference has to be repaired")
 
 
-def full_system(model: Model) -> FullSystem:
+def full_system(model):
     """Assemble a model with one contact, whose penalties are given, at full size."""
     contact, time = model.contacts[0], model.time
     assert isinstance(time, TimeStepping)
@@ -227,7 +217,7 @@ def full_system(model: Model) -> FullSystem:
     )
 
 
-def full_motions(system: FullSystem, plates: Array, times: Array) -> list[FullMotion]:
+def full_motions(system, plates, times):
     """Return the motion at every time [s] (n_times,), under the plate's displacements (n_times, dim) [m]."""
     none, unloaded = np.zeros(len(system.mass)), np.zeros(system.dofs.shape)
     motions, scale = [FullMotion(none, none, none, unloaded, unloaded, unloaded)], 0.0
@@ -237,12 +227,12 @@ def full_motions(system: FullSystem, plates: Array, times: Array) -> list[FullMo
     return motions
 
 
-def make_stepper(model: Model, solver: LinearSolver | None = None) -> Stepper:
+def make_stepper(model, solver=None):
     """Return the stepper of a model that is simulated alone."""
     return build_steppers([build_system(model)], model.time, model.damping, solver=solver)[0]
 
 
-def condensed_states(stepper: Stepper, model: Model) -> Iterator[State]:
+def condensed_states(stepper, model):
     """Yield the condensed solver's state at every time, the start included."""
     system, times, watch = stepper.system, step_times(model), Stopwatch()
     plates = [motion.displacement(times) for motion in system.motions]

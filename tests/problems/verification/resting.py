@@ -1,14 +1,10 @@
 """Blocks without inertia that only gravity and friction hold on a plate."""
 
-from collections.abc import Iterator
-
 import numpy as np
-import xarray as xr
 
 import fingerslip as fs
-from fingerslip.model.model import Component
 from fingerslip.verification.meshes import box, components, formulation_of
-from fingerslip.verification.problem import Check, Problem, each, relative, solve_problem
+from fingerslip.verification.problem import Problem, each, relative, solve_problem
 
 _LENGTH, _HEIGHT, _MODULUS, _DENSITY, _GRAVITY, _PENALTY, _MU = 10e-3, 5e-3, 1e5, 1000.0, 9.81, 1e8, 0.5
 _PRESSURE = _DENSITY * _GRAVITY * _HEIGHT
@@ -17,7 +13,7 @@ _SHARE = 0.8
 _ALLOWED = 1e-8
 
 
-def _rested(element: str, *, pull: float = 0.0, held: tuple[Component, ...] = ()) -> xr.Dataset:
+def _rested(element, *, pull=0.0, held=()):
     """Return the history of a block that is dropped from 0.1 mm and pulled on its right side by `pull` [Pa]."""
     up, side = components(element, 0.0, 0.0, 1.0), np.linspace(0.0, _LENGTH, 9)
     model = fs.Model(
@@ -33,7 +29,7 @@ def _rested(element: str, *, pull: float = 0.0, held: tuple[Component, ...] = ()
     return solve_problem(model)
 
 
-def _rest(element: str) -> Iterator[Check]:
+def _rest(element):
     pull = _SHARE * _MU * _PRESSURE * _LENGTH / _HEIGHT
     width = 1.0 if element == "Q4" else _LENGTH
     weight, pulling = _PRESSURE * _LENGTH * width, pull * _HEIGHT * width

@@ -18,24 +18,17 @@ stiff: 1.7 % with half the size, 1.1 % more with cells that grow by 1.8, and cel
 change 0.2 %. So 2 % are allowed. The half width of contact is known to a cell, and the end of contact to a step.
 """
 
-from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-import xarray as xr
-from numpy.typing import NDArray
 from scipy import optimize
 
 import fingerslip as fs
-from fingerslip.materials.prony import Prony
-from fingerslip.model.programme import Phase
 from fingerslip.verification.line import HALF_WIDTH, RADIUS, line_model
 from fingerslip.verification.meshes import box, grade
-from fingerslip.verification.problem import Check, Problem, absolute, solve_problem
+from fingerslip.verification.problem import Problem, absolute, solve_problem
 
-Array = NDArray[np.float64]
-
-_TERMS: Prony = (fs.PronyTerm(0.4, 0.2), fs.PronyTerm(0.3, 2.0))
+_TERMS = (fs.PronyTerm(0.4, 0.2), fs.PronyTerm(0.3, 2.0))
 _PRESS, _HOLD, _LIFT = 1.0, 0.5, 1.0
 
 
@@ -46,39 +39,39 @@ class Pressed:
     depth: float  # largest approach [m]
 
     @property
-    def programme(self) -> tuple[Phase, ...]:
+    def programme(self):
         """The phases."""
         return fs.Press(self.depth, self.depth / _PRESS), fs.Hold(_HOLD), fs.Lift(self.depth, self.depth / _LIFT)
 
-    def approach(self, time: Array) -> Array:
+    def approach(self, time):
         """Return the approach at times (n,) [s], shape (n,) [m]."""
         shares = (0.0, _PRESS, _PRESS + _HOLD, _PRESS + _HOLD + _LIFT), (0.0, 1.0, 1.0, 0.0)
         return self.depth * np.interp(time, *shares)
 
 
-def _integral(time: Array | float) -> Array:
+def _integral(time):
     """Return the integral of g from 0 to times (n,) [s]; none before 0."""
-    found: Array = np.maximum(np.asarray(time, dtype=float), 0.0)
+    found = np.maximum(np.asarray(time, dtype=float), 0.0)
     past = found.copy()
     for term in _TERMS:
         found = found - term.share * (past + term.time * np.expm1(-past / term.time))
     return found
 
 
-def forgotten_since(time: float) -> float:
+def forgotten_since(time):
     """Return the time t_1 [s] up to which a body remembers its contact at a time [s]; 0 where contact has ended."""
     lifted = time - _PRESS - _HOLD
     if lifted <= 0.0:
         return min(time, _PRESS)
 
-    def left(since: float) -> float:
+    def left(since):
         grown = float(_integral(time - since) - _integral(time - _PRESS)) / _PRESS
         return grown - float(_integral(lifted)) / _LIFT
 
     return 0.0 if left(0.0) <= 0.0 else float(optimize.brentq(left, 0.0, _PRESS))
 
 
-def remembered_force(elastic: Callable[[Array], Array], time: float) -> float:
+def remembered_force(elastic, time):
     """Return the force [N] at a time [s] from the elastic force (n,) [N] at times (n,) [s] of the press."""
     knots = np.linspace(0.0, forgotten_since(time), 401)
     relaxed = _integral(time - knots[:-1]) - _integral(time - knots[1:])
@@ -86,12 +79,12 @@ def remembered_force(elastic: Callable[[Array], Array], time: float) -> float:
     return float((np.diff(elastic(knots)) * relaxed / length).sum())
 
 
-def _computed(model: Callable[[Prony], fs.Model]) -> tuple[xr.Dataset, xr.Dataset]:
+def _computed(model):
     """Return the histories of a body that does not relax and of one that does."""
     return solve_problem(model(())), solve_problem(model(_TERMS))
 
 
-def _forces(histories: tuple[xr.Dataset, xr.Dataset]) -> tuple[Array, Array, Array, Array]:
+def _forces(histories):
     """Return times [s], and the elastic force, that with relaxation and what it should be from the elastic one [N]."""
     elastic, viscous = (history["counterface_force"].values[:, 0, -1] for history in histories)
     times = histories[0]["time"].values
@@ -99,12 +92,12 @@ def _forces(histories: tuple[xr.Dataset, xr.Dataset]) -> tuple[Array, Array, Arr
     return times, elastic, viscous, np.array(expected)
 
 
-def _phases(times: Array) -> dict[str, NDArray[np.bool_]]:
+def _phases(times):
     lifting = times > _PRESS + _HOLD + 1e-9
     return {"pressed and held": ~lifting, "lifted": lifting}
 
 
-def _line() -> Iterator[Check]:
+def _line():
     """Press a cylinder on a block, hold and lift it."""
     pressed, cells = Pressed(3e-6), 16
     size = HALF_WIDTH / cells
@@ -125,13 +118,13 @@ def _line() -> Iterator[Check]:
     yield absolute("approach at which contact ends / largest", *_parting(pressed, times, viscous), 1.0 / 40)
 
 
-def _parting(pressed: Pressed, times: Array, force: Array) -> tuple[float, float]:
+def _parting(pressed, times, force):
     """Return the expected approach at which contact ends and the computed one, over the largest [-]."""
     start, end = _PRESS + _HOLD, _PRESS + _HOLD + _LIFT
     grown = float(_integral(start) - _integral(start - _PRESS))
     assert grown > 0.0  # the body remembers the press when it is lifted
 
-    def left(time: float) -> float:
+    def left(time):
         whole = float(_integral(time) - _integral(time - _PRESS)) / _PRESS
         return whole - float(_integral(time - start)) / _LIFT
 
@@ -147,7 +140,7 @@ _APPROACH = _CONTACT_RADIUS**2 / _BALL
 _OUTER, _GROWTH = 200 * _CONTACT_RADIUS, 1.5
 
 
-def _ball_model(cells: int, prony: Prony) -> fs.Model:
+def _ball_model(cells, prony):
     """Return a ball that is pressed on a quarter of a block, held and lifted, with `cells` in the contact radius."""
     size = _CONTACT_RADIUS / cells
     along = grade(1.25 * _CONTACT_RADIUS, size, _OUTER, _GROWTH)
@@ -171,7 +164,7 @@ def _ball_model(cells: int, prony: Prony) -> fs.Model:
     )
 
 
-def _sphere() -> Iterator[Check]:
+def _sphere():
     """Press a ball on a quarter of a block, hold and lift it: beside its own elastic force, and beside Hertz's."""
     times, elastic, viscous, expected = _forces(_computed(lambda prony: _ball_model(8, prony)))
     stiffness = 4.0 / 3.0 * _MODULUS / (1.0 - _RATIO**2) * np.sqrt(_BALL) / 4.0

@@ -100,23 +100,17 @@ def test_a_steady_stimulus_fires_with_the_period_of_the_closed_form(drive, membr
     np.testing.assert_allclose(np.diff(found), period, atol=2.0 * step)
 
 
-def test_below_the_least_stimulus_it_is_silent_and_the_delay_moves_all_spikes():
+def test_an_afferent_is_silent_below_its_least_stimulus_in_a_hold_and_for_what_is_too_fast():
     (silent,) = afferent().spikes(TIMES, np.full((TIMES.size, 1), 0.0999))
     assert silent.size == 0
     steady = np.full((TIMES.size, 2), 0.3)
     now, later = afferent().spikes(TIMES, steady), afferent(delay=5e-3).spikes(TIMES, steady)
     np.testing.assert_allclose(later[1], now[1] + 5e-3)
-
-
-def test_a_ramp_fires_an_afferent_of_rates_and_a_hold_does_not():
     model = afferent(least_steady=None, least_rate=0.1)
     ramp = np.clip(TIMES, 0.0, 1.0)[:, None]
     (found,) = model.spikes(TIMES, ramp)
     assert found.size > 5
     assert found.max() < 1.01
-
-
-def test_the_low_pass_takes_what_is_fast():
     fast = (0.2 * np.sign(np.sin(2.0 * np.pi * 100.0 * TIMES)))[:, None]
     (kept,), (lost,) = afferent().spikes(TIMES, fast), afferent(highest_frequency=2.0).spikes(TIMES, fast)
     assert kept.size > 0

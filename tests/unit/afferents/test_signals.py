@@ -93,19 +93,13 @@ def sines(*parts, offset=0.0):
     )
 
 
-def test_a_band_keeps_what_is_in_it():
+def test_a_band_keeps_what_is_in_it_from_the_start_and_looks_back_only():
     found = filter_band(sines((2.0, 1.0), (30.0, 0.5), (300.0, 1.0)), 10.0, 80.0).values[2000:]
     assert np.abs(found[:, 0]).max() == pytest.approx(0.5, rel=0.05)
     np.testing.assert_allclose(found[:, 1], 2.0 * found[:, 0], atol=1e-12)
-
-
-def test_a_constant_passes_a_low_pass_from_the_start_and_nothing_of_it_a_high_pass():
     constant = sines(offset=3.0)
     np.testing.assert_allclose(filter_band(constant, high=20.0).values[:, 0], 3.0, rtol=1e-9)
     np.testing.assert_allclose(filter_band(constant, low=20.0), 0.0, atol=1e-9)
-
-
-def test_filters_look_back_only():
     values = sines((5.0, 1.0))
     later = values.copy(data=np.where(TIMES[:, None] > 2.0, 7.0, values))
     before = TIMES <= 2.0
@@ -136,12 +130,6 @@ def records(step):
     return xr.Dataset(coords={"time": np.arange(11) * step})
 
 
-def test_records_resolve_a_twentieth_of_their_rate_at_the_longest_step():
-    assert record_bandwidth(records(2.5e-3)) == pytest.approx(20.0)
-    assert record_bandwidth(xr.Dataset(coords={"time": [0.0]})) == 0.0
-    assert record_bandwidth(xr.Dataset(coords={"time": [0.0, 1e-3, 1.1e-2]})) == pytest.approx(5.0)
-
-
 @pytest.mark.parametrize(("dim", "edge"), [(2, 1e-3), (3, 2e-3)])
 def test_mesh_carries_waves_of_ten_edges(dim, edge):
     mesh = box("Q4" if dim == 2 else "H8", *[np.linspace(0.0, 4e-3, round(4e-3 / edge) + 1)] * dim)
@@ -152,7 +140,10 @@ def test_mesh_carries_waves_of_ten_edges(dim, edge):
     assert mesh_bandwidth(model)["bulk"] == pytest.approx(speed / (10.0 * edge))
 
 
-def test_a_question_beyond_the_records_is_warned_of():
+def test_records_resolve_a_twentieth_of_their_rate_and_a_question_beyond_is_warned_of():
+    assert record_bandwidth(records(2.5e-3)) == pytest.approx(20.0)
+    assert record_bandwidth(xr.Dataset(coords={"time": [0.0]})) == 0.0
+    assert record_bandwidth(xr.Dataset(coords={"time": [0.0, 1e-3, 1.1e-2]})) == pytest.approx(5.0)
     message = r"the question reaches 50 Hz, and the records resolve 20 Hz; a step of 0.001 s"
     with pytest.warns(BandwidthWarning, match=message):
         warn_beyond(records(2.5e-3), 50.0, "the question")

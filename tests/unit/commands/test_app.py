@@ -41,31 +41,24 @@ def test_every_file_of_the_folder_is_a_documented_verb_of_arguments_and_one_call
         assert len(function.body) <= 7, f"{verb} does more than call into the package"
 
 
-def test_help_names_every_verb_and_exit_code_and_the_version_is_said(invoke):
+def test_every_verb_has_help_the_version_is_said_and_wrong_use_is_exit_code_2(invoke):
     text = invoke("--help").output
     assert all(word in text for word in (*VERBS, "Exit codes", "130"))
     assert invoke("--version").output == f"fingerslip {metadata.version('fingerslip')}\n"
+    for verb in VERBS:
+        assert "Usage" in invoke(verb, "--help").output
+    for wrong in (["fly"], ["run"], ["run", "a.yaml", "--workers", "0"], ["check", "--slow", "a.yaml"]):
+        invoke(*wrong, code=2)
 
 
-@pytest.mark.parametrize("verb", VERBS)
-def test_every_verb_has_help(invoke, verb):
-    assert "Usage" in invoke(verb, "--help").output
-
-
-@pytest.mark.parametrize(
-    "arguments", [["fly"], ["run"], ["run", "a.yaml", "--workers", "0"], ["check", "--slow", "a.yaml"]]
-)
-def test_wrong_use_is_exit_code_2(invoke, arguments):
-    invoke(*arguments, code=2)
-
-
-def test_not_enough_memory_is_one_line(invoke, block, monkeypatch):
+def test_not_enough_memory_is_one_line_and_debug_shows_where_an_error_comes_from(invoke, block, monkeypatch):
     def failing(*_):
         raise MemoryError
 
     monkeypatch.setattr(prepare, "build_mesh", failing)
     result = invoke("run", block(), code=2)
     assert result.stderr.strip() == "error: not enough memory; use larger elements or fewer --workers"
+    assert isinstance(invoke("--debug", "run", "gone.yaml", code=1).exception, InputError)
 
 
 @pytest.mark.parametrize("ending", ["SIGTERM", "SIGHUP", "SIGINT"])
@@ -86,10 +79,6 @@ def test_every_verb_that_is_ended_leaves_nothing_half_written(tmp_path, monkeypa
     finally:
         signal.signal(getattr(signal, ending), before)
     assert list(tmp_path.iterdir()) == []
-
-
-def test_debug_shows_where_an_error_comes_from(invoke):
-    assert isinstance(invoke("--debug", "run", "gone.yaml", code=1).exception, InputError)
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
@@ -122,16 +111,13 @@ def test_tables_in_a_pipe_are_not_cut_and_are_json_as_the_schema_is(invoke, monk
     assert json.loads(invoke("schema").output)["title"] == "Study"
 
 
-def test_shells_complete_the_names_that_commands_take():
+@pytest.mark.parametrize("shell", ["bash", "zsh"])
+def test_shells_complete_the_names_that_commands_take(shell, monkeypatch):
     assert shared.specimens("wang") == ["wang2014-2d", "wang2014-3d"]
     assert shared.shipped_studies("creep") == ["creep"]
     assert shared.cameras("o") == ["oblique"]
     assert shared.fields("re") == ["region"]
     assert shared.figure_kinds("lat") == ["latency"]
-
-
-@pytest.mark.parametrize("shell", ["bash", "zsh"])
-def test_a_shell_is_told_presets(shell, monkeypatch):
     more = {"bash": {"COMP_WORDS": "fingerslip show wang", "COMP_CWORD": "2"}, "zsh": {}}[shell]
     for name, value in {**more, "_TYPER_COMPLETE_ARGS": "fingerslip show wang"}.items():
         monkeypatch.setenv(name, value)

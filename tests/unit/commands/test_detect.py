@@ -74,18 +74,12 @@ def test_mistakes_are_one_line_and_nothing_is_written(arguments, message, invoke
     assert list(Path.cwd().iterdir()) == []
 
 
-@pytest.mark.parametrize(
-    "arguments",
-    [("evaluate", "{folder}"), ("vary", "{folder}"), ("inquire", "{folder}"), ("transfer", "none", "{folder}")],
-)
-def test_a_file_in_the_place_of_the_output_is_told_at_once(arguments, invoke, folder):
+def test_every_action_has_help_and_a_file_in_the_place_of_the_output_is_told_at_once(invoke, folder):
     Path("mine").write_text("mine")
-    found = invoke("detect", *(part.format(folder=folder) for part in arguments), "--output", "mine", code=2)
-    assert "mine: is a file, needs a folder" in found.stderr
-    assert [path.name for path in Path.cwd().iterdir()] == ["mine"]
-
-
-def test_every_action_has_help(invoke):
+    for arguments in (("evaluate", folder), ("vary", folder), ("inquire", folder), ("transfer", "none", folder)):
+        found = invoke("detect", *arguments, "--output", "mine", code=2)
+        assert "mine: is a file, needs a folder" in found.stderr
+        assert [path.name for path in Path.cwd().iterdir()] == ["mine"]
     group = invoke("detect", "--help").output
     for action in ("collect", "train", "evaluate", "inquire", "vary", "run", "score"):
         assert action in group

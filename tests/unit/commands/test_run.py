@@ -16,15 +16,7 @@ from unit.commands.conftest import contents
 
 
 @pytest.mark.usefixtures("no_report")
-def test_run_shows_events_and_second_time_nothing_is_done(invoke, block):
-    path = block()
-    assert "Slip events" in invoke("run", path).output
-    assert "block/run: unchanged" in invoke("run", path).output
-    assert "Measures" in invoke("show", "results/block/run").output
-
-
-@pytest.mark.usefixtures("no_report")
-def test_quiet_hides_the_progress_and_no_answer(invoke, block):
+def test_run_shows_events_second_time_nothing_is_done_and_quiet_hides_the_progress_and_no_answer(invoke, block):
     path = block()
     first = invoke("run", path, "--quiet")
     assert first.stderr == ""
@@ -32,9 +24,13 @@ def test_quiet_hides_the_progress_and_no_answer(invoke, block):
     again = invoke("run", path, "-q", "--json")
     assert again.stderr == ""
     assert json.loads(again.stdout)[0]["rows"]
-    assert "unchanged" in invoke("run", path).stderr
+    again = invoke("run", path)
+    assert "block/run: unchanged" in again.stderr
+    assert "Slip events" in again.output
+    assert "Measures" in invoke("show", "results/block/run").output
 
 
+CONTACT = {"friction_coefficient": 0.6, "boundary": "bottom"}
 MISTAKES = {
     "missing unit": ({"depth": 1}, "depth: '1' has no unit, needs a unit of [m]; write '1 mm' or '1 m'"),
     "incompressible": (
@@ -42,7 +38,7 @@ MISTAKES = {
         "materials.block.poisson_ratio: got 0.5, plane strain with displacement elements needs < 0.5; write 0.4999",
     ),
     "no such boundary": (
-        {"contact": {"friction_coefficient": 0.6, "boundary": "pulp"}},
+        {"contact": CONTACT | {"boundary": "pulp"}},
         "boundary 'pulp' not in mesh, it has: bottom, top",
     ),
     "slide before contact": (
@@ -50,7 +46,7 @@ MISTAKES = {
         "slides before the counterface touches",
     ),
     "plate inside the body": (
-        {"contact": {"friction_coefficient": 0.6, "boundary": "bottom", "offset": "1 mm"}},
+        {"contact": CONTACT | {"offset": "1 mm"}},
         "contact.offset: the counterface starts 1 mm inside the body, needs an offset <= 0 mm",
     ),
 }
@@ -98,15 +94,12 @@ def test_mistakes_of_all_studies_come_together(invoke, block):
     assert [line.split(": ")[1] for line in result.stderr.splitlines()] == [str(path), "gone.yaml"]
 
 
-def test_contact_outside_the_candidates(refused, block):
-    """A rounded bottom of which only the lowest nodes may touch is pressed flat."""
-    contact = {"friction_coefficient": 0.6, "boundary": "bottom", "search_distance": "0.001 mm"}
-    error = " ".join(refused(block(curvature=10.0, contact=contact)))
+def test_contact_outside_the_candidates_and_a_full_disk_are_exit_code_2(refused, block, monkeypatch):
+    # A rounded bottom of which only the lowest nodes may touch is pressed flat.
+    error = " ".join(refused(block(curvature=10.0, contact=CONTACT | {"search_distance": "0.001 mm"})))
     assert "reached the counterface but is no contact candidate" in error
     assert "write a larger search_distance" in error
 
-
-def test_full_disk_is_exit_code_2(refused, block, monkeypatch):
     def full(*arguments, **options):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 

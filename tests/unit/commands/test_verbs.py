@@ -9,10 +9,8 @@ from pathlib import Path
 
 import pytest
 
+import fingerslip as fs
 from fingerslip import validation
-from fingerslip.errors import ConvergenceError
-from fingerslip.history import write_history
-from fingerslip.mesh.io import read_mesh
 from fingerslip.published import published_set
 from fingerslip.study.inspection import show as inspection
 from fingerslip.study.storage import reporting
@@ -21,7 +19,6 @@ from fingerslip.validation import Comparison, Stored
 from fingerslip.validation.rows import GeometryRow, number_row
 from fingerslip.verification import catalogue, verify
 from fingerslip.verification.problem import Problem, relative
-from fingerslip.vision.tracks import read_tracks
 from fingerslip.vision.video import video_info, write_video
 from problems import clips
 from unit.commands.conftest import contents
@@ -73,12 +70,6 @@ def test_diff_shows_what_differs_and_by_how_much(invoke, block):
     assert re.search(r"friction over normal force at the end of the slide +0\.2 +0\.4 +0\.2", result.output)
 
 
-def test_examples_are_listed_and_copied(invoke):
-    assert "wang2014_table2" in invoke("examples").output
-    assert invoke("examples", "wang2014_table2").output.strip() == "wang2014_table2.yaml"
-    assert Path("wang2014_table2.yaml").is_file()
-
-
 @pytest.mark.usefixtures("no_report")
 def test_export_and_figure_say_where_they_wrote_and_list_the_kinds(invoke, block, tmp_path):
     invoke("run", "--workers", "1", block())
@@ -91,12 +82,12 @@ def test_export_and_figure_say_where_they_wrote_and_list_the_kinds(invoke, block
     invoke("figure", "results/block", "--kind", "x", code=2)
 
 
-def test_mesh_of_a_study_is_written(invoke, block, tmp_path):
+def test_a_mesh_a_new_study_and_an_example_are_written(invoke, block, tmp_path):
     assert "45 nodes, 32 cells" in invoke("mesh", block(), "-o", "copy.msh").output
-    assert set(read_mesh(tmp_path / "copy.msh").boundaries) == {"bottom", "top"}
-
-
-def test_a_new_study_can_be_checked(invoke):
+    assert set(fs.read_mesh(tmp_path / "copy.msh").boundaries) == {"bottom", "top"}
+    assert "wang2014_table2" in invoke("examples").output
+    assert invoke("examples", "wang2014_table2").output.strip() == "wang2014_table2.yaml"
+    assert Path("wang2014_table2.yaml").is_file()
     result = invoke("new", "friction", "--template", "sweep")
     assert "friction.yaml: look at it with fingerslip check friction.yaml" in " ".join(result.output.split())
     assert Path("friction.yaml").is_file()
@@ -108,13 +99,11 @@ def test_a_new_study_can_be_checked(invoke):
     [
         (
             ("predict", "results/x", "--at", "a.b=1", "--at", "c=2 mm"),
-            "predict_table",
-            [["a.b=1", "c=2 mm"], ["incipient_slip", "overall_slip", "latency"]],
+            *("predict_table", [["a.b=1", "c=2 mm"], ["incipient_slip", "overall_slip", "latency"]]),
         ),
         (
             ("sensitivity", "results/x", "--of", "overall_slip", "--method", "morris"),
-            "write_sensitivities",
-            ["overall_slip", "morris"],
+            *("write_sensitivities", ["overall_slip", "morris"]),
         ),
     ],
 )
@@ -144,7 +133,7 @@ def test_folder_has_tracks_overlay_and_page(invoke, tmp_path):
     assert "tracks of 81 markers in 12 frames, 100.00 % of the positions found" in done.stdout
     folder = tmp_path / "clip_tracks"
     assert sorted(path.name for path in folder.iterdir()) == ["overlay.avi", "quality.html", "tracks.csv", "tracks.nc"]
-    assert read_tracks(folder / "tracks.nc").sizes["marker"] == 81
+    assert fs.read_tracks(folder / "tracks.nc").sizes["marker"] == 81
     assert video_info(folder / "overlay.avi").frame_count == 12
     assert "following its markers" in done.stderr
 
@@ -198,10 +187,20 @@ def replace_problems(monkeypatch, *problems):
     monkeypatch.setattr(verify, "problem", known.__getitem__)
 
 
-def test_verify_prints_one_table_and_fails_where_a_check_does(invoke, monkeypatch):
+def test_verify_prints_one_table_fails_where_a_check_does_and_goes_on_where_a_problem_cannot_be_computed(
+    invoke, monkeypatch
+):
     def problem(name, got):
         return Problem(name, "Half", "Arithmetic", slow=False, compute=lambda: (relative("half", 0.5, got, 1e-3),))
 
+    def fail():
+        raise fs.ConvergenceError(0.5, 7, 1e-3, 1e-10, "try a smaller time step")
+
+    lost = Problem("lost", "Lost", "None", slow=False, compute=fail)
+    replace_problems(monkeypatch, lost, problem("right", 0.5))
+    done = invoke("verify", code=1)
+    assert "could not be computed" in done.stdout
+    assert "1 of 2 checks passed" in done.stdout
     replace_problems(monkeypatch, problem("right", 0.5), problem("wrong", 0.6))
     assert invoke("verify", "--only", "right").stderr
     assert not invoke("verify", "--only", "right", "--quiet").stderr
@@ -209,17 +208,6 @@ def test_verify_prints_one_table_and_fails_where_a_check_does(invoke, monkeypatc
     assert "| right | half | 0.5 | 0.5 | 0.0e+00 | 1.0e-03 | yes |" in right.stdout
     assert "1 of 2 checks passed" in invoke("verify", code=1).stdout
     assert "may be one of right, wrong" in invoke("verify", "--only", "rihgt", code=2).stderr
-
-
-def test_verify_goes_on_where_a_problem_cannot_be_computed(invoke, monkeypatch):
-    def fail():
-        raise ConvergenceError(0.5, 7, 1e-3, 1e-10, "try a smaller time step")
-
-    whole = Problem("whole", "One", "Arithmetic", slow=False, compute=lambda: (relative("one", 1.0, 1.0, 1e-3),))
-    replace_problems(monkeypatch, Problem("lost", "Lost", "None", slow=False, compute=fail), whole)
-    done = invoke("verify", code=1)
-    assert "could not be computed" in done.stdout
-    assert "1 of 2 checks passed" in done.stdout
 
 
 def test_json_has_numbers_and_nothing_else_is_printed_and_names_are_listed_without_computing(invoke):
@@ -235,7 +223,7 @@ def test_json_has_numbers_and_nothing_else_is_printed_and_names_are_listed_witho
 
 def test_options_reach_the_picture_and_its_path_is_printed(invoke, tmp_path):
     (tmp_path / "run").mkdir()
-    write_history(block_history(), tmp_path / "run" / "history.nc")
+    fs.write_history(block_history(), tmp_path / "run" / "history.nc")
     done = invoke("view", "run", "--screenshot", "p.png", "--scalar", "region", "--time", "50 ms")
     assert done.stdout == "p.png\n"
     assert (tmp_path / "p.png").read_bytes().startswith(b"\x89PNG")
@@ -245,7 +233,7 @@ def test_options_reach_the_picture_and_its_path_is_printed(invoke, tmp_path):
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems always have a display")
 def test_where_nothing_can_be_shown_one_line_says_so(invoke, tmp_path, monkeypatch):
-    write_history(block_history(), tmp_path / "history.nc")
+    fs.write_history(block_history(), tmp_path / "history.nc")
     monkeypatch.setenv("DISPLAY", "")
     with socket.create_server(("127.0.0.1", 0)) as other:
         port = other.getsockname()[1]

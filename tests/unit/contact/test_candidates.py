@@ -54,17 +54,13 @@ def test_nodes_with_an_area_within_the_search_distance_are_candidates(search, no
 @pytest.mark.parametrize(
     ("plane", "message"),
     [
-        (
-            Plane(offset=0.05),
-            "contacts.0.offset: the counterface starts 50 mm inside the body, needs an offset <= 0 mm",
-        ),
-        (
-            Cylinder(1.0, centre=(0.0, -0.75)),
-            "contacts.0.centre: the counterface starts 250 mm inside the body, needs a centre at least 250 mm further",
-        ),
+        (Plane(offset=0.05),
+         "contacts.0.offset: the counterface starts 50 mm inside the body, needs an offset <= 0 mm"),
+        (Cylinder(1.0, centre=(0.0, -0.75)),
+         "contacts.0.centre: the counterface starts 250 mm inside the body, needs a centre at least 250 mm further"),
         (Plane(offset=-1.0), "contacts.0: no node of the boundary is within 200 mm of the counterface"),
     ],
-)
+)  # fmt: skip
 def test_counterfaces_inside_the_body_or_out_of_reach_are_refused(plane, message):
     with pytest.raises(InputError, match=message):
         find(plane)
@@ -97,13 +93,10 @@ def test_anisotropic_friction_stretches_the_second_tangent_and_other_laws_take_t
     np.testing.assert_array_equal(surfaces.coefficients(at_rest, counterface), 0.4)
 
 
-def test_the_node_operator_picks_displacements():
+def test_the_node_operator_picks_displacements_of_candidates_that_are_joined_in_order():
     displacement = np.random.default_rng(1).normal(size=POSITIONS.shape)
     picked = node_operator(np.array([4, 1]), 2, POSITIONS.size) @ displacement.ravel()
     np.testing.assert_array_equal(picked.reshape(-1, 2), displacement[[4, 1]])
-
-
-def test_joining_keeps_order_and_bodies():
     above = find(Plane(normal=(0.0, -1.0)), nodes=[5], areas=np.ones(6), counterface=1)
     joined = join_candidates([find(), above], 2)
     np.testing.assert_array_equal(joined.nodes, [1, 2, 3, 5])

@@ -54,20 +54,17 @@ def test_isotropic_laws_hold_in_2d_and_3d_along_any_tangent_and_anisotropic_ones
         LAWS["coulomb"].coefficient = 1.0
 
 
-def test_conditions_at_some_nodes_keep_the_time():
-    every = conditions(pressure=[1.0, 2.0, 3.0], slip_rate=[4.0, 5.0, 6.0], slip_since_contact=[7.0, 8.0, 9.0])
-    some = every.at(np.array([True, False, True]))
-    values = [array.tolist() for array in (some.pressure, some.slip_rate, some.slip_since_contact)]
-    assert values == [[1, 3], [4, 6], [7, 9]]
-    assert some.time == every.time
-
-
-def test_friction_weakens_where_it_falls_with_slip_or_its_rate():
+def test_friction_weakens_where_it_falls_with_slip_or_its_rate_under_conditions_that_may_be_of_some_nodes():
     never = fs.StaticKinetic(0.6, 0.6, 1e-3), fs.StaticKinetic(0.5, 0.6, 1e-3), fs.SlipWeakening(0.6, 0.6, 1e-5)
     others = (law for name, law in LAWS.items() if name not in {"static-kinetic", "weakening"})
     assert weakens(LAWS["static-kinetic"])
     assert weakens(LAWS["weakening"])
     assert not any(map(weakens, (*never, *others)))
+    every = conditions(pressure=[1.0, 2.0, 3.0], slip_rate=[4.0, 5.0, 6.0], slip_since_contact=[7.0, 8.0, 9.0])
+    some = every.at(np.array([True, False, True]))
+    values = [array.tolist() for array in (some.pressure, some.slip_rate, some.slip_since_contact)]
+    assert values == [[1, 3], [4, 6], [7, 9]]
+    assert some.time == every.time
 
 
 @pytest.mark.parametrize(
@@ -95,12 +92,9 @@ def test_values_that_make_no_law_are_refused(make, message):
     [
         (fs.Coulomb, {"coefficient": 0.6}, fs.Coulomb(0.6)),
         (fs.SlipWeakening, {"static": 0.8, "kinetic": 0.3, "distance": "20 um"}, fs.SlipWeakening(0.8, 0.3, 2e-5)),
-        (
-            fs.TimeDependent,
-            {"times": ["0 s", "500 ms"], "values": [0.6, 0.3]},
-            fs.TimeDependent((0.0, 0.5), (0.6, 0.3)),
-        ),
+        (fs.TimeDependent, {"times": ["0 s", "500 ms"], "values": [0.6, 0.3]},
+         fs.TimeDependent((0.0, 0.5), (0.6, 0.3))),
     ],
-)
+)  # fmt: skip
 def test_a_file_gives_lengths_and_times_with_units_and_coefficients_without(kind, values, law):
     assert from_mapping(kind, values, "f") == law

@@ -53,12 +53,7 @@ def follow(path, mu=MU, gap=0.0):
     return outcomes
 
 
-def test_histories_store_the_states_as_these_numbers():
-    assert (OPEN, STICK, SLIP) == (history.OPEN, history.STICK, history.SLIP) == (0, 1, 2)
-    assert history.VARIABLES["contact_state"].long_name == "0 open, 1 stick, 2 slip"
-
-
-def test_at_rest_and_open_a_node_has_no_force_and_no_slip_nor_traction_without_friction():
+def test_at_rest_and_open_a_node_has_no_force_and_no_slip_nor_traction_without_friction_and_states_are_numbers():
     state = rest_state(candidates(3), np.full(3, 0.2))
     np.testing.assert_array_equal(state.relative, [[0.2, 0.0]] * 3)
     assert not state.forces.any()
@@ -69,28 +64,22 @@ def test_at_rest_and_open_a_node_has_no_force_and_no_slip_nor_traction_without_f
     assert (outcome.state.slip_distance[0], outcome.stored, outcome.friction) == (0.0, 0.0, 0.0)
     smooth = follow([(-0.01, 0.0), (-0.01, 0.05)], mu=0.0)[-1]
     assert (smooth.state.forces[0, 1], smooth.friction) == (0.0, 0.0)
+    assert (OPEN, STICK, SLIP) == (history.OPEN, history.STICK, history.SLIP) == (0, 1, 2)
+    assert history.VARIABLES["contact_state"].long_name == "0 open, 1 stick, 2 slip"
 
 
 @pytest.mark.parametrize(
     ("path", "states", "forces", "slips"),
     [
         # Two springs, whose force unloads until it is at the limit.
-        (
-            [(-0.01, 0.0), (-0.01, 0.015), (-0.01, 0.018), (-0.005, 0.018)],
-            [STICK, STICK, STICK, SLIP],
-            [[4.0, 0.0], [4.0, -1.5], [4.0, -1.8], [2.0, -1.0]],
-            [0.0, 0.0, 0.0, 0.008],
-        ),
+        ([(-0.01, 0.0), (-0.01, 0.015), (-0.01, 0.018), (-0.005, 0.018)], [STICK, STICK, STICK, SLIP],
+         [[4.0, 0.0], [4.0, -1.5], [4.0, -1.8], [2.0, -1.0]], [0.0, 0.0, 0.0, 0.008]),
         # The elastic slip at the limit of 2 N is 0.02. On the way back the last but one comes to it, and does not slip.
-        (
-            [(-0.01, 0.0), (-0.01, 0.05), (-0.01, 0.03), (-0.01, 0.01), (-0.01, 0.0)],
-            [STICK, SLIP, STICK, STICK, SLIP],
-            [[4.0, 0.0], [4.0, -2.0], [4.0, 0.0], [4.0, 2.0], [4.0, 2.0]],
-            [0.0, 0.03, 0.03, 0.03, 0.04],
-        ),
+        ([(-0.01, 0.0), (-0.01, 0.05), (-0.01, 0.03), (-0.01, 0.01), (-0.01, 0.0)], [STICK, SLIP, STICK, STICK, SLIP],
+         [[4.0, 0.0], [4.0, -2.0], [4.0, 0.0], [4.0, 2.0], [4.0, 2.0]], [0.0, 0.03, 0.03, 0.03, 0.04]),
     ],
     ids=["unloaded", "reversed"],
-)
+)  # fmt: skip
 def test_a_node_sticks_by_two_springs_and_returns_to_the_cone(path, states, forces, slips):
     """Stored is what the springs hold, and slip costs the limit times its way; many steps make the way of one."""
     outcomes = follow(path)

@@ -57,9 +57,6 @@ def working_set(monkeypatch):
     monkeypatch.setattr(module, "_FEW", 0)
 
 
-# Any number of nodes, by the compiled solver and as a step in 2D begins.
-
-
 @settings(max_examples=300, deadline=None, derandomize=True)
 @given(random_problems())
 def test_random_problems_are_solved(problem):
@@ -124,9 +121,6 @@ def test_a_nearly_free_body_is_solved(dim, decades):
     assert solution.residual <= TOLERANCE
 
 
-# Closed forms.
-
-
 def test_the_projection_and_its_step_lengths():
     """Forces inside the cone stay, others come to its wall or vanish; both tangents have one step length."""
     trial = np.array([[2.0, 0.3, 0.4], [2.0, 3.0, 4.0], [-1.0, 5.0, 5.0], [0.0, 1.0, 0.0]])
@@ -144,9 +138,6 @@ def test_the_derivative_of_the_projection_is_its_slope(dim, tangential, mu):
     derivative(trial, mu, slope)
     sides = (project(trial + sign * 1e-6 * np.eye(dim), np.full(dim, mu)) for sign in (1, -1))
     np.testing.assert_allclose(slope, np.subtract(*sides).T / 2e-6, atol=1e-8)
-
-
-# What is the same for few nodes and for many, in 2D and in 3D.
 
 
 @pytest.fixture(params=["few", "many"])
@@ -203,21 +194,15 @@ def test_a_singular_newton_matrix_is_left_to_the_sweeps():
     np.testing.assert_allclose(solution.forces, [[8.0, -14.0]], rtol=1e-9)
 
 
-def test_no_candidates_need_no_solution():
+def test_no_candidates_need_no_solution_and_a_residual_that_is_no_number_is_not_below_the_tolerance():
     for dim in (2, 3):
         none = np.zeros((0, dim))
         solution, _ = solved(Compliance(np.zeros((0, 0)), none), none, np.zeros(0))
         assert solution.forces.shape == (0, dim)
         assert solution.residual == 0.0
-
-
-def test_a_residual_that_is_no_number_is_not_below_the_tolerance():
     problem = random_problem(0, 2, 5, 1.0, 0.6)
     problem.free[2, 0] = np.nan
     assert not solved(compliance_of(problem), problem.free, problem.friction)[0].residual <= TOLERANCE
-
-
-# Steps in 2D.
 
 
 def pulled(row, slides):
@@ -238,9 +223,6 @@ def test_threads_side_by_side_find_the_same():
     for row, solutions in zip(rows, beside, strict=True):
         for solution, alone in zip(solutions, pulled(row, slides), strict=True):
             np.testing.assert_array_equal(solution.forces, alone.forces)
-
-
-# Many nodes: a working set.
 
 
 def half_space(side, depth, slide, dim=3):

@@ -7,29 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fingerslip.detect.features import (
-    FEATURE_SETS,
-    FeatureSettings,
-    Motion,
-    MotionSettings,
-    entropy,
-    feature_names,
-    features_of,
-    fill_unseen,
-    motion_of,
-    neighbour_weights,
-    rest_positions,
-    rigid_residual,
-    ring_of_features,
-    strains,
-    velocities,
-)
+from fingerslip.detect import features
 from fingerslip.errors import InputError
 from fingerslip.marker_layouts import ring_layout
 from fingerslip.vision.tracks import make_tracks
 
 DISC = ring_layout(10.0, (1, 6, 12))
-MOTION = MotionSettings(rest_frames=5, window=4)
+MOTION = features.MotionSettings(rest_frames=5, window=4)
 
 
 def moving(moved, time=None, **more):
@@ -42,7 +26,7 @@ def moving(moved, time=None, **more):
 def test_the_velocity_of_uniform_motion_is_exact_at_uneven_times(x, y, window):
     time = np.cumsum([0.0, 0.1, 0.3, 0.05, 0.2, 0.1, 0.1])
     displacement = (time[:, None] * np.array([x, y]))[:, None, :] + np.zeros((1, 3, 1))
-    found = velocities(time, displacement, np.ones((7, 3), dtype=bool), window)
+    found = features.velocities(time, displacement, np.ones((7, 3), dtype=bool), window)
     assert (found[0] == 0).all()
     assert found[1:] == pytest.approx(np.broadcast_to([x, y], (6, 3, 2)), abs=1e-9)
 
@@ -50,31 +34,30 @@ def test_the_velocity_of_uniform_motion_is_exact_at_uneven_times(x, y, window):
 def test_velocity_looks_at_the_past_alone():
     time, draw = np.arange(30) / 10.0, np.random.default_rng(0)
     displacement, visible = draw.normal(size=(30, 4, 2)), draw.random((30, 4)) < 0.8
-    whole = velocities(time, displacement, visible, 5)
+    whole = features.velocities(time, displacement, visible, 5)
     for end in (3, 10, 29):
-        assert np.array_equal(velocities(time[:end], displacement[:end], visible[:end], 5), whole[:end])
-    assert velocities(time[5:10], displacement[5:10], visible[5:10], 5)[-1] == pytest.approx(whole[9], abs=1e-12)
+        assert np.array_equal(features.velocities(time[:end], displacement[:end], visible[:end], 5), whole[:end])
+    assert features.velocities(time[5:10], displacement[5:10], visible[5:10], 5)[-1] == pytest.approx(
+        whole[9], abs=1e-12
+    )
 
 
-def test_a_marker_that_is_not_seen_moves_as_its_neighbours_do():
+def test_a_marker_that_is_not_seen_moves_as_its_neighbours_do_and_without_enough_of_them_a_frame_is_not_used():
     moved = np.zeros((12, DISC.count, 2))
     moved[5:, :, 0] = 1e-1 * np.arange(7)[:, None] + 0.01 * DISC.position[:, 0]
     hidden = moved.copy()
     hidden[8:, 3] = np.nan
-    whole, found = motion_of(moving(moved), MOTION), motion_of(moving(hidden), MOTION)
+    whole, found = features.motion_of(moving(moved), MOTION), features.motion_of(moving(hidden), MOTION)
     assert found.filled == 4
     assert found.usable.all()
     assert found.displacement[:, 3] == pytest.approx(whole.displacement[:, 3], abs=0.06)
     assert np.isfinite(found.velocity).all()
     others = np.arange(DISC.count) != 3
     assert np.array_equal(found.displacement[:, others], whole.displacement[:, others])
-
-
-def test_frames_with_too_few_markers_are_not_usable():
     moved = np.zeros((10, DISC.count, 2))
     moved[7, : DISC.count // 2 + 2] = np.nan
     moved[8] = np.nan
-    found = motion_of(moving(moved), MOTION)
+    found = features.motion_of(moving(moved), MOTION)
     assert np.flatnonzero(~found.usable).tolist() == [7, 8]
     assert (found.displacement[8] == 0).all()
 
@@ -82,13 +65,15 @@ def test_frames_with_too_few_markers_are_not_usable():
 def test_rest_is_the_mean_of_what_was_seen_and_weights_need_no_spacing():
     moved = np.zeros((6, DISC.count, 2))
     moved[0, :, 0], moved[1, 2] = 1.0, np.nan
-    rest = rest_positions(moving(moved), 2)
+    rest = features.rest_positions(moving(moved), 2)
     assert rest[0] - DISC.position[0] == pytest.approx([0.5, 0.0])
     assert rest[2] - DISC.position[2] == pytest.approx([1.0, 0.0])
-    assert neighbour_weights(np.zeros((1, 2))).tolist() == [[0.0]]
-    weights = neighbour_weights(DISC.position)
+    assert features.neighbour_weights(np.zeros((1, 2))).tolist() == [[0.0]]
+    weights = features.neighbour_weights(DISC.position)
     assert np.array_equal(weights, weights.T)
-    assert fill_unseen(np.ones((1, 2, 2)), np.ones((1, 2), dtype=bool), np.eye(2)).tolist() == [[[1.0, 1.0]] * 2]
+    assert features.fill_unseen(np.ones((1, 2, 2)), np.ones((1, 2), dtype=bool), np.eye(2)).tolist() == [
+        [[1.0, 1.0]] * 2
+    ]
 
 
 def unseen():
@@ -110,19 +95,19 @@ LINE = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]])
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: motion_of(STILL), "have 6 frames, needs the 100 at rest"),
-        (lambda: motion_of(STILL, MOTION, "external"), "no external mark"),
-        (lambda: motion_of(unseen(), MOTION), "marker 4: is seen in none of the frames at rest"),
-        (lambda: MotionSettings(rest_frames=0), "rest_frames: got"),
-        (lambda: MotionSettings(window=1), "window: got"),
-        (lambda: MotionSettings(least_seen=0.0), "least_seen: got"),
-        (lambda: MotionSettings(least_seen=1.5), "least_seen: got"),
-        (lambda: FeatureSettings(()), "features: got .*needs some of displacement"),
-        (lambda: FeatureSettings(("colour",)), "features: got .*needs some of displacement"),
-        (lambda: FeatureSettings(("mean", "mean")), "features: got .*needs some of displacement"),
-        (lambda: features_of(broken(), FeatureSettings()), "feature displacement/length/5 at 2 s: is nan"),
-        (lambda: strains(LINE, np.zeros((1, 3, 2))), "marker 0: is in no triangle of markers"),
-        (lambda: strains(LINE[:2], np.zeros((1, 2, 2))), "marker 0"),
+        (lambda: features.motion_of(STILL), "have 6 frames, needs the 100 at rest"),
+        (lambda: features.motion_of(STILL, MOTION, "external"), "no external mark"),
+        (lambda: features.motion_of(unseen(), MOTION), "marker 4: is seen in none of the frames at rest"),
+        (lambda: features.MotionSettings(rest_frames=0), "rest_frames: got"),
+        (lambda: features.MotionSettings(window=1), "window: got"),
+        (lambda: features.MotionSettings(least_seen=0.0), "least_seen: got"),
+        (lambda: features.MotionSettings(least_seen=1.5), "least_seen: got"),
+        (lambda: features.FeatureSettings(()), "features: got .*needs some of displacement"),
+        (lambda: features.FeatureSettings(("colour",)), "features: got .*needs some of displacement"),
+        (lambda: features.FeatureSettings(("mean", "mean")), "features: got .*needs some of displacement"),
+        (lambda: features.features_of(broken(), features.FeatureSettings()), "displacement/length/5 at 2 s: is nan"),
+        (lambda: features.strains(LINE, np.zeros((1, 3, 2))), "marker 0: is in no triangle of markers"),
+        (lambda: features.strains(LINE[:2], np.zeros((1, 2, 2))), "marker 0"),
     ],
 )
 def test_bad_tracks_settings_and_features_give_one_clear_error(call, message):
@@ -139,34 +124,37 @@ def motion(turn=0.0, frames=4):
     along = frame * (1.0 - 0.1 * LAYOUT.ring)
     moved = along[:, :, None] * np.array([np.cos(turn), np.sin(turn)])
     seen = np.ones(along.shape, dtype=bool)
-    return Motion(frame[:, 0], LAYOUT.position, moved, 2.0 * moved, LAYOUT.ring, seen, seen[:, 0])
+    return features.Motion(frame[:, 0], LAYOUT.position, moved, 2.0 * moved, LAYOUT.ring, seen, seen[:, 0])
 
 
 def columns(name, turn=0.0):
-    return features_of(motion(turn), FeatureSettings((name,)))
+    return features.features_of(motion(turn), features.FeatureSettings((name,)))
 
 
-def test_the_published_features_are_162():
-    assert features_of(motion(), FeatureSettings()).shape == (4, 162)
-    names = feature_names(motion(), FeatureSettings())
+def test_names_of_features_are_162_as_published_and_tell_the_ring():
+    assert features.features_of(motion(), features.FeatureSettings()).shape == (4, 162)
+    names = features.feature_names(motion(), features.FeatureSettings())
     assert names[0] == "displacement/length/0"
     assert names[-1] == "speed/length/80"
+    names = features.feature_names(motion(), features.FeatureSettings(("displacement", "rings", "sliding", "time")))
+    rings = features.ring_of_features(names, LAYOUT.ring)
+    assert rings[:81] == LAYOUT.ring.tolist()
+    assert rings[81:91] == [0, 0, 1, 1, 2, 2, 3, 3, 4, 4]
+    assert rings[-1] is None
+    sliding = [(name, ring) for name, ring in zip(names, rings, strict=True) if "sliding" in name]
+    assert all(ring == int(name.split("_ring_")[1].split("/")[0]) for name, ring in sliding)
 
 
-@pytest.mark.parametrize("name", FEATURE_SETS)
-def test_every_set_has_a_name_for_each_of_its_columns(name):
-    names = feature_names(motion(), FeatureSettings((name,)))
+@pytest.mark.parametrize("name", features.FEATURE_SETS)
+def test_every_set_has_a_name_for_each_column_and_needs_no_other_frame(name):
+    names = features.feature_names(motion(), features.FeatureSettings((name,)))
     assert len(names) == columns(name).shape[1] == len(set(names))
     assert all(one.startswith(f"{name}/") for one in names)
-
-
-@pytest.mark.parametrize("name", FEATURE_SETS)
-def test_features_of_a_frame_need_no_other_frame(name):
     whole = motion()
     over_time = ("time", "displacement", "velocity", "seen", "usable")
     last = dataclasses.replace(whole, **{one: getattr(whole, one)[-1:] for one in over_time})
-    settings = FeatureSettings((name,))
-    assert features_of(last, settings)[0] == pytest.approx(features_of(whole, settings)[-1], abs=1e-6)
+    settings = features.FeatureSettings((name,))
+    assert features.features_of(last, settings)[0] == pytest.approx(features.features_of(whole, settings)[-1], abs=1e-6)
 
 
 @pytest.mark.parametrize("turn", [np.pi / 4, np.pi / 2, 3 * np.pi / 4, np.pi])
@@ -180,25 +168,14 @@ def test_polar_velocities_of_a_turn_and_of_growth():
     still = motion()
     arm = LAYOUT.position
     turning = np.stack([-arm[:, 1], arm[:, 0]], axis=1)[None] + np.zeros((4, 1, 1))
-    found = features_of(dataclasses.replace(still, velocity=turning), FeatureSettings(("polar",)))
+    found = features.features_of(dataclasses.replace(still, velocity=turning), features.FeatureSettings(("polar",)))
     assert found[:, :81] == pytest.approx(0.0, abs=1e-5)
     assert found[:, 82:] == pytest.approx(1.0)
-    growing = features_of(dataclasses.replace(still, velocity=arm[None] + 0 * turning), FeatureSettings(("polar",)))
+    growing = features.features_of(
+        dataclasses.replace(still, velocity=arm[None] + 0 * turning), features.FeatureSettings(("polar",))
+    )
     assert growing[:, :81] == pytest.approx(np.broadcast_to(10.0 * LAYOUT.ring, (4, 81)), rel=1e-5)
     assert growing[:, 81:] == pytest.approx(0.0, abs=1e-6)
-
-
-def test_rings_of_features():
-    names = feature_names(motion(), FeatureSettings(("displacement", "rings", "sliding", "time")))
-    rings = ring_of_features(names, LAYOUT.ring)
-    assert rings[:81] == LAYOUT.ring.tolist()
-    assert rings[81:91] == [0, 0, 1, 1, 2, 2, 3, 3, 4, 4]
-    assert rings[-1] is None
-    assert all(
-        ring == int(name.split("_ring_")[1].split("/")[0])
-        for name, ring in zip(names, rings, strict=True)
-        if "sliding" in name
-    )
 
 
 REST = ring_layout(1.0).position
@@ -209,8 +186,8 @@ NUMBER = st.floats(-1, 1)
 def test_a_rigid_motion_leaves_nothing(x, y, turn):
     rotation = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
     moved = np.array([x, y]) + REST @ rotation.T - REST
-    assert rigid_residual(REST, moved[None]) == pytest.approx(0.0, abs=1e-12)
-    divergence, shear = strains(REST, moved[None])
+    assert features.rigid_residual(REST, moved[None]) == pytest.approx(0.0, abs=1e-12)
+    divergence, shear = features.strains(REST, moved[None])
     assert divergence == pytest.approx(2.0 * np.cos(turn) - 2.0, abs=1e-9)
     assert shear == pytest.approx(0.0, abs=1e-9)
 
@@ -218,7 +195,7 @@ def test_a_rigid_motion_leaves_nothing(x, y, turn):
 @given(st.lists(NUMBER, min_size=4, max_size=4))
 def test_strains_of_an_affine_motion_are_exact(gradient):
     matrix = np.array(gradient).reshape(2, 2)
-    divergence, shear = strains(REST, (REST @ matrix.T)[None])
+    divergence, shear = features.strains(REST, (REST @ matrix.T)[None])
     green = 0.5 * (matrix + matrix.T + matrix.T @ matrix)
     assert divergence == pytest.approx(np.trace(matrix), abs=1e-9)
     assert shear == pytest.approx(np.ptp(np.linalg.eigvalsh(green)) / 2, abs=1e-9)
@@ -227,12 +204,12 @@ def test_strains_of_an_affine_motion_are_exact(gradient):
 def test_residual_and_entropy_of_what_slips():
     moved = np.zeros((1, len(REST), 2))
     moved[0, np.linalg.norm(REST, axis=1) > 3.5, 0] = 1.0
-    residual = np.linalg.norm(rigid_residual(REST, moved)[0], axis=1)
+    residual = np.linalg.norm(features.rigid_residual(REST, moved)[0], axis=1)
     assert residual.max() < 1.0
     assert residual.mean() > 0.3
     even = np.ones((1, 16, 2))
     spread = np.zeros((1, 16, 2))
     spread[0, :, 0] = (np.arange(16) + 0.5) / 15.5
-    assert entropy(even).tolist() == [0.0]
-    assert entropy(spread) == pytest.approx(4.0)
-    assert entropy(np.zeros((1, 16, 2))).tolist() == [0.0]
+    assert features.entropy(even).tolist() == [0.0]
+    assert features.entropy(spread) == pytest.approx(4.0)
+    assert features.entropy(np.zeros((1, 16, 2))).tolist() == [0.0]

@@ -9,17 +9,8 @@ import pytest
 
 from fingerslip.detect import inquiry
 from fingerslip.detect.classifiers import CLASSIFIERS
+from fingerslip.detect.evaluation import inquiries
 from fingerslip.detect.evaluation.crossval import fit_fold, matrices_of, parts_beside
-from fingerslip.detect.evaluation.inquiries import (
-    Assumption,
-    disturb,
-    each_alone,
-    importance_by_ring,
-    learning_curve,
-    likely_assumptions,
-    robustness_of,
-    sensitivity_of,
-)
 from fingerslip.detect.features import FeatureSettings
 from fingerslip.detect.inquiry import Levels, curve_sizes, inquire, vary, write_inquiry
 from fingerslip.detect.labels import LabelSettings, Onsets
@@ -43,18 +34,14 @@ def test_an_inquiry_has_a_table_and_a_figure_of_each(trials_folder, tmp_path):
     write_inquiry(found, tmp_path)
     names = {"learning-curve", "importance", "robustness"}
     assert {path.name for path in tmp_path.iterdir()} == {f"{name}.{end}" for name in names for end in ("csv", "png")}
+    assert (curve_sizes(1), curve_sizes(256)) == ((1,), (4, 8, 16, 32, 64, 128, 256))
+    with pytest.raises(InputError, match=r"--noise: got '0;1', needs numbers with commas; write --noise 0,0\.1,0\.2"):
+        inquire(trials_folder, "logistic", CHOICES, Levels(noise="0;1"))
 
 
 @pytest.mark.slow
 def test_a_classifier_without_markers_has_no_importance_of_rings(trials_folder):
     assert "importance" not in inquire(trials_folder, "time_threshold", CHOICES, FEW).tables
-
-
-def test_all_trials_and_halves_of_them_make_a_curve_and_levels_are_numbers(trials_folder):
-    assert curve_sizes(256) == (4, 8, 16, 32, 64, 128, 256)
-    assert curve_sizes(1) == (1,)
-    with pytest.raises(InputError, match=r"--noise: got '0;1', needs numbers with commas; write --noise 0,0\.1,0\.2"):
-        inquire(trials_folder, "logistic", CHOICES, Levels(noise="0;1"))
 
 
 @pytest.mark.slow
@@ -98,18 +85,18 @@ def test_labels_that_do_not_come_in_every_trial_are_no_assumption(trials, monkey
 
 
 CLOCK = CLASSIFIERS["time_threshold"]
-AS_IT_IS = Assumption("as it is", "", LabelSettings(rest_frames=20), MOTION)
+AS_IT_IS = inquiries.Assumption("as it is", "", LabelSettings(rest_frames=20), MOTION)
 
 
 def test_a_learning_curve_has_scores_for_each_size(samples, trials):
-    scores = learning_curve(samples, CLOCK, trials.names[:4], (4, 20))
+    scores = inquiries.learning_curve(samples, CLOCK, trials.names[:4], (4, 20))
     assert list(scores) == [4, 20]
     for estimate in (estimate for entry in scores.values() for estimate in (entry.accuracy, entry.f1_mean)):
         assert 0.3 < estimate.value <= 1.0
         assert 0.0 <= estimate.low < estimate.high <= 1.0
         assert estimate.low <= estimate.value <= estimate.high
     with pytest.raises(InputError, match="sizes: got 21, needs 1 to 20"):
-        learning_curve(samples, CLOCK, trials.names[:4], (21,))
+        inquiries.learning_curve(samples, CLOCK, trials.names[:4], (21,))
 
 
 def test_the_ring_that_tells_is_the_one_that_counts(samples, trials):
@@ -117,22 +104,22 @@ def test_the_ring_that_tells_is_the_one_that_counts(samples, trials):
     inner = [name.count("/") == 2 and int(name.split("/")[-1]) in (1, 2, 3) for name in samples.names]
     values = np.where(inner, samples.classes[:, None], 0) + 0.1 * draw.normal(size=samples.values.shape)
     changed = dataclasses.replace(samples, values=values.astype(np.float32))
-    drops = importance_by_ring(changed, CLASSIFIERS["logistic"], trials.names[:4])
+    drops = inquiries.importance_by_ring(changed, CLASSIFIERS["logistic"], trials.names[:4])
     assert list(drops) == [0, 1, 2, 3, 4]
     assert drops[1].value > drops[1].low > 0.3
     assert max(abs(drop.value) for ring, drop in drops.items() if ring != 1) < 0.05
     with pytest.raises(InputError, match="classifier time_threshold: sees no single markers"):
-        importance_by_ring(samples, CLOCK, trials.names[:4])
+        inquiries.importance_by_ring(samples, CLOCK, trials.names[:4])
 
 
 @pytest.mark.parametrize(("name", "amount"), [("lost", 0.2), ("noise", 0.5), ("slower", 3)])
 def test_disturbed_tracks_are_tracks(name, amount, trials):
     tracks = trials.tracks(trials.names[0])
     before = tracks.copy(deep=True)
-    disturbed = check_tracks(disturb(tracks, name, amount))
+    disturbed = check_tracks(inquiries.disturb(tracks, name, amount))
     assert tracks.equals(before)
     assert not disturbed.equals(tracks)
-    assert disturbed.equals(disturb(tracks, name, amount))
+    assert disturbed.equals(inquiries.disturb(tracks, name, amount))
     if name == "lost":
         assert np.isnan(disturbed["position"].values).mean() == pytest.approx(amount, abs=0.01)
     elif name == "noise":
@@ -141,25 +128,20 @@ def test_disturbed_tracks_are_tracks(name, amount, trials):
         assert disturbed.sizes["time"] == 87
 
 
-@pytest.mark.parametrize(("name", "amount"), [("fog", 1.0), ("lost", 1.0), ("noise", -1.0), ("slower", 0.5)])
-def test_what_cannot_be_is_refused(name, amount, trials):
-    with pytest.raises(InputError, match="got"):
-        disturb(trials.tracks(trials.names[0]), name, amount)
-
-
 def test_more_is_lost_with_more_disturbance(detector, trials):
     levels = [("lost", 0.0), ("lost", 0.6), ("noise", 20.0), ("slower", 2)]
-    plain, lost, noisy, slower = robustness_of(detector, trials, trials.onsets(), trials.names[8:12], levels)
+    plain, lost, noisy, slower = inquiries.robustness_of(detector, trials, trials.onsets(), trials.names[8:12], levels)
     assert plain.unusable == 0.0
     assert lost.unusable > 0.9
     assert noisy.accuracy.value < plain.accuracy.low <= plain.accuracy.value <= plain.accuracy.high
     assert slower.accuracy.value == pytest.approx(plain.accuracy.value, abs=0.1)
-    with pytest.raises(InputError, match="slower: got 0"):
-        robustness_of(detector, trials, trials.onsets(), trials.names[:1], [("slower", 0.0)])
+    for level in (("slower", 0.0), ("slower", 0.5), ("fog", 1.0), ("lost", 1.0), ("noise", -1.0)):
+        with pytest.raises(InputError, match=f"{level[0] if level[0] != 'fog' else 'disturbance'}: got"):
+            inquiries.robustness_of(detector, trials, trials.onsets(), trials.names[:1], [level])
 
 
 def ask(trials, *assumptions):
-    return list(sensitivity_of(trials, assumptions, [CLOCK], sampling=replace(SAMPLING, least=0.0), folds=3))
+    return list(inquiries.sensitivity_of(trials, assumptions, [CLOCK], sampling=replace(SAMPLING, least=0.0), folds=3))
 
 
 @pytest.fixture(scope="module")
@@ -168,7 +150,7 @@ def base(trials):
     return ask(trials, AS_IT_IS)[0]
 
 
-def test_what_is_left_as_it_is_gives_the_evaluation_by_condition(trials, base):
+def test_what_is_left_as_it_is_gives_the_evaluation_by_condition_and_higher_thresholds_make_labels_late(trials, base):
     samples = samples_of(trials, trials.onsets(), FeatureSettings(CLOCK.sets, MOTION), SAMPLING)
     folds = [
         fit_fold(samples, trials.onsets(), CLOCK, test, window=MOTION.window).frames
@@ -179,9 +161,6 @@ def test_what_is_left_as_it_is_gives_the_evaluation_by_condition(trials, base):
     assert list(by_depth) == ["0.003", "0.004"]
     values = [accuracies["time_threshold"].value for accuracies in by_depth.values()]
     assert min(values) <= base.accuracies["time_threshold"].value <= max(values)
-
-
-def test_higher_thresholds_make_labels_late(trials, base):
     # Markers of analytic trials jump by tens of pixels.
     higher = replace(AS_IT_IS, labels=LabelSettings(30.0, 1.0, rest_frames=20))
     gross = replace(AS_IT_IS, labels=LabelSettings(2.0, 30.0, rest_frames=20))
@@ -200,7 +179,7 @@ def test_labels_that_are_not_there_are_told(trials, labels, message):
 
 
 def test_each_likely_assumption_changes_one_thing():
-    base, *others = likely_assumptions(0.07e-3, motion=MOTION, stored=("contact",))
+    base, *others = inquiries.likely_assumptions(0.07e-3, motion=MOTION, stored=("contact",))
     assert base.labels == LabelSettings(rest_frames=20)
     assert len({entry.quantity for entry in others}) == 6
     for entry in others:
@@ -212,20 +191,20 @@ def test_each_likely_assumption_changes_one_thing():
 
 
 def test_trials_of_each_value_are_taken_alone(trials):
-    alone = each_alone(trials, ["indentation", "direction"], AS_IT_IS)
+    alone = inquiries.each_alone(trials, ["indentation", "direction"], AS_IT_IS)
     assert len(alone) == 2 * 4
     assert alone[0].value == "indentation: 3 mm, direction: 0 rad"
     assert sorted(name for entry in alone for name in entry.trials) == list(trials.names)
-    assert each_alone(trials, [], AS_IT_IS) == ()
+    assert inquiries.each_alone(trials, [], AS_IT_IS) == ()
     with pytest.raises(InputError, match="has no condition 'stiffness'"):
-        each_alone(trials, ["stiffness"], AS_IT_IS)
-    (result,) = ask(trials, each_alone(trials, ["indentation"], AS_IT_IS)[1])
+        inquiries.each_alone(trials, ["stiffness"], AS_IT_IS)
+    (result,) = ask(trials, inquiries.each_alone(trials, ["indentation"], AS_IT_IS)[1])
     assert len(result.matrices["time_threshold"]) == 12
 
 
 def test_what_is_stored_is_not_asked_again(trials, tmp_path, monkeypatch):
     store, sampling = parts_beside(tmp_path / "tables", trials.digest), replace(SAMPLING, least=0.0)
-    stored = partial(sensitivity_of, trials, [AS_IT_IS], [CLOCK], sampling=sampling, folds=3, store=store)
+    stored = partial(inquiries.sensitivity_of, trials, [AS_IT_IS], [CLOCK], sampling=sampling, folds=3, store=store)
     (first,) = stored()
     monkeypatch.setattr(TrialSet, "tracks", None)
     (second,) = stored()

@@ -33,7 +33,7 @@ def test_nothing_is_found_before_rest_is_over(detector: Detector, trials: TrialS
         latency_of(list(run_live(LiveDetector(detector), frames[:5])))
 
 
-def test_frames_that_do_not_follow_are_refused(detector: Detector, trials: TrialSet) -> None:
+def test_what_does_not_fit_the_detector_is_refused(detector: Detector, trials: TrialSet) -> None:
     frames = list(frames_of(trials.tracks(trials.names[-1])))
     for start in (3, 25):
         live = LiveDetector(detector)
@@ -43,16 +43,10 @@ def test_frames_that_do_not_follow_are_refused(detector: Detector, trials: Trial
             live.take(frames[start - 1])
         with pytest.raises(InputError, match=r"frame: has positions of shape \(4, 2\)"):
             live.take(SeenMarkers(1e3, np.zeros((4, 2))))
-
-
-def test_a_marker_that_is_never_seen_at_rest_is_named(detector: Detector, trials: TrialSet) -> None:
     tracks = trials.tracks(trials.names[-1])
     tracks["position"].values[:20, 30] = np.nan
     tracks["quality"].values[:20, 30] = 0.0
     with pytest.raises(InputError, match="marker 11: is seen in none of the frames at rest"):
         list(run_on_tracks(detector, tracks))
-
-
-def test_other_markers_are_refused(detector: Detector, trials: TrialSet) -> None:
     with pytest.raises(InputError, match="needs the markers that the detector learned from"):
         list(run_on_tracks(detector, trials.tracks(trials.names[0]).isel(marker=slice(0, 50))))

@@ -42,38 +42,20 @@ CLASSES = np.repeat([0, 1, 2], [200, 300, 100]).astype(np.int8)
 USABLE = np.ones(600, dtype=bool)
 
 
-def test_the_published_sampling_takes_200_frames_a_trial():
+def test_frames_are_sampled_as_published_by_the_seed_and_the_name_of_the_trial():
     frames = chosen_frames(CLASSES, USABLE, PUBLISHED_SAMPLING, "a")
     assert len(set(frames.tolist())) == 200
     assert np.bincount(CLASSES[frames]).tolist() == [50, 100, 50]
     assert set(range(200, 250)) <= set(frames.tolist())
     assert (np.diff(frames) > 0).all()
-
-
-def test_of_a_trial_without_slip_only_frames_without_slip_are_taken():
     frames = chosen_frames(np.zeros(600, dtype=np.int8), USABLE, PUBLISHED_SAMPLING, "a")
     assert len(frames) == 50
-
-
-def test_groups_are_in_one_fold():
-    groups = {f"{letter}{number}": letter for letter in "abcd" for number in range(3)}
-    folds = grouped_folds(list(groups), 2, 0, groups)
-    assert sorted(name for fold in folds for name in fold) == sorted(groups)
-    assert all(len(fold) == 6 and len({groups[name] for name in fold}) == 2 for fold in folds)
-    with pytest.raises(InputError, match="folds: got 5, needs 2 to 4, the number of groups"):
-        grouped_folds(list(groups), 5, 0, groups)
-
-
-def test_the_seed_and_the_name_of_the_trial_decide_among_usable_frames():
     one = chosen_frames(CLASSES, USABLE, PUBLISHED_SAMPLING, "a")
     assert np.array_equal(one, chosen_frames(CLASSES, USABLE, PUBLISHED_SAMPLING, "a"))
     assert not np.array_equal(one, chosen_frames(CLASSES, USABLE, PUBLISHED_SAMPLING, "b"))
     assert not np.array_equal(one, chosen_frames(CLASSES, USABLE, Sampling(seed=1), "a"))
     usable = np.arange(600) % 2 == 0
     assert usable[chosen_frames(CLASSES, usable, PUBLISHED_SAMPLING, "a")].all()
-
-
-def test_too_few_frames_are_an_error_unless_fewer_will_do():
     few = CLASSES.copy()
     few[30:200] = 1
     with pytest.raises(InputError, match="trial a: has 30 frames of no_slip where 50 are sampled"):
@@ -105,37 +87,28 @@ def test_every_trial_is_tested_once(folds, seed):
     assert max(map(len, found)) - min(map(len, found)) <= 1
 
 
-def test_the_benchmark_split_is_fixed_for_ever_and_samples_are_split_90_to_10():
+GROUPS = {f"{letter}{number}": letter for letter in "abcd" for number in range(3)}
+
+
+def test_groups_are_in_one_fold():
+    folds = grouped_folds(list(GROUPS), 2, 0, GROUPS)
+    assert sorted(name for fold in folds for name in fold) == sorted(GROUPS)
+    assert all(len(fold) == 6 and len({GROUPS[name] for name in fold}) == 2 for fold in folds)
+
+
+def test_test_trials_are_the_same_for_ever_and_conditions_are_left_out_one_by_one_or_in_ranges():
     found = benchmark_test_trials(NAMES)
     assert found == ("t01", "t05", "t06", "t08", "t17")
     assert benchmark_test_trials(NAMES[::-1]) == found
     assert benchmark_test_trials(NAMES, seed=1) != found
     assert sample_split(640, 0).sum() == 64
     assert (sample_split(640, 0) != sample_split(640, 1)).any()
-
-
-def test_conditions_are_left_out_one_by_one_or_in_ranges():
     depths = {name: {"depth": 1e-3 * (number % 3), "mu": 0.01 * number} for number, name in enumerate(NAMES)}
     assert list(left_out(depths, "depth")) == ["0", "0.001", "0.002"]
     ranges = left_out(depths, "mu")
     assert len(ranges) == 4
     assert sorted(name for names in ranges.values() for name in names) == sorted(NAMES)
     assert left_out({"a": {"s": "wet"}, "b": {"s": "dry"}}, "s") == {"dry": ("b",), "wet": ("a",)}
-
-
-@pytest.mark.parametrize(
-    ("call", "message"),
-    [
-        (lambda: grouped_folds(NAMES, 24, 0), "folds: got 24, needs 2 to 23"),
-        (lambda: held_out(NAMES, 30, 0), "trials: got 23, needs at least 30"),
-        (lambda: benchmark_test_trials(NAMES, share=1.0), r"share: got 1\.0"),
-        (lambda: left_out({"a": {"s": 1}, "b": {}}, "s"), "trial b: has no condition 's'"),
-        (lambda: left_out({"a": {"s": 1}, "b": {"s": 1}}, "s"), "condition 's': is 1 in all trials"),
-    ],
-)
-def test_bad_splits_are_refused(call, message):
-    with pytest.raises(InputError, match=message):
-        call()
 
 
 LAYOUT = ring_layout(20.0, (1, 6))
@@ -158,14 +131,11 @@ def in_metres():
     return tracks
 
 
-def test_external_markers_give_the_published_onsets_by_thresholds_in_pixels_or_metres():
+def test_external_markers_give_the_published_onsets():
     # 1.5 px is beyond the 1 px of the centre at once; the 2 px of the others take a second frame.
     assert labels_from_external_markers(ramps(), REST) == Onsets(0.5, 0.7)
     metres = LabelSettings(2e-4, 1e-4, "m", rest_frames=3)
     assert labels_from_external_markers(ramps(), metres) == labels_from_external_markers(ramps(), REST)
-
-
-def test_jumps_of_one_frame_and_markers_that_are_not_seen_are_no_onset():
     tracks = ramps()
     tracks["position"].values[3, 5] += 9.0
     assert labels_from_external_markers(tracks, REST).incipient == 0.3
@@ -200,10 +170,13 @@ def test_a_plate_that_falls_with_and_then_from_the_skin():
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (
-            lambda: labels_from_external_markers(ramps().isel(marker=[0]), REST),
-            "have 1 external marker, needs a",
-        ),
+        (lambda: grouped_folds(NAMES, 24, 0), "folds: got 24, needs 2 to 23"),
+        (lambda: grouped_folds(list(GROUPS), 5, 0, GROUPS), "folds: got 5, needs 2 to 4, the number of groups"),
+        (lambda: held_out(NAMES, 30, 0), "trials: got 23, needs at least 30"),
+        (lambda: benchmark_test_trials(NAMES, share=1.0), r"share: got 1\.0"),
+        (lambda: left_out({"a": {"s": 1}, "b": {}}, "s"), "trial b: has no condition 's'"),
+        (lambda: left_out({"a": {"s": 1}, "b": {"s": 1}}, "s"), "condition 's': is 1 in all trials"),
+        (lambda: labels_from_external_markers(ramps().isel(marker=[0]), REST), "have 1 external marker, needs a"),
         (lambda: labels_from_external_markers(in_metres(), REST), "thresholds are in px, tracks in m"),
         (lambda: labels_from_contact(np.arange(2.0), np.array([0.0, 2.0])), "got 0 to 2, needs 0 to 1"),
         (lambda: labels_from_contact(np.arange(3.0), np.zeros(7)), "got shape"),
@@ -233,7 +206,7 @@ def test_differences_are_a_table_over_trials():
     assert gross == ("contact", "gross", 0, 2, *[Missing.NO_EVENT] * 4)
 
 
-def test_labels_of_a_trial_are_read_back(tmp_path):
+def test_labels_of_a_trial_are_read_back_and_what_is_missing_is_no_time(tmp_path):
     path = tmp_path / "labels.csv"
     made = {"markers": Onsets(1.0, None), "me, by eye": Onsets(0.1 + 0.2, 3.0)}
     write_labels(made, path)
@@ -243,6 +216,13 @@ def test_labels_of_a_trial_are_read_back(tmp_path):
         read_labels(path)
     with pytest.raises(ResultError, match="cannot be read as labels"):
         read_labels(tmp_path / "none.csv")
+    (tmp_path / "a.csv").write_text("\ufefftrial,incipient_s\nt1,0.5\n", encoding="utf-8")
+    assert read_onsets(tmp_path / "a.csv") == {"t1": Onsets(0.5, None)}
+    with pytest.raises(InputError, match="cannot be read"):
+        read_onsets(tmp_path / "none.csv")
+    assert seconds("  ", "x") is None
+    assert Onsets(2.0, 1.0).first == Onsets(None, 1.0).first == 1.0
+    assert Onsets(None, None).first is None
 
 
 TIMES = st.none() | st.floats(0.0, 10.0)
@@ -263,16 +243,6 @@ def test_files_give_back_what_was_written(tmp_path_factory, made):
     onsets = {name: Onsets(*times) for name, times in made.items()}
     write_onsets(onsets, path)
     assert read_onsets(path) == onsets
-
-
-def test_gross_slip_alone_may_be_missing_from_a_file_and_an_empty_cell_is_no_time(tmp_path):
-    (tmp_path / "a.csv").write_text("\ufefftrial,incipient_s\nt1,0.5\n", encoding="utf-8")
-    assert read_onsets(tmp_path / "a.csv") == {"t1": Onsets(0.5, None)}
-    with pytest.raises(InputError, match="cannot be read"):
-        read_onsets(tmp_path / "none.csv")
-    assert seconds("  ", "x") is None
-    assert Onsets(2.0, 1.0).first == Onsets(None, 1.0).first == 1.0
-    assert Onsets(None, None).first is None
 
 
 @pytest.mark.parametrize(

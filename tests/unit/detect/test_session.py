@@ -21,7 +21,7 @@ from fingerslip.detect.evaluation.tables import (
     output_tables,
     robustness_table,
 )
-from fingerslip.detect.labels import Onsets, write_onsets
+from fingerslip.detect.labels import CLASSES, Onsets, write_onsets
 from fingerslip.detect.live import Finding, findings_table
 from fingerslip.detect.model_file import read_detector
 from fingerslip.detect.running import run_detector
@@ -38,25 +38,27 @@ CHOICES = Choices(rest_frames=20, window=5, samples="20,6,2,20")
 @pytest.fixture(scope="module")
 def stored(trials_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("session") / "detector"
-    text = train_detector(trials_folder, folder, "logistic", CHOICES)
-    assert "logistic, 19 trials, 912 samples, no guarantee" in text
+    text = train_detector(trials_folder, folder, "logistic:speed+rings", CHOICES)
+    assert "logistic:speed+rings, 19 trials, 912 samples, no guarantee" in text
     return folder
 
 
-def test_a_detector_runs_on_netcdf_and_on_csv(stored: Path, trials: TrialSet, tmp_path: Path) -> None:
+def test_a_detector_keeps_its_features_and_runs_on_both_files(stored: Path, trials: TrialSet, tmp_path: Path) -> None:
     name = benchmark_test_trials(trials.names)[0]
     write_tracks_csv(trials.tracks(name), tmp_path / "tracks.csv")
-    for detector in (str(stored), "residual"):
-        runs = [
-            run_detector(path, detector, {}, None, tmp_path / "page")
-            for path in (trials.folder / name / "tracks.nc", tmp_path / "tracks.csv")
-        ]
-        (slides, first), (others, second) = (tables for tables, _ in runs)
-        assert first.rows[:3] == second.rows[:3]
-        assert first.rows[0][1] is not Missing.NO_EVENT
-        assert first.rows[2] == ("frames", "260")
-        assert slides.rows == others.rows
-        assert (tmp_path / "page" / "slip.html").is_file()
+    cases = [(str(stored), trials.folder / name / "tracks.nc")]
+    cases += [(detector, tmp_path / "tracks.csv") for detector in (str(stored), "residual")]
+    runs = [run_detector(path, detector, {}, None, tmp_path / "page")[0] for detector, path in cases]
+    (slides, first), (others, second), (_, shipped) = runs
+    assert slides.rows == others.rows
+    assert first.rows[:3] == second.rows[:3]
+    for latency in (first, shipped):
+        assert latency.rows[0][1] is not Missing.NO_EVENT
+        assert latency.rows[2] == ("frames", "260")
+    assert (tmp_path / "page" / "slip.html").is_file()
+    made = read_detector(stored)
+    assert (made.classifier, made.features.sets) == ("logistic:speed+rings", ("speed", "rings"))
+    assert made.names[0].startswith("speed/")
 
 
 @pytest.mark.slow
@@ -78,20 +80,15 @@ def test_an_evaluation_has_its_tables(trials_folder: Path, tmp_path: Path) -> No
     assert len(list((tmp_path / "tables").glob("*.csv"))) == 6
 
 
-def test_a_detector_keeps_the_features_that_were_asked_for(trials_folder: Path, tmp_path: Path) -> None:
-    train_detector(trials_folder, tmp_path / "detector", "time_threshold:mean+rings", CHOICES)
-    made = read_detector(tmp_path / "detector")
-    assert made.classifier == "time_threshold:mean+rings"
-    assert made.features.sets == ("mean", "rings")
-    assert made.names[0].startswith("mean/")
-
-
 def test_labels_of_a_users_own_are_read(trials_folder: Path, trials: TrialSet, tmp_path: Path) -> None:
     later = {name: Onsets((one.incipient or 0.0) + 0.1, one.gross) for name, one in trials.onsets().items()}
     write_onsets(later, tmp_path / "mine.csv")
     mine = Choices(labels=str(tmp_path / "mine.csv"), rest_frames=20)
     assert mine.onsets(trials) == later
     assert Choices(labels="contact").onsets(trials) == trials.onsets("contact")
+    for text in ("1,2,3", "a,b,c,d", "1,2,3,-4", ""):
+        with pytest.raises(InputError, match=r"--samples: got .* needs four numbers"):
+            _ = Choices(samples=text).sampling
     tests = benchmark_test_trials(trials.names)
     write_onsets({name: later[name] for name in tests}, tmp_path / "submission.csv")
     table = score_onsets(trials_folder, tmp_path / "submission.csv", Choices(rest_frames=20))
@@ -100,28 +97,24 @@ def test_labels_of_a_users_own_are_read(trials_folder: Path, trials: TrialSet, t
     assert str(rows["onset error [s]"]).startswith("0.100")
 
 
-@pytest.mark.parametrize("text", ["1,2,3", "a,b,c,d", "1,2,3,-4", ""])
-def test_numbers_of_samples_are_four(text: str) -> None:
-    with pytest.raises(InputError, match=r"--samples: got .* needs four numbers"):
-        _ = Choices(samples=text).sampling
-
-
 SCORES = frame_scores_of(np.array([[[8, 2, 0], [0, 9, 1], [0, 0, 10]]] * 3))
 
 
-def test_accuracy_shows_what_leaks() -> None:
+def test_scores_are_tables() -> None:
     table = accuracy_table({"a": SCORES}, {"a": Estimate(1.0)}, "3 trials.")
     assert table.rows[0] == ("a", "0.900 [0.900, 0.900]", "1.000", 1.0 - 0.9)
     assert table.note.startswith("3 trials.")
-
-
-def test_every_class_has_a_row() -> None:
-    assert [row[:2] for row in frame_table({"a": SCORES}).rows] == [
-        ("a", "no_slip"),
-        ("a", "incipient"),
-        ("a", "gross"),
-    ]
+    assert [row[:2] for row in frame_table({"a": SCORES}).rows] == [("a", name) for name in CLASSES]
     assert confusion_table({"a": SCORES}).rows[0] == ("a", "no_slip", 24, 6, 0)
+    reliability = reliability_of(np.array([[1.0, 0.0, 0.0]]), np.array([0], dtype=np.int8))
+    assert calibration_table({"a": reliability}).rows == (("a", 0.0, 0.0),)
+    assert curve_table({4: SCORES}).rows == ((4, "0.900 [0.900, 0.900]", "0.899 [0.899, 0.899]"),)
+    drops = {0: Estimate(0.1, 0.0, 0.2), 1: Estimate(None)}
+    assert importance_table(drops).rows == ((0, "0.100 [0.000, 0.200]"), (1, Missing.NOT_DEFINED))
+    assert robustness_table([Robustness("lost", 0.1, Estimate(0.9), 0.0)]).rows == (("lost", 0.1, "0.900", 0.0),)
+    assert to_csv(left_out_table("depth", [("a", "1", 4, Estimate(0.5))])).splitlines()[1] == "a,1,4,0.500"
+    found = findings_table([Finding(1.0, 0.0, 0.0, Onsets(0.5, None), 2e-3)], "live", "Latency without the tracker.")
+    assert [row[1] for row in found.rows] == ["0.5", Missing.NO_EVENT, "1", "2", "2", "2", "500"]
 
 
 def test_events_have_a_column_for_each_classifier() -> None:
@@ -134,15 +127,3 @@ def test_events_have_a_column_for_each_classifier() -> None:
     assert rows["lead of 95 % of trials [s]"] is Missing.NOT_DEFINED
     assert rows["gross onset error [s]"] is Missing.NOT_DEFINED
     assert "n/a" in to_markdown(table)
-
-
-def test_the_other_tables_have_what_they_are_given() -> None:
-    reliability = reliability_of(np.array([[1.0, 0.0, 0.0]]), np.array([0], dtype=np.int8))
-    assert calibration_table({"a": reliability}).rows == (("a", 0.0, 0.0),)
-    assert curve_table({4: SCORES}).rows == ((4, "0.900 [0.900, 0.900]", "0.899 [0.899, 0.899]"),)
-    drops = {0: Estimate(0.1, 0.0, 0.2), 1: Estimate(None)}
-    assert importance_table(drops).rows == ((0, "0.100 [0.000, 0.200]"), (1, Missing.NOT_DEFINED))
-    assert robustness_table([Robustness("lost", 0.1, Estimate(0.9), 0.0)]).rows == (("lost", 0.1, "0.900", 0.0),)
-    assert to_csv(left_out_table("depth", [("a", "1", 4, Estimate(0.5))])).splitlines()[1] == "a,1,4,0.500"
-    found = findings_table([Finding(1.0, 0.0, 0.0, Onsets(0.5, None), 2e-3)], "live", "Latency without the tracker.")
-    assert [row[1] for row in found.rows] == ["0.5", Missing.NO_EVENT, "1", "2", "2", "2", "500"]

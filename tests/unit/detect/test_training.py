@@ -5,86 +5,70 @@ import dataclasses
 import numpy as np
 import pytest
 
+from fingerslip.detect import training
 from fingerslip.detect.evaluation.crossval import on_unseen
 from fingerslip.detect.evaluation.tables import unseen_tables
 from fingerslip.detect.features import motion_of
 from fingerslip.detect.labels import Onsets
 from fingerslip.detect.synthetic import synthetic_slides
-from fingerslip.detect.training import (
-    calibration_count,
-    candidate_of_name,
-    detect,
-    forward_filter,
-    frame_scores,
-    largest_before,
-    train,
-)
 from fingerslip.detect.trials import write_trials
 from fingerslip.errors import InputError
 from unit.detect.conftest import MOTION, SAMPLING
 
 
 def test_a_detector_finds_slip_in_trials_that_it_has_not_seen(trials):
-    onsets, unseen = trials.onsets(), trials.names[-4:]
-    made = train(trials, onsets, "logistic", motion=MOTION, sampling=SAMPLING, names=trials.names[:-4])
-    assert made.calibration.trials == 0
-    assert made.thresholds.slip == 0.0
-    for name in unseen:
-        time, scores, found = detect(made, trials.tracks(name))
+    onsets = trials.onsets()
+    made = training.train(trials, onsets, "logistic", motion=MOTION, sampling=SAMPLING, names=trials.names[:-4])
+    assert (made.calibration.trials, made.thresholds.slip) == (0, 0.0)
+    for name in trials.names[-4:]:
+        time, scores, found = training.detect(made, trials.tracks(name))
         assert scores.shape == (len(time), 2)
-        assert onsets[name].gross is not None
         assert abs(found.incipient - onsets[name].incipient) < 1.0
 
 
 def test_thresholds_are_set_by_the_largest_score_before_slip_of_trials_that_were_kept(trials):
-    made = train(trials, trials.onsets(), "time_threshold", motion=MOTION, sampling=SAMPLING, share=0.2)
+    made = training.train(trials, trials.onsets(), "time_threshold", motion=MOTION, sampling=SAMPLING, share=0.2)
     assert made.calibration.trials == 5
-    assert [calibration_count(count, 0.05) for count in (24, 37, 38, 95, 256)] == [0, 0, 19, 19, 51]
+    assert [training.calibration_count(count, 0.05) for count in (24, 37, 38, 95, 256)] == [0, 0, 19, 19, 51]
     assert made.provenance["trials"] == 19
     assert made.data == trials.digest
     time, scores = np.arange(4.0), np.array([[0.0, 9.0], [3.0, 9.0], [1.0, 9.0], [8.0, 9.0]])
-    largest = [largest_before(time, scores, Onsets(*at)) for at in ((2.5, 3.0), (None, None), (0.0, 1.0))]
+    largest = [training.largest_before(time, scores, Onsets(*at)) for at in ((2.5, 3.0), (None, None), (0.0, 1.0))]
     assert largest == [3.0, 8.0, -np.inf]
 
 
-def test_the_smoother_has_the_times_of_the_training_trials(samples, trials):
+def test_the_smoother_has_the_times_of_the_training_trials_and_starts_anew(samples, trials):
     onsets = trials.onsets()
-    made = forward_filter(samples, onsets, 5)
+    made = training.forward_filter(samples, onsets, 5)
     partial = [one.gross - one.incipient for one in onsets.values()]
     assert made.dwell[1] == pytest.approx(np.mean(partial))
     assert sum(made.prior) == pytest.approx(1.0)
     assert made.weight == 0.2
-    one = forward_filter(samples, onsets, 5, np.flatnonzero(samples.trial == 0))
+    one = training.forward_filter(samples, onsets, 5, np.flatnonzero(samples.trial == 0))
     assert one.dwell[1] == pytest.approx(partial[0])
-
-
-def test_scores_of_frames_start_anew(samples, trials):
-    made = forward_filter(samples, trials.onsets(), 5)
-    chances, motion = (
-        np.tile([0.8, 0.1, 0.1], (5, 1)),
-        motion_of(trials.tracks(trials.names[0]), MOTION).at(slice(0, 5)),
-    )
+    made = training.forward_filter(samples, trials.onsets(), 5)
+    chances = np.tile([0.8, 0.1, 0.1], (5, 1))
+    motion = motion_of(trials.tracks(trials.names[0]), MOTION).at(slice(0, 5))
     later = dataclasses.replace(motion, time=motion.time + 7)
-    assert frame_scores(made, motion, chances) == pytest.approx(frame_scores(made, later, chances), abs=1e-12)
+    assert training.frame_scores(made, motion, chances) == pytest.approx(
+        training.frame_scores(made, later, chances), abs=1e-12
+    )
 
 
-def test_unknown_classifiers_and_other_markers_are_refused(trials):
-    with pytest.raises(InputError, match=r"classifier: got 'magic', needs one of forest, svm_linear"):
-        candidate_of_name("magic")
-    made = train(trials, trials.onsets(), "logistic", motion=MOTION, sampling=SAMPLING)
+def test_a_classifier_takes_other_features_than_its_own_and_a_detector_no_other_markers(detector, trials):
+    one = training.candidate_of_name("logistic:displacement+strain")
+    assert (one.name, one.sets) == ("logistic:displacement+strain", ("displacement", "strain"))
+    assert one.make is training.candidate_of_name("logistic").make
+    for name, message in (
+        ("magic", "classifier: got 'magic', needs one of forest, svm_linear"),
+        ("forest:touch", "features: got touch, needs some of displacement"),
+        ("forest:", "features: got none"),
+    ):
+        with pytest.raises(InputError, match=message):
+            training.candidate_of_name(name)
     fewer = trials.tracks(trials.names[0]).isel(marker=slice(0, 60))
     with pytest.raises(InputError, match="tracks: have 41 internal markers in px, needs the markers that the detector"):
-        detect(made, fewer)
-
-
-def test_a_classifier_takes_other_features_than_its_own():
-    one = candidate_of_name("logistic:displacement+strain")
-    assert (one.name, one.sets) == ("logistic:displacement+strain", ("displacement", "strain"))
-    assert one.make is candidate_of_name("logistic").make
-    with pytest.raises(InputError, match="features: got touch, needs some of displacement"):
-        candidate_of_name("forest:touch")
-    with pytest.raises(InputError, match="features: got none"):
-        candidate_of_name("forest:")
+        training.detect(detector, fewer)
 
 
 @pytest.fixture(scope="module")
@@ -93,7 +77,7 @@ def others(tmp_path_factory):
     return write_trials(slides, tmp_path_factory.mktemp("others") / "slides", "Other slides")
 
 
-def test_onsets_are_read_with_and_without_smoothing(detector, others):
+def test_onsets_are_read_with_and_without_smoothing_and_slip_that_never_comes_is_no_mistake(detector, others):
     found = on_unseen(detector, others, others.onsets())
     assert list(found.onsets) == list(found.scores) == ["detector", "single frames"]
     assert found.matrices.shape == (3, 3, 3)
@@ -102,9 +86,6 @@ def test_onsets_are_read_with_and_without_smoothing(detector, others):
     assert found.scores["single frames"].error.value <= found.scores["detector"].error.value + 1e-9
     titles = [table.title for table in unseen_tables(found)]
     assert titles == ["Onset of slip", "Classes, on trials that were not seen", "Confusion, frames"]
-
-
-def test_slip_that_never_comes_is_no_mistake(detector, others):
     found = on_unseen(detector, others, dict.fromkeys(others.names, Onsets(None, None)))
     assert found.scores["detector"].trials == 0
     assert found.scores["detector"].at_rest.value == 1.0

@@ -1,6 +1,5 @@
 """Trials on disk, data sets of them, and one table of all frames."""
 
-import dataclasses
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +14,6 @@ from fingerslip.detect.training import detect, train
 from fingerslip.detect.trials import (
     MANIFEST,
     Trial,
-    check_conditions,
     check_labels,
     layout_digest,
     layout_text,
@@ -29,11 +27,12 @@ from fingerslip.errors import DamagedError, InputError, ResultError
 from fingerslip.marker_layouts import ring_layout
 from fingerslip.storage.files import read_json, write_json
 from fingerslip.vision.tracks import tracks_in_metres
+from unit.vision.scenes import hide
 
 SHORT = SyntheticSlide(travel=2e-3)
 
 
-def test_a_data_set_is_opened_lazily_with_all_it_needs(trials):
+def test_a_data_set_is_opened_lazily_and_has_the_hash_of_its_files(trials, tmp_path):
     assert len(trials.names) == 24
     assert trials.conditions["slide-0000"]["indentation"] == 3e-3
     assert trials.trial("slide-0001").labels == trials.labels("slide-0001")
@@ -43,9 +42,6 @@ def test_a_data_set_is_opened_lazily_with_all_it_needs(trials):
     assert "| indentation | 0.003, 0.004 |" in card
     with pytest.raises(InputError, match="has no labels 'mine', has external_markers, contact"):
         trials.onsets("mine")
-
-
-def test_the_hash_of_a_data_set_is_that_of_its_files(trials, tmp_path):
     again = write_trials([synthetic_trial("a", SHORT)], tmp_path / "a", "A")
     assert write_trials([synthetic_trial("a", SHORT)], tmp_path / "b", "B").digest == again.digest != trials.digest
 
@@ -83,30 +79,24 @@ def test_trials_of_different_layouts_have_none_and_teach_what_needs_none(tmp_pat
         assert onset == pytest.approx(case.labels["external_markers"].incipient, abs=1.0)
 
 
-DAMAGES = {
-    "other labels": (
-        lambda folder: (folder / "slide-0003/labels.csv").write_text("source,incipient_s,gross_s\n"),
-        r"slide-0003/labels.csv.*is not the file of manifest.json",
-    ),
-    "no labels": (lambda folder: (folder / "slide-0003/labels.csv").unlink(), r"labels\.csv: cannot be read"),
-    "another trial": (lambda folder: (folder / "extra").mkdir(), "extra.*is in the folder, not in manifest.json"),
-    "a trial gone": (
-        lambda folder: (folder / "slide-0005").rename(folder.parent / "gone"),
-        "slide-0005.*is in manifest.json, not in the folder",
-    ),
-    "another form": (
-        lambda folder: write_json(folder / MANIFEST, read_json(folder / MANIFEST, "") | {"format": 9}),
-        "has the format 9, not 1",
-    ),
-    "no checksum": (lambda folder: (folder / MANIFEST).write_text("{}"), "checksum"),
-}
-
-
-@pytest.mark.parametrize("damage", DAMAGES)
-def test_a_data_set_that_does_not_match_its_manifest_is_refused(damage, copied):
-    folder, (make, message) = copied(), DAMAGES[damage]
-    make(folder)
-    with pytest.raises(ResultError if damage == "no labels" else DamagedError, match=message):
+@pytest.mark.parametrize(
+    ("damage", "message"),
+    [
+        (
+            lambda path: (path / "slide-0003/labels.csv").write_text(""),
+            r"labels.csv.*is not the file of manifest\.json",
+        ),
+        (lambda path: (path / "slide-0003/labels.csv").unlink(), r"slide-0003/labels\.csv: cannot be read"),
+        (lambda path: (path / "extra").mkdir(), r"extra.*is in the folder, not in manifest\.json"),
+        (lambda path: (path / "slide-0005").rename(path.parent / "gone"), "slide-0005.*not in the folder"),
+        (lambda path: write_json(path / MANIFEST, read_json(path / MANIFEST, "") | {"format": 9}), "format 9, not 1"),
+        (lambda path: (path / MANIFEST).write_text("{}"), "checksum"),
+    ],
+)
+def test_a_data_set_that_does_not_match_its_manifest_is_refused(damage, message, copied):
+    folder = copied()
+    damage(folder)
+    with pytest.raises(ResultError if "cannot be read" in message else DamagedError, match=message):
         open_trials(folder)
 
 
@@ -124,7 +114,7 @@ def test_a_folder_without_a_manifest_and_a_label_that_never_comes_are_named(tmp_
 TRIAL = synthetic_trial("one", SyntheticSlide(travel=2e-3))
 
 
-def test_a_trial_is_read_back_as_it_was_written(tmp_path):
+def test_a_trial_is_read_back_as_it_was_written_and_layouts_are_told_apart(tmp_path):
     folder = tmp_path / "one"
     folder.mkdir()
     write_trial(TRIAL, folder)
@@ -136,22 +126,6 @@ def test_a_trial_is_read_back_as_it_was_written(tmp_path):
     (folder / "labels.csv").unlink()
     with pytest.raises(ResultError, match="labels"):
         read_trial(folder)
-
-
-@pytest.mark.parametrize("name", ["", "../up", "a/b", ".hidden", "a" * 101])
-def test_a_name_has_to_be_that_of_a_folder(name):
-    with pytest.raises(InputError, match="trial: is named"):
-        Trial(name, TRIAL.tracks, {})
-
-
-@pytest.mark.parametrize("wrong", [{"speed": "fast"}, {"speed": True}, {"mine": [1]}, {"mine": float("nan")}])
-def test_conditions_are_plain_values_also_of_a_users_own(wrong):
-    check_conditions({"surface": "acrylic", "wet": False, "task": "pour", "note": None, "speed": 3e-4}, "trial x")
-    with pytest.raises(InputError, match=r"trial x: .*: got"):
-        check_conditions(wrong, "trial x")
-
-
-def test_layouts_are_told_apart():
     tracks = TRIAL.tracks
     assert layout_text(tracks) == "81 internal and 19 external markers in px"
     assert layout_digest(tracks) == layout_digest(tracks.isel(time=slice(0, 3)))
@@ -160,29 +134,35 @@ def test_layouts_are_told_apart():
     assert len({layout_digest(one) for one in (tracks, fewer, others)}) == 3
 
 
+def test_a_name_is_that_of_a_folder_and_conditions_are_plain_values():
+    for name in ("", "../up", "a/b", ".hidden", "a" * 101):
+        with pytest.raises(InputError, match="trial: is named"):
+            Trial(name, TRIAL.tracks, {})
+    plain = {"surface": "acrylic", "wet": False, "task": "pour", "note": None, "speed": 3e-4}
+    assert Trial("x", TRIAL.tracks, {}, plain).conditions == plain
+    for wrong in ({"speed": "fast"}, {"speed": True}, {"mine": [1]}, {"mine": float("nan")}):
+        with pytest.raises(InputError, match=r"trial x: .*: got"):
+            Trial("x", TRIAL.tracks, {}, wrong)
+
+
 def test_the_table_has_a_row_for_each_frame_and_nothing_for_what_was_not_seen(trials, tmp_path):
-    write_parquet(trials, tmp_path / "all.parquet")
+    write_parquet(replace(trials, names=trials.names[2:6]), tmp_path / "all.parquet")
     table = pd.read_parquet(tmp_path / "all.parquet")
-    assert table["trial"].nunique() == 24
+    assert table["trial"].unique().tolist() == list(trials.names[2:6])
     one, tracks = table[table["trial"] == "slide-0004"], trials.tracks("slide-0004")
     assert np.array_equal(one["time_s"], tracks["time"].values)
     assert np.array_equal(one["external_0_x"], tracks["position"].values[:, 0, 0])
-    found = [CLASSES[number] for number in classes_at(trials.onsets()["slide-0004"], tracks["time"].values)]
-    assert one["class"].tolist() == found
+    classes = classes_at(trials.onsets()["slide-0004"], tracks["time"].values)
+    assert one["class"].tolist() == np.array(CLASSES)[classes].tolist()
     assert set(one["condition_task"]) == {"slide"}
     assert one["condition_friction_coefficient"].iloc[0] == trials.conditions["slide-0004"]["friction_coefficient"]
-    trial = synthetic_trial("a", SyntheticSlide(travel=1e-3))
-    trial.tracks["position"].values[3, 2] = np.nan
-    trial.tracks["quality"].values[3, 2] = 0.0
-    write_parquet(write_trials([trial], tmp_path / "set", "One"), tmp_path / "a.parquet")
+    hidden = replace(TRIAL, tracks=hide(TRIAL.tracks, 3, 2))
+    write_parquet(write_trials([hidden], tmp_path / "set", "One"), tmp_path / "a.parquet")
     assert pd.read_parquet(tmp_path / "a.parquet")["external_2_x"].isna().to_numpy().nonzero()[0].tolist() == [3]
 
 
 def test_conditions_of_two_kinds_leave_no_file(tmp_path):
-    trial = synthetic_trial("a", SyntheticSlide(travel=1e-3))
-    made = [
-        dataclasses.replace(trial, name=name, conditions={"wet": value}) for name, value in (("a", True), ("b", "very"))
-    ]
+    made = [replace(TRIAL, name=name, conditions={"wet": value}) for name, value in (("a", True), ("b", "very"))]
     with pytest.raises(InputError, match="condition wet: mixes text and numbers"):
         write_parquet(write_trials(made, tmp_path / "set", "Two"), tmp_path / "a.parquet")
     assert [path.name for path in tmp_path.iterdir()] == ["set"]

@@ -2,7 +2,16 @@
 
 import pytest
 
+import fingerslip as fs
 from fingerslip.dynamics.step import stepper
+from problems.pushed import push_and_slide
+from problems.reduced import SITES
+
+
+@pytest.fixture(scope="session")
+def history():
+    """Return the history of the small press and slide, with sites and snapshots."""
+    return fs.simulate(push_and_slide(record=fs.Recording(SITES, snapshots_every=0.05)))
 
 
 @pytest.fixture

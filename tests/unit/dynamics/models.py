@@ -3,6 +3,7 @@
 import numpy as np
 
 import fingerslip as fs
+from fingerslip.dynamics.system.scheme import hht
 from fingerslip.verification.meshes import box
 from problems.pushed import push_and_slide
 
@@ -13,6 +14,32 @@ ROUNDING = {"contact_iterations", "contact_residual", "energy_imbalance"}
 # Of the block that rests on a plate; how deep the pad in 3D is pressed.
 SIDE, HEIGHT, GRAVITY, MODULUS, DENSITY = 10e-3, 5e-3, 9.81, 1e5, 1000.0
 DEPTH = 0.4e-3
+
+
+class Watched(fs.Coulomb):
+    """A friction law that remembers times and largest slip rates that it was asked for, and may fail."""
+
+    def __init__(self, coefficient=0.4, fails=lambda _: False):
+        super().__init__(coefficient)
+        object.__setattr__(self, "seen", [])
+        object.__setattr__(self, "fails", fails)
+
+    def coefficients(self, conditions):
+        self.seen.append((conditions.time, float(np.max(conditions.slip_rate, initial=0.0))))
+        if self.fails(conditions.time):
+            raise fs.ConvergenceError(conditions.time, 7, 1.0, 1e-10, "try softer contact")
+        return super().coefficients(conditions)
+
+
+class OwnScheme:
+    """A scheme of a user: HHT-alpha, borrowed, with an end and perhaps another share of the end of a step."""
+
+    def __init__(self, step, alpha, end, end_share=None):
+        self.scheme, self.end = hht(step, alpha), end
+        self.end_share = self.scheme.end_share if end_share is None else end_share
+
+    def __getattr__(self, name):
+        return getattr(self.scheme, name)
 
 
 def contact(**changes):

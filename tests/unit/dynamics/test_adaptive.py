@@ -8,7 +8,7 @@ import pytest
 import fingerslip as fs
 from fingerslip.dynamics.simulation import step_times
 from problems.pushed import push_and_slide
-from unit.dynamics.models import FREQUENCY, STATIC, assert_same_history, oscillator
+from unit.dynamics.models import FREQUENCY, STATIC, Watched, assert_same_history, oscillator
 
 SITE = (fs.Site("inside", "", (0.0, 1e-3)),)
 TERMS = (fs.PronyTerm(0.3, 4e-3), fs.PronyTerm(0.3, 0.07))
@@ -49,7 +49,7 @@ def test_every_phase_is_divided_evenly_into_a_whole_number(start, end, count):
     assert is_even(times)
 
 
-def test_records_in_holds_are_logarithmic_where_that_is_asked_for():
+def test_records_in_holds_are_logarithmic_where_that_is_asked_for_and_end_at_a_given_end():
     assert [records(*span).size for span in ((0.0, 0.1), (10.1, 10.235))] == [6, 8]
     times = records(0.1, 10.1) - 0.1
     lengths = np.diff(times)
@@ -60,6 +60,8 @@ def test_records_in_holds_are_logarithmic_where_that_is_asked_for():
     assert (np.diff(lengths) >= -1e-9).all(), "the last one is no remainder"
     late = times[:-1] > 0.2
     assert (lengths[late] <= times[:-1][late] * (10**0.1 - 1) * (1 + 1e-9)).all()
+    assert records(0.1, 0.31, settings={"end": 0.31})[-1] == 0.31
+    assert step_times(push_and_slide(time=fs.Adaptive(5e-3, records_per_decade=10, end=100.0))).size < 150
 
 
 GROWS = fs.Ramp((0.1, 5.1), (0.0, 1.0))
@@ -79,14 +81,6 @@ def test_a_hold_in_which_a_load_changes_is_even_and_after_the_programme_nothing_
     evenly = [is_even(records(*span, **changes)) for span in ((0.0, 0.1), (0.1, 5.1), (5.1, 10.1), (10.1, 10.235))]
     assert evenly == [True, True, False, True]
     assert not is_even(records(10.235, 100.0, **changes))
-
-
-def test_records_end_at_a_given_end():
-    assert records(0.1, 0.31, settings={"end": 0.31})[-1] == 0.31
-    assert step_times(push_and_slide(time=fs.Adaptive(5e-3, records_per_decade=10, end=100.0))).size < 150
-
-
-# The motion.
 
 
 @pytest.mark.parametrize("changes", [{"sites": SITE}, RELAXING], ids=["elastic", "relaxing"])
@@ -176,21 +170,6 @@ def test_dynamic_steps_are_judged_by_their_change_of_acceleration():
     assert 30 < errors[0] / errors[1] < 300, "of second order in a tenth of the step"
     rest = fs.simulate(dataclasses.replace(model, tractions={}, time=fs.Adaptive(1.0, 1e-3, end=20.0))).attrs
     assert (rest["longest_step"], rest["steps_rejected"]) == (1.0, 0)
-
-
-class Watched(fs.Coulomb):
-    """A friction law that remembers what it was asked, and may fail."""
-
-    def __init__(self, coefficient, fails=lambda _: False):
-        super().__init__(coefficient)
-        object.__setattr__(self, "seen", [])
-        object.__setattr__(self, "fails", fails)
-
-    def coefficients(self, conditions):
-        self.seen.append((conditions.time, float(np.max(conditions.slip_rate, initial=0.0))))
-        if self.fails(conditions.time):
-            raise fs.ConvergenceError(conditions.time, 7, 1.0, 1e-10, "try softer contact")
-        return super().coefficients(conditions)
 
 
 def watched_run(law, time):

@@ -90,18 +90,12 @@ RINGING: dict[str, object] = {
     [
         ({"time": fs.TimeStepping(10e-3)}, ["programme.0: the press takes 20 steps", "a step of 8 ms or less"]),
         ({"time": fs.QuasiStatic(20e-3)}, ["programme.2: the slide takes 20 steps"]),
-        (
-            {"contacts": (dataclasses.replace(PLATE, counterface=fs.Plane(normal=(0, -2))),)},
-            ["contacts.0.counterface: its normal points away from the body", "write (0, 1)"],
-        ),
-        (
-            {"contacts": (FAR,), "programme": (fs.Press(0.2e-3, 1e-3),)},
-            ["contacts.0: never touches 'bottom', which is 1 mm away", "comes 0.2 mm nearer"],
-        ),
-        (
-            {"mesh": box("Q4", np.linspace(0.0, 10e-3, 9), np.linspace(0.0, 4e-3, 5))},
-            ["contacts.0: 9 nodes of 'bottom' are in reach", "take smaller elements there"],
-        ),
+        ({"contacts": (dataclasses.replace(PLATE, counterface=fs.Plane(normal=(0, -2))),)},
+         ["contacts.0.counterface: its normal points away from the body", "write (0, 1)"]),
+        ({"contacts": (FAR,), "programme": (fs.Press(0.2e-3, 1e-3),)},
+         ["contacts.0: never touches 'bottom', which is 1 mm away", "comes 0.2 mm nearer"]),
+        ({"mesh": box("Q4", np.linspace(0.0, 10e-3, 9), np.linspace(0.0, 4e-3, 5))},
+         ["contacts.0: 9 nodes of 'bottom' are in reach", "take smaller elements there"]),
         (RINGING, ["contacts.0.friction: falls from static to kinetic on 'block'", "write a damping"]),
         ({"supports": {}}, ["supports: there are none", "support a boundary"]),
         ({"materials": {"bulk": fs.Elastic(136.0, 0.3, 1000.0)}}, ["materials.bulk: a modulus of 136 Pa", "136e3"]),
@@ -111,7 +105,7 @@ RINGING: dict[str, object] = {
         # A press without inertia needs few steps.
         ({"time": fs.QuasiStatic(10e-3), "programme": (fs.Press(0.2e-3, 1e-3),)}, []),
     ],
-)
+)  # fmt: skip
 def test_what_is_hardly_meant_is_named_and_nothing_else(changes: dict[str, object], words: list[str]) -> None:
     model = dataclasses.replace(MODEL, **changes)
     texts = doubts(model, inspect_model(model))

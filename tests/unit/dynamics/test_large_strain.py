@@ -74,9 +74,6 @@ def test_a_slender_beam_bends_far_in_one_step():
     assert history["displacement"].values[-1, 0, 1] / length == pytest.approx(-0.3017, abs=2e-3)
 
 
-# Factors only guide the iteration: they are kept while they serve, rough ones too, and exist for any tangent.
-
-
 class Rough:
     """A solver whose rough factors are those of a matrix in which each unknown is wrong by up to a factor."""
 
@@ -123,9 +120,6 @@ def test_an_indefinite_tangent_is_no_obstacle(element):
     np.testing.assert_allclose(forces(one)[-1], forces(other)[-1], atol=1e-3 * np.abs(forces(other)).max())
 
 
-# Steps that are not solved are halved, and the grid is met.
-
-
 @pytest.mark.parametrize("changes", [{}, RELAXING], ids=["elastic", "relaxing"])
 def test_a_step_that_fails_is_halved_and_ends_where_small_steps_do(changes, monkeypatch):
     """What a body remembers goes back with the step, even where this was computed before it was given up."""
@@ -153,9 +147,6 @@ def test_what_is_never_solved_is_an_error_that_says_when_where_and_what_to_try()
         fs.simulate(block(2.0, steps=1))
     assert 0.3 < caught.value.time < 0.7
     assert caught.value.time * 64 == pytest.approx(round(caught.value.time * 64))
-
-
-# Contact.
 
 
 def dragged(**changes):

@@ -16,9 +16,6 @@ from unit.dynamics.models import assert_same_history, contact, model_of
 ALONE = {"contacts": (), "programme": (), "time": fs.QuasiStatic(5e-3, end=0.02)}
 
 
-# Loads.
-
-
 def test_a_ramped_traction_grows_and_stays():
     ramp = fs.Ramp((0.0, 0.01), (0.0, 1.0))
     history = fs.simulate(push_and_slide(**ALONE, tractions={"left": fs.Traction((7.0, 0.0), ramp)}))
@@ -52,9 +49,6 @@ def test_a_quasi_static_press_and_slide_ends_as_the_slow_dynamic_one():
     assert not static.kinetic_energy.values.any()
     work = static.external_work.values[-1]
     assert np.abs(static.energy_imbalance.values).max() <= 1e-12 * work
-
-
-# The programme as motion of the counterface, which is a millimetre away from the body.
 
 
 def moved(programme, *, normal=(0.0, 1.0), end=None):
@@ -113,9 +107,6 @@ def test_rounding_of_the_steps_does_not_move_a_knot():
         motion = counterface_motion((fs.Press(1.5e-3, speed), fs.Slide(6e-3, 3e-3)), fs.Plane())
         times = motion.knots[1] / 30.0 * np.arange(31)
         np.testing.assert_allclose(motion.velocity(times)[1:], [[0.0, speed]] * 30, atol=1e-12)
-
-
-# Who may touch, and the springs of contact: as given, or ten times the stiffness of the outermost row of cells.
 
 
 @pytest.mark.parametrize(

@@ -14,15 +14,10 @@ from fingerslip.dynamics.recording import steps as recorded_steps
 from fingerslip.history import COORDINATES, VARIABLES
 from fingerslip.verification.meshes import box
 from problems.pushed import push_and_slide
+from problems.reduced import SITES
 from unit.dynamics.models import assert_same_history, contact, model_of
 
 RELAXING = fs.Elastic(50e3, 0.45, 1000.0, prony=(fs.PronyTerm(0.3, 0.1),))
-SITES = (fs.Site("deep", "FA-II", (0.0, 2e-3)), fs.Site("low", "SA-I", (1e-3, 0.0), "bulk"))
-
-
-@pytest.fixture(scope="module")
-def history():
-    return fs.simulate(push_and_slide(record=fs.Recording(SITES, snapshots_every=0.05)))
 
 
 def test_every_variable_is_finite_and_has_its_dimensions_units_and_labels(history):
@@ -47,8 +42,9 @@ def test_candidates_know_how_far_they_are_from_the_free_ends_of_their_boundary(h
     positions, ends = history.contact_position.values, np.array([[-4e-3, 1e-3], [4e-3, 1e-3]])
     distances = np.linalg.norm(positions[:, None] - ends, axis=2).min(axis=1)
     np.testing.assert_allclose(history.contact_edge_distance.values, distances, rtol=1e-12)
-    held = dict.fromkeys(("top", "left", "right"), ("x", "y"))
-    assert np.isinf(fs.simulate(push_and_slide(supports=held)).contact_edge_distance.values).all()
+    held = fs.simulate(push_and_slide(supports=dict.fromkeys(("top", "left", "right"), ("x", "y"))))
+    assert np.isinf(held.contact_edge_distance.values).all()
+    assert not [name for name in held.data_vars if name.startswith("snapshot")], "none were asked for"
 
 
 def test_sites_move_and_strain_as_the_mesh_does():
@@ -67,7 +63,8 @@ def test_sites_move_and_strain_as_the_mesh_does():
         assert (history.stress.values[-1, number] <= stress.max(axis=0) + 0.05 * scale).all()
 
 
-def test_body_force_is_the_sum_of_the_tractions(history):
+def test_forces_tractions_gaps_states_and_slip_follow_from_each_other(history):
+    """A gap is the penetration over the penalty; a sticking node gathers no slip at all, not even rounding."""
     area = history.contact_area
     normal = (history.normal_traction * area).sum("contact_node")
     friction = (history.tangential_traction * area).sum("contact_node")
@@ -76,10 +73,6 @@ def test_body_force_is_the_sum_of_the_tractions(history):
     np.testing.assert_allclose(friction[:, 1], 0.0, atol=1e-12 * float(normal[-1]))
     assert normal[-1] > 0.0
     assert friction[-1, 0] > 0.0, "a plate that moves along +x pulls the skin along +x"
-
-
-def test_gaps_tractions_states_and_slip_follow_from_each_other(history):
-    """A gap is the penetration over the penalty; a sticking node gathers no slip at all, not even rounding."""
     height = history.contact_position[:, 1] + history.contact_displacement[:, :, 1]
     lowest = float(history.contact_position[:, 1].min())
     gap = (height - lowest - history.counterface_displacement[:, 0, 1]).transpose("time", "contact_node").values
@@ -194,24 +187,16 @@ def loaded(element, load, step, **values):
 
 
 @pytest.mark.parametrize("element", ["Q4", "T6", "T4"])
-def test_cells_that_small_strain_turns_inside_out_are_named(element, caplog):
+def test_cells_that_small_strain_turns_inside_out_are_named_once_also_at_a_snapshot_alone(element, caplog):
     fs.simulate(loaded(element, 900.0, 1.0))
     assert not caplog.records
     model = loaded(element, 1100.0, 1.0)
     fs.simulate(model)
     assert f"turns {model.mesh.nelements} of {model.mesh.nelements} cells inside out" in caplog.text
     assert "write kinematics: finite" in caplog.text
-
-
-def test_cells_that_are_inside_out_at_a_snapshot_alone_are_named_once(caplog):
-    fs.simulate(loaded("Q4", 1100.0, 0.5, record=fs.Recording(snapshots_every=0.5)))
+    caplog.clear()
+    fs.simulate(loaded(element, 1100.0, 0.5, record=fs.Recording(snapshots_every=0.5)))
     assert caplog.text.count("cells inside out") == 1
-
-
-def pulled(step, count, every):
-    """Return the history of one cell with snapshots."""
-    time, record = fs.QuasiStatic(step, end=step * count), fs.Recording(snapshots_every=every)
-    return fs.simulate(model_of("Q4", [0.0, 1.0], [0.0, 1.0], time=time, record=record))
 
 
 @settings(deadline=None)
@@ -222,13 +207,7 @@ def test_snapshots_are_at_the_steps_nearest_to_multiples_of_the_interval_with_bo
     multiples = np.append(np.arange(0.0, times[-1], ratio * step), times[-1])
     nearest = np.unique(np.abs(times[:, None] - multiples).argmin(axis=0))
     assert recorded_steps.snapshot_steps(times, ratio * step) == nearest.tolist()
-
-
-def test_tiny_intervals_keep_every_step_and_none_keeps_no_snapshots():
-    every = pulled(0.3, 10, 1e-12)
-    np.testing.assert_array_equal(every.snapshot_time, every.time)
-    plain = pulled(0.3, 10, 0.0)
-    assert not [name for name in plain.data_vars if name.startswith("snapshot")]
+    assert recorded_steps.snapshot_steps(times, 1e-12) == list(range(count + 1)), "tiny intervals keep every step"
 
 
 @pytest.mark.parametrize("material", [fs.Elastic(50e3, 0.45, 1000.0), RELAXING], ids=["elastic", "relaxing"])

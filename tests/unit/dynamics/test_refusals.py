@@ -44,36 +44,23 @@ MODELS = [
     ({"supports": {"bulk": ("x", "y")}}, "supports: fix every degree of freedom"),
     ({"tractions": {"left": (1.0,)}}, "tractions.left: got 1 components, needs 2"),
     ({"materials": {}}, "region 'bulk' has no material"),
-    (
-        {
-            "mesh": pad("Q4").with_subdomains({"twin": np.array([0])}),
-            "materials": dict.fromkeys(("bulk", "twin"), TISSUE),
-        },
-        "shares cells with another, a cell has one material",
-    ),
+    ({"mesh": pad("Q4").with_subdomains({"twin": np.array([0])}), "materials": dict.fromkeys(("bulk", "twin"), TISSUE)},
+     "shares cells with another, a cell has one material"),
     ({"sites": (fs.Site("far", "", (1.0, 1.0)),)}, "site far: x = 1000 mm"),
     ({"sites": (fs.Site("a", "", (0.0, 0.0), "nail"),)}, "region 'nail' is not in the mesh"),
     # Counterfaces, and programmes that move them.
     (plane(offset=1e-3), "contacts.0.offset: the counterface starts 1 mm inside the body, needs an offset <= 0 mm"),
     (plane(offset=-1.0), "no node of the boundary is within 0.6 mm of the counterface"),
     (plane(normal=(0, 0, 1)), "contacts.0.counterface.normal: got 3 components, needs 2"),
-    (
-        {"contacts": contact(counterface=fs.Plane(offset=-1e-3), clearance=0.2e-3)},
-        "contacts.0.clearance: got 0.2 mm for a counterface whose start is given, needs a counterface without",
-    ),
-    (
-        {"contacts": contact(clearance=0.3e-3), "programme": (fs.Press(0.25e-3, 1e-3), SLIDE)},
-        "slides before the counterface touches",
-    ),
+    ({"contacts": contact(counterface=fs.Plane(offset=-1e-3), clearance=0.2e-3)},
+     "contacts.0.clearance: got 0.2 mm for a counterface whose start is given, needs a counterface without"),
+    ({"contacts": contact(clearance=0.3e-3), "programme": (fs.Press(0.25e-3, 1e-3), SLIDE)},
+     "slides before the counterface touches"),
     ({"programme": (SLIDE, PRESS)}, "slides before the counterface touches"),
-    (
-        {"programme": (fs.Press(4.5e-3, 1e-3),)},
-        "programme: presses 4.5 mm deep, needs less than the 4 mm between the contact and what the supports hold",
-    ),
-    (
-        {"contacts": contact(programme=(fs.Press(2e-3, 1e-3), fs.Lift(1e-3, 1e-3), fs.Press(3e-3, 1e-3)))},
-        "contacts.0.programme: presses 4 mm deep",
-    ),
+    ({"programme": (fs.Press(4.5e-3, 1e-3),)},
+     "programme: presses 4.5 mm deep, needs less than the 4 mm between the contact and what the supports hold"),
+    ({"contacts": contact(programme=(fs.Press(2e-3, 1e-3), fs.Lift(1e-3, 1e-3), fs.Press(3e-3, 1e-3)))},
+     "contacts.0.programme: presses 4 mm deep"),
     ({"programme": (fs.Press(4.2e-3, 1e-3),), "contacts": contact(clearance=0.1e-3)}, "presses 4.1 mm deep"),
     (
         {
@@ -89,11 +76,9 @@ MODELS = [
     ({"gravity": (9.81,)}, "gravity: got 1 components, needs 2"),
     ({"initial_velocity": (1.0,)}, "initial_velocity: got 1 components, needs 2"),
     ({"initial_velocity": (1.0, 0.0), "time": STATIC}, "initial_velocity: is given for a model without inertia"),
-    (
-        {"contacts": contact(drive=fs.Drive(1.0, 1.0)), "time": STATIC},
-        "contacts.0.drive: got a force that drives a counterface in a model without inertia",
-    ),
-]
+    ({"contacts": contact(drive=fs.Drive(1.0, 1.0)), "time": STATIC},
+     "contacts.0.drive: got a force that drives a counterface in a model without inertia"),
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("changes", "message"), MODELS)
@@ -110,26 +95,16 @@ def test_models_that_cannot_be_computed_are_refused_by_the_check_and_by_the_simu
     [
         ({"body": fs.RigidBody(1.0, free=("z",))}, r"bodies.jug.free: got 'z' in 2 dimensions, needs x, y, rz"),
         ({"body": fs.RigidBody(1.0, centre=(0.0,))}, r"bodies.jug.centre: got 1 components, needs 2"),
-        (
-            {"body": fs.RigidBody(1.0, free=("rz",), centre=(0.0, 0.0), inertia=(1.0, 1.0, 1.0))},
-            r"bodies.jug.inertia: got 3 values, needs 1",
-        ),
-        (
-            {"body": fs.RigidBody(1.0, free=("x",), programme=(PRESS,))},
-            r"bodies.jug.programme: moves the body along x, the body is free along x",
-        ),
-        (
-            {"body": fs.RigidBody(1.0, programme=(fs.Slide(1e-3, 1e-3, (-1.0, 0.0)),))},
-            r"bodies.jug.programme.0.slide.direction: got \[-1.0, 0.0\], needs a direction along the counterface",
-        ),
-        (
-            {"bodies": {"jug": FREE, "bowl": fs.RigidBody(1.0, programme=(PRESS,))}},
-            r"bodies.bowl.programme: is given for a body that no counterface is on.*; write 'rigid_body: bowl' in",
-        ),
-        (
-            {"friction": fs.Coulomb(0.0), "time": fs.QuasiStatic(1e-3, end=0.1)},
-            r"bodies.jug.free: nothing holds the body in y, a spring, a damper or a contact .*; hold it, or take Time",
-        ),
+        ({"body": fs.RigidBody(1.0, free=("rz",), centre=(0.0, 0.0), inertia=(1.0, 1.0, 1.0))},
+         r"bodies.jug.inertia: got 3 values, needs 1"),
+        ({"body": fs.RigidBody(1.0, free=("x",), programme=(PRESS,))},
+         r"bodies.jug.programme: moves the body along x, the body is free along x"),
+        ({"body": fs.RigidBody(1.0, programme=(fs.Slide(1e-3, 1e-3, (-1.0, 0.0)),))},
+         r"bodies.jug.programme.0.slide.direction: got \[-1.0, 0.0\], needs a direction along the counterface"),
+        ({"bodies": {"jug": FREE, "bowl": fs.RigidBody(1.0, programme=(PRESS,))}},
+         r"bodies.bowl.programme: is given for a body that no counterface is on.*; write 'rigid_body: bowl' in"),
+        ({"friction": fs.Coulomb(0.0), "time": fs.QuasiStatic(1e-3, end=0.1)},
+         r"bodies.jug.free: nothing holds the body in y, a spring, a damper or a contact .*; hold it, or take Time"),
         (
             {
                 "body": dataclasses.replace(FREE, initial_velocity=fs.BodyVelocity(x=1.0)),
@@ -138,7 +113,7 @@ def test_models_that_cannot_be_computed_are_refused_by_the_check_and_by_the_simu
             r"bodies.jug.initial_velocity: is given for a model without inertia",
         ),
     ],
-)
+)  # fmt: skip
 def test_bodies_that_cannot_be_computed_are_refused(changes, message):
     with pytest.raises(fs.InputError, match=message):
         check_model(held(**changes))
@@ -186,10 +161,8 @@ def timed(time):
     ("call", "message"),
     [
         # What is no model.
-        (
-            lambda: fs.simulate(fs.preset("wang2014-2d")),
-            r"model: got a Fingertip, needs a Model; write fs.Model\(mesh=",
-        ),
+        (lambda: fs.simulate(fs.preset("wang2014-2d")),
+         r"model: got a Fingertip, needs a Model; write fs.Model\(mesh="),
         (lambda: fs.simulate(None), r"model: got None, needs a Model; write fs.Model\("),
         (lambda: fs.simulate(pad("Q4")), "model: got a MeshQuad1, needs a Model"),
         (lambda: fs.simulate_together("x"), r"models: got 'x', needs a list of models; write fs.Model\("),
@@ -200,16 +173,12 @@ def timed(time):
         (lambda: fs.simulate(push_and_slide(time=fs.TimeStepping(step=0.3, end=1.0))), BETWEEN),
         (lambda: fs.simulate(push_and_slide(time=fs.QuasiStatic(step=0.3, end=1.0))), BETWEEN),
         (lambda: fs.simulate(push_and_slide(step=1.0)), r"time.step: got 1 s for a run of 0.22 s, needs at least one"),
-        (
-            lambda: fs.simulate(push_and_slide(step=1e-12)),
-            r"time.step: 2.2e\+11 steps of 1e-12 s need about .* GB for their records, .* write a step of at least",
-        ),
+        (lambda: fs.simulate(push_and_slide(step=1e-12)),
+         r"time.step: 2.2e\+11 steps of 1e-12 s need about .* GB for their records, .* write a step of at least"),
         (lambda: step_times(push_and_slide(time=fs.Adaptive(1e-12))), r"time\.output: .* GB are available"),
         (lambda: timed(5e-3), r"Model.time: got 0.005, needs the time integration: TimeStepping, Quasi"),
-        (
-            lambda: fs.simulate(timed(INCOMPLETE)),
-            r"time: got a SimpleNamespace, needs .* lacks start_weight, end_share, disp",
-        ),
+        (lambda: fs.simulate(timed(INCOMPLETE)),
+         r"time: got a SimpleNamespace, needs .* lacks start_weight, end_share, disp"),
         (lambda: push_and_slide(time=fs.Adaptive(5e-3), basis=fs.ReducedBasis()), r"basis: .* fixed length"),
         (lambda: fs.Simulation(push_and_slide(time=fs.Adaptive(5e-3))), "time: controls its own steps"),
         # Relaxation that is faster than half a step.
@@ -228,36 +197,22 @@ def timed(time):
         ),
         # Supports, and what contact alone holds.
         (lambda: fs.Ramp((0.0, 0.0), (1.0, 2.0)), "needs ascending times, a factor for each"),
-        (
-            lambda: fs.SupportMotion((0.0, 1e-3), fs.Ramp((0.0, 1.0), (1.0, 1.0))),
-            r"ramp: starts from a factor of 1, needs 0 at the start",
-        ),
-        (
-            lambda: moved_support(("x", "y"), {"lid": (0.0, 1e-3)}),
-            r"support_motions.lid: moves what is no support, the supports are: top",
-        ),
+        (lambda: fs.SupportMotion((0.0, 1e-3), fs.Ramp((0.0, 1.0), (1.0, 1.0))),
+         r"ramp: starts from a factor of 1, needs 0 at the start"),
+        (lambda: moved_support(("x", "y"), {"lid": (0.0, 1e-3)}),
+         r"support_motions.lid: moves what is no support, the supports are: top"),
         (lambda: moved_support(("x", "y"), {"top": (1e-3,)}), r"top.displacement: got 1 components, needs 2"),
-        (
-            lambda: moved_support(("y",), {"top": (1e-3, 0.0)}),
-            r"top.displacement: moves along x, the support holds y; hold x as well, or write 0 there",
-        ),
-        (
-            lambda: fs.simulate(resting(contacts=(), supports={"left": ("x",)})),
-            r"supports: leave translation along y free, have to hold a body",
-        ),
-        (
-            lambda: check_model(resting(supports={"left": ("x",)}, **NEO_HOOKEAN)),
-            r"supports: leave it to contact alone .*; support it, take TimeStepping, or",
-        ),
+        (lambda: moved_support(("y",), {"top": (1e-3, 0.0)}),
+         r"top.displacement: moves along x, the support holds y; hold x as well, or write 0 there"),
+        (lambda: fs.simulate(resting(contacts=(), supports={"left": ("x",)})),
+         r"supports: leave translation along y free, have to hold a body"),
+        (lambda: check_model(resting(supports={"left": ("x",)}, **NEO_HOOKEAN)),
+         r"supports: leave it to contact alone .*; support it, take TimeStepping, or"),
         # Contacts on bodies, and counterfaces of condensed ones.
-        (
-            lambda: push_and_slide(contacts=contact(rigid_body="jar"), bodies={"jug": FREE}),
-            r"contacts.0.rigid_body: got 'jar', the bodies are: jug",
-        ),
-        (
-            lambda: on_body(drive=fs.Drive(1.0, 1.0)),
-            r"contacts.0.drive: is given with rigid_body, needs one of the two; give the motion of body 'jug' in",
-        ),
+        (lambda: push_and_slide(contacts=contact(rigid_body="jar"), bodies={"jug": FREE}),
+         r"contacts.0.rigid_body: got 'jar', the bodies are: jug"),
+        (lambda: on_body(drive=fs.Drive(1.0, 1.0)),
+         r"contacts.0.drive: is given with rigid_body, needs one of the two; give the motion of body 'jug' in"),
         (lambda: on_body(programme=()), r"contacts.0.programme: is given with rigid_body"),
         (lambda: condensed(time=fs.TimeStepping(1e-3)), "time: has inertia"),
         (lambda: condensed(gravity=(0.0, -9.81, 0.0)), "loads: act beside"),
@@ -265,30 +220,22 @@ def timed(time):
         (lambda: condensed(contacts=(BALL,)), "is curved"),
         (lambda: condensed(reach=-1.0), "reach: got -1"),
         # The short search for candidates leaves it to the checks to say what is wrong.
-        (
-            lambda: fs.simulate(pressed_pad(**pressed_and_slid((0.0, 0.0, 1.0), depth=0.4e-3))),
-            r"programme.1.slide.direction: got .*, needs a direction along",
-        ),
+        (lambda: fs.simulate(pressed_pad(**pressed_and_slid((0.0, 0.0, 1.0), depth=0.4e-3))),
+         r"programme.1.slide.direction: got .*, needs a direction along"),
         # Steps from outside, and commands.
         (lambda: stepped("step", "step", "step"), "end: is reached, 0.01 s"),
         (lambda: stepped("close", "step"), "simulation: is closed, takes no more steps"),
-        (
-            lambda: commanded({}, "side", velocity=(0.0, 0.0)),
-            "^command.of: got 'side', the bodies, contacts and moving supports are: bottom",
-        ),
-        (
-            lambda: commanded(LOWERED, "top", velocity=(1e-3, -1e-3)),
-            "^command.velocity: moves 'top' along x, where it cannot, needs components that its motion has; give",
-        ),
+        (lambda: commanded({}, "side", velocity=(0.0, 0.0)),
+         "^command.of: got 'side', the bodies, contacts and moving supports are: bottom"),
+        (lambda: commanded(LOWERED, "top", velocity=(1e-3, -1e-3)),
+         "^command.velocity: moves 'top' along x, where it cannot, needs components that its motion has; give"),
         (lambda: commanded(LOWERED, "top", force=(0.0, 1.0)), "^command.force: 'top' is a support"),
         (lambda: commanded({}, "bottom", velocity=(0.0,)), "^command.velocity: got 1 components, needs 2"),
         (lambda: commanded({}, "bottom", force=(0.0, 1.0)), "^command.force: 'bottom' is free along no direction"),
-        (
-            lambda: commanded(SLIDER, "block", velocity=(0.1, 0.0)),
-            "^command.velocity: moves along a direction in which the body is free",
-        ),
+        (lambda: commanded(SLIDER, "block", velocity=(0.1, 0.0)),
+         "^command.velocity: moves along a direction in which the body is free"),
     ],
-)
+)  # fmt: skip
 def test_what_cannot_be_computed_is_refused(call, message):
     with pytest.raises(fs.InputError, match=message):
         call()

@@ -68,23 +68,20 @@ def test_two_fingers_hold_an_object_by_friction_alone(element):
     assert imbalance < 1e-9 * np.abs(history.external_work.values).max()
 
 
-def test_newtons_law_holds_for_the_body_in_every_step():
+def test_newtons_law_holds_for_the_body_in_every_step_and_a_load_beyond_friction_has_no_equilibrium():
     """The trapezoidal rule takes the equations of motion at the end of each step as they are."""
     history = fs.simulate(held(time=fs.TimeStepping(1e-3, alpha=0.0, end=0.2)))
     filled = np.interp(history.time.values, [0.05, 0.1], [0.0, 1.0])
     inertia = 0.02 * history.rigid_body_acceleration.values[1:, 0]
     forces = history.rigid_body_force.values[1:, 0] + np.outer(filled[1:], [0.0, -0.02 * GRAVITY])
     np.testing.assert_allclose(inertia, forces, atol=1e-9 * np.abs(forces).max())
+    model = held(time=fs.QuasiStatic(5e-3, end=0.2), gravity=None, body=_loaded(-5.0))
+    with pytest.raises(EquilibriumError, match=r"contact alone does not hold the rigid body 'jug' \(x, y\)"):
+        fs.simulate(model)
 
 
 def _loaded(force):
     return dataclasses.replace(FREE, loads=(fs.BodyLoad(y=force, ramp=fs.Ramp((0.05, 0.1), (0.0, 1.0))),))
-
-
-def test_a_load_beyond_friction_has_no_equilibrium_and_the_error_names_the_body():
-    model = held(time=fs.QuasiStatic(5e-3, end=0.2), gravity=None, body=_loaded(-5.0))
-    with pytest.raises(EquilibriumError, match=r"contact alone does not hold the rigid body 'jug' \(x, y\)"):
-        fs.simulate(model)
 
 
 @pytest.mark.parametrize("time", [fs.TimeStepping(1e-3, end=0.2), fs.QuasiStatic(5e-3, end=0.2)])
@@ -173,22 +170,16 @@ def test_utilisation_of_anisotropic_friction_is_one_in_any_direction():
     assert history.friction_utilisation.values.max() <= 1.0 + 1e-9
 
 
-# What histories say of them.
+@pytest.mark.parametrize(("dim", "element", "up", "about"), [(2, "Q4", "y", "rz"), (3, "H8", "z", "ry")])
+def test_the_moment_of_contact_turns_the_body(dim, element, up, about):
+    """An object, heavier on one side, turns between the fingers until friction holds it.
 
-
-@pytest.fixture(scope="module", params=[2, 3])
-def history(request):
-    """Return an object, heavier on one side, that turns between the fingers until friction holds it."""
-    dim, element, up, about = (2, "Q4", "y", "rz") if request.param == 2 else (3, "H8", "z", "ry")
+    I times the angular acceleration is the applied moment and that of contact about the moved centre.
+    """
     turn = fs.BodyLoad(**{about: 2e-4}, ramp=fs.Ramp((0.05, 0.1), (0.0, 1.0)))
     inertia = (1e-6,) * (1 if dim == 2 else 3)
     body = fs.RigidBody(0.02, free=(up, about), centre=(0.0,) * dim, inertia=inertia, loads=(turn,))
-    return fs.simulate(held(element, body=body, gravity=None, time=fs.TimeStepping(1e-3, alpha=0.0, end=0.12)))
-
-
-def test_the_moment_of_contact_turns_the_body(history):
-    """I times the angular acceleration is the applied moment and that of contact about the moved centre."""
-    dim = history.sizes["component"]
+    history = fs.simulate(held(element, body=body, gravity=None, time=fs.TimeStepping(1e-3, alpha=0.0, end=0.12)))
     axes = ["z"] if dim == 2 else ["x", "y", "z"]
     axis = axes.index("z" if dim == 2 else "y")
     assert history.rigid_body.values.tolist() == ["jug"]
@@ -228,9 +219,6 @@ def test_a_round_object_without_friction_turns_as_if_nothing_touched_it():
     np.testing.assert_allclose(angle, 0.5 * 1e-5 / 1e-6 * turned.time.values**2, rtol=1e-2)
     force = at_rest.counterface_force.values[:, 0, 1]
     np.testing.assert_allclose(turned.counterface_force.values[:, 0, 1], force, atol=5e-3 * force.max())
-
-
-# Rotations: any about one axis, small ones about several; larger ones are refused.
 
 
 def turning(moment, *, free=("ry", "rz")):

@@ -17,16 +17,6 @@ from problems.pushed import pad, push_and_slide
 from problems.reduced import REDUCED, fine_pad
 from unit.dynamics.models import DEPTH, assert_same_history, contact, pressed_pad, solved_by_steps
 
-SITES = (fs.Site("deep", "FA-II", (0.0, 2e-3)), fs.Site("low", "SA-I", (1e-3, 0.0), "bulk"))
-
-
-@pytest.fixture(scope="module")
-def history():
-    return fs.simulate(push_and_slide(record=fs.Recording(SITES, snapshots_every=0.05)))
-
-
-# Steps and what is told of them.
-
 
 def test_provenance_says_solver_sizes_penalties_and_seconds(history):
     attrs = history.attrs
@@ -89,9 +79,6 @@ def test_threads_follow_all_nodes_those_in_the_middle_of_edges_too(monkeypatch):
     assert raised.value.args == (3 * 5**3, 3)
 
 
-# Nodes that are no candidates must not touch.
-
-
 @pytest.mark.parametrize(("basis", "run"), [(None, fs.simulate), (REDUCED, fs.simulate), (None, solved_by_steps)])
 def test_contact_outside_the_candidates_is_refused_with_time_and_node(basis, run, caplog):
     model = push_and_slide(contacts=contact(search_distance=1e-6), basis=basis, mesh=fine_pad())
@@ -101,24 +88,20 @@ def test_contact_outside_the_candidates_is_refused_with_time_and_node(basis, run
     assert (f"no reduced basis: {at}" in caplog.text) == (basis is not None), "the basis sees it first, as early"
 
 
-def test_a_node_that_moves_onto_the_plate_is_noticed_though_the_plate_stands_still():
-    """A free block is pushed down onto a plate 0.2 mm below it; only its lowest node may touch."""
+def test_nodes_beside_candidates_are_noticed_where_they_move_onto_the_plate_and_not_where_they_yield_to_it():
+    """A free block is pushed down onto a plate 0.2 mm below it; only its lowest node may touch.
+
+    The plate passes the places at which outer nodes began, but these rise with the skin that it presses.
+    """
     below = contact(counterface=fs.Plane(offset=-0.2e-3), search_distance=0.21e-3)
     loaded = {"supports": {"left": ("x",)}, "tractions": {"top": (0.0, -2e3)}, "programme": ()}
     with pytest.raises(fs.SlipOutsideContactError, match="reached the counterface but is no contact candidate"):
         fs.simulate(push_and_slide(contacts=below, **loaded, time=fs.TimeStepping(1e-3, end=0.2)))
-
-
-def test_a_node_that_yields_to_the_plate_is_not_reached_by_it():
-    """The plate passes the places at which outer nodes began, but these rise with the skin that it presses."""
     reached, mesh = 0.06e-3, pad("Q4", 40, 8)
     model = push_and_slide(contacts=contact(search_distance=reached), programme=(fs.Press(0.1e-3, 4e-3),), mesh=mesh)
     heights = mesh.p[1, np.unique(mesh.facets[:, mesh.boundaries["bottom"]])]
     assert ((heights > reached) & (heights < 0.1e-3)).any(), "or this test shows nothing"
     assert fs.simulate(model).sizes["contact_node"] == (heights <= reached).sum()
-
-
-# In 3D candidates are found in two stages: a short search, a long one where that was too short.
 
 
 @pytest.fixture(scope="module")
@@ -149,7 +132,8 @@ def test_faces_of_a_body_search_as_far_as_the_body_goes(pressed):
     assert (history.contact_counterface.values == 0).sum() == pressed.sizes["contact_node"]
 
 
-def test_where_a_node_outside_touches_the_simulation_starts_again_with_all(pressed, monkeypatch, caplog):
+def test_where_the_short_search_does_not_suffice_the_simulation_starts_again_with_all(pressed, monkeypatch, caplog):
+    """Its first stage finds no candidate, 1.3 times the approach away."""
     caplog.set_level("INFO")
     monkeypatch.setattr(simulation, "_NEAR", 0.3)
     again = fs.simulate(pressed_pad())
@@ -157,15 +141,8 @@ def test_where_a_node_outside_touches_the_simulation_starts_again_with_all(press
     assert "starts again with more contact candidates" in caplog.text
     assert again.sizes["contact_node"] > pressed.sizes["contact_node"]
     assert_same_history(again[["counterface_force"]], pressed[["counterface_force"]], 1e-9)
-
-
-def test_a_counterface_that_never_comes_near_is_no_error_of_the_short_search():
-    """Its first stage finds no candidate, 1.3 times the approach away."""
     far = contact(counterface=fs.Plane((0.0, 0.0, 1.0), offset=-1.3 * DEPTH))
     assert not fs.simulate(pressed_pad(contacts=far, programme=(fs.Press(DEPTH, 10e-3),))).contact_state.values.any()
-
-
-# Motions with an answer that is known.
 
 
 def test_two_plates_squeeze_a_free_block_with_equal_and_opposite_forces():
@@ -190,9 +167,6 @@ def test_nodes_that_a_slide_leaves_at_the_limit_stick_while_nothing_moves():
     assert (hold[:, touching] == 1).all(), "and is at rest in the hold"
     force = history["counterface_force"].values[-1, 0]
     assert abs(force[0] / force[1]) == pytest.approx(0.4), "although friction is still at its limit"
-
-
-# Laws and counterfaces of a user.
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from fingerslip.dynamics.step.sharing import groups_to_share
 from fingerslip.linear import resources as threads
 from problems.matrices import EXACT, needs_mkl
 from problems.pushed import push_and_slide
-from unit.dynamics.models import assert_same_history, contact, pressed_pad
+from unit.dynamics.models import Watched, assert_same_history, contact, pressed_pad
 
 PRESS = fs.Press(2e-4, 4e-3)
 
@@ -28,8 +28,11 @@ def models():
     return [first, back, rough, deep, heavy]
 
 
-def test_histories_are_those_of_single_simulations():
-    together = fs.simulate_together(models(), solver=EXACT)
+def test_histories_are_those_of_single_simulations_and_progress_counts_the_longest_motion():
+    seen = []
+    together = fs.simulate_together(models(), solver=EXACT, progress=seen.append)
+    assert seen[-1] == 1.0
+    assert seen == sorted(seen)
     for model, history in zip(models(), together, strict=True):
         assert history.attrs["n_simulated_together"] == 5
         assert_same_history(history, fs.simulate(model, solver=EXACT))
@@ -64,25 +67,13 @@ def test_threads_serve_a_whole_simulation_and_end_with_it(wanted, at_once, monke
     assert threading.active_count() == before
 
 
-class Counted(fs.Coulomb):
-    """A friction law that counts how often it is asked at each time."""
-
-    def __init__(self):
-        super().__init__(0.4)
-        object.__setattr__(self, "asked", Counter())
-
-    def coefficients(self, conditions):
-        self.asked[round(conditions.time, 6)] += 1
-        return super().coefficients(conditions)
-
-
 def test_motions_are_computed_once_until_they_part():
     """Three directions press alike for 0.05 s, ten steps; then there are three motions, two of them twins."""
 
     def run(*numbers):
-        law = Counted()
+        law = Watched()
         group = [dataclasses.replace(models()[number], contacts=contact(friction=law)) for number in numbers]
-        return fs.simulate_together(group), law.asked
+        return fs.simulate_together(group), Counter(round(time, 6) for time, _ in law.seen)
 
     histories, asked = run(0, 1, 0)
     _, alone = run(0)
@@ -92,16 +83,6 @@ def test_motions_are_computed_once_until_they_part():
     np.testing.assert_array_equal(histories[0].displacement, histories[2].displacement)
     forces = [history.counterface_force.values[-1, 0, 0] for history in histories]
     assert forces[0] * forces[1] < 0.0
-
-
-def test_progress_counts_the_longest_motion():
-    seen = []
-    fs.simulate_together(models()[::3], progress=seen.append)
-    assert seen[-1] == 1.0
-    assert seen == sorted(seen)
-
-
-# What must be the same.
 
 
 @pytest.mark.parametrize(
@@ -158,9 +139,6 @@ def test_friction_may_have_frames_of_its_own():
     group = [pressed_pad(contacts=contact(counterface=up, friction=law, search_distance=1e-3)) for law in laws]
     for model, history in zip(group, fs.simulate_together(group, solver=EXACT), strict=True):
         assert_same_history(history, fs.simulate(model, solver=EXACT), 1e-7, names)
-
-
-# Groups of models that a study simulates together.
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,6 @@
 """Histories that are written for other programs."""
 
 import pytest
-import xarray as xr
 
 import fingerslip as fs
 from problems.pushed import push_and_slide
@@ -10,5 +9,5 @@ SITES = (fs.Site("deep", "FA-II", (0.0, 2e-3)), fs.Site("low", "", (1e-3, 0.0), 
 
 
 @pytest.fixture(scope="session")
-def pushed() -> xr.Dataset:
+def pushed():
     return fs.simulate(push_and_slide(record=fs.Recording(SITES, snapshots_every=0.05)))

@@ -4,14 +4,11 @@ import json
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
-import xarray as xr
 from scipy.io import loadmat
 
 import fingerslip as fs
@@ -20,15 +17,12 @@ from fingerslip.export.formats import FORMATS, export_tables, write_history_mat,
 from fingerslip.history import VARIABLES
 
 
-def test_every_record_is_in_a_table(pushed: xr.Dataset) -> None:
+def test_every_record_is_in_a_table_with_a_row_for_a_moment_and_a_site(pushed):
     tables = fs.history_tables(pushed)
     assert list(tables) == ["series", "sites", "contact", "counterfaces", "supports"]
     columns = " ".join(column for frame in tables.values() for column in frame.columns)
     missing = [name for name, known in VARIABLES.items() if known.dims[0] == "time" and name not in columns]
     assert all(name.startswith("rigid_body") for name in missing)
-
-
-def test_a_row_is_a_moment_and_a_site(pushed: xr.Dataset) -> None:
     sites = fs.history_tables(pushed)["sites"]
     assert len(sites) == pushed.sizes["time"] * 2
     low = sites[sites["site"] == "low"]
@@ -38,9 +32,7 @@ def test_a_row_is_a_moment_and_a_site(pushed: xr.Dataset) -> None:
     np.testing.assert_array_equal(low["time_s"], pushed["time"].values)
 
 
-def test_units_are_in_the_names_and_beside_the_table_and_sums_of_the_contact_table_are_the_forces(
-    pushed: xr.Dataset,
-) -> None:
+def test_units_are_in_the_names_and_beside_the_table_and_sums_of_the_contact_table_are_the_forces(pushed):
     tables = fs.history_tables(pushed)
     contact, units = tables["contact"], tables["contact"].attrs["units"]
     assert tables["counterfaces"].attrs["units"]["counterface_velocity_x_m_per_s"] == "m/s"
@@ -54,7 +46,7 @@ def test_units_are_in_the_names_and_beside_the_table_and_sums_of_the_contact_tab
 
 
 @pytest.mark.parametrize("kind", FORMATS)
-def test_every_format_leaves_a_folder(pushed: xr.Dataset, tmp_path: Path, kind: str) -> None:
+def test_every_format_leaves_a_folder(pushed, tmp_path, kind):
     folder = fs.export_history(pushed, tmp_path / kind, kind)
     assert any(folder.iterdir())
     assert [path.name for path in tmp_path.iterdir()] == [kind]
@@ -63,15 +55,13 @@ def test_every_format_leaves_a_folder(pushed: xr.Dataset, tmp_path: Path, kind: 
 @pytest.mark.parametrize(
     ("kind", "read"), [("csv", partial(pd.read_csv, keep_default_na=False)), ("parquet", pd.read_parquet)]
 )
-def test_tables_read_back_the_same(
-    pushed: xr.Dataset, tmp_path: Path, kind: str, read: Callable[[Path], pd.DataFrame]
-) -> None:
+def test_tables_read_back_the_same(pushed, tmp_path, kind, read):
     folder = fs.export_history(pushed, tmp_path / kind, kind)
     for name, frame in fs.history_tables(pushed).items():
         pd.testing.assert_frame_equal(read(folder / f"{name}.{kind}"), frame, check_dtype=False)
 
 
-def test_json_has_columns_units_and_null(tmp_path: Path) -> None:
+def test_json_has_columns_units_and_null(tmp_path):
     frame = pd.DataFrame({"run": ["a"], "overall_s": [float("nan")]})
     frame.attrs["units"] = {"overall_s": "s"}
     export_tables({"runs": frame}, tmp_path / "json", "json")
@@ -79,9 +69,7 @@ def test_json_has_columns_units_and_null(tmp_path: Path) -> None:
     assert found == {"units": {"overall_s": "s"}, "columns": {"run": ["a"], "overall_s": [None]}}
 
 
-def test_what_cannot_be_exported_leaves_nothing(
-    pushed: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_cannot_be_exported_leaves_nothing(pushed, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     for history, kind, message in (
         (pushed, "xls", "format: got 'xls', needs one of csv, json, mat, parquet"),
@@ -93,7 +81,7 @@ def test_what_cannot_be_exported_leaves_nothing(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_an_export_is_replaced_and_nothing_else(pushed: xr.Dataset, tmp_path: Path) -> None:
+def test_an_export_is_replaced_and_nothing_else(pushed, tmp_path):
     folder = tmp_path / "out"
     fs.export_history(pushed, folder, "csv")
     fs.export_history(pushed, folder, "mat")
@@ -108,7 +96,7 @@ def test_an_export_is_replaced_and_nothing_else(pushed: xr.Dataset, tmp_path: Pa
     assert sorted(path.name for path in tmp_path.iterdir()) == ["mine", "out"]
 
 
-def test_a_history_reads_back_with_units_and_dimensions(pushed: xr.Dataset, tmp_path: Path) -> None:
+def test_histories_and_tables_read_back_with_units_under_names_that_matlab_takes(pushed, tmp_path):
     write_history_mat(pushed, tmp_path)
     history = loadmat(tmp_path / "history.mat", simplify_cells=True)["history"]
     np.testing.assert_array_equal(history["displacement"], pushed["displacement"].values)
@@ -117,9 +105,6 @@ def test_a_history_reads_back_with_units_and_dimensions(pushed: xr.Dataset, tmp_
     assert (history["units"]["stress"], history["meaning"]["time"]) == ("Pa", "time")
     assert list(history["site"]) == ["deep", "low"]
     assert history["attributes"]["element"] == pushed.attrs["element"]
-
-
-def test_a_table_reads_back_under_names_that_matlab_takes(tmp_path: Path) -> None:
     frame = pd.DataFrame({"run": ["a", "b"], "contact.friction_coefficient": [0.2, np.nan]})
     frame.attrs["units"] = {"contact.friction_coefficient": "1"}
     write_tables_mat({"runs": frame}, tmp_path)
@@ -131,7 +116,7 @@ def test_a_table_reads_back_under_names_that_matlab_takes(tmp_path: Path) -> Non
 
 @pytest.mark.slow
 @pytest.mark.skipif(shutil.which("octave") is None, reason="needs Octave")
-def test_octave_reads_a_history(pushed: xr.Dataset, tmp_path: Path) -> None:
+def test_octave_reads_a_history(pushed, tmp_path):
     write_history_mat(pushed, tmp_path)
     code = (
         "load('history.mat'); printf('%.17g|%s|%s|%s|%d', history.displacement(end, 1, 2), history.units.stress, "

@@ -25,7 +25,7 @@ def halves(first, second, element="Q4", count=2):
 LOW, HIGH = (lambda c: c[1] < 0.5), (lambda c: c[1] > 0.5)
 
 
-def test_materials_follow_the_regions():
+def test_materials_follow_the_regions_and_laws_of_large_strain_are_taken_at_rest():
     space = halves(LOW, HIGH)
     soft, stiff = elastic(1e5, 0.25, 900.0), elastic(2e5, 0.0, 1100.0)
     materials = cell_materials(space, {"b": stiff, "a": soft}, "plane_strain")
@@ -33,9 +33,6 @@ def test_materials_follow_the_regions():
     assert {material: cells.tolist() for material, cells in materials} == {soft: low.tolist(), stiff: high.tolist()}
     np.testing.assert_allclose(materials.density[low], 900.0)
     np.testing.assert_allclose(materials.density[high], 1100.0)
-
-
-def test_laws_of_large_strain_are_taken_at_rest():
     law = fs.NeoHookean(34e3, 0.48, 1000.0)
     materials = cell_materials(halves(LOW, HIGH), {"a": law, "b": elastic()}, "plane_strain").materials
     assert materials == (law.at_rest(), elastic())
@@ -230,7 +227,7 @@ def test_any_law_that_answers_the_protocol_passes_the_patch_test(element, integr
     assert 0.5 * moved @ stiffness @ moved == pytest.approx(law.energy(strains, formulation)[0], rel=1e-10)
 
 
-def test_every_material_is_assembled_on_its_own_cells():
+def test_every_material_is_assembled_on_its_own_cells_some_cells_at_a_time(monkeypatch):
     """The stiffness of two regions is the sum of those of either alone, with the other next to nothing."""
     space = halves(LOW, HIGH, count=4)
     soft, stiff, nothing = elastic(1e4, 0.48), elastic(1e7, 0.3), elastic(1e-9, 0.0)
@@ -243,9 +240,6 @@ def test_every_material_is_assembled_on_its_own_cells():
     apart = assembled(soft, nothing) + assembled(nothing, stiff)
     assert abs(both - apart).max() <= 1e-12 * abs(both).max()
     assert abs(both - assembled(stiff, soft)).max() > 0.1 * abs(both).max()
-
-
-def test_more_cells_than_are_computed_at_once(monkeypatch):
     whole = stiffness_of(distorted("Q4", 5), elastic())[2]
     monkeypatch.setattr("fingerslip.fe.forms._CHUNK", 4)
     assert abs(stiffness_of(distorted("Q4", 5), elastic())[2] - whole).max() <= 1e-14 * abs(whole).max()

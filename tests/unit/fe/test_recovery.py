@@ -130,7 +130,7 @@ def test_without_a_region_stress_and_energy_are_the_mean_of_the_materials_in_the
     np.testing.assert_allclose(read(None), (read("soft") + read("stiff")) / 2, rtol=1e-12)
 
 
-def test_a_site_off_its_region_is_refused_and_no_sites_have_no_stresses():
+def test_a_site_off_its_region_is_refused_no_sites_have_no_stresses_and_components_are_in_order():
     space, materials = layered("T3")
     corner = node_at(space, 0.0, 0.0)
     with pytest.raises(MeshError, match=f"site 0: no cell of region 'stiff' at node {corner}"):
@@ -139,9 +139,6 @@ def test_a_site_off_its_region_is_refused_and_no_sites_have_no_stresses():
     strains = recovery.strains(np.zeros(space.n_dofs))
     assert recovery.stresses(strains).shape == (0, 4)
     assert recovery.energy_densities(strains).shape == (0,)
-
-
-def test_degrees_of_freedom_come_node_by_node_and_components_are_named_in_their_order():
     space = build_space(distorted("T4", 2))
     dofs = cell_dofs(space.full, np.array([5]))
     np.testing.assert_array_equal(dofs[0, ::3] // 3, space.mesh.t[:, 5])
@@ -150,7 +147,8 @@ def test_degrees_of_freedom_come_node_by_node_and_components_are_named_in_their_
     assert stress_components(3) == ("xx", "yy", "zz", "xy", "yz", "xz")
 
 
-def test_several_displacements_are_read_as_one_by_one():
+def test_several_displacements_are_read_as_one_by_one_and_the_mean_divergence_is_weighted_by_the_quadrature():
+    """On a distorted quadrilateral the divergence of a bilinear field differs from point to point."""
     space, materials = layered("Q4")
     recovery = cell_recovery(space, materials)
     fields = np.random.default_rng(3).normal(size=(3, space.n_dofs))
@@ -160,10 +158,6 @@ def test_several_displacements_are_read_as_one_by_one():
             np.testing.assert_array_equal(whole, read(recovery.strains(field)))
     stresses = recovery.stresses(strains)
     np.testing.assert_array_equal(von_mises(stresses), list(map(von_mises, stresses)))
-
-
-def test_the_mean_divergence_is_weighted_by_the_quadrature():
-    """On a distorted quadrilateral the divergence of a bilinear field differs from point to point."""
     space = build_space(distorted("Q4", 3))
     x, y = space.positions.T
     field, cells = np.column_stack([x * y, 0.0 * x]).ravel(), np.arange(space.mesh.nelements)

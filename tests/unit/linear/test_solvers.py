@@ -198,10 +198,15 @@ def test_entries_are_counted_as_in_a_dense_factorisation(seed):
     assert exact <= superlu._count_entries(matrix.indptr, matrix.indices) <= 1.03 * exact
 
 
-def test_the_estimate_grows_with_what_is_kept_for_the_end():
+def test_the_estimate_grows_with_what_is_kept_and_the_order_beats_the_natural_one_by_far_in_3d():
+    """A cube of n^3 points fills like n^5 in natural order and like n^4 with nested dissection."""
     matrix = sparse.csr_matrix(sparse.kronsum(*[sparse.diags([-1.0, 3.0, -1.0], [-1, 0, 1], shape=(40, 40))] * 2))
     few, many = (SUPERLU.bytes_around(matrix, np.arange(count)) for count in (10, 400))
     assert 16 * 1600 < few < many
+    matrix = grid(16, 16, 16)
+    assert fill(matrix, nested_dissection(matrix)) < 0.4 * fill(matrix, np.arange(16**3))
+    order = nested_dissection(grid(6, 6, 6, components=3))
+    np.testing.assert_array_equal(np.diff(order.reshape(-1, 3)), 1)
 
 
 def grid(*sizes: int, components: int = 1) -> sparse.csr_matrix:
@@ -234,14 +239,6 @@ def fill(matrix: sparse.csr_matrix, order: np.ndarray) -> int:
 def test_every_unknown_is_eliminated_once(matrix):
     order = nested_dissection(sparse.csr_matrix(matrix))
     np.testing.assert_array_equal(np.sort(order), np.arange(matrix.shape[0]))
-
-
-def test_the_order_beats_the_natural_one_by_far_in_3d_and_unknowns_of_one_node_stay_together():
-    """A cube of n^3 points fills like n^5 in natural order and like n^4 with nested dissection."""
-    matrix = grid(16, 16, 16)
-    assert fill(matrix, nested_dissection(matrix)) < 0.4 * fill(matrix, np.arange(16**3))
-    order = nested_dissection(grid(6, 6, 6, components=3))
-    np.testing.assert_array_equal(np.diff(order.reshape(-1, 3)), 1)
 
 
 PARDISO = Pardiso()
@@ -333,7 +330,7 @@ def test_a_series_analyses_a_pattern_once(kept, monkeypatch):
 
 
 @needs_mkl
-def test_a_series_leaves_factors_alone_that_are_still_in_use_or_of_another_pattern():
+def test_a_series_leaves_factors_in_use_alone_takes_another_pattern_and_goes_on_after_an_indefinite_matrix():
     series, matrix, right = PARDISO.series(), positive_definite(60), np.arange(60.0)
     first = series.factorise(matrix)
     expected = first.backward(first.forward(right))
@@ -343,10 +340,6 @@ def test_a_series_leaves_factors_alone_that_are_still_in_use_or_of_another_patte
     del first, second
     other = series.factorise(sparse.identity(60, format="csr"))
     np.testing.assert_allclose(other.backward(other.forward(right)), right)
-
-
-@needs_mkl
-def test_a_series_goes_on_after_a_matrix_that_is_not_definite():
     series, matrix = PARDISO.series(), positive_definite(60)
     series.factorise(matrix)
     with pytest.raises(FingerslipError, match="not positive definite"):

@@ -34,10 +34,14 @@ def test_laws_are_named_by_their_class_in_snake_case(law):
     assert name == re.sub(r"(?<!^)(?=[A-Z])", "_", law.__name__).lower()
 
 
-def test_law_is_elastic_unless_named():
+def test_laws_are_elastic_unless_named_and_ranges_are_shown_with_the_notes():
     assert read(**HOOKE) == fs.Elastic(34e3, 0.48, 1000.0)
     assert read(law="elastic", **HOOKE) == fs.Elastic(34e3, 0.48, 1000.0)
     assert read(law="neo_hookean", **HOOKE) == fs.NeoHookean(34e3, 0.48, 1000.0)
+    rows = {row.path: row for row in material_table("sylgard-184")}
+    assert rows["youngs_modulus"].note.endswith("range 1.32 to 2.97 MPa, cured at 25 to 200 degrees Celsius")
+    with pytest.raises(fs.InputError, match=r"'ecoflex' is not known, needs one of agilus30, .*mean 'ecoflex-00-30'"):
+        fs.material("ecoflex")
 
 
 def test_materials_are_written_as_they_are_read_objects_taken_as_they_are_and_others_refused():
@@ -114,13 +118,3 @@ def test_tissue_is_that_of_the_fingertip_preset_and_pulp_that_relaxes_ends_near_
     assert fs.material("skin").at_rest() == finger["epidermis"]
     assert [term.time for term in relaxing.prony] == [4e-3, 70e-3, 1.4]
     assert (1.0 - 0.6) * relaxing.shear_modulus == pytest.approx(pulp.shear_modulus)
-
-
-def test_ranges_are_shown_with_the_notes():
-    rows = {row.path: row for row in material_table("sylgard-184")}
-    assert rows["youngs_modulus"].note.endswith("range 1.32 to 2.97 MPa, cured at 25 to 200 degrees Celsius")
-
-
-def test_unknown_names_are_refused_with_the_known_ones():
-    with pytest.raises(fs.InputError, match=r"'ecoflex' is not known, needs one of agilus30, .*mean 'ecoflex-00-30'"):
-        fs.material("ecoflex")

@@ -11,17 +11,14 @@ from fingerslip.materials.elastic import Elastic, RayleighDamping, hooke_stress
 from fingerslip.materials.material import STRAIN_COMPONENTS, Formulation, Material
 
 
-def test_moduli_units_and_frozen_fields():
+def test_moduli_units_and_frozen_fields_and_stress_in_3d_by_compliances():
+    """The strain of each stress component by itself, written with E and nu."""
     material = Elastic("34 kPa", 0.48, "1 g/cm^3")
     assert (material.stiffness, material.shear_modulus) == (34e3, pytest.approx(34e3 / 2.96))
     assert (material.youngs_modulus, material.density) == (34e3, pytest.approx(1000.0))
     assert RayleighDamping() == RayleighDamping(0.0, 0.0)
     with pytest.raises(AttributeError):
         material.density = 1.0
-
-
-def test_stress_in_3d_is_hookes_law_in_compliances():
-    """The strain of each stress component by itself, written with E and nu."""
     modulus, ratio = 2e5, 0.3
     compliance = np.diag([1.0] * 3 + [2 * (1 + ratio)] * 3)
     compliance[:3, :3] -= ratio * (1 - np.eye(3))

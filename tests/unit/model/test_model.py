@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import yaml
 
 import fingerslip as fs
 from fingerslip.errors import InputError
@@ -106,15 +107,12 @@ def test_defaults_are_the_documented_ones_and_models_are_frozen():
         push_and_slide().depth = 2.0
 
 
-def test_a_model_shows_itself_shortly():
+def test_a_model_shows_itself_shortly_and_names_from_a_foreign_mesh_are_text_in_a_notebook():
     model = push_and_slide()
     assert repr(model).startswith("<Model: MeshQuad1 of ")
     assert repr(model).endswith("1 contacts, press + hold + slide, 0.22 s>")
     assert "<th>materials</th>" in model._repr_html_()
     assert "Coulomb" in model._repr_html_()
-
-
-def test_names_from_a_foreign_mesh_are_text_in_a_notebook():
     name = "<img src=x onerror=alert(1)>"
     mesh = push_and_slide().mesh
     mesh = mesh.with_subdomains({name: np.arange(mesh.nelements)}).with_boundaries({name: mesh.boundary_facets()})
@@ -146,7 +144,7 @@ class Sheet:
         return tuple(np.zeros((3, len(log_volume))))
 
 
-def test_a_law_that_cannot_be_in_plane_stress_is_refused_at_once():
+def test_a_law_that_cannot_be_in_plane_stress_or_lacks_members_is_refused_at_once():
     given = {"materials": {"bulk": Sheet()}, "kinematics": "finite"}
     with pytest.raises(InputError, match=r"materials\.bulk: got Sheet, .*plane stress needs.*take plane_strain"):
         push_and_slide(formulation="plane_stress", **given)
@@ -154,8 +152,6 @@ def test_a_law_that_cannot_be_in_plane_stress_is_refused_at_once():
     push_and_slide(formulation="plane_strain", **given)
     push_and_slide(formulation="plane_stress", materials=given["materials"])
 
-
-def test_a_law_that_lacks_members_is_told_which():
     class Unfinished(Sheet):
         kirchhoff_tangent = property()
 
@@ -171,13 +167,10 @@ def test_the_shortest_step_is_a_part_of_the_output_and_a_fixed_one_has_the_same_
     assert shortest_step(fs.QuasiStatic(5e-3)) == pytest.approx(5e-3)
     assert fs.Adaptive(5e-3, alpha=-0.1, end=1.0).fixed(1e-3) == fs.TimeStepping(1e-3, -0.1, 1.0)
     assert fs.Adaptive(5e-3, scheme="quasi_static", end=1.0).fixed(1e-3) == fs.QuasiStatic(1e-3, 1.0)
-
-
-@pytest.mark.parametrize(("scheme", "power"), [("quasi_static", 1), ("hht_alpha", 3)])
-def test_refined_steps_have_a_tolerance_of_their_order(scheme, power):
-    finer = fs.Adaptive(8e-3, 1e-2, scheme, smallest=1e-3, largest=4e-3).refined(0.5)
-    assert finer.tolerance == pytest.approx(1e-2 * 0.5**power)
-    assert (finer.output, finer.smallest, finer.largest) == pytest.approx((4e-3, 0.5e-3, 2e-3))
+    for scheme, power in (("quasi_static", 1), ("hht_alpha", 3)):
+        finer = fs.Adaptive(8e-3, 1e-2, scheme, smallest=1e-3, largest=4e-3).refined(0.5)
+        assert finer.tolerance == pytest.approx(1e-2 * 0.5**power)
+        assert (finer.output, finer.smallest, finer.largest) == pytest.approx((4e-3, 0.5e-3, 2e-3))
 
 
 def test_travel_and_duration_of_every_phase():
@@ -196,20 +189,11 @@ def test_the_normal_force_grows_or_falls_while_the_plate_slides(press, sign):
     assert abs(friction[0]) == pytest.approx(0.4 * friction[1], rel=1e-6)
 
 
-JUG = {
-    "mass": "300 g",
-    "free": ["y", "rz"],
-    "centre": ["0 mm", "40 mm"],
-    "inertia": ["2 g m^2"],
-    "filling": {"times": ["0 s", "2 s"], "factors": [0, 1]},
-    "loads": [{"rz": "1 N mm", "ramp": {"times": ["0 s"], "factors": [2]}}, {"y": "-1 N"}],
-    "springs": {"y": "2 N/mm", "rz": "3 N mm"},
-    "dampers": {"rz": "4 N m s"},
-    "initial_velocity": {"y": "5 mm/s", "rz": "1 rad/s"},
-    "programme": [],
-}
-
-
+JUG = yaml.safe_load("""
+{mass: 300 g, free: [y, rz], centre: [0 mm, 40 mm], inertia: [2 g m^2], filling: {times: [0 s, 2 s], factors: [0, 1]},
+loads: [{rz: 1 N mm, ramp: {times: [0 s], factors: [2]}}, {y: -1 N}], springs: {y: 2 N/mm, rz: 3 N mm},
+dampers: {rz: 4 N m s}, initial_velocity: {y: 5 mm/s, rz: 1 rad/s}, programme: []}
+""")
 BODY = fs.RigidBody(
     mass=0.3,
     free=("y", "rz"),

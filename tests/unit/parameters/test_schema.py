@@ -95,12 +95,6 @@ class Swan:
     name = "s"
 
 
-def test_an_object_with_all_members_is_returned_as_it_is():
-    mallard = Mallard()
-    assert require(mallard, Duck, "a duck") is mallard
-    assert conforms(Duck, "a duck")(mallard) is mallard
-
-
 @pytest.mark.parametrize(
     ("value", "message"),
     [
@@ -112,7 +106,9 @@ def test_an_object_with_all_members_is_returned_as_it_is():
         (Mallard, "pond: got the class Mallard, needs a duck; write Mallard(...)"),
     ],
 )
-def test_anything_else_is_refused_with_what_is_missing(value, message):
+def test_an_object_with_all_members_is_returned_and_anything_else_refused_with_what_is_missing(value, message):
+    mallard = Mallard()
+    assert require(mallard, Duck, "a duck") is conforms(Duck, "a duck")(mallard) is mallard
     with pytest.raises(InputError) as caught:
         require(value, Duck, "a duck", "pond")
     assert str(caught.value) == message
@@ -180,6 +176,9 @@ def test_presets_are_named_read_and_listed_with_the_assumed_values_first(presets
     assert table[1].value == "true"
     header = presets.header("someone2020")
     assert header == {"citation": "Someone: A block. Journal, 2020.", "claims_not": "anything"}
+    for ask in (presets.read, presets.table, presets.header):
+        with pytest.raises(InputError, match="preset: 'nobody' is not known, needs one of someone2020"):
+            ask("nobody")
 
 
 def test_changes_merge_deeply_ranges_stand_with_the_notes_and_what_is_left_may_be_chosen(presets, tmp_path):
@@ -204,9 +203,3 @@ def test_changes_merge_deeply_ranges_stand_with_the_notes_and_what_is_left_may_b
 def test_wrong_changes_are_named(presets, mapping, message):
     with pytest.raises(InputError, match=message):
         presets.changed(mapping, "x.yaml: block")
-
-
-@pytest.mark.parametrize("ask", ["read", "table", "header"])
-def test_unknown_names_are_refused(presets, ask):
-    with pytest.raises(InputError, match="preset: 'nobody' is not known, needs one of someone2020"):
-        getattr(presets, ask)("nobody")

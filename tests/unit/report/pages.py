@@ -10,14 +10,14 @@ VOID = {"meta", "img", "br", "link", "input"}
 class Checker(HTMLParser):
     """Follows open tags and collects what a page loads."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         super().__init__()
-        self.open: list[str] = []
-        self.loaded: list[str] = []
-        self.anchors: set[str] = set()
-        self.links: list[str] = []
+        self.open = []
+        self.loaded = []
+        self.anchors = set()
+        self.links = []
 
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+    def handle_starttag(self, tag, attrs):
         values = {name: value or "" for name, value in attrs}
         self.loaded += [values["src"]] if "src" in values else []
         self.links += [values["href"]] if "href" in values else []
@@ -25,11 +25,11 @@ class Checker(HTMLParser):
         if tag not in VOID:
             self.open.append(tag)
 
-    def handle_endtag(self, tag: str) -> None:
+    def handle_endtag(self, tag):
         assert self.open.pop() == tag
 
 
-def checked(page: str) -> Checker:
+def checked(page):
     checker = Checker()
     checker.feed(page)
     assert checker.open == []

@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 
 import numpy as np
-import xarray as xr
 
 from fingerslip.contact.counterfaces import Plane
 from fingerslip.contact.friction import Coulomb
@@ -18,13 +17,13 @@ from fingerslip.sites import Site
 from fingerslip.verification.meshes import box
 
 
-def block_history(element: str = "T4") -> xr.Dataset:
+def block_history(element="T4"):
     """Return the history of a 10 mm block on a plate, skin below 3 mm and tissue above, which a test may change."""
     return _block_history(element).copy(deep=True)
 
 
 @functools.cache
-def _block_history(element: str) -> xr.Dataset:
+def _block_history(element):
     axes = (np.linspace(0.0, 10e-3, 5),) * (3 if element in {"T4", "T10", "H8"} else 2)
     layers = {"skin": lambda centre: centre[-1] < 3e-3, "tissue": lambda centre: centre[-1] >= 3e-3}
     mesh = box(element, *axes, regions=layers)

@@ -7,24 +7,15 @@ import pytest
 
 from fingerslip.errors import InputError
 from fingerslip.results import REPEAT, SAMPLE, Quantity, RunResult
-from fingerslip.sampling.designs import (
-    Method,
-    block_size,
-    design_size,
-    draw_shares,
-    encode,
-    inputs_of,
-    output_names,
-    output_of,
-    required_output,
-)
+from fingerslip.sampling import designs
+from fingerslip.sampling.designs import Method, block_size, draw_shares, output_of
 from fingerslip.slip.events import Events, SlipEvents
 
 
 @pytest.mark.parametrize("method", get_args(Method))
 def test_shares_are_in_the_unit_cube_and_follow_from_the_seed(method: str) -> None:
     shares = draw_shares(method, 8, 3, 1)
-    assert shares.shape == (design_size(method, 8, 3), 3)
+    assert shares.shape == (designs.design_size(method, 8, 3), 3)
     assert (shares >= 0.0).all()
     assert (shares <= 1.0).all()
     assert np.array_equal(shares, draw_shares(method, 8, 3, 1))
@@ -59,19 +50,18 @@ def test_quantities_numbers_and_words_become_columns() -> None:
         run(a_depth="1 mm", b=1, word="x", same="3 mm", **{SAMPLE: 1}),
         run(a_depth="3 mm", b=2, word="y", same="3 mm", **{REPEAT: 2}),
     ]
-    inputs = inputs_of(runs)
-    assert [(one.path, one.unit, one.choices) for one in inputs] == [
-        ("a.depth", "m", ()),
-        ("b", "", ()),
-        ("word", "", ("x", "y")),
-    ]
-    assert encode(inputs, {"a.depth": "2 mm", "b": 1.5, "word": "y"}) == pytest.approx(np.array([0.5, 0.5, 0.0, 1.0]))
+    inputs = designs.inputs_of(runs)
+    kinds = [(variable.path, variable.unit, variable.choices) for variable in inputs]
+    assert kinds == [("a.depth", "m", ()), ("b", "", ()), ("word", "", ("x", "y"))]
+    assert designs.encode(inputs, {"a.depth": "2 mm", "b": 1.5, "word": "y"}) == pytest.approx(
+        np.array([0.5, 0.5, 0.0, 1.0])
+    )
     with pytest.raises(InputError, match=r"a\.depth: got '2 s', needs 0\.001 to 0\.003 m"):
         inputs[0].columns("2 s")
     assert [inputs[2].at(share) for share in (0.2, 0.7, 1.0)] == ["x", "y", "y"]
     assert inputs[0].columns(inputs[0].at(0.25)) == pytest.approx((0.25,))
     with pytest.raises(InputError, match="has runs that do not differ"):
-        inputs_of([run(a=1)])
+        designs.inputs_of([run(a=1)])
 
 
 TRAVEL = Quantity("travel", "m", 2.0)
@@ -86,7 +76,7 @@ def test_events_measures_and_derived_quantities_have_names() -> None:
     assert output_of(RUN, "contact_area_max") == Quantity("largest contact area", "m^2", 3.0)
     assert output_of(RUN, "penetration_max").value is None
     assert output_of(RUN, "travel") is TRAVEL
-    assert all(output_of(RUN, name) is not None for name in output_names(RUN))
+    assert all(output_of(RUN, name) is not None for name in designs.output_names(RUN))
     assert output_of(RUN, "latency_x") is None
     with pytest.raises(InputError, match="of: 'latency_x' is not known, needs one of incipient_slip"):
-        required_output(RUN, "latency_x")
+        designs.required_output(RUN, "latency_x")

@@ -29,11 +29,8 @@ def slip_fit(study: StudyResult) -> Fit:
 
 def test_slopes_of_a_linear_time_are_exact_in_the_units_of_the_ranges_the_largest_change_first() -> None:
     fit = slip_fit(study_of())
-    assert [(effect.path.split(".")[-1], effect.unit) for effect in fit.effects] == [
-        ("clearance", "mm"),
-        ("half_height", "mm"),
-        ("poisson_ratio", ""),
-    ]
+    units = [(effect.path.split(".")[-1], effect.unit) for effect in fit.effects]
+    assert units == [("clearance", "mm"), ("half_height", "mm"), ("poisson_ratio", "")]
     assert [effect.slope for effect in fit.effects] == pytest.approx([-0.5, 0.1, 0.0], abs=1e-9)
     assert [effect.change for effect in fit.effects] == pytest.approx([-0.2, 0.1, 0.0], abs=1e-9)
     assert fit.middle == pytest.approx(1.7)
@@ -51,7 +48,7 @@ def test_standardised_coefficients_add_up_to_the_variance_and_ranks_have_the_sig
     assert abs(ratio.rank) < 0.15
 
 
-def test_the_standard_error_is_that_of_a_known_noise() -> None:
+def test_the_standard_error_is_that_of_a_known_noise_and_few_samples_flatter_no_predicted_determination() -> None:
     noise = np.random.default_rng(1).normal(0.0, 0.01, 400)
     errors = iter(noise)
     fit = slip_fit(study_of(count=400, time=lambda *given: overall(*given) + next(errors)))
@@ -59,9 +56,6 @@ def test_the_standard_error_is_that_of_a_known_noise() -> None:
     # A uniform value over a range r has the variance r^2 / 12.
     assert fit.effects[0].change_error == pytest.approx(0.01 * np.sqrt(12 / 400), rel=0.1)
     assert fit.effects[0].slope == pytest.approx(-0.5, abs=4 * fit.effects[0].error)
-
-
-def test_predicted_determination_is_not_flattered_by_few_samples() -> None:
     noise = iter(np.random.default_rng(2).normal(0.0, 1.0, 6))
     fit = slip_fit(study_of(count=6, time=lambda *_: 2.0 + next(noise)))
     assert fit.determination > 0.2
@@ -80,10 +74,8 @@ def test_samples_without_the_event_are_left_out_and_too_few_or_equal_ones_have_n
 
 def test_groups_are_the_samples_of_each_swept_value() -> None:
     groups = groups_of(study_of(5, ("original", "scaled")).runs)
-    assert [(dict(group), len(members)) for group, members in groups] == [
-        ({VARIANT: "original"}, 5),
-        ({VARIANT: "scaled"}, 5),
-    ]
+    sizes = [(dict(group), len(members)) for group, members in groups]
+    assert sizes == [({VARIANT: "original"}, 5), ({VARIANT: "scaled"}, 5)]
     fits = fits_of(study_of(6, ("original", "scaled")))
     assert [fit.group[VARIANT] for fit in fits if fit.time == "overall"] == ["original", "scaled"]
     assert set(RANGES) == {effect.path for effect in fits[0].effects}
@@ -92,20 +84,16 @@ def test_groups_are_the_samples_of_each_swept_value() -> None:
 UNIFORM = Interval(tuple(1.0 + 0.01 * number for number in range(101)))
 
 
-@pytest.mark.parametrize(
-    ("span", "where"),
-    [
-        ((1.345, 1.345), "within, at 35 %"),
-        ((0.99, 0.99), "below all"),
-        ((2.01, 2.01), "above all"),
-        ((0.8, 1.0), "within, at 0 %"),
-        ((1.0, 1.0), "within, at 0 %"),
-        ((1.99, 2.5), "within, at 100 %"),
-    ],
-)
-def test_a_published_time_is_placed_among_percentiles(span: tuple[float, float], where: str) -> None:
-    """Events that did not happen are counted."""
-    assert position(span, UNIFORM) == where
+def test_a_published_time_is_placed_among_percentiles_and_events_that_did_not_happen_are_counted() -> None:
+    spans = {
+        (1.345, 1.345): "within, at 35 %",
+        (0.99, 0.99): "below all",
+        (2.01, 2.01): "above all",
+        (0.8, 1.0): "within, at 0 %",
+        (1.0, 1.0): "within, at 0 %",
+        (1.99, 2.5): "within, at 100 %",
+    }
+    assert {span: position(span, UNIFORM) for span in spans} == spans
     assert (UNIFORM.smallest, UNIFORM.percentile(5), UNIFORM.largest) == pytest.approx((1.0, 1.05, 2.0))
     assert interval_of([None, 2.0, 1.0, None]) == Interval((1.0, 2.0), 2)
     assert interval_of([None]) is None
@@ -127,22 +115,17 @@ def test_every_published_time_has_the_interval_of_the_runs_that_meet_its_conditi
     assert found[-1].where == ""
 
 
-def test_both_readings_are_shown_where_the_paper_names_none() -> None:
+def test_both_readings_are_shown_where_the_paper_names_none_and_samples_leave_conditions_open() -> None:
     study = study_of()
     runs = [
         dataclasses.replace(run, events=dataclasses.replace(run.events, acceleration=SlipEvents(overall=1.0)))
         for run in study.runs
     ]
     found = published_intervals(runs, [published_set("wang2014-table2")])
-    assert [(one.reading, one.where) for one in found if one.value.quantity == "overall"] == [
-        ("slip", found[2].where),
-        ("acceleration", "above all"),
-    ]
-
-
-def test_a_condition_on_a_sampled_value_is_what_the_samples_leave_open() -> None:
-    friction, published = {"contact.friction_coefficient": 0.5}, [published_set("wang2014-table2")]
-    runs = study_of().runs
+    places = [(interval.reading, interval.where) for interval in found if interval.value.quantity == "overall"]
+    assert places == [("slip", found[2].where), ("acceleration", "above all")]
+    # A condition on a sampled value is what the samples leave open.
+    friction, published, runs = {"contact.friction_coefficient": 0.5}, [published_set("wang2014-table2")], study.runs
     assert published_intervals([dataclasses.replace(run, sampled=run.sampled | friction) for run in runs], published)
     other = [dataclasses.replace(run, values=run.values | friction) for run in runs]
     assert published_intervals(other, published) == ()

@@ -2,7 +2,6 @@
 
 import dataclasses
 import json
-from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -33,30 +32,25 @@ HISTORY = make(Process(nodes=41, noise=1.0))
 NAMES = ("incipient", "noticed", "three_quarter", "overall")
 
 
-def expected(process: Process, fraction: float, tolerance: float) -> float:
+def expected(process, fraction, tolerance):
     """Return when that fraction of the flat patch has slipped by the tolerance."""
     return process.edge + fraction * (process.centre - process.edge) + tolerance / SPEED
 
 
 @pytest.mark.parametrize("step", [1e-3, 5e-3, 10e-3])
 @pytest.mark.parametrize("friction_moments", [(1.3, 1.71), (1.02, 1.2), (1.4, 1.9)])
-def test_known_slip_times_are_found_to_one_step(step: float, friction_moments: tuple[float, float]) -> None:
+def test_known_slip_times_are_found_to_one_step_and_displacement_counts_nodes(step, friction_moments):
     process = replace(QUIET, step=step, edge=friction_moments[0], centre=friction_moments[1])
     found = slip_events(make(process), EventSettings())
     for name, fraction in zip(NAMES, (0.10, 0.48, 0.75, 0.995), strict=True):
         assert getattr(found, name) == pytest.approx(expected(process, fraction, 20e-6), abs=step + 3e-3)
-
-
-@pytest.mark.parametrize("step", [1e-3, 5e-3, 10e-3])
-def test_displacement_events_count_nodes(step: float) -> None:
-    process = replace(QUIET, step=step, nodes=41)
     moments = np.sort(slip_times(process, np.linspace(-HALF_WIDTH, HALF_WIDTH, 41))) + 50e-6 / SPEED
-    found = displacement_events(make(process), EventSettings())
+    found = displacement_events(make(replace(process, nodes=41)), EventSettings())
     for name, rank in zip(NAMES, (1, 20, 31, 41), strict=True):
         assert getattr(found, name) == pytest.approx(moments[rank - 1], abs=step)
 
 
-def test_jump_of_velocity_is_no_slip_event_and_moves_others_by_no_more_than_its_step() -> None:
+def test_jump_of_velocity_is_no_slip_event_and_moves_others_by_no_more_than_its_step():
     history = make(Process(step=1e-3))
     just_after = history["contact_state"].sel(time=PRESS_END + 1e-3, method="nearest")
     assert (just_after[:41] == SLIP).all(), "the whole patch has to slip for an instant, or this test shows nothing"
@@ -67,14 +61,14 @@ def test_jump_of_velocity_is_no_slip_event_and_moves_others_by_no_more_than_its_
 
 
 @pytest.mark.parametrize("every", [2, 4, 5, 8])
-def test_event_times_do_not_depend_on_the_records(every: int) -> None:
+def test_event_times_do_not_depend_on_the_records(every):
     """Between two records the slip of a node grows evenly; that of one node after the other passes the tolerance."""
     history = make(replace(QUIET, step=1e-3, nodes=41))
     sparse = history.isel(time=slice(None, None, every))
     assert_same(fs.find_events(sparse), fs.find_events(history), ("slip", "displacement"))
 
 
-def test_an_event_is_the_time_at_which_a_stuck_node_lifts_off() -> None:
+def test_a_stuck_node_slips_when_it_lifts_off_and_one_that_rolls_onto_the_plate_is_not_waited_for():
     """The central node sticks; it lifts off a third of the way between two records."""
     history = make(QUIET)
     state, gap, slip = (history[name].copy() for name in ("contact_state", "gap", "slip_distance"))
@@ -84,25 +78,20 @@ def test_an_event_is_the_time_at_which_a_stuck_node_lifts_off() -> None:
     lifted = history.assign(contact_state=state, gap=gap, slip_distance=slip)
     everyone = EventSettings(overall_fraction=1.0)
     assert slip_events(lifted, everyone).overall == pytest.approx(379 * 5e-3 + 5e-3 / 3)
+    history = make(Process())
+    state = history["contact_state"].copy()
+    state[300:, 41:] = 1
+    assert slip_events(history.assign(contact_state=state), EventSettings()) == slip_events(history, EventSettings())
 
 
-def test_top_level_times_and_latency_are_those_of_accumulated_slip() -> None:
-    events = fs.find_events(HISTORY)
-    assert [getattr(events, time) for time in TIMES] == [events.slip.time(time) for time in TIMES]
-    assert events.latency == pytest.approx(0.895 * 0.41, abs=12e-3)
-    assert events.reading("displacement") is events.displacement
-    assert fs.SlipEvents(incipient=1.0).latency is fs.SlipEvents(overall=1.0).latency is None
-    assert fs.SlipEvents(incipient=1.25, overall=1.75).latency == 0.5
-
-
-def test_slide_too_short_for_overall_slip() -> None:
+def test_what_does_not_happen_in_a_slide_and_without_slip_slide_or_contact_is_none():
     events = fs.find_events(make(Process(centre=2.5)))
     assert events.slip.incipient is not None
     assert (events.slip.overall, events.displacement.overall, events.acceleration.overall) == (None, None, None)
     assert events.latency is None
-
-
-def test_no_slip_no_slide_and_no_contact_have_no_events() -> None:
+    plain = json.loads(json.dumps(events_mapping(events)))
+    assert (plain["slip"]["overall"], plain["displacement"]["latency"]) == (None, None)
+    assert events_from_mapping(plain) == events
     stuck = fs.find_events(make(Process(edge=3.0, centre=4.0, peaks={})))
     pressed = fs.find_events(make(Process(phases=(("press", 0.0, 1.0), ("hold", 1.0, 2.0)))))
     history = make(Process(peaks={}))
@@ -110,7 +99,7 @@ def test_no_slip_no_slide_and_no_contact_have_no_events() -> None:
     assert stuck == pressed == apart == fs.Events()
 
 
-def test_slip_before_the_second_slide_does_not_count_in_it() -> None:
+def test_slip_before_the_second_slide_does_not_count_in_it():
     phases = (("press", 0.0, 1.0), ("slide", 1.0, 1.8), ("hold", 1.8, 1.9), ("slide", 1.9, 2.0))
     history = make(Process(phases=phases))
     first, second = fs.find_events(history), fs.find_events(history, slide=1)
@@ -118,38 +107,21 @@ def test_slip_before_the_second_slide_does_not_count_in_it() -> None:
     assert second.incipient == pytest.approx(1.9 + 20e-6 / SPEED, abs=5e-3)
 
 
-def test_node_rolled_onto_the_plate_during_the_slide_is_not_waited_for() -> None:
-    history = make(Process())
-    state = history["contact_state"].copy()
-    state[300:, 41:] = 1
-    assert slip_events(history.assign(contact_state=state), EventSettings()) == slip_events(history, EventSettings())
-
-
-def test_stuck_node_that_lifts_off_is_counted_out() -> None:
-    history = make(Process())
-    state, displacement = history["contact_state"].copy(), history["contact_displacement"].copy()
-    displacement[:, 20, 0] = history["counterface_displacement"][:, 0, 0]
-    stuck = history.assign(contact_displacement=displacement)
-    assert displacement_events(stuck, EventSettings()).overall is None
-    state[350:, 20] = OPEN
-    assert displacement_events(stuck.assign(contact_state=state), EventSettings()).overall is not None
-
-
 @settings(max_examples=25, deadline=None)
 @given(st.permutations(range(45)))
-def test_order_of_nodes_does_not_matter(order: list[int]) -> None:
+def test_order_of_nodes_does_not_matter(order):
     assert_same(fs.find_events(HISTORY.isel(contact_node=order)), fs.find_events(HISTORY))
 
 
 @settings(max_examples=10, deadline=None)
 @given(st.integers(0, 30))
-def test_open_nodes_do_not_matter(count: int) -> None:
+def test_open_nodes_do_not_matter(count):
     assert_same(fs.find_events(make(Process(open_nodes=count, noise=0.0))), fs.find_events(make(Process(noise=0.0))))
 
 
 @settings(max_examples=25, deadline=None)
 @given(st.floats(5e-6, 3e-4), st.floats(5e-6, 3e-4))
-def test_larger_tolerance_is_never_reached_earlier(one: float, other: float) -> None:
+def test_larger_tolerance_is_never_reached_earlier(one, other):
     low, high = (
         fs.find_events(HISTORY, EventSettings(slip_tolerance=level, displacement_tolerance=level))
         for level in sorted((one, other))
@@ -162,7 +134,7 @@ def test_larger_tolerance_is_never_reached_earlier(one: float, other: float) -> 
 
 @settings(max_examples=25, deadline=None)
 @given(st.floats(0.01, 1.0), st.floats(0.01, 1.0))
-def test_larger_fraction_is_never_reached_earlier(one: float, other: float) -> None:
+def test_larger_fraction_is_never_reached_earlier(one, other):
     early, late = (
         slip_events(HISTORY, EventSettings(incipient_fraction=fraction)).incipient for fraction in sorted((one, other))
     )
@@ -171,7 +143,7 @@ def test_larger_fraction_is_never_reached_earlier(one: float, other: float) -> N
 
 @settings(max_examples=15, deadline=None)
 @given(st.integers(0, 10_000), st.floats(0.0, 2.0))
-def test_noise_moves_no_event_by_more_than_two_steps(seed: int, noise: float) -> None:
+def test_noise_moves_no_event_by_more_than_two_steps(seed, noise):
     quiet, noisy = fs.find_events(make(Process())), fs.find_events(make(Process(noise=noise, seed=seed)))
     for reading in ("slip", "displacement"):
         for name in NAMES:
@@ -179,20 +151,8 @@ def test_noise_moves_no_event_by_more_than_two_steps(seed: int, noise: float) ->
     assert noisy.acceleration.overall == pytest.approx(1.71, abs=0.01)
 
 
-def test_events_survive_json() -> None:
-    events = fs.find_events(make(Process(centre=2.5)))
-    plain = json.loads(json.dumps(events_mapping(events)))
-    assert plain["slip"]["overall"] is None
-    assert plain["displacement"]["latency"] is None
-    assert events_from_mapping(plain) == events
-    silent = fs.find_events(HISTORY.drop_dims("site"))
-    plain = json.loads(json.dumps(events_mapping(silent)))
-    assert (plain["acceleration"]["recorded"], plain["slip"]["recorded"]) == (False, True)
-    assert events_from_mapping(plain) == silent
-
-
 @pytest.mark.parametrize("missing", ["slip", "displacement", "acceleration"])
-def test_events_that_lack_a_reading_or_a_time_are_refused(missing: str) -> None:
+def test_events_that_lack_a_reading_or_a_time_are_refused(missing):
     plain = events_mapping(fs.Events())
     with pytest.raises(KeyError, match=missing):
         events_from_mapping({name: times for name, times in plain.items() if name != missing})
@@ -201,42 +161,50 @@ def test_events_that_lack_a_reading_or_a_time_are_refused(missing: str) -> None:
         events_from_mapping(plain)
 
 
-def test_events_of_receptors_that_were_not_recorded_are_told_from_those_that_did_not_happen() -> None:
-    silent = fs.find_events(HISTORY.drop_dims("site"))
+def test_latency_is_that_of_accumulated_slip_and_receptors_that_were_not_recorded_are_told_from_no_event():
+    events, silent = fs.find_events(HISTORY), fs.find_events(HISTORY.drop_dims("site"))
+    assert [getattr(events, time) for time in TIMES] == [events.slip.time(time) for time in TIMES]
+    assert events.latency == pytest.approx(0.895 * 0.41, abs=12e-3)
+    assert events.reading("displacement") is events.displacement
+    assert fs.SlipEvents(incipient=1.0).latency is fs.SlipEvents(overall=1.0).latency is None
+    assert fs.SlipEvents(incipient=1.25, overall=1.75).latency == 0.5
     assert silent.acceleration == fs.SlipEvents(recorded=False)
     deep = fs.find_events(HISTORY.isel(site=HISTORY["site_kind"].values == "FA-II"))
     assert not deep.acceleration.recorded, "peaks are read at FA-I and SA-I"
-    stuck = fs.find_events(make(Process(edge=3.0, centre=4.0, peaks={})))
-    assert stuck.acceleration == fs.SlipEvents()
     assert silent.slip.recorded
-    assert silent.overall == pytest.approx(fs.find_events(HISTORY).overall)
+    assert silent.overall == pytest.approx(events.overall)
+    plain = json.loads(json.dumps(events_mapping(silent)))
+    assert (plain["acceleration"]["recorded"], plain["slip"]["recorded"]) == (False, True)
+    assert events_from_mapping(plain) == silent
 
 
-def assert_same(one: fs.Events, other: fs.Events, readings: Iterable[str] = READINGS) -> None:
+def assert_same(one, other, readings=READINGS):
     """Assert equal times up to rounding of sums."""
     for reading in readings:
         for name in NAMES:
             assert one.reading(reading).time(name) == pytest.approx(other.reading(reading).time(name), abs=1e-9)
 
 
-def test_a_node_that_lifts_off_counts_if_it_had_left_the_line_before_and_else_not() -> None:
+def test_a_node_that_lifts_off_counts_if_it_had_left_the_line_before_and_else_not():
     """The first node leaves at 1.3 s and a bit; it is lifted once after that and once before."""
     history = make(Process(jump=False))
     whole = displacement_events(history, EventSettings())
     assert whole.incipient == pytest.approx(1.3 + 50e-6 / SPEED, abs=5e-3)
-    state = history["contact_state"].copy()
-    edges = [0, 40]
+    state, edges = history["contact_state"].copy(), [0, 40]
     state[300:, edges] = OPEN
     assert displacement_events(history.assign(contact_state=state), EventSettings()).incipient == whole.incipient
     state[220:, edges] = OPEN
     later = displacement_events(history.assign(contact_state=state), EventSettings())
-    second = 1.3 + 0.41 / 20 + 50e-6 / SPEED
-    assert later.incipient == pytest.approx(second, abs=5e-3)
+    assert later.incipient == pytest.approx(1.3 + 0.41 / 20 + 50e-6 / SPEED, abs=5e-3)
+    state, displacement = history["contact_state"].copy(), history["contact_displacement"].copy()
+    displacement[:, 20, 0] = history["counterface_displacement"][:, 0, 0]
+    stuck = history.assign(contact_displacement=displacement)
+    assert displacement_events(stuck, EventSettings()).overall is None
+    state[350:, 20] = OPEN
+    assert displacement_events(stuck.assign(contact_state=state), EventSettings()).overall is not None
 
 
-def test_events_and_peaks_are_those_of_their_own_searches_and_measures_take_them(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_events_and_peaks_are_those_of_their_own_searches_and_measures_take_them(monkeypatch):
     found, expected = find_slip(MADE), read_measures(MADE)
     assert found.events == fs.find_events(MADE)
     assert found.events.acceleration == acceleration_events(MADE)
@@ -247,7 +215,7 @@ def test_events_and_peaks_are_those_of_their_own_searches_and_measures_take_them
         find_slip({})  # type: ignore[arg-type]
 
 
-def test_names_are_the_fields_of_the_data_labels_are_words_and_no_peak_belongs_to_48_percent_slip() -> None:
+def test_names_are_the_fields_of_the_data_labels_are_words_and_no_peak_belongs_to_48_percent_slip():
     assert list(EVENTS) == [field.name for field in dataclasses.fields(fs.SlipEvents) if field.name != "recorded"]
     assert list(READINGS) == [field.name for field in dataclasses.fields(fs.Events)]
     assert (*EVENTS, "latency") == TIMES

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import xarray as xr
 
 from fingerslip.slip import MEASURES, Measure, acceleration_peaks, find_events, read_measures
 from fingerslip.slip.measures import measure_of, resolution_warnings
@@ -13,12 +12,12 @@ HISTORY = make(Process())
 PHASES = (("press", 0.0, 1.0), ("slide", 1.0, 1.5), ("lift", 1.5, 2.0))
 
 
-def with_forces(history: xr.Dataset, normal: np.ndarray, tangential: np.ndarray) -> xr.Dataset:
+def with_forces(history, normal, tangential):
     force = np.stack([tangential, normal], axis=-1)[:, None]
     return history.assign(counterface_force=(("time", "counterface", "component"), force))
 
 
-def test_forces_are_the_largest_the_last_and_their_ratio_at_the_end_of_the_slide() -> None:
+def test_forces_are_along_the_plates_own_axes_the_largest_the_last_and_their_ratio_at_the_end_of_the_last_slide():
     history = make(Process(phases=PHASES))
     times = history["time"].values
     normal = np.where(times <= 1.5 + 1e-9, 0.4, 0.1) + 0.2 * (np.abs(times - 0.5) < 1e-9)
@@ -27,9 +26,6 @@ def test_forces_are_the_largest_the_last_and_their_ratio_at_the_end_of_the_slide
     assert numbers["normal_force_max_N"] == pytest.approx(0.6)
     assert numbers["normal_force_end_N"] == pytest.approx(0.1)
     assert numbers["friction_force_ratio_end_of_slide"] == pytest.approx(0.25)
-
-
-def test_forces_are_along_the_plates_own_axes_and_the_last_slide_counts() -> None:
     turn = np.array([[0.8, -0.6], [0.6, 0.8]])
     forces = HISTORY["counterface_force"]
     turned = HISTORY.assign_coords(counterface_normal=(("counterface", "component"), [turn @ [0.0, 1.0]]))
@@ -45,7 +41,7 @@ def test_forces_are_along_the_plates_own_axes_and_the_last_slide_counts() -> Non
     assert ratio == pytest.approx(0.2)
 
 
-def test_the_slip_margin_is_what_is_left_of_the_largest_force_ratio_at_incipient_slip() -> None:
+def test_the_slip_margin_is_what_is_left_of_the_largest_force_ratio_at_incipient_slip():
     """The ratio grows linearly from the start of the slide, at 1 s, to overall slip at 1.71 s."""
     incipient = find_events(HISTORY).incipient
     expected = 1.0 - (incipient - 1.0) / 0.71
@@ -54,26 +50,20 @@ def test_the_slip_margin_is_what_is_left_of_the_largest_force_ratio_at_incipient
     assert slippery == pytest.approx(expected, rel=1e-9), "a share of the limit, whatever the friction"
 
 
-def test_the_slip_margin_leaves_out_records_without_pressure() -> None:
-    times = HISTORY["time"].values
+def test_the_slip_margin_leaves_out_records_without_pressure_and_is_none_without_a_slide_slip_friction_or_pressure():
+    times, none = HISTORY["time"].values, np.zeros(HISTORY.sizes["time"])
     forces = np.where(times < 1.9, 1.0, 0.0), 0.5 * np.clip(times - 1.0, 0.0, 0.6)
-    incipient = find_events(HISTORY).incipient
     found = read_measures(with_forces(HISTORY, *forces))["slip_margin_incipient"]
-    assert found == pytest.approx(1.0 - (incipient - 1.0) / 0.6, rel=1e-9)
-
-
-def test_there_is_no_ratio_and_no_slip_margin_without_a_slide_slip_friction_or_pressure() -> None:
+    assert found == pytest.approx(1.0 - (find_events(HISTORY).incipient - 1.0) / 0.6, rel=1e-9)
     pressed = make(Process(phases=(("press", 0.0, 1.0), ("hold", 1.0, 2.0))))
-    stuck = make(Process(edge=3.0, centre=4.0))
-    none = np.zeros(HISTORY.sizes["time"])
     smooth, apart = with_forces(HISTORY, none + 1.0, none), with_forces(HISTORY, none, none)
-    for history in (pressed, stuck, smooth, apart):
+    for history in (pressed, make(Process(edge=3.0, centre=4.0)), smooth, apart):
         assert read_measures(history)["slip_margin_incipient"] is None
     for history in (pressed, apart):
         assert read_measures(history)["friction_force_ratio_end_of_slide"] is None
 
 
-def test_contact_numbers_are_the_extreme_ones_with_their_signs() -> None:
+def test_contact_numbers_are_the_extreme_ones_with_their_signs():
     gap, traction = HISTORY["gap"].copy(), HISTORY["tangential_traction"].copy()
     gap[7, 3], gap[9, 4] = -5e-6, 8e-4
     traction[11, 2] = np.array([-4e3, 0.0])
@@ -87,15 +77,7 @@ def test_contact_numbers_are_the_extreme_ones_with_their_signs() -> None:
     assert read_measures(apart)["penetration_max_m"] == 0.0
 
 
-def test_without_body_and_contact_their_numbers_are_none() -> None:
-    bare = HISTORY.drop_dims(["counterface", "contact_node"])
-    numbers = read_measures(bare)
-    assert numbers["records"] == 401
-    of_the_solution = {"records", "contact_iterations_max", "contact_iterations_mean", "energy_imbalance_over_work"}
-    assert {name for name, value in numbers.items() if value is not None} <= of_the_solution
-
-
-def test_numbers_of_the_solution() -> None:
+def test_numbers_of_the_solution():
     iterations = np.zeros(HISTORY.sizes["time"], dtype=int)
     iterations[:3] = [4, 1, 5]
     imbalance = HISTORY["energy_imbalance"] * 0
@@ -111,39 +93,25 @@ def test_numbers_of_the_solution() -> None:
     assert read_measures(at_rest)["energy_imbalance_over_work"] is None
 
 
-def test_peaks_are_counted_before_that_of_overall_slip_and_its_height_is_given() -> None:
-    numbers = read_measures(HISTORY)
-    assert numbers["peaks_before_overall"] == 2
-    largest = acceleration_peaks(HISTORY).largest
-    assert largest.time == pytest.approx(1.71, abs=5.1e-3)
-    assert numbers["overall_peak_height_m_per_s2"] == largest.height
-    silent = read_measures(HISTORY.drop_dims("site"))
-    assert (silent["peaks_before_overall"], silent["overall_peak_height_m_per_s2"]) == (None, None)
-
-
-def test_keys_carry_the_unit_and_are_unique() -> None:
-    assert [measure.key for measure in MEASURES[:3]] == [
-        "normal_force_max_N", "normal_force_end_N", "friction_force_max_N",
-    ]  # fmt: skip
+def test_keys_carry_the_unit_values_are_written_for_people_and_own_measures_are_read_like_those_that_ship():
     keys = [measure.key for measure in MEASURES]
+    assert keys[:3] == ["normal_force_max_N", "normal_force_end_N", "friction_force_max_N"]
     assert len(set(keys)) == len(keys)
     assert all(measure_of(measure.key) is measure for measure in MEASURES)
     assert measure_of("something_else") is None
     assert Measure("peak", "", lambda _: None, Unit("m/s^2")).key == "peak_m_per_s2"
-
-
-def test_values_are_written_for_people() -> None:
     area, records = measure_of("contact_area_max_m2"), measure_of("records")
     assert (area.text(1.3514e-5), area.text(None), records.text(601)) == ("13.51 mm^2", "does not exist", "601")
-
-
-def test_own_measures_are_read_like_those_that_ship() -> None:
     own = Measure("end", "end of the run", lambda history: float(history["time"][-1]), Unit("s"))
     assert read_measures(HISTORY, [own]) == {"end_s": pytest.approx(2.0)}
+    numbers = read_measures(HISTORY.drop_dims(["counterface", "contact_node"]))
+    of_the_solution = {"records", "contact_iterations_max", "contact_iterations_mean", "energy_imbalance_over_work"}
+    assert numbers["records"] == 401
+    assert {name for name, value in numbers.items() if value is not None} <= of_the_solution
 
 
 @pytest.mark.parametrize(("step", "nodes", "warnings"), [(5e-3, 41, 0), (0.1, 41, 2), (5e-3, 5, 2)])
-def test_what_resolves_a_slide_is_read_off_and_judged(step: float, nodes: int, warnings: int) -> None:
+def test_what_resolves_a_slide_is_read_off_and_judged(step, nodes, warnings):
     numbers = read_measures(make(Process(step=step, nodes=nodes, jump=False)))
     assert numbers["slide_records"] == round((END - PRESS_END) / step)
     assert numbers["slide_step_s"] == pytest.approx(step)
@@ -155,7 +123,14 @@ def test_what_resolves_a_slide_is_read_off_and_judged(step: float, nodes: int, w
     assert "run 2 (10 steps in the slide) and 2 more: take a smaller step" in many
 
 
-def test_travel_is_that_of_the_plate_between_the_events() -> None:
+def test_peaks_are_counted_before_that_of_overall_slip_and_travel_is_that_of_the_plate_between_events():
+    numbers = read_measures(HISTORY)
+    assert numbers["peaks_before_overall"] == 2
+    largest = acceleration_peaks(HISTORY).largest
+    assert largest.time == pytest.approx(1.71, abs=5.1e-3)
+    assert numbers["overall_peak_height_m_per_s2"] == largest.height
+    silent = read_measures(HISTORY.drop_dims("site"))
+    assert (silent["peaks_before_overall"], silent["overall_peak_height_m_per_s2"]) == (None, None)
     history = make(Process(jump=False))
     numbers = read_measures(history)
     assert numbers["overall_travel_m"] == pytest.approx(SPEED * (1.71 - PRESS_END) + 20e-6, rel=1e-3)

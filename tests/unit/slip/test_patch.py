@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import xarray as xr
 
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import InputError
@@ -13,18 +12,18 @@ ROTATION = np.array([[0.6, 0.0, 0.8], [0.0, 1.0, 0.0], [-0.8, 0.0, 0.6]])
 
 
 @pytest.fixture(scope="module")
-def history() -> xr.Dataset:
+def history():
     return block_history()
 
 
-def moved(history: xr.Dataset, gradient: np.ndarray) -> xr.Dataset:
+def moved(history, gradient):
     """Return the history with the displacement (F - I) X, growing from nothing to all of it over time."""
     share = np.linspace(0.0, 1.0, history.sizes["time"])
     full = history["contact_position"].values @ (gradient - np.eye(3)).T
     return history.assign(contact_displacement=history["contact_displacement"].copy(data=share[:, None, None] * full))
 
 
-def test_triangles_cover_the_patch_once(history: xr.Dataset) -> None:
+def test_triangles_cover_the_patch_once(history):
     patch = contact_patch(history)
     a, b, c = np.swapaxes(patch.points[patch.triangles], 0, 1)
     first, second = b - a, c - a
@@ -34,7 +33,7 @@ def test_triangles_cover_the_patch_once(history: xr.Dataset) -> None:
     assert patch.axes[0] == pytest.approx([1.0, 0.0, 0.0])  # along the slide
 
 
-def test_stretch_and_shear_give_their_green_lagrange_strains_and_a_turn_none(history: xr.Dataset) -> None:
+def test_stretch_and_shear_give_their_green_lagrange_strains_and_a_turn_none(history):
     strains = surface_strains(moved(history, np.diag([1.2, 0.9, 1.0]))).isel(time=-1)
     assert strains.sel(strain_component="along").values == pytest.approx((1.2**2 - 1.0) / 2.0)
     assert strains.sel(strain_component="across").values == pytest.approx((0.9**2 - 1.0) / 2.0)
@@ -52,11 +51,11 @@ def test_stretch_and_shear_give_their_green_lagrange_strains_and_a_turn_none(his
     assert rates.attrs["units"] == "1/s"
 
 
-def with_states(history: xr.Dataset, state: np.ndarray) -> xr.Dataset:
+def with_states(history, state):
     return history.assign(contact_state=history["contact_state"].copy(data=state))
 
 
-def test_series_of_a_patch_that_half_slips(history: xr.Dataset) -> None:
+def test_series_of_a_patch_that_half_slips(history):
     state = np.full(history["contact_state"].shape, STICK, dtype=np.int8)
     areas, slipping = history["contact_area"].values, history["contact_position"].values[:, 0] > 5e-3
     state[:, slipping], state[0] = SLIP, OPEN
@@ -67,16 +66,12 @@ def test_series_of_a_patch_that_half_slips(history: xr.Dataset) -> None:
     width = np.sqrt(areas.sum() / np.pi) - np.sqrt(areas[~slipping].sum() / np.pi)
     assert series["annulus_width"].values[1:] == pytest.approx(width)
     assert series["annulus_width"].values[0] == 0.0
-
-
-def test_friction_stays_within_its_limit_and_nears_it_as_less_sticks(history: xr.Dataset) -> None:
     series = patch_series(history).isel(time=slice(1, None))
-    assert float(series["force_ratio"].max()) <= 0.5 * (1.0 + 1e-9)
-    assert float(series["force_ratio"][-1]) > 0.4
-    assert float(series["stick_ratio"][-1]) < 0.5 < float(series["stick_ratio"].max())
+    assert 0.4 < float(series["force_ratio"][-1]) <= float(series["force_ratio"].max()) <= 0.5 * (1.0 + 1e-9)
+    assert float(series["stick_ratio"][-1]) < 0.5 < float(series["stick_ratio"].max()), "less and less sticks"
 
 
-def test_a_triangle_slips_where_a_corner_does_and_a_section_has_no_patch(history: xr.Dataset) -> None:
+def test_a_triangle_slips_where_a_corner_does_and_a_section_has_no_patch(history):
     patch, state = contact_patch(history), np.full(history["contact_state"].shape, STICK, dtype=np.int8)
     first, last = patch.triangles[[0, -1], 0]
     state[:, patch.nodes[first]], state[:, patch.nodes[last]] = SLIP, OPEN

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -16,7 +15,7 @@ HISTORY = make(Process())
 
 
 @pytest.mark.parametrize("normal", [(0.0, 1.0), (0.6, 0.8)])
-def test_edges_are_those_of_the_patch_of_one_body_along_the_plate(normal: tuple[float, float]) -> None:
+def test_edges_are_those_of_the_patch_of_one_body_along_the_plate(normal):
     turn = np.array([[normal[1], normal[0]], [-normal[0], normal[1]]])
     history = HISTORY.assign_coords(
         counterface_normal=(("counterface", "component"), [normal]),
@@ -34,20 +33,25 @@ def test_edges_are_those_of_the_patch_of_one_body_along_the_plate(normal: tuple[
     assert receptor_signals(apart)["acceleration"].isnull().all()
 
 
-def test_five_receptors_of_each_type_at_the_nearer_edge() -> None:
+def test_five_receptors_of_each_type_at_the_nearer_edge_of_which_a_is_that_at_the_smaller_position():
     chosen = receptors_in_areas(HISTORY)
     assert {key: len(names) for key, names in chosen.items()} == {(k, a): 5 for k in DEPTHS for a in "AB"}
     # Sites stand every 0.5 mm, so the five nearest to -4 mm are -5 .. -3 mm.
     positions = HISTORY["site_position"].sel(site=list(chosen["SA-II", "A"]), component="x").values
     assert sorted(positions) == pytest.approx([-5e-3, -4.5e-3, -4e-3, -3.5e-3, -3e-3])
     assert positions[0] == pytest.approx(-4e-3)
+    swapped = receptors_in_areas(
+        HISTORY.assign_coords(counterface_normal=(("counterface", "component"), [[0.0, -1.0]]))
+    )
+    for one, other in ("AB", "BA"):
+        assert set(swapped["FA-I", one]) == set(chosen["FA-I", other])
     chosen = receptors_in_areas(HISTORY, per_area=25)
     left, right = (set(chosen["FA-I", area]) for area in "AB")
     assert len(left | right) == 25
     assert not left & right
 
 
-def test_signals_are_means_over_the_area() -> None:
+def test_signals_are_means_over_the_area():
     signals = receptor_signals(HISTORY)
     assert signals["acceleration"].dims == ("kind", "area", "time")
     assert (signals["receptor_count"] == 5).all()
@@ -61,17 +65,7 @@ def test_signals_are_means_over_the_area() -> None:
     assert few["acceleration"].sel(kind="SA-I").isnull().all()
 
 
-def test_area_a_is_the_edge_at_the_smaller_position_along_the_plate() -> None:
-    chosen = receptors_in_areas(HISTORY)
-    positions = {area: HISTORY["site_position"].sel(site=list(chosen["FA-I", area]), component="x") for area in "AB"}
-    assert float(positions["A"].max()) < 0.0 < float(positions["B"].min())
-    upside_down = HISTORY.assign_coords(counterface_normal=(("counterface", "component"), [[0.0, -1.0]]))
-    swapped = receptors_in_areas(upside_down)
-    for one, other in (("A", "B"), ("B", "A")):
-        assert set(swapped["FA-I", one]) == set(chosen["FA-I", other])
-
-
-def test_receptors_move_with_the_contact_over_time_and_have_the_rows_of_their_names() -> None:
+def test_receptors_move_with_the_contact_over_time_and_have_the_rows_of_their_names():
     """At a quarter of the press the contact is half as wide, and so are the positions of its receptors."""
     chosen = receptors_in_areas(HISTORY, per_area=1, kinds=("SA-I",), time=0.25)
     places = HISTORY["site_position"].sel(component="x")
@@ -82,8 +76,8 @@ def test_receptors_move_with_the_contact_over_time_and_have_the_rows_of_their_na
     assert len(rows) == 8
 
 
-def test_acceleration_is_along_the_plate_and_the_mean_over_each_step_or_over_those_between_uneven_records() -> None:
-    def short(**variables: list[float]) -> xr.Dataset:
+def test_acceleration_is_along_the_plate_and_the_mean_over_each_step_or_over_those_between_uneven_records():
+    def short(**variables):
         values = {name: np.stack([along, np.full(4, 9.0)], axis=-1)[:, None] for name, along in variables.items()}
         few = HISTORY.isel(time=slice(4), site=slice(1))
         return few.assign({name: (("time", "site", "component"), array) for name, array in values.items()})
@@ -99,33 +93,26 @@ FAMOUS = {1.53: 0.054, 1.64: 0.15, 1.71: 0.637}
 
 
 @pytest.mark.parametrize("step", [1e-3, 5e-3, 10e-3])
-def test_peaks_are_found_where_they_are(step: float) -> None:
+def test_peaks_are_found_where_they_are(step):
     table = fs.acceleration_peaks(make(Process(step=step, peaks=FAMOUS)))
     assert [peak.time for peak in table.peaks] == pytest.approx(list(FAMOUS), abs=1.01 * step)
     # A pulse of 6 ms is as high as its mean over the step.
     over_step = 1.0 if step < 2e-3 else 0.5 * (1.0 + np.exp(-((step / 6e-3) ** 2)))
     assert [peak.height for peak in table.peaks] == pytest.approx(over_step * np.array(list(FAMOUS.values())), rel=0.02)
+    assert table.transition.height > table.by_prominence[0].height or step > 5e-3, "which is left out however large"
+    assert 1.0 < table.transition.time < table.transition_end < 1.15
+    ranked = fs.acceleration_peaks(make(Process(step=step, peaks={1.3: 0.2, 1.5: 0.1, 1.8: 0.4}))).by_prominence
+    assert [peak.time for peak in ranked] == pytest.approx([1.8, 1.3, 1.5], abs=1.01 * step)
+    assert [peak.prominence for peak in ranked] == sorted((peak.prominence for peak in ranked), reverse=True)
 
 
 @settings(max_examples=20, deadline=None)
 @given(st.integers(0, 10_000), st.sampled_from([1e-3, 5e-3]))
-def test_peaks_stand_out_of_noise(seed: int, step: float) -> None:
+def test_peaks_stand_out_of_noise(seed, step):
     found = acceleration_events(make(Process(step=step, peaks=FAMOUS, noise=0.7, seed=seed)))
     assert found.overall == pytest.approx(1.71, abs=0.01)
     assert found.three_quarter == pytest.approx(1.64, abs=0.01)
     assert found.incipient == pytest.approx(1.53, abs=0.01)
-
-
-def test_transition_is_left_out_however_large() -> None:
-    table = fs.acceleration_peaks(make(Process(step=1e-3, peaks=FAMOUS)))
-    assert table.transition.height > table.by_prominence[0].height
-    assert 1.0 < table.transition.time < table.transition_end < 1.15
-
-
-def test_ranking_is_by_prominence() -> None:
-    ranked = fs.acceleration_peaks(make(Process(peaks={1.3: 0.2, 1.5: 0.1, 1.8: 0.4}))).by_prominence
-    assert [peak.time for peak in ranked] == pytest.approx([1.8, 1.3, 1.5], abs=0.0051)
-    assert [peak.prominence for peak in ranked] == sorted((peak.prominence for peak in ranked), reverse=True)
 
 
 @pytest.mark.parametrize(
@@ -139,22 +126,16 @@ def test_ranking_is_by_prominence() -> None:
     ],
     ids=["none between", "not separate", "below the noise", "only noise", "release without stopping"],
 )
-def test_peaks_that_are_missing_merge_or_drown_give_no_event(process, incipient, overall) -> None:
+def test_peaks_that_are_missing_merge_or_drown_give_no_event(process, incipient, overall):
     events = acceleration_events(make(process))
     assert events.three_quarter is None or process.noise
     for found, expected in ((events.incipient, incipient), (events.overall, overall)):
         assert (found is None) if expected is None else found == pytest.approx(expected, abs=0.01)
+    others = HISTORY.isel(site=np.isin(HISTORY["site_kind"].values, ["FA-II", "SA-II"]))
+    assert fs.acceleration_peaks(others).peaks == fs.acceleration_peaks(HISTORY.drop_dims("site")).peaks == ()
 
 
-def test_history_without_receptors_has_no_peaks() -> None:
-    history = make(Process())
-    others = history.isel(site=np.isin(history["site_kind"].values, ["FA-II", "SA-II"]))
-    bare = history.drop_dims("site")
-    assert fs.acceleration_peaks(others).peaks == fs.acceleration_peaks(bare).peaks == ()
-    assert acceleration_events(bare).overall is None
-
-
-def test_alternation_of_the_scheme_is_no_acceleration() -> None:
+def test_alternation_of_the_scheme_is_no_acceleration():
     history = make(Process(peaks=FAMOUS, jump=False))
     sign = np.where(np.arange(history.sizes["time"]) % 2, 1.0, -1.0)
     decay = np.where(history["time"] > 1.0, 6.0 * 0.95 ** np.arange(sign.size), 0.0)
@@ -163,20 +144,14 @@ def test_alternation_of_the_scheme_is_no_acceleration() -> None:
     assert acceleration_events(rung).overall == pytest.approx(acceleration_events(history).overall, abs=5.1e-3)
 
 
-def test_ringing_that_never_falls_leaves_no_peaks() -> None:
+def test_ringing_that_never_falls_leaves_no_peaks_and_that_after_a_release_is_no_further_one():
     times = np.arange(0.0, 1.0, 5e-3)
     ringing = np.abs(np.cos(2.0 * np.pi * 30.0 * times))
     assert transition_end(times, ringing, PeakSettings()) is None
     ends = transition_end(times, ringing * np.exp(-times / 0.03), PeakSettings())
     assert times[ends[0]] == pytest.approx(0.03 * np.log(10.0), abs=0.02)
-
-
-def test_ringing_after_a_release_is_no_further_release() -> None:
     history = make(Process(peaks={1.5: 0.3, 1.509: 0.2, 1.517: 0.13, 1.525: 0.09, 1.533: 0.06, 1.8: 0.6}, step=1e-3))
     assert [peak.time for peak in fs.acceleration_peaks(history).peaks] == pytest.approx([1.5, 1.8], abs=2e-3)
-
-
-def test_noise_spread_is_the_deviation_of_normal_noise() -> None:
     floor, spread = noise_of(2.0 + 0.3 * np.random.default_rng(0).standard_normal(20_000))
     assert (floor, spread) == pytest.approx((2.0, 0.3), rel=0.02)
 
@@ -184,7 +159,7 @@ def test_noise_spread_is_the_deviation_of_normal_noise() -> None:
 TIMES = np.arange(0.0, 1.2, 5e-3)
 
 
-def with_peaks(heights: dict[float, float], ripple: float, transient: dict[float, float]) -> np.ndarray:
+def with_peaks(heights, ripple, transient):
     """Return a floor of 1 with a sawtooth of five records, single records raised to peaks, and the transient."""
     signal = 1.0 + ripple * (np.arange(TIMES.size) % 5 - 2)
     for moment, height in heights.items():
@@ -197,38 +172,32 @@ def with_peaks(heights: dict[float, float], ripple: float, transient: dict[float
 START = {0.0: 0.0, 0.005: 40.0, 0.03: 2.0, 0.04: 1.0}
 
 
-def test_a_peak_needs_six_spreads_of_the_noise() -> None:
+def tabulated(heights, ripple=0.0, transient=START, **settings):
+    return peaks_module._tabulate(TIMES, with_peaks(heights, ripple, transient), PeakSettings(**settings))
+
+
+def test_a_peak_needs_six_spreads_of_the_noise():
     """The median deviation of the sawtooth is 0.1 and its spread 0.148, so 0.89 over the floor are needed."""
-    signal = with_peaks({0.3: 0.75, 0.5: 1.3, 0.9: 20.0}, 0.1, START)
-    table = peaks_module._tabulate(TIMES, signal, PeakSettings())
+    heights = {0.3: 0.75, 0.5: 1.3, 0.9: 20.0}
+    table = tabulated(heights, 0.1)
     assert table.noise_spread == pytest.approx(0.148, abs=0.002)
     assert table.noise_floor == pytest.approx(1.0, abs=0.11)
     assert [peak.time for peak in table.peaks] == pytest.approx([0.5, 0.9])
-    looser = peaks_module._tabulate(TIMES, signal, PeakSettings(over_noise=4.0))
-    assert [peak.time for peak in looser.peaks] == pytest.approx([0.3, 0.5, 0.9])
+    assert [peak.time for peak in tabulated(heights, 0.1, over_noise=4.0).peaks] == pytest.approx([0.3, 0.5, 0.9])
 
 
-def test_a_peak_needs_two_per_cent_of_the_largest() -> None:
-    signal = with_peaks({0.3: 0.3, 0.5: 0.6, 0.9: 20.0}, 0.0, START)
-    table = peaks_module._tabulate(TIMES, signal, PeakSettings())
+def test_a_peak_needs_two_per_cent_of_the_largest_and_peaks_closer_than_the_separation_are_one():
+    table = tabulated({0.3: 0.3, 0.5: 0.6, 0.9: 20.0})
     assert table.threshold == pytest.approx(0.02 * 20.0)
     assert [peak.time for peak in table.peaks] == pytest.approx([0.5, 0.9])
     assert [peak.prominence for peak in table.peaks] == pytest.approx([0.6, 20.0])
+    for second, times in ((0.515, [0.515, 0.9]), (0.545, [0.5, 0.545, 0.9])):
+        assert [peak.time for peak in tabulated({0.5: 3.0, second: 5.0, 0.9: 20.0}).peaks] == pytest.approx(times)
 
 
-def test_a_second_swell_of_the_transient_is_no_peak() -> None:
+def test_a_second_swell_of_the_transient_is_no_peak():
     """Roughly over at 0.03 s, it swells again at 0.08 s and is quiet from 0.1 s on."""
-    swell = START | {0.03: 3.0, 0.04: 2.5, 0.08: 3.4, 0.1: 1.0}
-    table = peaks_module._tabulate(TIMES, with_peaks({0.9: 20.0}, 0.0, swell), PeakSettings())
+    table = tabulated({0.9: 20.0}, transient=START | {0.03: 3.0, 0.04: 2.5, 0.08: 3.4, 0.1: 1.0})
     assert [peak.time for peak in table.peaks] == pytest.approx([0.9])
     assert table.transition.time == pytest.approx(0.005)
     assert table.transition_end == pytest.approx(0.1, abs=0.006)
-
-
-def test_peaks_closer_than_the_separation_are_one() -> None:
-    signal = with_peaks({0.500: 3.0, 0.515: 5.0, 0.9: 20.0}, 0.0, START)
-    table = peaks_module._tabulate(TIMES, signal, PeakSettings())
-    assert [peak.time for peak in table.peaks] == pytest.approx([0.515, 0.9])
-    apart = with_peaks({0.500: 3.0, 0.545: 5.0, 0.9: 20.0}, 0.0, START)
-    table = peaks_module._tabulate(TIMES, apart, PeakSettings())
-    assert [peak.time for peak in table.peaks] == pytest.approx([0.5, 0.545, 0.9])

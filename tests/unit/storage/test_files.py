@@ -21,22 +21,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fingerslip.errors import DamagedError, InputError, ResultError
-from fingerslip.storage.files import (
-    alone,
-    check_empty,
-    check_replaceable,
-    clean_stale,
-    csv_text,
-    digest,
-    file_digest,
-    frame_csv,
-    new_folder,
-    plain_cell,
-    read_json,
-    write_json,
-    write_text,
-    writing,
-)
+from fingerslip.storage import files
+from fingerslip.storage.files import alone, clean_stale, digest, new_folder, plain_cell, read_json, write_text
 
 WRITE = """
 import sys
@@ -73,13 +59,13 @@ NAMES = ["=1+1", "+x", "-x", "@SUM(A1)", "\t=1", "'=1", "''=1"]
 
 
 def test_a_name_that_is_a_formula_is_text_in_tables_and_is_read_back() -> None:
-    rows = list(csv.reader(io.StringIO(csv_text([[name] for name in NAMES]))))
+    rows = list(csv.reader(io.StringIO(files.csv_text([[name] for name in NAMES]))))
     assert [row[0] for row in rows] == [f"'{name}" for name in NAMES]
     assert [plain_cell(row[0]) for row in rows] == NAMES
     plain = ["skin", "'skin'", "", "-1.5", "-1e-3", -2.0, None]
-    assert next(csv.reader(io.StringIO(csv_text([plain])))) == ["skin", "'skin'", "", "-1.5", "-1e-3", "-2.0", ""]
+    assert next(csv.reader(io.StringIO(files.csv_text([plain])))) == ["skin", "'skin'", "", "-1.5", "-1e-3", "-2.0", ""]
     frame = pd.DataFrame({"=name": NAMES, "value": -0.5})
-    read = pd.read_csv(io.StringIO(frame_csv(frame)))
+    read = pd.read_csv(io.StringIO(files.frame_csv(frame)))
     assert list(read.columns) == ["'=name", "value"]
     assert [plain_cell(name) for name in read["'=name"]] == NAMES
     assert (read["value"] == -0.5).all()
@@ -91,26 +77,15 @@ def test_folder_takes_its_name_when_whole_and_is_replaced_as_a_whole(tmp_path: P
             (partial / name).write_text("1")
             assert not (tmp_path / "run" / name).exists()
         assert [path.name for path in tmp_path.rglob("*")] == ["run", name]
+    for kind in (ValueError, KeyboardInterrupt):
+        with pytest.raises(kind), new_folder(tmp_path / "run"):
+            raise kind
+        assert [path.name for path in tmp_path.rglob("*")] == ["run", "new"], "failure leaves the old folder alone"
 
 
-@pytest.mark.parametrize("kind", [ValueError, KeyboardInterrupt])
-def test_failure_leaves_the_old_folder_alone(tmp_path: Path, kind: type[BaseException]) -> None:
-    (tmp_path / "run").mkdir()
-    (tmp_path / "run" / "old").write_text("1")
-    with pytest.raises(kind), new_folder(tmp_path / "run"):
-        raise kind
-    assert [path.name for path in tmp_path.iterdir()] == ["run"]
-    assert (tmp_path / "run" / "old").exists()
-
-
-def test_what_dead_processes_left_is_removed(tmp_path: Path) -> None:
-    with writing_process(tmp_path / "run"):
-        assert len(list(tmp_path.glob(".run*"))) == 4
-    clean_stale(tmp_path)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_what_a_living_process_is_writing_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_a_living_process_is_writing_stays_and_what_a_dead_one_left_is_removed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """In a container of its own, whose processes have other numbers, its number is nobody's here."""
 
     def nobody(*_: object) -> None:
@@ -119,7 +94,9 @@ def test_what_a_living_process_is_writing_stays(tmp_path: Path, monkeypatch: pyt
     monkeypatch.setattr(os, "kill", nobody)
     with writing_process(tmp_path / "run"):
         clean_stale(tmp_path)
-        assert len(list(tmp_path.glob(".run*.partial*"))) == 2
+        assert len(list(tmp_path.glob(".run*"))) == 4
+    clean_stale(tmp_path)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_what_another_thread_is_writing_stays(tmp_path: Path) -> None:
@@ -158,7 +135,7 @@ def test_a_container_leaves_what_this_process_is_writing(tmp_path: Path) -> None
         assert partial.is_dir()
 
 
-def test_run_that_was_moved_away_is_put_back(tmp_path: Path) -> None:
+def test_run_that_was_moved_away_is_put_back_and_foreign_hidden_files_stay(tmp_path: Path) -> None:
     with writing_process(tmp_path / "run-0.6"):
         (partial,) = tmp_path.glob(".run-0.6.*.partial")
     old = partial.with_suffix(".old")
@@ -167,13 +144,11 @@ def test_run_that_was_moved_away_is_put_back(tmp_path: Path) -> None:
     clean_stale(tmp_path)
     assert [path.name for path in (tmp_path / "run-0.6").iterdir()] == ["events.json"]
     assert not list(tmp_path.glob(".run-0.6.*.partial"))
-
-
-def test_foreign_hidden_files_stay(tmp_path: Path) -> None:
-    for name in (".gitignore", ".notes.partial", ".x.y.old", ".x.lock"):
+    foreign = {".gitignore", ".notes.partial", ".x.y.old", ".x.lock"}
+    for name in foreign:
         (tmp_path / name).write_text("")
     clean_stale(tmp_path)
-    assert len(list(tmp_path.iterdir())) == 4
+    assert {path.name for path in tmp_path.iterdir()} == {"run-0.6", *foreign}
 
 
 def test_text_is_written_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -190,19 +165,21 @@ def test_text_is_written_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest
     assert [path.name for path in tmp_path.iterdir()] == ["a.csv"]
 
 
-def test_a_missing_right_to_write_and_a_folder_in_the_place_of_a_file_are_not_called_a_full_disk(
-    tmp_path: Path,
-) -> None:
-    with pytest.raises(ResultError, match=r"Permission denied.*give write access"), writing(tmp_path):
+def test_no_right_to_write_a_folder_and_a_device_in_the_place_of_a_file_are_told_apart(tmp_path: Path) -> None:
+    with pytest.raises(ResultError, match=r"Permission denied.*give write access"), files.writing(tmp_path):
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
     (tmp_path / "a.csv").mkdir()
     with pytest.raises(ResultError, match=r"cannot be written \(Is a directory\); remove the folder of that name"):
         write_text(tmp_path / "a.csv", "")
+    if Path("/dev/full").exists():
+        with pytest.raises(ResultError, match="/dev/full: is a device; needs the name of a file"):
+            write_text(Path("/dev/full"), "x")
+        assert Path("/dev/full").is_char_device()
 
 
 def test_json_comes_back_as_it_was_written(tmp_path: Path) -> None:
     values = {"b": [1, 2.5, None, {"é": float("inf")}], "a": "x"}
-    write_json(tmp_path / "a.json", values)
+    files.write_json(tmp_path / "a.json", values)
     assert list(read_json(tmp_path / "a.json", "").items()) == list(values.items())
     with pytest.raises(FileNotFoundError):
         read_json(tmp_path / "none.json", "")
@@ -229,15 +206,21 @@ def test_damaged_json_is_named_with_what_to_do(tmp_path: Path, content: bytes | 
 
 
 def test_a_folder_of_something_else_and_a_file_are_not_to_be_replaced(tmp_path: Path) -> None:
-    check_replaceable(tmp_path / "new", "mark")
-    check_replaceable(tmp_path, "mark")
+    files.check_replaceable(tmp_path / "new", "mark")
+    files.check_replaceable(tmp_path, "mark")
+    files.check_empty(tmp_path)
     (tmp_path / "other").write_text("")
     with pytest.raises(InputError, match="holds files, but no mark, needs a new folder"):
-        check_replaceable(tmp_path, "mark")
+        files.check_replaceable(tmp_path, "mark")
     with pytest.raises(InputError, match="is a file, needs a folder"):
-        check_replaceable(tmp_path / "other", "mark")
+        files.check_replaceable(tmp_path / "other", "mark")
     (tmp_path / "mark").write_text("")
-    check_replaceable(tmp_path, "mark")
+    files.check_replaceable(tmp_path, "mark")
+    files.check_empty(tmp_path / "new")
+    with pytest.raises(InputError, match="holds files, needs a new or an empty folder; give another name"):
+        files.check_empty(tmp_path)
+    with pytest.raises(InputError, match="is a file, needs a folder"):
+        files.check_empty(tmp_path / "other")
 
 
 def test_processes_are_let_in_one_by_one(tmp_path: Path) -> None:
@@ -278,23 +261,6 @@ def test_never_two_processes_are_inside(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_folder_in_the_form_of_others_has_to_be_empty(tmp_path: Path) -> None:
-    check_empty(tmp_path / "new")
-    check_empty(tmp_path)
-    (tmp_path / "targets.csv").write_text("theirs")
-    with pytest.raises(InputError, match="holds files, needs a new or an empty folder; give another name"):
-        check_empty(tmp_path)
-    with pytest.raises(InputError, match="is a file, needs a folder"):
-        check_empty(tmp_path / "targets.csv")
-
-
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device")
-def test_a_device_is_never_replaced_by_a_file() -> None:
-    with pytest.raises(ResultError, match="/dev/full: is a device; needs the name of a file"):
-        write_text(Path("/dev/full"), "x")
-    assert Path("/dev/full").is_char_device()
-
-
 PLAIN = st.recursive(
     st.none() | st.booleans() | st.integers() | st.text(),
     lambda inner: st.lists(inner) | st.dictionaries(st.text(), inner),
@@ -313,4 +279,4 @@ def test_arrays_are_hashed_by_their_values_in_rows_and_files_by_their_content(tm
     assert digest(values) == digest(np.asfortranarray(values)) == hashlib.sha256(values.tobytes()).hexdigest()
     assert digest(values) != digest(values + 1e-15)
     (tmp_path / "a").write_bytes(b"some")
-    assert file_digest(tmp_path / "a") == digest(b"some") == hashlib.sha256(b"some").hexdigest()
+    assert files.file_digest(tmp_path / "a") == digest(b"some") == hashlib.sha256(b"some").hexdigest()

@@ -9,29 +9,21 @@ from pathlib import Path
 import pytest
 import yaml
 
+import fingerslip as fs
 from fingerslip.dynamics.system.checks import contact_penalties
-from fingerslip.errors import ConvergenceError, InputError
-from fingerslip.mesh.io import write_mesh
 from fingerslip.slip import find_events, measures
 from fingerslip.slip.measures import Measure
-from fingerslip.specimens.fingertip.meshing.sources import MeshSizes
 from fingerslip.study.convergence import Level, converge, level_folders, levels_of, run_at
 from fingerslip.study.definition.runs import expand_mapping, plan_study
 from fingerslip.study.definition.spec import parse_study
 from fingerslip.study.running import runner
 from fingerslip.study.running.build import build_model
-from fingerslip.study.running.runner import StudyFailedError, run_study
 from fingerslip.units import Unit
 from places import ROOT
 from unit import synthetic
-from unit.study.block import NAMES, block_mesh, block_values, changed
+from unit.study.block import NAMES, block_mesh, block_values, changed, finger_values
 
-FINGER = {
-    "fingertip": {"preset": "wang2014-2d"},
-    "contact": {"friction_coefficient": 0.6},
-    "programme": [{"press": {"depth": "1 mm", "speed": "5 mm/s"}}],
-    "time": {"step": "2 ms", "alpha": -0.05},
-}
+FINGER = finger_values(time={"step": "2 ms", "alpha": -0.05})
 
 
 @pytest.fixture
@@ -54,9 +46,9 @@ def test_all_settings_that_a_study_has_and_that_differ_from_its_own_are_refined(
 def test_sizes_steps_and_stiffness_are_multiplied(block):
     (run,) = expand_mapping(FINGER, Path("finger.yaml")).runs
     sizes = run_at(run, Level("mesh", 0.5), None).study.mesh  # the model is not asked
-    assert isinstance(sizes, MeshSizes)
+    assert isinstance(sizes, fs.MeshSizes)
     assert (sizes.contact_size, sizes.bulk_size) == pytest.approx((0.06e-3, 0.14e-3))
-    assert sizes.contact_reach == MeshSizes().contact_reach
+    assert sizes.contact_reach == fs.MeshSizes().contact_reach
     time = dataclasses.replace(block.study.time, step="auto", output=8e-3, tolerance=0.01, smallest=1e-3)
     run = dataclasses.replace(block, study=dataclasses.replace(block.study, time=time))
     finer = run_at(run, Level("step", 0.5), build_model(run)).study.time
@@ -74,10 +66,8 @@ def test_every_level_is_a_run_of_its_own(block):
     assert len({run.identity for run in runs}) == len({run.name for run in runs}) == len(runs)
     assert all(run.study.record.snapshots_every == 0.0 for run in runs)
     assert all(run.swept == block.swept for run in runs)
-    steps = [
-        (run.study.time.step, run.study.time.alpha) for run in (runs[2], run_at(block, Level("alpha", -0.3), model))
-    ]
-    assert steps == [(0.5e-3, -0.05), (2e-3, -0.3)], "one setting changes alone"
+    times = [run.study.time for run in (runs[2], run_at(block, Level("alpha", -0.3), model))]
+    assert [(time.step, time.alpha) for time in times] == [(0.5e-3, -0.05), (2e-3, -0.3)], "one setting changes alone"
 
 
 STEP = 2e-3
@@ -118,7 +108,7 @@ def plain(**values):
 def known(tmp_path_factory):
     """Return a study of one run, refined, and its file; tests leave them as they are."""
     folder = tmp_path_factory.mktemp("refined")
-    write_mesh(block_mesh(), folder / "block.msh")
+    fs.write_mesh(block_mesh(), folder / "block.msh")
     path = folder / "block.yaml"
     path.write_text(yaml.safe_dump(plain(), sort_keys=False))
     with pytest.MonkeyPatch.context() as patch:
@@ -127,30 +117,35 @@ def known(tmp_path_factory):
         return refined(path), path
 
 
-def test_order_and_limit_of_a_known_dependence(known):
-    found = known[0].runs[0].quantities["slip.overall"]
-    step = found.refinements["step"]
-    assert found.sources["step"].sizes == (1.0, 0.5, 0.25)
+def test_order_and_limit_of_a_known_dependence_are_found_and_written_with_tables_and_figures(known):
+    found, path = known
+    overall = found.runs[0].quantities["slip.overall"]
+    step = overall.refinements["step"]
+    assert overall.sources["step"].sizes == (1.0, 0.5, 0.25)
     assert step.order == pytest.approx(1.0, abs=0.05)  # records are a step apart
-    assert step.limit == pytest.approx(found.value - 0.1, abs=5e-3)
-    assert found.refinements["penalty"].behaviour == "unchanged"
-    assert found.uncertainty == pytest.approx(1.25 * 0.1, rel=0.1)
-    assert found.unsettled_settings == ()
+    assert step.limit == pytest.approx(overall.value - 0.1, abs=5e-3)
+    assert overall.refinements["penalty"].behaviour == "unchanged"
+    assert overall.uncertainty == pytest.approx(1.25 * 0.1, rel=0.1)
+    assert overall.unsettled_settings == ()
+    folder = found.folder / "convergence"
+    assert [path.name for path in (folder / "figures").iterdir()] == ["run.png"]
+    with (folder / "convergence.csv").open() as file:
+        rows = [row for row in csv.DictReader(file) if row["quantity"] == "slip.overall" and row["setting"] == "step"]
+    assert [float(row["size"]) for row in rows] == [1.0, 0.5, 0.25]
+    assert "overall slip" in str(found.tables[0].rows)
+    folders = level_folders(path, path.parent / "results")
+    assert len(folders) == 4
+    assert all((folder / "history.nc").is_file() for level in folders.values() for folder in level)
 
 
 @pytest.mark.usefixtures("called", "reports")
-def test_sizes_of_the_damping_are_its_values_that_in_use_first(write_study):
-    values = plain(time={"step": "2 ms", "alpha": -0.3}, converge={"alpha": [-0.05, 0.0]})
-    found = refined(write_study(values)).runs[0].quantities["slip.overall"]
-    assert found.sources["alpha"].sizes == (-0.3, -0.05, 0.0)
-
-
-@pytest.mark.usefixtures("called", "reports")
-def test_an_added_measure_gets_its_order_and_its_uncertainty(write_study, monkeypatch):
+def test_an_added_measure_gets_its_sizes_its_order_and_its_uncertainty(write_study, monkeypatch):
     added = Measure("last", "last slip", lambda history: find_events(history).overall, Unit("s"))
     monkeypatch.setattr(measures, "MEASURES", (*measures.MEASURES, added))
-    result = refined(write_study(plain()))
+    values = plain(time={"step": "2 ms", "alpha": -0.3}, converge={"penalty": [], "alpha": [-0.05, 0.0]})
+    result = refined(write_study(values))
     found = result.runs[0].quantities["last_s"]
+    assert found.sources["alpha"].sizes == (-0.3, -0.05, 0.0), "those of the damping are its values"
     assert found.refinements["step"].order == pytest.approx(1.0, abs=0.05)
     assert "last slip" in [row[0] for row in result.tables[0].rows]
     stored = json.loads((result.folder / "convergence" / "convergence.json").read_text())
@@ -164,19 +159,22 @@ def test_only_what_is_not_there_is_computed_and_the_report_made_again_with_the_u
     write_study, called, reports
 ):
     path = write_study(plain())
-    run_study(path, results_dir=path.parent / "results", workers=1)
+    fs.run_study(path, results_dir=path.parent / "results", workers=1)
     assert (len(called), len(reports)) == (1, 1)
     for _ in range(2):
         refined(path)
         assert (len(called), len(reports)) == (1 + 4, 2)
     assert {model.time.step for model in called} == {STEP, STEP / 2, STEP / 4}
+    with pytest.raises(fs.InputError, match=r"no run 'nix', has run"):
+        refined(path, only=["nix"])
+    assert len(called) == 1 + 4
 
 
 @pytest.mark.usefixtures("called", "reports")
 def test_chosen_runs_are_refined_and_earlier_ones_stay_known_to_the_tables_of_the_study(write_study):
     path = write_study()
     assert [found.run for found in refined(path, only=NAMES[:1]).runs] == NAMES[:1]
-    runs = run_study(path, results_dir=path.parent / "results", workers=1).runs
+    runs = fs.run_study(path, results_dir=path.parent / "results", workers=1).runs
     assert runs[0].uncertainty["slip.overall"] == pytest.approx(0.125, rel=0.1)
     assert runs[1].uncertainty == {}
     with (path.parent / "results" / "block" / "summary.csv").open() as file:
@@ -188,36 +186,17 @@ def test_chosen_runs_are_refined_and_earlier_ones_stay_known_to_the_tables_of_th
     assert sorted(stored) == ["checksum", *NAMES[:2]]
 
 
-def test_tables_figures_and_series_are_written(known):
-    found, path = known
-    folder = found.folder / "convergence"
-    assert [path.name for path in (folder / "figures").iterdir()] == ["run.png"]
-    with (folder / "convergence.csv").open() as file:
-        rows = [row for row in csv.DictReader(file) if row["quantity"] == "slip.overall" and row["setting"] == "step"]
-    assert [float(row["size"]) for row in rows] == [1.0, 0.5, 0.25]
-    assert "overall slip" in str(found.tables[0].rows)
-    folders = level_folders(path, path.parent / "results")
-    assert len(folders) == 4
-    assert all((folder / "history.nc").is_file() for level in folders.values() for folder in level)
-
-
-def test_a_run_that_is_not_there_is_named_before_anything_is_computed(write_study, called):
-    with pytest.raises(InputError, match=r"no run 'nix'.*friction_coefficient-0\.2"):
-        refined(write_study(), only=["nix"])
-    assert called == []
-
-
 @pytest.mark.usefixtures("reports")
 def test_a_level_that_fails_fails_the_refinement(write_study, monkeypatch):
     def fake(model, *, progress, threads, bases):
         progress(1.0)
         if model.time.step < STEP:
-            raise ConvergenceError(0.1, 3, 1.0, 1e-10, "try")
+            raise fs.ConvergenceError(0.1, 3, 1.0, 1e-10, "try")
         return synthetic.make(synthetic.Process())
 
     monkeypatch.setattr("fingerslip.dynamics.simulation.simulate", fake)
     path = write_study(plain())
-    with pytest.raises(StudyFailedError, match=r"run_step-0\.5"):
+    with pytest.raises(fs.StudyFailedError, match=r"run_step-0\.5"):
         refined(path)
     assert not (path.parent / "results" / "block" / "convergence" / "convergence.json").exists()
 

@@ -10,17 +10,12 @@ import pytest
 
 import fingerslip as fs
 from fingerslip.errors import DamagedError, InputError, ResultError
-from fingerslip.mesh.io import write_mesh
-from fingerslip.model.programme import Slide
 from fingerslip.results import Quantity
 from fingerslip.storage.files import read_json, write_json
 from fingerslip.study.definition.file import read_with_base
 from fingerslip.study.definition.runs import plan_studies, read_runs
-from fingerslip.study.definition.schema import study_schema
-from fingerslip.study.definition.spec import read_study
 from fingerslip.study.inspection.check import check_plans
 from fingerslip.study.running.build import build_mesh
-from fingerslip.study.running.runner import run_study
 from fingerslip.study.shipped import TEMPLATES, copy_example, examples, examples_table, new_study, studies_folder
 from fingerslip.study.storage.store import RunConvergence, write_convergences
 from fingerslip.uncertainty import Convergence, Series
@@ -28,8 +23,9 @@ from fingerslip.verification.meshes import box
 from places import ROOT
 from unit.study.block import FRICTIONS, NAMES, block_values
 
+pytestmark = pytest.mark.usefixtures("reports", "simulated")
 
-@pytest.mark.usefixtures("reports")
+
 def test_a_study_is_checked_run_and_read_as_numbers(write_study, tmp_path, simulated):
     study = fs.Study(write_study(), sweep={"contact.friction_coefficient": np.linspace(0.3, 0.5, 2)}, name="mine")
     checked = study.check(tmp_path)
@@ -52,7 +48,7 @@ def test_a_study_is_checked_run_and_read_as_numbers(write_study, tmp_path, simul
 
 def test_a_study_starts_from_a_mapping_a_file_or_another_study_and_is_saved_as_one(write_study):
     path = write_study()
-    runs = [fs.Study(base).check()["run"].tolist() for base in (path, str(path), read_study(path), fs.Study(path))]
+    runs = [fs.Study(base).check()["run"].tolist() for base in (path, str(path), fs.read_study(path), fs.Study(path))]
     assert runs == [[f"friction_coefficient-{friction}" for friction in FRICTIONS]] * 4
     values = block_values() | {"mesh": {"file": str(path.with_name("block.msh"))}}
     changed = fs.Study(fs.Study(values), changes={"programme.0.press.depth": "0.2 mm", "sweep": {}}, name="deeper")
@@ -61,7 +57,7 @@ def test_a_study_starts_from_a_mapping_a_file_or_another_study_and_is_saved_as_o
     assert values["programme"][0]["press"]["depth"] == "0.1 mm"
     path = write_study()
     saved = fs.Study(path, sweep={"contact.friction_coefficient": (0.1, 0.2)}).save(path.with_name("saved.yaml"))
-    assert read_study(saved).sweep == {"contact.friction_coefficient": (0.1, 0.2)}
+    assert fs.read_study(saved).sweep == {"contact.friction_coefficient": (0.1, 0.2)}
 
 
 def test_studies_show_themselves_and_are_found_by_name(write_study):
@@ -73,61 +69,56 @@ def test_studies_show_themselves_and_are_found_by_name(write_study):
     assert "<td>0.2 to 0.4</td>" in study._repr_html_()
 
 
-def test_what_is_no_study_is_refused(write_study):
-    with pytest.raises(InputError, match=r"Study\.base: got 3, needs a path, a name, a mapping or a Study"):
-        fs.Study(3)
-    with pytest.raises(InputError, match="needs the name of a folder"):
-        fs.Study({}, name="a/b")
-    with pytest.raises(InputError, match="needs the name of a folder"):
-        fs.Study({}, name="..")
-    with pytest.raises(InputError, match="workers: got '2', needs a number >= 1"):
-        fs.Study(write_study()).run(workers="2")
-    with pytest.raises(InputError, match=r"Study\.changes\.title\.x: leads nowhere"):
-        fs.Study(block_values(), changes={"title.x": 1}).check()
-    with pytest.raises(InputError, match=r"mine\.yaml: sweep\.contact\.x: is not known"):
-        fs.Study(block_values(), sweep={"contact.x": [1]}, name="mine").check()
-    with pytest.raises(InputError, match="nothing: is not there"):
-        fs.Study("nothing").check()
+@pytest.mark.parametrize(
+    ("ask", "message"),
+    [
+        (lambda _: fs.Study(3), r"Study\.base: got 3, needs a path, a name, a mapping or a Study"),
+        (lambda _: fs.Study({}, name="a/b"), "needs the name of a folder"),
+        (lambda _: fs.Study({}, name=".."), "needs the name of a folder"),
+        (lambda write: fs.Study(write()).run(workers="2"), "workers: got '2', needs a number >= 1"),
+        (
+            lambda _: fs.Study(block_values(), changes={"title.x": 1}).check(),
+            r"Study\.changes\.title\.x: leads nowhere",
+        ),
+        (
+            lambda _: fs.Study(block_values(), sweep={"contact.x": [1]}, name="mine").check(),
+            r"mine\.yaml: sweep\.contact\.x: is not known",
+        ),
+        (lambda _: fs.Study("nothing").check(), "nothing: is not there"),
+    ],
+)
+def test_what_is_no_study_is_refused(write_study, ask, message):
+    with pytest.raises(InputError, match=message):
+        ask(write_study)
 
 
-pytestmark = pytest.mark.usefixtures("reports", "simulated")
-
-
-@pytest.fixture
-def folder(finished):
-    return finished
-
-
-def test_results_are_a_data_frame_with_a_row_for_each_run(folder):
-    study = fs.open_study(folder)
+def test_results_are_a_data_frame_and_histories_and_values_are_read_when_they_are_asked_for(finished):
+    study = fs.open_study(finished)
     assert study.names == tuple(NAMES)
     frame = study.to_dataframe()
     assert frame["contact.friction_coefficient"].tolist() == FRICTIONS
     assert (frame["overall_s"].diff().dropna() > 0.0).all()
-    assert repr(study) == f"<OpenedStudy 'Block on a plate': 3 runs in {folder}>"
+    assert repr(study) == f"<OpenedStudy 'Block on a plate': 3 runs in {finished}>"
     assert NAMES[1] in study._repr_html_()
-
-
-def test_histories_and_values_are_read_when_they_are_asked_for(folder):
-    assert fs.open_study(folder).run(NAMES[2]).values["contact.friction_coefficient"] == 0.6
+    assert fs.open_study(finished).run(NAMES[2]).values["contact.friction_coefficient"] == 0.6
     with pytest.raises(InputError, match=r"run: 'x' is not a finished run, needs one of friction_coefficient-0\.2"):
-        fs.open_study(folder).run("x")
-    (folder / NAMES[0] / "history.nc").write_bytes(b"damaged")
-    study = fs.open_study(folder)
+        fs.open_study(finished).run("x")
+    (finished / NAMES[0] / "history.nc").write_bytes(b"damaged")
+    study = fs.open_study(finished)
     assert study.history(NAMES[1]).sizes["time"] > 1
     with pytest.raises(ResultError, match="cannot be read as a history"):
         study.history(NAMES[0])
-    shutil.copy(folder / NAMES[1] / "history.nc", folder / NAMES[0] / "history.nc")
+    shutil.copy(finished / NAMES[1] / "history.nc", finished / NAMES[0] / "history.nc")
     assert [name for name, _ in study.histories()] == list(NAMES)
 
 
-def test_damaged_missing_and_other_results_are_refused(folder):
-    events = folder / NAMES[1] / "events.json"
+def test_damaged_missing_and_other_results_are_refused(finished):
+    events = finished / NAMES[1] / "events.json"
     events.write_text(events.read_text(encoding="utf-8").replace("0.4", "0.5"), encoding="utf-8")
     with pytest.raises(DamagedError, match=r"events\.json"):
-        fs.open_study(folder)
+        fs.open_study(finished)
     with pytest.raises(ResultError):
-        fs.open_study(folder / "nothing")
+        fs.open_study(finished / "nothing")
     with pytest.raises(InputError, match="open_study: got 3, needs the path of a folder"):
         fs.open_study(3)
 
@@ -135,7 +126,7 @@ def test_damaged_missing_and_other_results_are_refused(folder):
 def test_derived_quantities_are_stored_with_the_study_and_in_its_summary(write_study):
     derived = {"travel": "overall_slip * slide.speed", "never": "sqrt(-overall_slip)"}
     path = write_study(block_values() | {"derived": derived})
-    folder = run_study(path, results_dir=path.parent / "results", workers=1).folder
+    folder = fs.run_study(path, results_dir=path.parent / "results", workers=1).folder
     study = fs.open_study(folder)
     for run in study.result.runs:
         # The slide of the study goes at 5 mm/s.
@@ -147,23 +138,22 @@ def test_derived_quantities_are_stored_with_the_study_and_in_its_summary(write_s
     assert frame.filter(like="never").isna().all().all()
 
 
-def test_known_uncertainties_come_with_the_runs(folder):
-    identity = fs.open_study(folder).result.runs[0].identity
+def test_known_uncertainties_come_with_the_runs(finished):
+    identity = fs.open_study(finished).result.runs[0].identity
     series = {"step": Series("step", (1.0, 0.5, 0.25), (2.0, 1.25, 1.0625))}
     found = {"slip.overall": Convergence("overall slip (accumulated slip)", "s", 2.0, series)}
-    write_convergences(folder, {NAMES[0]: RunConvergence(NAMES[0], identity, found)})
-    first, second, _ = fs.open_study(folder).result.runs
+    write_convergences(finished, {NAMES[0]: RunConvergence(NAMES[0], identity, found)})
+    first, second, _ = fs.open_study(finished).result.runs
     assert first.uncertainty == {"slip.overall": pytest.approx(1.25)}
     assert second.uncertainty == {}
 
 
 @pytest.mark.parametrize("changed", [{"compare": None}, {"runs": 3}, {"runs": {"a": {}}}, {"title": None}])
-def test_results_of_another_version_are_refused(folder, changed):
-    write_json(folder / "manifest.json", read_json(folder / "manifest.json", "") | changed)
-    with pytest.raises(
-        ResultError, match=r"manifest\.json: is of another version, or damaged at [\w.]+; run the study again"
-    ):
-        fs.open_study(folder)
+def test_results_of_another_version_are_refused(finished, changed):
+    write_json(finished / "manifest.json", read_json(finished / "manifest.json", "") | changed)
+    said = r"manifest\.json: is of another version, or damaged at [\w.]+; run the study again"
+    with pytest.raises(ResultError, match=said):
+        fs.open_study(finished)
 
 
 def test_every_study_ships_in_the_wheel_with_what_it_shows():
@@ -179,7 +169,7 @@ def test_every_study_ships_in_the_wheel_with_what_it_shows():
 @pytest.mark.parametrize("path", sorted((ROOT / "studies").glob("wang2014*.yaml")), ids=lambda path: path.stem)
 def test_studies_of_the_paper_move_the_plate_towards_the_palm(path):
     runs = read_runs(path).runs
-    slides = [phase for run in runs for phase in run.study.programme if isinstance(phase, Slide)]
+    slides = [phase for run in runs for phase in run.study.programme if isinstance(phase, fs.Slide)]
     directions = {slide.direction[0] for slide in slides}
     assert len(slides) == len(runs)
     # The direction that the studies had at first is kept beside the published one, in one study.
@@ -195,35 +185,27 @@ def test_the_ridged_sensor_in_space_is_meshed_in_the_sizes_of_its_studies():
 
 
 @pytest.mark.parametrize("template", TEMPLATES)
-def test_templates_are_studies_that_editors_can_check(tmp_path, template):
+def test_templates_are_studies_that_editors_can_check_and_can_be_run_as_they_are(tmp_path, template):
     written = new_study(tmp_path / "mine", template)
     assert written == tmp_path / "mine.yaml"
     assert read_runs(written).runs
     assert "THIS_FILE" not in written.read_text(encoding="utf-8")
-    assert json.loads((tmp_path / "study.schema.json").read_text(encoding="utf-8")) == study_schema()
-
-
-@pytest.mark.parametrize("template", TEMPLATES)
-def test_templates_can_be_run_as_they_are(tmp_path, template):
-    written = new_study(tmp_path / "mine", template)
-    body = box(
-        "Q4", np.linspace(0.0, 8e-3, 9), np.linspace(0.0, 4e-3, 5), regions={"body": lambda centre: centre[0] > -1}
-    )
-    write_mesh(body, tmp_path / "body.msh")
+    assert json.loads((tmp_path / "study.schema.json").read_text(encoding="utf-8")) == fs.study_schema()
+    sides = np.linspace(0.0, 8e-3, 9), np.linspace(0.0, 4e-3, 5)
+    body = box("Q4", *sides, regions={"body": lambda centre: centre[0] > -1})
+    fs.write_mesh(body, tmp_path / "body.msh")
     rows = check_plans(plan_studies([written], tmp_path / "results")).rows
     assert {row[2] for row in rows} == {"to do"}
 
 
-def test_studies_are_those_beside_or_those_that_ship_and_are_copied_as_they_are(tmp_path, monkeypatch):
+def test_studies_are_those_beside_or_those_that_ship_and_are_copied_with_their_bases(tmp_path, monkeypatch):
     written = copy_example("wang2014_table2.yaml", tmp_path)
     assert written.read_bytes() == (ROOT / "studies" / "wang2014_table2.yaml").read_bytes()
-    monkeypatch.chdir(tmp_path)
-    assert (studies_folder() / "wang2014_table2.yaml").is_file()
-    (tmp_path / "studies").mkdir()
-    assert studies_folder() == Path("studies")
-
-
-def test_an_example_brings_the_studies_that_it_is_based_on(tmp_path):
+    with monkeypatch.context() as patch:
+        patch.chdir(tmp_path)
+        assert (studies_folder() / "wang2014_table2.yaml").is_file()
+        (tmp_path / "studies").mkdir()
+        assert studies_folder() == Path("studies")
     based = [name for name, file in examples().items() if "\nbase: " in file.read_text(encoding="utf-8")]
     assert len(based) == 9
     for name in based:

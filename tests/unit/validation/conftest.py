@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
 
 import numpy as np
 import pytest
@@ -17,12 +16,12 @@ from unit import synthetic
 UNCERTAINTY = {"slip.overall": 0.01, "overall_peak_height_m_per_s2": 2.0}
 
 
-def run(swept: dict[str, object], uncertainty: Mapping[str, float] | None = None, **process: float) -> Measures:
+def run(swept, uncertainty=None, **process):
     history = synthetic.make(synthetic.Process(**process))  # type: ignore[arg-type]
     return measure(RunResult("run", swept, find_events(history), uncertainty=uncertainty or {}), history)
 
 
-def in_3d(*incipient: float) -> Measures:
+def in_3d(*incipient):
     """Return a run of the fingertip in 3D whose first reference node leaves the line at these times."""
     readings = dict(zip(NODE_TOLERANCES, (SlipEvents(time, None, None, 1.24) for time in incipient), strict=True))
     measures = run({})
@@ -31,7 +30,7 @@ def in_3d(*incipient: float) -> Measures:
 
 
 @pytest.fixture(scope="module")
-def evidence() -> Evidence:
+def evidence():
     """Return evidence of histories in which slip is overall at 1.71 s, and 10 ms later after a refinement."""
     phalanges = tuple(run({VARIANT: variant}, UNCERTAINTY) for variant in VARIANTS)
     other = tuple(run({VARIANT: variant}, centre=1.72) for variant in VARIANTS)

@@ -56,7 +56,7 @@ def test_every_field_has_its_dimensions_unit_and_meaning():
     assert "ring" in fields.coords
 
 
-def test_an_affine_motion_has_its_closed_form():
+def test_an_affine_motion_has_its_closed_form_also_in_3d():
     gradient = np.array([[0.05, -0.02], [0.04, 0.03]])
     fields = marker_fields(moved(gradient, (1e-3, -2e-3)))
     np.testing.assert_allclose(fields["divergence"].values[-1], 0.08, atol=1e-12)
@@ -65,6 +65,13 @@ def test_an_affine_motion_has_its_closed_form():
     np.testing.assert_allclose(fields["velocity"].values[7, 0], [1e-3, -2e-3], rtol=1e-9)
     np.testing.assert_allclose(fields["displacement"].values[-1, 0], [1e-3, -2e-3])
     np.testing.assert_allclose(fields["rigid_translation"].values[-1], [1e-3, -2e-3], rtol=1e-9)
+    tracks = moved(np.diag([0.1, 0.0]))
+    position = np.concatenate([tracks["position"].values, np.zeros((31, 81, 1))], axis=2)
+    position[:, :, 2] = 1e-3 * TIMES[:, None]
+    fields = marker_fields(make_tracks(position, TIMES, units="m"))
+    np.testing.assert_allclose(fields["divergence"].values[-1], 0.1, atol=1e-12)
+    np.testing.assert_allclose(fields["rigid_translation"].values[-1, 2], 1e-3)
+    np.testing.assert_allclose(fields["velocity"].values[..., 2], 1e-3, rtol=1e-9)
 
 
 def test_a_rotation_is_rigid():
@@ -76,16 +83,6 @@ def test_a_rotation_is_rigid():
     np.testing.assert_allclose(fields["rigid_rotation"], angles, atol=1e-12)
     assert float(fields["rigid_residual_rms"].max()) < 1e-17
     assert float(np.abs(fields["strain"]).max()) < 1e-12
-
-
-def test_markers_in_3d_have_fields_of_x_and_y():
-    tracks = moved(np.diag([0.1, 0.0]))
-    position = np.concatenate([tracks["position"].values, np.zeros((31, 81, 1))], axis=2)
-    position[:, :, 2] = 1e-3 * TIMES[:, None]
-    fields = marker_fields(make_tracks(position, TIMES, units="m"))
-    np.testing.assert_allclose(fields["divergence"].values[-1], 0.1, atol=1e-12)
-    np.testing.assert_allclose(fields["rigid_translation"].values[-1, 2], 1e-3)
-    np.testing.assert_allclose(fields["velocity"].values[..., 2], 1e-3, rtol=1e-9)
 
 
 def test_what_was_not_seen_is_nowhere():
@@ -126,7 +123,7 @@ def test_velocity_is_that_of_the_known_filter(frames):
     np.testing.assert_allclose(smooth_velocity(position, np.arange(60) / 30, frames), known, atol=1e-9)
 
 
-def test_velocities_of_parabolas_are_exact_at_uneven_times_and_with_gaps():
+def test_velocities_of_parabolas_are_exact_and_noise_is_damped_as_stated():
     random = np.random.default_rng(0)
     times, factors = np.sort(random.uniform(0, 2, 80)), np.array([[1.0, -2.0], [0.5, 4.0]])
     position = (1.0 + 3.0 * times - 2.0 * times**2)[:, None, None] * factors
@@ -136,9 +133,6 @@ def test_velocities_of_parabolas_are_exact_at_uneven_times_and_with_gaps():
     found = smooth_velocity(position, times, 15)
     np.testing.assert_array_equal(np.isnan(found[..., 0]), lost)
     np.testing.assert_allclose(found[~lost], truth[~lost], rtol=1e-6)
-
-
-def test_noise_is_damped_as_stated_and_a_marker_seen_too_rarely_has_no_velocity():
     noise, half, step = np.random.default_rng(0).standard_normal((4000, 10, 2)), 3, 1 / 30
     expected = np.sqrt(3 / (half * (half + 1) * (2 * half + 1))) / step
     assert smooth_velocity(noise, np.arange(4000) * step, 7)[3:-3].std() == pytest.approx(expected, rel=0.02)
@@ -175,7 +169,14 @@ def test_a_rotation_in_3d_leaves_nothing_and_mirrors_nothing_flat(vector, depth)
     assert motions.rotation[0] == pytest.approx(turn.magnitude())
 
 
-def test_lost_markers_have_no_weight():
+def test_the_fit_is_the_best_one_and_lost_markers_have_no_weight():
+    rest = cloud(400, 2)
+    noisy = rest + 0.3 * np.random.default_rng(1).standard_normal((1, 400, 2))
+    motions = fit_rigid_motions(rest, noisy)
+    centred = [np.column_stack([points - points.mean(axis=0), np.zeros(400)]) for points in (noisy[0], rest)]
+    known, error = Rotation.align_vectors(*centred)
+    assert (motions.residual**2).sum() == pytest.approx(error**2)
+    assert motions.rotation[0] == pytest.approx(known.as_rotvec()[2])
     rest = cloud(20, 2)
     position = np.array([rest + 1.0, rest + 2.0, np.full_like(rest, np.nan)])
     position[0, 3] = np.nan
@@ -188,30 +189,17 @@ def test_lost_markers_have_no_weight():
     assert np.isnan(motions.translation[2]).all()
 
 
-def test_the_fit_is_the_best_one():
-    rest = cloud(400, 2)
-    noisy = rest + 0.3 * np.random.default_rng(1).standard_normal((1, 400, 2))
-    motions = fit_rigid_motions(rest, noisy)
-    centred = [np.column_stack([points - points.mean(axis=0), np.zeros(400)]) for points in (noisy[0], rest)]
-    known, error = Rotation.align_vectors(*centred)
-    assert (motions.residual**2).sum() == pytest.approx(error**2)
-    assert motions.rotation[0] == pytest.approx(known.as_rotvec()[2])
-
-
 REST = ring_layout(1.0).position
 TRIANGLES = marker_triangles(REST)
 
 
-def test_triangles_fill_the_layout_and_turn_one_way():
+def test_triangles_fill_the_layout_and_there_are_none_of_too_few_markers_or_a_line():
     first, second = (REST[TRIANGLES[:, corner]] - REST[TRIANGLES[:, 0]] for corner in (1, 2))
     areas = 0.5 * (first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])
     assert (areas > 0).all()
     # The outer ring is a polygon of 32 corners with the radius 4.
     assert areas.sum() == pytest.approx(0.5 * 32 * 16 * np.sin(2 * np.pi / 32))
     assert len(marker_triangles(hexagonal_layout(1.0, 3).position)) == 54
-
-
-def test_too_few_markers_a_line_flat_triangles_and_unknown_places_have_none():
     for points in (REST[:2], np.column_stack([np.arange(5.0), np.zeros(5)]), np.full((5, 2), np.nan)):
         assert marker_triangles(points).shape == (0, 3)
     assert triangle_gradients(REST, REST[None], np.empty((0, 3), dtype=int)).shape == (1, 0, 2, 2)

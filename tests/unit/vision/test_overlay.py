@@ -32,7 +32,7 @@ def columns(frame, ring):
     return np.flatnonzero(coloured(frame, ring).any(axis=0))
 
 
-def test_markers_have_circles_and_arrows_in_the_colour_of_their_ring():
+def test_markers_have_circles_and_arrows_in_the_colour_of_their_ring_or_mark():
     first, second = overlay_frames([GREY, GREY], tracks())
     assert first.shape == (120, 160, 3)
     for frame, ring, x in ((first, 0, 40), (first, 1, 100), (second, 0, 60)):
@@ -41,15 +41,12 @@ def test_markers_have_circles_and_arrows_in_the_colour_of_their_ring():
     assert columns(second, 0).max() == pytest.approx(80, abs=1)
     assert not coloured(second, 1).any(), "a lost marker is not drawn"
     assert (first[:30] == 255).all(axis=2).any(), "time and count"
-
-
-def test_marked_markers_are_red_and_the_others_blue():
     (frame,) = overlay_frames([GREY], tracks().isel(time=slice(1)), marked=np.array([[True, False]]))
     assert abs(columns(frame, 0).mean() - 40) < 3
     assert abs(columns(frame, 3).mean() - 100) < 3
 
 
-def test_arrows_may_be_others_and_frames_in_colour():
+def test_arrows_frames_sizes_qualities_and_states_are_shown_as_they_are():
     arrows = np.zeros((2, 2, 2))
     arrows[0, 0] = [0.0, 30.0]
     (frame,) = overlay_frames([GREY], tracks().isel(time=slice(1)), arrows=arrows[:1])
@@ -59,9 +56,6 @@ def test_arrows_may_be_others_and_frames_in_colour():
     frame = next(overlay_frames([COLOUR, COLOUR], tracks()))
     np.testing.assert_array_equal(COLOUR, before)
     assert frame[119, 159].tolist() == [90, 45, 30]
-
-
-def test_circles_have_the_size_of_markers_and_are_thin_in_doubt_and_the_state_of_a_frame_is_written():
     sized = tracks(quality=[[1.0, 0.3], [1.0, 0.0]]).assign(radius=("marker", [10.0, 10.0]))
     first = next(overlay_frames([GREY, GREY], sized))
     assert np.ptp(columns(first, 0)) == pytest.approx(2 * 17.0, abs=2)

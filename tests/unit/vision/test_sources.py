@@ -64,8 +64,6 @@ def test_what_gives_no_frames_is_refused():
         next(live_frames([(0.0, np.zeros((4, 6)))]))
 
 
-@pytest.mark.parametrize(
-    ("times", "missing"), [([0, 1, 2, 5, 6], 2), ([0, 1, 2, 3], 0), ([0.0], 0), ([0, 1, 2, 3.4], 0)]
-)
-def test_dropped_frames_are_counted(times, missing):
-    assert dropped_frames(times) == missing
+def test_dropped_frames_are_counted():
+    cases = [0, 1, 2, 5, 6], [0, 1, 2, 3], [0.0], [0, 1, 2, 3.4]
+    assert [dropped_frames(times) for times in cases] == [2, 0, 0, 0]

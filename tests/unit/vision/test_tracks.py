@@ -23,7 +23,7 @@ from fingerslip.vision.tracks import (
 from unit.vision.scenes import hide, moving_tracks
 
 
-def test_variables_have_units_and_meanings():
+def test_variables_have_units_and_a_marker_that_was_not_seen_no_quality():
     tracks = moving_tracks(attributes={"frame_rate": 30.0, "source": None})
     assert set(tracks.variables) == set(VARIABLES)
     for name, (dims, unit, meaning) in VARIABLES.items():
@@ -31,9 +31,6 @@ def test_variables_have_units_and_meanings():
         assert tracks[name].attrs == {"units": unit, "long_name": meaning}
     assert tracks.attrs == {"frame_rate": 30.0}
     assert set(map(str, tracks["kind"].values)) == {"internal"}
-
-
-def test_a_marker_that_was_not_seen_has_no_quality_and_arrays_are_not_shared():
     tracks = moving_tracks()
     assert np.argwhere(~seen(tracks)).tolist() == [[1, 24]]
     np.testing.assert_array_equal(tracks["quality"].values, seen(tracks).astype(float))
@@ -100,30 +97,12 @@ def test_what_cannot_be_is_refused(values, said):
         make_tracks(**given)
 
 
-def in_units(tracks, **units):
+def in_units(tracks=None, **units):
     """Return tracks whose variables say that they have other units."""
-    tracks = tracks.assign_coords(angle=("marker", np.zeros(tracks.sizes["marker"]), {"units": "rad"}))
+    tracks = moving_tracks() if tracks is None else tracks
     for name, unit in units.items():
         tracks[name].attrs["units"] = unit
     return tracks
-
-
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        (lambda tracks: tracks.drop_vars("quality"), "has no 'quality'"),
-        (lambda tracks: tracks.transpose("marker", "time", "axis"), "has the dimensions"),
-        (lambda tracks: tracks.assign(position=tracks["position"].astype("float32")), "float32"),
-        (lambda tracks: tracks.assign_coords(axis=["x", "z"]), "axis: got"),
-        (lambda tracks: in_units(tracks, time="ms"), "time: has the unit 'ms', needs s; convert it"),
-        (lambda tracks: in_units(tracks, quality="%"), "quality: has the unit '%', needs 1"),
-        (lambda tracks: in_units(tracks, angle="deg"), "angle: has the unit 'deg', needs rad"),
-        (lambda tracks: in_units(tracks, marker="mm"), "marker: has the unit 'mm', needs none"),
-    ],
-)
-def test_other_datasets_are_refused(change, said):
-    with pytest.raises(InputError, match=said):
-        check_tracks(change(moving_tracks()))
 
 
 def test_missing_damaged_and_other_files_are_told(tmp_path):
@@ -213,7 +192,7 @@ POSITION = np.array([[10.0, 10.0], [30.0, 10.0], [10.0, 40.0]]) + np.arange(4)[:
 TRUTH = make_tracks(POSITION, TIMES, units="px", kind="external", ring=np.array([0, 1, 1]))
 
 
-def test_markers_in_another_order_are_matched():
+def test_markers_are_matched_and_lost_swapped_and_unseen_ones_count():
     found = make_tracks(POSITION[:, [2, 0, 1]] + 0.1, np.arange(4.0), units="px")
     matched = matched_tracks(found, TRUTH)
     assert matched["position"].values == pytest.approx(POSITION + 0.1)
@@ -221,9 +200,6 @@ def test_markers_in_another_order_are_matched():
     errors = track_errors(matched, TRUTH)
     assert (errors.frames, errors.markers, errors.kept, errors.swapped) == (4, 3, 1.0, 0)
     assert (errors.rms, errors.largest) == pytest.approx((0.1, 0.1 * np.sqrt(2.0)))
-
-
-def test_lost_swapped_and_unseen_markers_count():
     position = POSITION.copy()
     position[3, [0, 1]] = position[3, [1, 0]]
     position[1, 2] = np.nan
@@ -233,9 +209,6 @@ def test_lost_swapped_and_unseen_markers_count():
     hidden = POSITION.copy()
     hidden[:, 1] = np.nan
     assert track_errors(found, make_tracks(hidden, TIMES, units="px")).markers == 2
-
-
-def test_nothing_found_and_a_video_that_was_cut_off():
     matched = matched_tracks(make_tracks(np.full((2, 1, 2), np.nan), [0.0, 1.0], units="px"), TRUTH)
     assert np.isnan(matched["position"].values).all()
     errors = track_errors(matched, TRUTH)
@@ -260,9 +233,6 @@ def test_noise_bias_and_losses_are_told_apart():
     assert measured.lost == pytest.approx(0.02, rel=0.1)
     assert abs(measured.correlation) < 0.02
     assert measured.rms == np.hypot(measured.noise, measured.bias)
-
-
-def test_white_noise_of_few_frames_is_no_bias_and_no_errors_are_none():
     white, zeros = np.random.default_rng(0).standard_normal((10, 2000, 2)), tracks(np.zeros((10, 2000, 2)))
     measured = position_errors(tracks(white), zeros)
     assert measured.noise == pytest.approx(1.0, rel=0.02)
@@ -273,18 +243,26 @@ def test_white_noise_of_few_frames_is_no_bias_and_no_errors_are_none():
     assert position_errors(tracks(truth), tracks(truth)).lost == 0.0, "outside the image"
 
 
-ZEROS, NANS = np.zeros((5, 2, 2)), np.full((5, 2, 2), np.nan)
+ZEROS, NANS, MOVING = np.zeros((5, 2, 2)), np.full((5, 2, 2), np.nan), moving_tracks()
 
 
 @pytest.mark.parametrize(
     ("call", "said"),
     [
+        (lambda: check_tracks(MOVING.drop_vars("quality")), "has no 'quality'"),
+        (lambda: check_tracks(MOVING.transpose("marker", "time", "axis")), "has the dimensions"),
+        (lambda: check_tracks(MOVING.assign(position=MOVING["position"].astype("float32"))), "float32"),
+        (lambda: check_tracks(MOVING.assign_coords(axis=["x", "z"])), "axis: got"),
+        (lambda: check_tracks(in_units(time="ms")), "time: has the unit 'ms', needs s; convert it"),
+        (lambda: check_tracks(in_units(quality="%")), "quality: has the unit '%', needs 1"),
+        (lambda: check_tracks(in_units(angle="deg")), "angle: has the unit 'deg', needs rad"),
+        (lambda: check_tracks(in_units(marker="mm")), "marker: has the unit 'mm', needs none"),
         (lambda: matched_tracks(TRUTH, TRUTH.isel(time=[0, 1])), "needs at most 2, as the truth has"),
         (lambda: track_errors(TRUTH.isel(marker=[0, 1]), TRUTH), "needs the same times and markers in both"),
         (lambda: position_errors(tracks(ZEROS), tracks(ZEROS[:, :1])), "needs the same times and markers in both"),
         (lambda: position_errors(tracks(NANS), tracks(ZEROS)), "tracks: has no marker in three frames"),
     ],
 )
-def test_what_cannot_be_compared_is_refused(call, said):
+def test_what_is_no_tracks_or_cannot_be_compared_is_refused(call, said):
     with pytest.raises(InputError, match=said):
         call()

@@ -37,8 +37,8 @@ class ScaledCompliance(NamedTuple):
 
     body: Single  # (m * dim, m * dim), the body's compliance in global components, of any unit
     frames: Reals  # (k, dim, dim), frames of the nodes [-]
-    of_body: Reals  # (k, dim), the weights of the body's response and of the force itself
-    of_penalty: Reals  # (k, dim), the weights of the body's response and of the force itself
+    of_body: Reals  # (k, dim), the weights of the body's response
+    of_penalty: Reals  # (k, dim), the weights of the force itself
 
     @classmethod
     def of(cls, working_set: WorkingSet, precision: type[np.floating[Any]]) -> ScaledCompliance:

@@ -61,8 +61,8 @@ class _Nodes:
 
     working_set: WorkingSet  # compliance and coarse space
     friction: Array  # (k,), friction coefficients [-]
-    exact: ScaledCompliance  # rho W in double and in single precision
-    rough: ScaledCompliance  # rho W in double and in single precision
+    exact: ScaledCompliance  # rho W in double precision
+    rough: ScaledCompliance  # rho W in single precision
     space: Space  # memory of GMRES
 
     @classmethod
@@ -77,13 +77,11 @@ class _Nodes:
 class _Iterate:
     """Forces on the way to the solution, all of shape (k, dim) [N]."""
 
-    forces: Array  # the contact forces, and the trial forces z = r - rho y
-    trial: Array  # the contact forces, and the trial forces z = r - rho y
+    forces: Array  # the contact forces
+    trial: Array  # the trial forces z = r - rho y
     residual: Array  # the forces less the projection of the trial forces
-    # directions since the last product in double precision, and what they are taken to do by single precision
-    owed: Array
-    # directions since the last product in double precision, and what they are taken to do by single precision
-    assumed: Array
+    owed: Array  # directions since the last product in double precision
+    assumed: Array  # what they are taken to do by single precision
 
     @property
     def on_cone(self) -> Array:
@@ -211,17 +209,7 @@ def _slopes(trial, friction):  # type: ignore[no-untyped-def]
 
 
 def _solved_densely(slopes: Single, scaled: ScaledCompliance, right: Single) -> tuple[Single, Single]:
-    """Return the solution for a right-hand side (k * dim,), and rho W times it, by factors of the Newton matrix."""
-    direction, moved = np.zeros_like(right), np.empty_like(right)
-    # A singular matrix leaves nothing, at which the line search stalls.
-    with contextlib.suppress(np.linalg.LinAlgError):
-        direction = np.linalg.solve(_newton_matrix(slopes, scaled), right)
-    write_motion(scaled, direction, moved)
-    return direction, moved
-
-
-def _newton_matrix(slopes: Single, scaled: ScaledCompliance) -> Single:
-    """Return J = I - G (I - rho W), shape (k * dim, k * dim), in single precision."""
+    """Return the solution for a right-hand side (k * dim,), and rho W times it, by factors of J = I - G (I - rho W)."""
     count, dim = scaled.of_body.shape
     size, frames, nodes = count * dim, scaled.frames, np.arange(count)
     half = np.tril(scaled.body[:size, :size])
@@ -231,4 +219,9 @@ def _newton_matrix(slopes: Single, scaled: ScaledCompliance) -> Single:
     response[nodes, :, nodes, :] -= np.eye(dim) * (1.0 - scaled.of_penalty[:, :, None])
     matrix: Single = np.einsum("ikx,ixjm->ikjm", slopes, response).reshape(size, size)
     matrix.flat[:: size + 1] += 1.0
-    return matrix
+    direction, moved = np.zeros_like(right), np.empty_like(right)
+    # A singular matrix leaves nothing, at which the line search stalls.
+    with contextlib.suppress(np.linalg.LinAlgError):
+        direction = np.linalg.solve(matrix, right)
+    write_motion(scaled, direction, moved)
+    return direction, moved

@@ -47,8 +47,8 @@ class Partition:
     states: NDArray[np.int8]  # (n_c,), those of the inverse: OPEN, STICK or SLIP
     slopes: Array  # (n_c,), tangential over normal force of the nodes that slip [-], else zero
     updates: NDArray[np.int64]  # (1,), updates of the inverse since it was made
-    forces: Array  # (n_c, 2), forces of the last step [N], and W times them [m]
-    product: Array  # (n_c, 2), forces of the last step [N], and W times them [m]
+    forces: Array  # (n_c, 2), forces of the last step [N]
+    product: Array  # (n_c, 2), W times them [m]
 
 
 def first_partition(compliance: Array, penalty: Array) -> Partition:

@@ -33,10 +33,10 @@ Array = NDArray[np.float64]
 class WarmStart:
     """Contact forces of all n_c candidates that were found last."""
 
-    forces: Array  # (n_c, dim), those found last, and those one step before [N]
-    before: Array  # (n_c, dim), those found last, and those one step before [N]
-    response: Array | None = None  # (n_c, dim), displacement of the body under them, without the penalties [m]
-    response_before: Array | None = None  # (n_c, dim), displacement of the body under them, without the penalties [m]
+    forces: Array  # (n_c, dim), those found last [N]
+    before: Array  # (n_c, dim), those one step before [N]
+    response: Array | None = None  # (n_c, dim), displacement of the body under `forces`, without the penalties [m]
+    response_before: Array | None = None  # (n_c, dim), that under `before` [m]
     frames: Array | None = None  # (n_c, dim, dim), frames of the candidates
 
     def has_frames_of(self, compliance: Compliance) -> bool:
@@ -76,13 +76,13 @@ def next_warm_start(
     warm_start: WarmStart | None, forces: Array, response: Array | None, start: Array, origin: Array | None
 ) -> WarmStart:
     """Return what a step leaves for the next one; `forces` were found, the others as in :func:`first_guess`."""
+    left = WarmStart(forces, start if origin is None else origin, response)
+    if warm_start is None:
+        return left
+    before, response_before = warm_start.forces, warm_start.response
     if origin is not None:
-        is_same = warm_start is not None and np.array_equal(origin, warm_start.before)
-        return WarmStart(
-            forces, origin, response, warm_start.response_before if warm_start is not None and is_same else None
-        )
-    is_same = warm_start is not None and np.array_equal(start, warm_start.forces)
-    return WarmStart(forces, start, response, warm_start.response if warm_start is not None and is_same else None)
+        before, response_before = warm_start.before, warm_start.response_before
+    return replace(left, response_before=response_before) if np.array_equal(left.before, before) else left
 
 
 Single = NDArray[np.float32]
@@ -131,9 +131,17 @@ def gather(compliance: Compliance, scale: Array, nodes: Indices, old: WorkingSet
     """
     count, dim = scale.shape
     frames = np.broadcast_to(np.eye(dim), (count, dim, dim)) if compliance.frames is None else compliance.frames
-    coupling = _coupling(compliance, old)
+    coupling = compliance.coupling
+    if old is not None:
+        # Those of the old working set, whose rows stay, with the compliance as it is.
+        coupling = old.coupling if old.edition == compliance.edition else old.coupling.under(compliance.body)
     position = np.full(count, -1)
     position[nodes] = np.arange(nodes.size)
+    inverse = LocalInverse.empty(position[coupling.near[nodes]], dim)
+    if old is not None:
+        places = position[old.nodes]
+        stay = places >= 0
+        inverse.rows[places[stay]], inverse.marks[places[stay]] = old.inverse.rows[stay], old.inverse.marks[stay]
     columns = group_columns(groups(compliance.body, nodes, dim), dim)
     working_set = WorkingSet(
         nodes=nodes,
@@ -143,29 +151,13 @@ def gather(compliance: Compliance, scale: Array, nodes: Indices, old: WorkingSet
         penalty=compliance.penalty[nodes],
         factor=compliance.factor,
         coupling=coupling,
-        inverse=_taken_over(LocalInverse.empty(position[coupling.near[nodes]], dim), position, old),
+        inverse=inverse,
         coarse=CoarseSpace(columns, np.zeros((0, 0), dtype=np.float32)),
         warm_start=None if old is None else old.warm_start,
         edition=compliance.edition,
         is_exact=compliance.is_single,
     )
     return replace(working_set, coarse=CoarseSpace(columns, working_set.products(unit_forces(columns))))
-
-
-def _coupling(compliance: Compliance, old: WorkingSet | None) -> Coupled:
-    """Return the most coupled nodes: those of the old working set, whose rows stay, with the compliance as it is."""
-    if old is None:
-        return compliance.coupling
-    return old.coupling if old.edition == compliance.edition else old.coupling.under(compliance.body)
-
-
-def _taken_over(inverse: LocalInverse, position: Indices, old: WorkingSet | None) -> LocalInverse:
-    """Take over the rows of the nodes that stay, from an old working set to new positions (n_c,)."""
-    if old is not None:
-        places = position[old.nodes]
-        stay = places >= 0
-        inverse.rows[places[stay]], inverse.marks[places[stay]] = old.inverse.rows[stay], old.inverse.marks[stay]
-    return inverse
 
 
 @numba.njit(cache=True, nogil=True)

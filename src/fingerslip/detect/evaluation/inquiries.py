@@ -7,7 +7,7 @@ import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -274,36 +274,20 @@ def sensitivity_of(
         missing = [entry for entry, arrays in stored.values() if arrays is None]
         settings = FeatureSettings(union_of_sets(candidates), motion)
         labelled = iter(_label(trials, missing, settings, chosen, seed) if missing else [])
+        options = {"window": motion.window, "seed": seed, "workers": workers}
         for assumption, arrays in stored.values():
+            results = dict(arrays or {})
             if arrays is None:
-                results = _matrices(candidates, *next(labelled), motion.window, (folds, seed, workers))
+                samples, onsets = next(labelled)
+                tests = grouped_folds(samples.trials, folds, seed)
+                times = np.array([(onset.incipient, onset.gross) for onset in onsets.values()], dtype=np.float64)
+                results[_MEDIANS] = np.nanmedian(times, axis=0)
+                for entry in candidates:
+                    frames = [fit_fold(samples, onsets, entry, test, **options).frames for test in tests]
+                    results[entry.name] = matrices_of(samples, frames)
                 store.write("assumption", [shared, assumption.inputs], results)
-            else:
-                results = dict(arrays)
             medians = results.pop(_MEDIANS)
             yield Sensitivity(assumption, results, *map(float, medians))
-
-
-def _matrices(
-    candidates: Sequence[Candidate],
-    samples: Samples,
-    onsets: Mapping[str, Onsets],
-    window: int,
-    numbers: tuple[int, int, int],
-) -> dict[str, NDArray[Any]]:
-    """Return the confusion matrices of each classifier, and the median onsets; numbers are folds, seed and workers."""
-    folds, seed, workers = numbers
-    tests = grouped_folds(samples.trials, folds, seed)
-    frames = {
-        candidate.name: [
-            fit_fold(samples, onsets, candidate, test, window=window, seed=seed, workers=workers).frames
-            for test in tests
-        ]
-        for candidate in candidates
-    }
-    times = np.array([(onset.incipient, onset.gross) for onset in onsets.values()], dtype=np.float64)
-    medians = np.nanmedian(times, axis=0)
-    return {_MEDIANS: medians, **{name: matrices_of(samples, pieces) for name, pieces in frames.items()}}
 
 
 def _label(

@@ -13,6 +13,7 @@ from fingerslip.contact.interface import InterfaceState, conditions
 from fingerslip.contact.solve.compliance import active_product
 from fingerslip.contact.solve.partition import Partition, first_partition
 from fingerslip.dynamics.compact.kernel import ENERGIES, Body, Inverse, Motion, Records, take_steps
+from fingerslip.dynamics.integrator import BodyIntegrator
 from fingerslip.dynamics.reduced.reduction import ByModes
 from fingerslip.dynamics.step.contact_step import GOAL, TOLERANCE
 from fingerslip.dynamics.step.mesh import advance
@@ -27,6 +28,8 @@ __all__ = ["Compact", "is_compact"]
 
 Array = NDArray[np.float64]
 
+# What a block of steps holds as states do, time first.
+_RECORDED = ("time", "displacement", "velocity", "acceleration", "counterfaces", "iterations", "residual")
 # Unknowns of contact up to which an inverse of all of them is kept.
 _FEW = 900
 
@@ -43,12 +46,11 @@ def is_compact(stepper: Stepper) -> bool:
     )
 
 
-class Compact:
+class Compact(BodyIntegrator):
     """Motions whose steps compiled code takes; see :class:`fingerslip.dynamics.integrator.BodyIntegrator`."""
 
     def __init__(self, steppers: Sequence[Stepper]) -> None:
         self._motions = list(map(_Steps, steppers))
-        self.attributes: Mapping[str, object] = {}
 
     @property
     def steppers(self) -> Sequence[Stepper]:
@@ -70,13 +72,7 @@ class Compact:
 
     def steer(self, system: System) -> None:
         """Go on with a system whose counterfaces or loads are others from now on."""
-        self._motions[0].steer(self.steppers[0].with_system(system))
-
-    def saved_state(self) -> None:
-        """Return nothing: the basis is that of the model."""
-
-    def restore(self, saved: None) -> None:
-        """Do nothing."""
+        self._motions[0].steer(replace(self.steppers[0], system=system))
 
 
 class _Steps:
@@ -87,7 +83,8 @@ class _Steps:
         assert stepper.constant_frames is not None
         assert isinstance(stepper.scheme, LinearScheme)
         self.stepper = stepper
-        diagonal, self._interface = stepper.condensed.factor.diagonal, stepper.condensed.factor.interface
+        factor = stepper.condensed.factor
+        diagonal, self._interface = factor.diagonal, factor.interface
         system, scheme, candidates = stepper.system, stepper.scheme, stepper.system.candidates
         stiffness = system.stiffness.diagonal()[: diagonal.size]
         compliance, (factors, prediction) = stepper.compliance, coefficients(scheme)
@@ -206,29 +203,15 @@ class _Steps:
         behind = forces[size:]
         return forces[:size] + behind @ self._interface if behind.any() else forces[:size]
 
-    def _spread(self, coordinates: Array) -> Array:
-        """Return fields (k, 3, m) with the displacement of the interface behind them, (3, k, m + p)."""
-        spread = np.empty((3, len(coordinates), sum(self._interface.shape)))
-        size, fields = self._interface.shape[1], coordinates.transpose(1, 0, 2)
-        spread[..., :size] = fields
-        # One product reads the interface once for all.
-        spread[..., size:] = (fields.reshape(-1, size) @ self._interface.T).reshape(3, len(coordinates), -1)
-        return spread
-
     def _block(self, before: State, times: Array, travel: Array, records: Records) -> State:
         """Return what is recorded of steps, time first."""
-        energies = dict(zip(ENERGIES, records.energies.T, strict=True))
-        spent = {
-            name: getattr(before.energies, name) + np.cumsum(energies[of])
-            for name, of in (
-                ("friction", "friction"),
-                ("damping", "damping"),
-                ("numerical", "numerical"),
-                ("external_work", "work"),
-            )
-        }
+        stored, spent = records.energies.T[:3], np.cumsum(records.energies.T[3:], axis=1)
+        energies = dict(zip(ENERGIES[:3], stored, strict=True)), dict(zip(ENERGIES[3:], spent, strict=True))
         none, slips = np.zeros(0), records.slips
-        displacement, velocity, acceleration = self._spread(records.fields)
+        # Fields with the displacement of the interface behind them; one product reads the interface once for all.
+        fields, size = records.fields.transpose(1, 0, 2), self._interface.shape[1]
+        behind = (fields.reshape(-1, size) @ self._interface.T).reshape(3, times.size, -1)
+        displacement, velocity, acceleration = np.concatenate([fields, behind], axis=2)
         return State(
             time=times,  # type: ignore[arg-type]
             displacement=displacement,
@@ -245,13 +228,7 @@ class _Steps:
             interface=InterfaceState(
                 records.forces[:, 0], records.relative, slips[:, 0], none, none, records.states, slips[:, 1]
             ),
-            energies=replace(
-                before.energies,
-                kinetic=energies["kinetic"],
-                strain=energies["strain"],
-                contact=energies["contact"],
-                **spent,
-            ),
+            energies=before.energies.after(*energies),
             moments=before.moments,
             step=self.stepper.scheme.step,
             iterations=records.iterations,  # type: ignore[arg-type]
@@ -265,6 +242,7 @@ class _Steps:
         inertia, load, unbalance, unbalance_before = forces = np.zeros((4, size + len(self._interface)))
         inertia[:size] = self.stepper.scheme.inertia_factor * motion.fields[2]
         load[:size], forces[2:, :size] = motion.load, motion.fields[3:]
+        ends: dict[str, Any] = {name: getattr(block, name)[-1] for name in _RECORDED}
         last_energies = {name: float(np.ravel(value)[-1]) for name, value in vars(block.energies).items()}
         left, cancelled = motion.release.copy()
         release = Release(left, cancelled, float(motion.largest[0])) if motion.largest[0] else None
@@ -275,23 +253,17 @@ class _Steps:
         contact_forces, contact_forces_before = motion.forces[2:].copy()
         return replace(
             before,
-            time=float(block.time[-1]),  # type: ignore[index]
-            displacement=block.displacement[-1],
-            velocity=block.velocity[-1],
-            acceleration=block.acceleration[-1],
+            **{name: end if np.ndim(end) else end.item() for name, end in ends.items()},
             inertia=inertia,
             load=load,
             unbalance=unbalance,
             unbalance_before=unbalance_before,
-            counterfaces=block.counterfaces[-1],
             moved=moved,
             contact_forces=contact_forces,
             contact_forces_before=contact_forces_before,
             interface=interface,
             energies=Energies(**last_energies),
             step=self.stepper.scheme.step,
-            iterations=int(block.iterations[-1]),  # type: ignore[index]
-            residual=float(block.residual[-1]),  # type: ignore[index]
             working_set=partition,
             release=release,
         )

@@ -28,7 +28,7 @@ __all__ = ["ENERGIES", "Body", "Inverse", "Motion", "Records", "take_steps"]
 Array = NDArray[np.float64]
 
 #: What :attr:`Records.energies` holds: stored at the end of a step, and dissipated or put in over it.
-ENERGIES = ("kinetic", "strain", "contact", "friction", "damping", "numerical", "work")
+ENERGIES = ("kinetic", "strain", "contact", "friction", "damping", "numerical", "external_work")
 _FADED = 1e-16
 
 

@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.dynamics.finite.body import Body, BodyState
+from fingerslip.dynamics.finite.body import BodyState
 from fingerslip.dynamics.step.anchor import Mixing
 from fingerslip.dynamics.step.contact_step import ContactStep, solve_step, turn, weighted_forces
 from fingerslip.dynamics.step.finish import Strained, finish
@@ -88,7 +88,12 @@ class Factors:
         """
         if self.stepper is not None and self._excess < _COST[self.system.space.dim]:
             return self.stepper
-        return self.renew(state, None if velocity is None else self._ahead(state, velocity))
+        ahead, steps = None, min(self._served // 2, _FURTHEST)
+        with contextlib.suppress(InvertedCellError):
+            if steps and velocity is not None:
+                further = steps * self.scheme.step * velocity
+                ahead = self.system.require_body().at(state.displacement + further, state)
+        return self.renew(state, ahead)
 
     @property
     def current(self) -> Stepper:
@@ -132,14 +137,6 @@ class Factors:
         self._least = min(self._least, iterations) if self._least else iterations
         self._excess += iterations - self._least
         self._served += 1
-
-    def _ahead(self, state: BodyState, velocity: Array) -> BodyState | None:
-        """Return the body after half as many steps as the present factors have served; None where there is none."""
-        steps = min(self._served // 2, _FURTHEST)
-        with contextlib.suppress(InvertedCellError):
-            if steps:
-                return self.system.require_body().at(state.displacement + steps * self.scheme.step * velocity, state)
-        return None
 
     def _make(self, made_of: MadeOf) -> Stepper:
         with self.watch.part("tangent"):
@@ -223,20 +220,15 @@ def advance_finite(
     factors.used(iterations)
     stepper = factors.current
     with watch.part("recording"):
-        strained = _strained(stepper.system.require_body(), before.large_body, iterate)
+        # The energies are those of the mean force. In a body that relaxes, the work that it does not store is what
+        # dashpots take, and else an error of the step.
+        body, start_body = stepper.system.require_body(), before.large_body
+        after = body.ended(iterate.body)
+        change = after.displacement - start_body.displacement
+        lost = 0.5 * float((start_body.force + after.force) @ change) - (after.energy - start_body.energy)
+        viscous, numerical = (lost, 0.0) if body.relaxes else (0.0, lost)
+        strained = Strained(after.energy, viscous, numerical, body=after)
         return finish([stepper], [start], [contact], iterate.unknown[None], [strained])[0], iterations
-
-
-def _strained(body: Body, before: BodyState, iterate: _Iterate) -> Strained:
-    """Return the body at the end of a step, whose energies are those of the mean force.
-
-    In a body that relaxes, the work that it does not store is what dashpots take, and else an error of the step.
-    """
-    after = body.ended(iterate.body)
-    change = after.displacement - before.displacement
-    lost = 0.5 * float((before.force + after.force) @ change) - (after.energy - before.energy)
-    viscous, numerical = (lost, 0.0) if body.relaxes else (0.0, lost)
-    return Strained(after.energy, viscous, numerical, body=after)
 
 
 def _solve(factors: Factors, start: Prediction, watch: Stopwatch) -> tuple[_Iterate, ContactStep, int]:
@@ -388,21 +380,20 @@ def _at(stepper: Stepper, start: Prediction, unknown: Array, near: BodyState, wa
 
 
 def _error(stepper: Stepper, iterate: _Iterate, solved: _Linearised) -> float:
-    """Return the error of an iterate with the contact forces that led to it, relative to the forces."""
+    """Return the error of an iterate with the contact forces that led to it, relative to the forces.
+
+    On curved counterfaces it also counts by how much forces would change with the gaps as they are.
+    """
     residual, size = _with_contact(stepper, iterate, solved.force)
-    return max(float(np.linalg.norm(residual)) / size, _curvature_error(stepper, iterate, solved.contact))
-
-
-def _curvature_error(stepper: Stepper, iterate: _Iterate, contact: ContactStep) -> float:
-    """Return by how much forces would change, over the largest, with the gaps of counterfaces as they are."""
+    error, contact = float(np.linalg.norm(residual)) / size, solved.contact
     pressing = contact.solution.forces[:, 0]
     if stepper.constant_frames is not None or not pressing.any():
-        return 0.0
+        return error
     candidates, counterfaces = stepper.system.candidates, stepper.system.counterfaces
     points = candidates.positions + iterate.moved if iterate.pose is None else iterate.pose.points
     gaps = counterfaces.gaps(points, candidates.counterface)
     missed = candidates.normal_stiffness * np.abs(gaps - contact.relative[:, 0])
-    return float(missed[pressing > 0.0].max() / pressing.max())
+    return max(error, float(missed[pressing > 0.0].max() / pressing.max()))
 
 
 def _failure(

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.viscoelastic import relaxed_force, viscous_steps
-from fingerslip.dynamics.system.bodies import RigidFreedom, body_centres, faces_of
+from fingerslip.dynamics.system.bodies import body_centres, faces_of
 from fingerslip.dynamics.system.scheme import Scheme, start_push
 from fingerslip.dynamics.system.system import System
 from fingerslip.materials.elastic import RayleighDamping
@@ -63,20 +63,15 @@ class BodyRecords:
             for name, values_of_body in zip(("displacement", "velocity"), self.moved[:2, :, column], strict=True):
                 for face in freedom.faces:
                     values[f"counterface_{name}"][:, face] += values_of_body[:, None] * freedom.shift
-            self._add_to_body(values, freedom, self.moved[:, :, column])
+            if freedom.body is not None:
+                number = self._names.index(freedom.body)
+                # The only axis of rotation in 2D is z.
+                axis = freedom.axis if self._system.space.dim == 3 or not freedom.turns else 0
+                for name, component in zip(_TURNS if freedom.turns else _SHIFTS, self.moved[..., column], strict=True):
+                    values[name][:, number, axis] = component
         for number, faces in enumerate(self._faces):
             for name in ("displacement", "velocity") if faces else ():
                 values[f"rigid_body_{name}"][:, number] = values[f"counterface_{name}"][:, faces[0]]
-
-    def _add_to_body(self, values: dict[str, Any], freedom: RigidFreedom, moved: Array) -> None:
-        """Put the motion (3, n_times) in a free direction where it belongs."""
-        if freedom.body is None:
-            return
-        number = self._names.index(freedom.body)
-        # The only axis of rotation in 2D is z.
-        axis = freedom.axis if self._system.space.dim == 3 or not freedom.turns else 0
-        for name, component in zip(_TURNS if freedom.turns else _SHIFTS, moved, strict=True):
-            values[name][:, number, axis] = component
 
     def rotations(self, steps: slice) -> Array:
         """Return the angles of bodies with counterfaces in some steps, (n_steps, r) [rad]."""
@@ -145,7 +140,11 @@ class SupportRecords:
         """Keep the loads and contact forces on what is held, of a state or of several, time first in their arrays."""
         supports, others = self._supports, self._held[2, step]
         if not np.ndim(state.time) and not state.step and state.unbalance is not state.unbalance_before:
-            self._take_up(np.take(state.acceleration, self.near, mode="clip"))
+            scheme, damping, (stiffness, mass) = self._scheme, self._damping, self._near_maps
+            acceleration = np.take(state.acceleration, self.near, mode="clip")
+            of_stiffness = scheme.displacement_factor + scheme.velocity_factor * damping.stiffness
+            damped = scheme.velocity_factor * damping.mass * (mass @ acceleration)
+            self._taken_up[:] = scheme.end_weight * (of_stiffness * (stiffness @ acceleration) + damped)
         if supports.loads:
             times = np.ravel(state.time).tolist()
             others -= np.stack([supports.load(time) for time in times]).reshape(others.shape)
@@ -156,12 +155,6 @@ class SupportRecords:
             others += supports.rows @ state.body.nodal
         if state.history_variables:
             others -= relaxed_force(supports.viscoelastic, self._viscous, state.history_variables)
-
-    def _take_up(self, acceleration: Array) -> None:
-        scheme, (stiffness, mass) = self._scheme, self._near_maps
-        of_stiffness = scheme.displacement_factor + scheme.velocity_factor * self._damping.stiffness
-        damped = scheme.velocity_factor * self._damping.mass * (mass @ acceleration)
-        self._taken_up[:] = scheme.end_weight * (of_stiffness * (stiffness @ acceleration) + damped)
 
     def pass_by(self, step: int, state: State) -> None:
         """Take note of a state before that of a step: the inertia of what is held goes on from it."""

@@ -108,12 +108,6 @@ def labelled_history(
     """Label records as a history, and warn where its steps have made energy, or nothing touched."""
     history = make_history(values, _provenance(stepper, attributes, watch))
     _check_made_energy(history, stepper)
-    _warn_of_no_contact(history)
-    return history
-
-
-def _warn_of_no_contact(history: xr.Dataset) -> None:
-    """Warn of counterfaces that never touch, such as one that starts too far away."""
     states, gaps = history["contact_state"].values, history["gap"].values
     for number, boundary in enumerate(history["counterface"].values):
         nodes = history["contact_counterface"].values == number
@@ -123,6 +117,7 @@ def _warn_of_no_contact(history: xr.Dataset) -> None:
             _logger.warning(
                 "contacts.%d: never touches '%s'; the smallest gap is %s: %s", number, boundary, gap, repair
             )
+    return history
 
 
 def _check_made_energy(history: xr.Dataset, stepper: Stepper) -> None:

@@ -147,7 +147,11 @@ class Recorder:
             self.values["strain"][step] = self._finite.tensors(state.body.deformed)
             self.values["strain_energy_density"][step] = self._finite.energy_densities(state.body.deformed)
         if self._of_states:
-            self._record_viscoelastic(step, state)
+            # Stresses of viscoelastic materials follow from what the state remembers.
+            strains = self._sites.strains(self._system.coordinates.on_mesh(state.displacement))
+            sites = replace(self._sites, relax=dashpots_reader(self._system, self._viscous, state, self._sites))
+            for name, method in _OF_STRAINS.items():
+                self.values[name][step] = getattr(sites, method)(strains)
         self._energies[step] = np.stack(np.broadcast_arrays(*_energies_of(state.energies)), axis=-1)
         self.values["contact_iterations"][step] = state.iterations
         self.values["contact_residual"][step] = state.residual
@@ -269,13 +273,6 @@ class Recorder:
         self._limits[step] = interface.limit
         if self._friction.size:
             self._friction[step] = interface.forces[..., 1:]
-
-    def _record_viscoelastic(self, step: int | slice, state: State) -> None:
-        """Record stresses of viscoelastic materials, from what a state remembers."""
-        strains = self._sites.strains(self._system.coordinates.on_mesh(state.displacement))
-        sites = replace(self._sites, relax=dashpots_reader(self._system, self._viscous, state, self._sites))
-        for name, method in _OF_STRAINS.items():
-            self.values[name][step] = getattr(sites, method)(strains)
 
     def _complete_last(self, count: int = _STEPS_AT_ONCE) -> None:
         """Compute what follows from the last steps that are kept, or from some of them."""

@@ -64,19 +64,16 @@ class Recoveries:
 
         Arrays: nodes (n_sites,).
         """
-        key = nodes.tobytes(), tuple(regions)
-        if key not in self._at_sites:
-            self._at_sites[key] = self._made_at_sites(nodes, regions)
-        return self._at_sites[key]
-
-    def _made_at_sites(self, nodes: NDArray[np.int64], regions: Sequence[str | None]) -> AtSites:
-        system = self._system
+        key, system = (nodes.tobytes(), tuple(regions)), self._system
+        if key in self._at_sites:
+            return self._at_sites[key]
         # At large strain, stresses are taken from the body in every step.
         strained, sides = (nodes, regions) if system.body is None else (nodes[:0], [])
         recovery = site_recovery(system.space, system.materials, strained, sides)
         motion = node_operator(nodes, system.space.dim, system.space.n_dofs)
         near, both = system.coordinates.apply_map(sparse.csr_matrix(sparse.vstack([motion, recovery.strain])))
-        return AtSites(recovery, near, both[: motion.shape[0]], both[motion.shape[0] :])
+        self._at_sites[key] = AtSites(recovery, near, both[: motion.shape[0]], both[motion.shape[0] :])
+        return self._at_sites[key]
 
 
 def dashpots_reader(system: System, viscous: Sequence[Viscous], state: State, recovery: Recovery) -> Relax:
@@ -118,11 +115,6 @@ class SnapshotRecords:
     def __contains__(self, step: int) -> bool:
         """Tell whether a step is one of the snapshots."""
         return step in self._numbers
-
-    @property
-    def steps(self) -> list[int]:
-        """The steps."""
-        return list(self._numbers)
 
     def part(self, start: int, end: int) -> tuple[SnapshotRecords, slice]:
         """Return the records of the snapshots from one step to before another, and which ones these are."""

@@ -20,6 +20,7 @@ from fingerslip.dynamics.reduced.reduction import (
     observed_unknowns,
     reduced_system,
     site_responses,
+    site_unknowns,
 )
 from fingerslip.dynamics.reduced.residual import ResidualCheck
 from fingerslip.dynamics.system.scheme import make_scheme
@@ -53,6 +54,8 @@ _LITTLE, _COARSE = 0.2, 0.05
 _MOTIONS = 20
 # Square matrices of the interface's size that exist at once: constraint modes, eigenvectors, compliances.
 _SQUARES = 10
+# Copies of the responses at sites that do: forces, and both halves of their substitution.
+_COPIES = 3
 _VERSION = 4
 # Normal modes of a basis that is stepped from outside, where none is kept: no run has tried how many suffice.
 _STEPWISE = 80
@@ -85,14 +88,6 @@ class _Maker:
     body: ConstraintModes
     rows: NDArray[np.int64]
     store: BasisStore | None
-    is_coarse: bool  # whether accelerations may be far off
-
-    @classmethod
-    def of(cls, motions: Motions, store: BasisStore | None, wanted: ReducedBasis) -> _Maker:
-        system = motions.systems[0]
-        body = ConstraintModes(system.stiffness, system.mass, interface_unknowns(motions.systems), motions.solver)
-        rows = observed_unknowns(motions.models, motions.systems)
-        return cls(motions, body, rows, store, wanted.acceleration_tolerance > _COARSE)
 
     def alone(self) -> AbstractContextManager[None]:
         """Keep other processes from making the same basis in a block."""
@@ -114,7 +109,7 @@ class _Maker:
     def fewest(self) -> int:
         """How many normal modes the first basis has."""
         scheme = make_scheme(self.motions.models[0].time)
-        rings = scheme.inertia_factor and scheme.start_weight > -_LITTLE and not self.is_coarse
+        rings = scheme.inertia_factor and scheme.start_weight > -_LITTLE and not _is_coarse(self.motions)
         return 2 * _FEWEST if rings else _FEWEST
 
     def make(self, count: int) -> CraigBampton:
@@ -136,7 +131,7 @@ class _Maker:
     @cached_property
     def _site_responses(self) -> Array:
         """Responses at sites (n, k) [m], in the order of their inertia."""
-        if self.is_coarse:
+        if _is_coarse(self.motions):
             return np.zeros((self.body.stiffness.shape[0], 0))
         fields = site_responses(self.body, self.motions.systems)
         _, vectors = linalg.eigh(fields.T @ (self.body.mass @ fields))
@@ -154,81 +149,89 @@ class _Maker:
         return digest(*inputs)
 
 
-def compute_in_basis(motions: Motions, wanted: ReducedBasis, store: BasisStore | None = None) -> Outcome | None:
+def compute_in_basis(motions: Motions, store: BasisStore | None = None) -> Outcome | None:
     """Compute motions in a reduced basis; None where the mesh is better."""
-    return _where_suitable(motions, lambda: _compute(motions, wanted, store))
+    return _where_suitable(motions, store, _compute)
 
 
 def in_basis(motions: Motions, store: BasisStore | None = None) -> tuple[System, ResidualCheck] | None:
     """Return the system of one motion in a basis, with the check of its errors; None where the mesh is better."""
-    return _where_suitable(motions, lambda: _stepped(motions, store))
+    return _where_suitable(motions, store, _stepped)
 
 
-def _where_suitable(motions: Motions, make: Callable[[], T]) -> T | None:
+def _where_suitable(motions: Motions, store: BasisStore | None, compute_with: Callable[[_Maker], T]) -> T | None:
     """Return what is made with a reduced basis; None, with a word in the log, where the mesh is better."""
+    system = motions.systems[0]
     try:
-        _require_suitable(motions)
-        return make()
+        interface, rows = _suitable_unknowns(motions)
+        body = ConstraintModes(system.stiffness, system.mass, interface, motions.solver)
+        return compute_with(_Maker(motions, body, rows, store))
     except (_UnsuitableError, FingerslipError) as reason:
         _logger.warning("no reduced basis: %s; the motion is computed on the mesh", reason)
         return None
 
 
-def _require_suitable(motions: Motions) -> None:
+def _suitable_unknowns(motions: Motions) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the unknowns of the interface and those that are read beside it; refuse motions that are better without.
+
+    Arrays: returns (p,), (r,).
+    """
     system = motions.systems[0]
-    if free_pieces(system.space, system.free):
-        raise _UnsuitableError("supports leave rigid motions free")
-    if system.held_by_contact:
-        raise _UnsuitableError(f"contact alone holds the {', '.join(system.held_by_contact)}")
-    if system.viscoelastic:
-        raise _UnsuitableError("materials relax")
-    if system.moving_supports:
-        raise _UnsuitableError("supports move")
-    if system.dampers is not None:
-        raise _UnsuitableError("rigid bodies have other damping than the material")
-    interface = interface_unknowns(motions.systems)
-    if not interface.size or interface.size >= system.mass.shape[0] - 1:
-        raise _UnsuitableError(f"{interface.size} of {system.mass.shape[0]} unknowns are those of contact")
+    reasons = {
+        "supports leave rigid motions free": free_pieces(system.space, system.free),
+        f"contact alone holds the {', '.join(system.held_by_contact)}": system.held_by_contact,
+        "materials relax": system.viscoelastic,
+        "supports move": system.moving_supports,
+        "rigid bodies have other damping than the material": system.dampers is not None,
+    }
+    for reason, holds in reasons.items():
+        if holds:
+            raise _UnsuitableError(reason)
+    interface, unknowns = interface_unknowns(motions.systems), system.mass.shape[0]
+    if not interface.size or interface.size >= unknowns - 1:
+        raise _UnsuitableError(f"{interface.size} of {unknowns} unknowns are those of contact")
     rows = observed_unknowns(motions.models, motions.systems)
-    needed = 8 * interface.size * (_SQUARES * interface.size + 2 * rows.size)
+    responses = 0 if _is_coarse(motions) else _COPIES * site_unknowns(motions.systems).size
+    needed = 8 * (interface.size * (_SQUARES * interface.size + 2 * rows.size) + unknowns * responses)
     available = available_memory()
     if available is not None and needed > available:
         raise _UnsuitableError(f"it needs about {needed / 1e9:.2g} GB, and {available / 1e9:.2g} GB are available")
+    return interface, rows
 
 
-def _compute(motions: Motions, wanted: ReducedBasis, store: BasisStore | None) -> Outcome:
+def _wanted(motions: Motions) -> ReducedBasis:
+    return motions.models[0].basis or ReducedBasis()
+
+
+def _is_coarse(motions: Motions) -> bool:
+    """Tell whether accelerations may be far off."""
+    return _wanted(motions).acceleration_tolerance > _COARSE
+
+
+def _compute(maker: _Maker) -> Outcome:
     """Compute with ever more normal modes, until the estimated errors are within the tolerances.
 
     Where there is no basis yet, the first of several motions tries it out for all.
     """
-    maker = _Maker.of(motions, store, wanted)
+    motions, outcome = maker.motions, None
     with maker.alone():
-        tried, basis = _begun(motions.part(slice(1)), maker, wanted)
-    if tried is not None and len(motions.models) == 1:
-        return tried
-    outcome, suitable = _suitable(motions, maker, basis, wanted)
+        with motions.watch.part("basis"):
+            stored = maker.kept()
+            basis = stored or maker.make(maker.fewest)
+        if stored is None:
+            outcome, basis = _suitable(motions.part(slice(1)), maker, basis)
+            maker.keep(basis)
+    if outcome is not None and len(motions.models) == 1:
+        return outcome
+    outcome, suitable = _suitable(motions, maker, basis)
     if suitable is not basis:
         maker.keep(suitable)
     return outcome
 
 
-def _begun(first: Motions, maker: _Maker, wanted: ReducedBasis) -> tuple[Outcome | None, CraigBampton]:
-    """Return the basis that is kept, or a motion and the basis that suffices for it, which is kept from now on."""
-    with first.watch.part("basis"):
-        stored = maker.kept()
-        basis = stored or maker.make(maker.fewest)
-    if stored is not None:
-        return None, stored
-    outcome, basis = _suitable(first, maker, basis, wanted)
-    maker.keep(basis)
-    return outcome, basis
-
-
-def _suitable(
-    motions: Motions, maker: _Maker, basis: CraigBampton, wanted: ReducedBasis
-) -> tuple[Outcome, CraigBampton]:
+def _suitable(motions: Motions, maker: _Maker, basis: CraigBampton) -> tuple[Outcome, CraigBampton]:
     """Compute some motions in a basis, and in larger ones up to one that suffices for them; return it, too."""
-    tried = list[tuple[int, float]]()
+    wanted, tried = _wanted(motions), list[tuple[int, float]]()
     while True:
         systems, check = _reduced(motions, maker, basis)
         outcome = compute(motions, systems, check.motions)
@@ -241,8 +244,10 @@ def _suitable(
         if not _is_promising(tried):
             allowed = f"{wanted.tolerance:g} and {wanted.acceleration_tolerance:g}"
             raise _UnsuitableError(f"{fault}, and the tolerances are {allowed}")
+        # The error falls like 1/count.
+        times = min(2.0 ** np.ceil(np.log2(max(excess, 2.0))), _MOST_TIMES)
         with motions.watch.part("basis"):
-            basis = maker.make(_next_count(count, excess))
+            basis = maker.make(int(min(count * times, max(_MOST, count))))
 
 
 def _is_promising(tried: Sequence[tuple[int, float]]) -> bool:
@@ -255,12 +260,6 @@ def _is_promising(tried: Sequence[tuple[int, float]]) -> bool:
     return bool(error <= (_MOST / count) ** order)
 
 
-def _next_count(count: int, excess: float) -> int:
-    """Return how many normal modes to try after some that left `excess` times the error: it falls like 1/count."""
-    times = 2.0 ** np.ceil(np.log2(max(excess, 2.0)))
-    return int(min(count * min(times, _MOST_TIMES), max(_MOST, count)))
-
-
 def _reduced(motions: Motions, maker: _Maker, basis: CraigBampton) -> tuple[list[System], ResidualCheck]:
     """Return the systems of motions in a basis, and what looks at their residual."""
     with motions.watch.part("basis"):
@@ -270,13 +269,12 @@ def _reduced(motions: Motions, maker: _Maker, basis: CraigBampton) -> tuple[list
         return systems, ResidualCheck(motions.models, motions.systems, coordinates, basis)
 
 
-def _stepped(motions: Motions, store: BasisStore | None) -> tuple[System, ResidualCheck]:
+def _stepped(maker: _Maker) -> tuple[System, ResidualCheck]:
     """Return what :func:`in_basis` does."""
-    maker = _Maker.of(motions, store, motions.models[0].basis or ReducedBasis())
-    with motions.watch.part("basis"), maker.alone():
+    with maker.motions.watch.part("basis"), maker.alone():
         stored = maker.kept()
         basis = stored or maker.make(_STEPWISE)
         if stored is None:
             maker.keep(basis)
-    systems, check = _reduced(motions, maker, basis)
+    systems, check = _reduced(maker.motions, maker, basis)
     return systems[0], check

@@ -23,7 +23,6 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from fingerslip.dynamics.step.condensation import Halfway
-from fingerslip.dynamics.system.loads import Load
 from fingerslip.dynamics.system.operators import NodalComponents
 from fingerslip.dynamics.system.system import System
 from fingerslip.fe.recovery import site_recovery
@@ -37,12 +36,12 @@ __all__ = [
     "ByModes",
     "ModalFactor",
     "ReducedCoordinates",
-    "condense_modes",
     "further_shapes",
     "interface_unknowns",
     "observed_unknowns",
     "reduced_system",
     "site_responses",
+    "site_unknowns",
 ]
 
 Array = NDArray[np.float64]
@@ -103,16 +102,6 @@ class ByModes:
         return self.factor.spread(halfway.vector + self.factor.divide(added))
 
 
-def condense_modes(diagonal: Array, interface: Array, local: sparse.csr_matrix) -> tuple[ByModes, Array]:
-    """Condense a diagonal matrix of the coordinates.
-
-    Arrays: diagonal (m,); interface (p, m); returns compliance (c, c).
-    """
-    moved = np.asarray(local[:, diagonal.size :] @ interface)
-    scaled = moved / np.sqrt(diagonal)
-    return ByModes(ModalFactor(diagonal, interface), moved), scaled @ scaled.T
-
-
 Indices = NDArray[np.int64]
 
 _MOST_RESPONSES = 500  # forces at sites
@@ -162,12 +151,14 @@ class ReducedCoordinates:
         self,
         matrix: sparse.csr_matrix,
         local: sparse.csr_matrix,
-        solver: LinearSolver,  # noqa: ARG002
+        solver: LinearSolver,
         reserved_bytes: int,  # noqa: ARG002
     ) -> tuple[ByModes, Array]:
         """Condense a matrix, which is diagonal."""
-        size = self.basis.eigenvalues.size
-        return condense_modes(matrix.diagonal()[:size], self.basis.at_interface, local)
+        factor = self.factorise(matrix, solver)
+        moved = np.asarray(local[:, factor.diagonal.size :] @ factor.interface)
+        scaled = moved / np.sqrt(factor.diagonal)
+        return ByModes(factor, moved), scaled @ scaled.T
 
     def restrict(self, matrix: sparse.csr_matrix) -> Array:
         """Return a map (k, n) of the mesh's unknowns as a map of the coordinates, shape (k, m).
@@ -226,16 +217,20 @@ def further_shapes(body: ConstraintModes, systems: Sequence[System]) -> list[Arr
     return responses + [field - body.follow(field[body.interface]) for field in fields]
 
 
+def site_unknowns(systems: Sequence[System]) -> Indices:
+    """Return the unknowns of sites that are none of the interface, (k,); of very many, some that are evenly spread."""
+    nodes = np.unique(np.concatenate([system.site_nodes for system in systems]))
+    components = systems[0].coordinates.components(vector_dofs(nodes, systems[0].space.dim).ravel())
+    unknowns = np.setdiff1d(components.rows[~components.held], interface_unknowns(systems))
+    return unknowns[:: 1 + unknowns.size // _MOST_RESPONSES]
+
+
 def site_responses(body: ConstraintModes, systems: Sequence[System]) -> Array:
     """Return the displacements (n, k) [m] under a unit force at each site while the interface is held.
 
-    A motion is read at a site as well as its response to a force there is held by the basis. Of very many sites, some
-    that are evenly spread stand for all.
+    A motion is read at a site as well as its response to a force there is held by the basis.
     """
-    nodes = np.unique(np.concatenate([system.site_nodes for system in systems]))
-    components = systems[0].coordinates.components(vector_dofs(nodes, systems[0].space.dim).ravel())
-    unknowns = np.setdiff1d(components.rows[~components.held], body.interface)
-    unknowns = unknowns[:: 1 + unknowns.size // _MOST_RESPONSES]
+    unknowns = site_unknowns(systems)
     forces = np.zeros((body.stiffness.shape[0], unknowns.size), order="F")
     forces[unknowns, np.arange(unknowns.size)] = 1.0
     return body.give_way(forces)
@@ -248,20 +243,28 @@ def reduced_system(system: System, body: ConstraintModes, basis: CraigBampton, t
     """
     coordinates, velocity = ReducedCoordinates(system, body, basis), system.initial_velocity
     size, behind = basis.eigenvalues.size, np.zeros(basis.interface.size)
+
+    def project(forces: Array) -> Array:
+        return basis.project(body, forces) if forces.any() else np.zeros((size, *forces.shape[1:]))
+
     if twin is None:
         diagonals = basis.eigenvalues, np.ones(size)
         stiffness, mass = (sparse.diags(np.concatenate([part, behind]), format="csr") for part in diagonals)
-        held = [_reduced_rows(rows, body, basis) for rows in (system.supports.stiffness, system.supports.mass)]
+        # Linear maps (r, n) of the mesh's unknowns as those of coordinates and interface, (r, m + p).
+        rows = (sparse.csr_matrix(matrix) for matrix in (system.supports.stiffness, system.supports.mass))
+        held = [
+            np.hstack([project(np.asarray(row.T.todense())).T, np.zeros((row.shape[0], behind.size))]) for row in rows
+        ]
     else:
         stiffness, mass, held = twin.stiffness, twin.mass, [np.asarray(twin.supports.stiffness), twin.supports.mass]
-    start = basis.project(body, system.mass @ velocity) if velocity.any() else np.zeros(size)
+    start = project(system.mass @ velocity)
     none = sparse.csr_matrix((system.relative.shape[0], size))
     return replace(
         system,
         coordinates=coordinates,
         stiffness=stiffness,
         mass=mass,
-        loads=tuple(_reduced_load(load, body, basis) for load in system.loads),
+        loads=tuple(replace(load, forces=np.concatenate([project(load.forces), behind])) for load in system.loads),
         initial_velocity=np.concatenate([start, basis.at_interface @ start]),
         relative=sparse.csr_matrix(sparse.hstack([none, system.relative[:, basis.interface]])),
         outsiders=tuple(
@@ -270,16 +273,3 @@ def reduced_system(system: System, body: ConstraintModes, basis: CraigBampton, t
         ),
         supports=replace(system.supports, stiffness=held[0], mass=held[1]),
     )
-
-
-def _reduced_rows(rows: sparse.csr_matrix | Array, body: ConstraintModes, basis: CraigBampton) -> Array:
-    """Return a linear map (r, n) of the mesh's unknowns as one of coordinates and interface, shape (r, m + p)."""
-    projected = basis.project(body, np.asarray(sparse.csr_matrix(rows).T.todense()))
-    return np.hstack([projected.T, np.zeros((rows.shape[0], basis.interface.size))])
-
-
-def _reduced_load(load: Load, body: ConstraintModes, basis: CraigBampton) -> Load:
-    if not load.forces.any():
-        return Load(np.zeros(basis.eigenvalues.size + basis.interface.size), load.ramp)
-    forces = basis.project(body, load.forces)
-    return Load(np.concatenate([forces, np.zeros(basis.interface.size)]), load.ramp)

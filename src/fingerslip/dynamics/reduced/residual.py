@@ -148,7 +148,10 @@ class _MotionError:
         # Where contact stands in the interface, and displacement of sites per coordinate and per shape that follows.
         candidates = coordinates.components(vector_dofs(system.candidates.nodes, system.space.dim).ravel())
         self._contact = candidates.rows[~candidates.held] - basis.eigenvalues.size
-        at_sites = _free_rows(system, vector_dofs(system.site_nodes, system.space.dim).ravel())
+        components = system.coordinates.components(vector_dofs(system.site_nodes, system.space.dim).ravel())
+        at = components.rows[~components.held]
+        shape = at.size, system.mass.shape[0]
+        at_sites = sparse.csr_matrix((np.ones(at.size), (np.arange(at.size), at)), shape=shape)
         self._sites = coordinates.restrict(at_sites), at_sites @ basis.following
         # Of both: largest error and displacement [m], sums of squares of the accelerations' error and of them.
         self._sizes = np.zeros((2, 4))
@@ -235,11 +238,3 @@ class _MotionError:
 
     def _load(self, time: float) -> Array:
         return sum((load.ramp.at(time) * load.forces for load in self._loads), np.zeros(len(self._basis.following.T)))
-
-
-def _free_rows(system: System, dofs: NDArray[np.int64]) -> sparse.csr_matrix:
-    """Return the map (k, n) from unknowns of the mesh to those degrees of freedom that are free."""
-    components = system.coordinates.components(dofs)
-    rows = components.rows[~components.held]
-    at = np.arange(rows.size), rows
-    return sparse.csr_matrix((np.ones(rows.size), at), shape=(rows.size, system.mass.shape[0]))

@@ -84,7 +84,10 @@ def _with_support(system: System, model: Model, command: Command, time: float) -
     for number, component in enumerate(moving):
         if component.support == command.of:
             change = velocity[component.axis] * duration / component.displacement
-            moving[number] = replace(component, ramp=_ramp_on(component.ramp, time, duration, change))
+            ramp, here = component.ramp, component.ramp.at(time)
+            past = [(knot, factor) for knot, factor in zip(ramp.times, ramp.factors, strict=True) if knot < time]
+            onwards = Ramp(*zip(*past, (time, here), (time + duration, here + change), strict=True))
+            moving[number] = replace(component, ramp=onwards)
             left[component.axis] = 0.0
     if left.any():
         fault = f"moves '{command.of}' along {', '.join('xyz'[axis] for axis in np.flatnonzero(left))}, where it cannot"
@@ -92,14 +95,6 @@ def _with_support(system: System, model: Model, command: Command, time: float) -
             "command.velocity", fault, "needs components that its motion has", "give them in support_motions"
         )
     return replace(system, moving_supports=tuple(moving))
-
-
-def _ramp_on(ramp: Ramp, time: float, duration: float, change: float) -> Ramp:
-    """Return a ramp that goes on by a change of its factor [-] within a duration [s] from a time [s] on."""
-    here = ramp.at(time)
-    past = [(knot, factor) for knot, factor in zip(ramp.times, ramp.factors, strict=True) if knot < time]
-    times, factors = zip(*past, (time, here), (time + duration, here + change), strict=True)
-    return Ramp(times, factors)
 
 
 def _components(system: System, values: tuple[float, ...], name: str) -> Array:
@@ -113,29 +108,20 @@ def _with_motion(system: System, model: Model, faces: tuple[int, ...], velocity:
         if set(freedom.faces) & set(faces) and abs(float(freedom.shift @ velocity)) > 0.0:
             fault = "moves along a direction in which the body is free"
             raise InputError("command.velocity", fault, "needs prescribed directions", "write a force there")
-    motions = list(system.motions)
+    motions, duration = list(system.motions), model.end - time + model.time.step
     for face in faces:
-        motions[face] = _go_on(motions[face], velocity, time, model.end - time + model.time.step)
+        motion, past = motions[face], motions[face].knots < time
+        here = motion.displacement(np.array([time]))[0]
+        knots = np.concatenate([motion.knots[past], [time, time + duration]])
+        motions[face] = Motion(knots, np.concatenate([motion.positions[past], [here, here + duration * velocity]]))
     return replace(system, motions=tuple(motions))
-
-
-def _go_on(motion: Motion, velocity: Array, time: float, duration: float) -> Motion:
-    """Return a motion that goes on with a velocity [m/s] from a time [s] on, for a duration [s]."""
-    past = motion.knots < time
-    here = motion.displacement(np.array([time]))[0]
-    knots = np.concatenate([motion.knots[past], [time, time + duration]])
-    positions = np.concatenate([motion.positions[past], [here, here + duration * velocity]])
-    return Motion(knots, positions)
 
 
 def _with_force(system: System, faces: tuple[int, ...], command: Command) -> System:
     """Return a system in which a command's force takes the place of that of an earlier one."""
     force = np.array(command.force)
-    freedoms = [
-        (at, freedom)
-        for at, freedom in zip(system.coordinates.rigid, system.unknowns.rigid, strict=True)
-        if set(freedom.faces) & set(faces) and not freedom.turns
-    ]
+    pairs = zip(system.coordinates.rigid, system.unknowns.rigid, strict=True)
+    freedoms = [(at, freedom) for at, freedom in pairs if set(freedom.faces) & set(faces) and not freedom.turns]
     if not freedoms:
         fault = f"'{command.of}' is free along no direction"
         raise InputError("command.force", fault, "needs a rigid body that is free, or a drive")

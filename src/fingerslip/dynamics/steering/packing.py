@@ -32,8 +32,13 @@ def write_archive(path: Path, value: Any, outside: Mapping[str, NDArray[Any]]) -
     """Write a value to a file, whole or not at all."""
     arrays: dict[str, NDArray[Any]] = {}
     names = {id(array): name for name, array in outside.items()}
-    tree = json.dumps(_pack(value, arrays, names))
-    write_bytes(path, _zip(tree, arrays))
+    tree, memory = json.dumps(_pack(value, arrays, names)), io.BytesIO()
+    with zipfile.ZipFile(memory, "w", zipfile.ZIP_STORED) as file:
+        file.writestr(_TREE, tree)
+        for name, array in arrays.items():
+            with file.open(name, "w", force_zip64=True) as entry:
+                np.lib.format.write_array(entry, array, allow_pickle=False)
+    write_bytes(path, memory.getvalue())
 
 
 def read_archive(path: Path, outside: Mapping[str, NDArray[Any]]) -> Any:
@@ -77,17 +82,6 @@ def _members(value: Any) -> Mapping[Any, Any]:
     return dict(enumerate(value)) if isinstance(value, tuple | list) else {}
 
 
-def _zip(tree: str, arrays: Mapping[str, NDArray[Any]]) -> bytes:
-
-    memory = io.BytesIO()
-    with zipfile.ZipFile(memory, "w", zipfile.ZIP_STORED) as file:
-        file.writestr(_TREE, tree)
-        for name, array in arrays.items():
-            with file.open(name, "w", force_zip64=True) as entry:
-                np.lib.format.write_array(entry, array, allow_pickle=False)
-    return memory.getvalue()
-
-
 def _pack(value: Any, arrays: dict[str, NDArray[Any]], names: dict[int, str]) -> Any:
     if value is None or isinstance(value, bool | int | float | str | np.generic):
         return {"value": value.item() if isinstance(value, np.generic) else value}
@@ -102,13 +96,8 @@ def _pack(value: Any, arrays: dict[str, NDArray[Any]], names: dict[int, str]) ->
     if isinstance(value, Mapping):
         return {"mapping": {str(name): _pack(item, arrays, names) for name, item in value.items()}}
     if sparse.issparse(value):
-        arrays_of_matrix = [
-            np.asarray(value.data),
-            np.asarray(value.indices),
-            np.asarray(value.indptr),
-            list(value.shape),
-        ]
-        return {"csr": [_pack(part, arrays, names) for part in arrays_of_matrix]}
+        of_matrix = (*map(np.asarray, (value.data, value.indices, value.indptr)), list(value.shape))
+        return {"csr": [_pack(part, arrays, names) for part in of_matrix]}
     if dataclasses.is_dataclass(value) and type(value).__module__.startswith(_PACKAGE):
         fields = {field.name: getattr(value, field.name) for field in dataclasses.fields(value) if field.init}
         mark = f"{type(value).__module__}:{type(value).__qualname__}"

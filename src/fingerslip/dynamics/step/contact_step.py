@@ -190,7 +190,9 @@ def solve_law(
         compliance, problem, coefficients, first, wanted, working_set=old, origin=origin, few=few
     )
     if not solution.residual <= accepted:
-        raise unsolved(candidates, over[1], solution.residual, solution.worst, accepted)
+        advice = "try a smaller time step, softer contact penalties or less friction"
+        node = int(candidates.nodes[solution.worst]) if candidates.nodes.size else -1
+        raise ConvergenceError(over[1], node, solution.residual, accepted, advice)
     response = compliance.response(solution.forces) if solution.response is None else solution.response
     return ContactStep(frames, coefficients, relative + response, solution, working_set)
 
@@ -249,12 +251,3 @@ def _compliance(stepper: Stepper, start: Prediction, frames: Array) -> Complianc
     body = compliance.body + columns @ stepper.turning[rotations.at] @ columns.T
     edition = (*compliance.edition, zlib.crc32(columns.tobytes()))
     return replace(compliance, body=body, frames=frames, edition=edition)
-
-
-def unsolved(
-    candidates: Candidates, time: float, residual: float, worst: int, tolerance: float = TOLERANCE
-) -> ConvergenceError:
-    """Return the error of a step to a time [s] whose contact was not solved."""
-    advice = "try a smaller time step, softer contact penalties or less friction"
-    node = int(candidates.nodes[worst]) if candidates.nodes.size else -1
-    return ConvergenceError(time, node, residual, tolerance, advice)

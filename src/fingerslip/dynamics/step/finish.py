@@ -47,19 +47,6 @@ class _Fields:
     kinetic: float  # kinetic energy [J]
 
 
-@dataclass(frozen=True)
-class _Contact:
-    """What contact has done in a step: motion (n_c, dim) [m], work on interface and bodies [J], the interface after.
-
-    `moments` (r,) are those on rotations [N m].
-    """
-
-    moved: Array
-    moments: Array
-    external_work: float
-    outcome: StepOutcome
-
-
 def finish(
     steppers: Sequence[Stepper],
     starts: Sequence[Prediction],
@@ -118,19 +105,19 @@ def _end_state(stepper: Stepper, start: Prediction, contact: ContactStep, end: _
         end.inertia - before.inertia,
         (before.unbalance_before, before.unbalance, unbalance),
     )
-    settled, damping = _contact_record(stepper, start, contact, end, change.displacement), 0.0
+    moved, moments, outward, outcome = _contact_record(stepper, start, contact, end.displacement)
+    damping = 0.0
     if stepper.damping.mass or stepper.damping.stiffness or system.dampers is not None:
         damping = float(change.displacement @ stepper.damping_force(0.5 * (before.velocity + end.velocity)))
-    energies = before.energies.after(
-        kinetic=end.kinetic,
-        strain=strained.stored,
-        contact=settled.outcome.stored,
-        friction=settled.outcome.friction,
-        damping=damping,
-        viscous=strained.viscous,
-        numerical=scheme.dissipation(change) + settled.outcome.numerical + strained.numerical,
-        work=0.5 * float((before.load + start.load) @ change.displacement) + settled.external_work,
-    )
+    spent = {
+        "friction": outcome.friction,
+        "damping": damping,
+        "viscous": strained.viscous,
+        "numerical": scheme.dissipation(change) + outcome.numerical + strained.numerical,
+        "external_work": 0.5 * float((before.load + start.load) @ change.displacement) + outward,
+    }
+    stored = {"kinetic": end.kinetic, "strain": strained.stored, "contact": outcome.stored}
+    energies = before.energies.after(stored, spent)
     after = State(
         time=start.time,
         step=scheme.step,
@@ -142,12 +129,12 @@ def _end_state(stepper: Stepper, start: Prediction, contact: ContactStep, end: _
         unbalance=unbalance,
         unbalance_before=before.unbalance,
         counterfaces=start.counterfaces,
-        moved=settled.moved,
+        moved=moved,
         contact_forces=contact.forces,
         contact_forces_before=before.contact_forces,
-        interface=settled.outcome.state,
+        interface=outcome.state,
         energies=energies,
-        moments=settled.moments,
+        moments=moments,
         iterations=contact.solution.iterations,
         residual=contact.solution.residual,
         working_set=contact.working_set,
@@ -164,10 +151,16 @@ def _end_state(stepper: Stepper, start: Prediction, contact: ContactStep, end: _
     return replace(after, energies=replace(energies, external_work=work))
 
 
-def _contact_record(stepper: Stepper, start: Prediction, contact: ContactStep, end: _Fields, change: Array) -> _Contact:
-    """Return what contact has done in a step that changed displacements by (n,) [m]."""
+def _contact_record(
+    stepper: Stepper, start: Prediction, contact: ContactStep, end: Array
+) -> tuple[Array, Array, float, StepOutcome]:
+    """Return what contact has done in a step that ended at displacements (n,) [m].
+
+    That is the motion of the candidates (n_c, dim) [m], moments on rotations (r,) [N m], work on counterfaces [J], and
+    the interface.
+    """
     before, system = start.before, stepper.system
-    moved, moments = system.moved(end.displacement, start.counterfaces), before.moments
+    moved, moments = system.moved(end, start.counterfaces), before.moments
     # Both works are those of the mean forces of the step.
     mean = 0.5 * (before.contact_forces + contact.forces)
     for release in (before.release, contact.release):
@@ -179,7 +172,7 @@ def _contact_record(stepper: Stepper, start: Prediction, contact: ContactStep, e
     if system.rotations is not None and contact.pose is not None:
         acting = contact.forces if contact.release is None else contact.forces + contact.release.correction
         moments = acting.ravel() @ contact.pose.columns
-        inward -= 0.5 * float((before.moments + moments) @ change[system.rotations.at])
+        inward -= 0.5 * float((before.moments + moments) @ (end - before.displacement)[system.rotations.at])
     outcome = settle(
         system.candidates,
         before.interface,
@@ -189,4 +182,4 @@ def _contact_record(stepper: Stepper, start: Prediction, contact: ContactStep, e
         stretch=tangent_lengths(contact.frames) if stepper.stretch is None else stepper.stretch,
         work=inward,
     )
-    return _Contact(moved, moments, outward, outcome)
+    return moved, moments, outward, outcome

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.dynamics.integrator import ByLength
+from fingerslip.dynamics.integrator import BodyIntegrator, ByLength
 from fingerslip.dynamics.step.anchor import Lead, is_at_rest, move_anchor, passes
 from fingerslip.dynamics.step.contact_step import ContactStep, solve_step, turn, weighted_forces
 from fingerslip.dynamics.step.finish import finish
@@ -24,8 +24,10 @@ __all__ = ["Mesh", "advance"]
 Array = NDArray[np.float64]
 
 
-class Mesh:
+class Mesh(BodyIntegrator):
     """Motions that share a factorised matrix; see :class:`fingerslip.dynamics.integrator.BodyIntegrator`."""
+
+    steppers: Sequence[Stepper] = ()
 
     def __init__(
         self, make: Callable[[float], Sequence[Stepper]], step: float, watch: Stopwatch, mapper: Mapper = one_by_one
@@ -74,13 +76,7 @@ class Mesh:
 
     def steer(self, system: System) -> None:
         """Go on with a system whose counterfaces or loads are others from now on."""
-        self.steppers = [self.steppers[0].with_system(system)]
-
-    def saved_state(self) -> None:
-        """Return nothing: factors are those of the model."""
-
-    def restore(self, saved: None) -> None:
-        """Do nothing."""
+        self.steppers = [replace(self.steppers[0], system=system)]
 
 
 def advance(

@@ -15,7 +15,7 @@ from fingerslip.dynamics.step.state import Energies, State
 from fingerslip.dynamics.step.stepper import Stepper, with_known
 from fingerslip.dynamics.step.viscoelastic import variables_at_rest
 from fingerslip.dynamics.system.operators import Pose
-from fingerslip.dynamics.system.scheme import Predictor, Scheme, start_push
+from fingerslip.dynamics.system.scheme import Predictor, start_push
 
 __all__ = ["Prediction", "first_state", "predict", "predict_ends"]
 
@@ -28,14 +28,18 @@ def first_state(stepper: Stepper) -> State:
     """Return the state at time zero, with the acceleration that loads and damping give it; supports are at rest."""
     system, candidates = stepper.system, stepper.system.candidates
     velocity, load = system.initial_velocity, system.load(0.0)
-    damped, kinetic = stepper.damping_force(velocity), stepper.kinetic_energy(velocity)
-    acceleration, inertia = _acceleration(stepper, (load - damped) * stepper.scheme.inertia_factor)
+    damped, factor = stepper.damping_force(velocity), stepper.scheme.inertia_factor
+    kinetic = 0.5 * factor * float(velocity @ (system.mass @ velocity))
+    acceleration, inertia = _acceleration(stepper, (load - damped) * factor)
     unbalance, moving = damped - load, system.unknowns.moving
     unbalance[moving] = -inertia[moving]
-    unbalances = unbalance, unbalance
+    unbalance_before = unbalance
     if stepper.starts_damped:
+        # The balance of energy closes with the forces with which damping takes up within a step what inertia lacks.
         unbalance[moving] -= stepper.resisting(acceleration)[moving]
-        unbalances = _unbalances(stepper.scheme, unbalance, inertia)
+        lacking, weight = unbalance + inertia, stepper.scheme.start_weight
+        unbalance = unbalance - start_push(stepper.scheme) / weight * lacking
+        unbalance_before = unbalance + lacking / weight
     none = np.zeros((len(candidates.nodes), system.space.dim))
     return State(
         time=0.0,
@@ -44,8 +48,8 @@ def first_state(stepper: Stepper) -> State:
         acceleration=acceleration,
         inertia=inertia,
         load=load,
-        unbalance=unbalances[0],
-        unbalance_before=unbalances[1],
+        unbalance=unbalance,
+        unbalance_before=unbalance_before,
         counterfaces=np.zeros((len(system.motions), system.space.dim)),
         moved=none,
         contact_forces=none,
@@ -72,16 +76,6 @@ def _acceleration(stepper: Stepper, forces: Array) -> tuple[Array, Array]:
     factor = system.coordinates.factorise(with_known(system.mass, moving), stepper.solver)
     acceleration = factor.backward(factor.forward(forces_left))
     return acceleration, (system.mass @ acceleration if moving.size else forces_left)
-
-
-def _unbalances(scheme: Scheme, unbalance: Array, inertia: Array) -> tuple[Array, Array]:
-    """Return the unbalanced forces (n,) [N] at the start and one step earlier, with which the balance of energy closes.
-
-    What the inertia lacks is what damping takes up within a step.
-    """
-    lacking = unbalance + inertia
-    now = unbalance - start_push(scheme) / scheme.start_weight * lacking
-    return now, now + lacking / scheme.start_weight
 
 
 @dataclass(frozen=True)

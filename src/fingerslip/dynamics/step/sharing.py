@@ -36,7 +36,8 @@ _FULL = 8
 
 # What of a model decides stiffness and mass, beside its mesh.
 _OF_BODY = ("kinematics", "materials", "formulation", "depth", "supports", "support_motions", "integration")
-# What of a rigid body does.
+# What of a contact and of a rigid body does.
+_OF_CONTACT = ("boundary", "counterface", "normal_penalty", "tangential_penalty", "rigid_body")
 _OF_RIGID = ("mass", "free", "centre", "inertia", "springs", "dampers")
 
 
@@ -168,17 +169,9 @@ def _difference(first: Model, other: Model) -> str:
     return next((f"contacts.{number}" for number, (a, b) in pairs if _of_matrix(a) != _of_matrix(b)), "")
 
 
-def _of_matrix(contact: Contact) -> tuple[Any, ...]:
+def _of_matrix(contact: Contact) -> list[Any]:
     """Return what of a contact decides the matrix and the compliance."""
-    mass = contact.drive.mass if contact.drive else None
-    return (
-        contact.boundary,
-        contact.counterface,
-        contact.normal_penalty,
-        contact.tangential_penalty,
-        mass,
-        contact.rigid_body,
-    )
+    return [contact.drive and contact.drive.mass, *(getattr(contact, name) for name in _OF_CONTACT)]
 
 
 def _rigid_parts(model: Model) -> list[tuple[Any, ...]]:

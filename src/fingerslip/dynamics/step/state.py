@@ -11,7 +11,9 @@ so whatever is left over is rounding, or an error. The numerical dissipation is 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,30 +54,9 @@ class Energies:
             - (self.friction + self.damping + self.viscous + self.numerical)
         )
 
-    def after(
-        self,
-        *,
-        kinetic: float,
-        strain: float,
-        contact: float,
-        friction: float,
-        damping: float,
-        numerical: float,
-        work: float,
-        viscous: float = 0.0,
-    ) -> Energies:
-        """Return the energies after a step, from its new stored energies and its own dissipations and work [J]."""
-        return Energies(
-            kinetic=kinetic,
-            strain=strain,
-            contact=contact,
-            friction=self.friction + friction,
-            damping=self.damping + damping,
-            numerical=self.numerical + numerical,
-            external_work=self.external_work + work,
-            initial=self.initial,
-            viscous=self.viscous + viscous,
-        )
+    def after(self, stored: Mapping[str, Any], spent: Mapping[str, Any]) -> Energies:
+        """Return the energies after a step, by their names: those stored at its end, and those spent in it [J]."""
+        return replace(self, **stored, **{name: getattr(self, name) + energy for name, energy in spent.items()})
 
 
 @dataclass(frozen=True)
@@ -83,13 +64,13 @@ class State:
     """The motion at one time, on the system's unknowns."""
 
     time: float  # [s]
-    displacement: Array  # (n,), [m], [m/s], [m/s^2]
-    velocity: Array  # (n,), [m], [m/s], [m/s^2]
-    acceleration: Array  # (n,), [m], [m/s], [m/s^2]
+    displacement: Array  # (n,) [m]
+    velocity: Array  # (n,) [m/s]
+    acceleration: Array  # (n,) [m/s^2]
     inertia: Array  # (n,), mass times acceleration [N]
     load: Array  # (n,), forces of loads, those on rigid bodies included [N]
-    unbalance: Array  # (n,), unbalanced force C v + K u - f now and one step earlier [N]
-    unbalance_before: Array  # (n,), unbalanced force C v + K u - f now and one step earlier [N]
+    unbalance: Array  # (n,), unbalanced force C v + K u - f [N]
+    unbalance_before: Array  # (n,), that one step earlier [N]
     counterfaces: Array  # (n_counterfaces, dim), prescribed displacement of the counterfaces [m]
     moved: Array  # (n_c, dim), displacement of the candidates relative to their counterfaces [m]
     contact_forces: Array  # (n_c, dim) [N]

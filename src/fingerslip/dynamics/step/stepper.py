@@ -18,7 +18,7 @@ from fingerslip.contact.solve.compliance import Compliance
 from fingerslip.dynamics.step.condensation import Condensed
 from fingerslip.dynamics.step.sharing import first_alike, same_compliance
 from fingerslip.dynamics.step.state import State
-from fingerslip.dynamics.step.viscoelastic import Viscous, relaxed_force, stiffness_of_step, viscous_steps
+from fingerslip.dynamics.step.viscoelastic import Viscous, relaxed_force, viscous_steps
 from fingerslip.dynamics.system.scheme import Scheme, make_scheme, start_push
 from fingerslip.dynamics.system.system import System
 from fingerslip.linear.solver import LinearSolver, preferred_solver
@@ -86,7 +86,10 @@ class Stepper:
     @cached_property
     def stiffness(self) -> sparse.csr_matrix:
         """Stiffness of the force at the end of a step (n, n) [N/m], that of viscoelastic layers included."""
-        return stiffness_of_step(self.system.stiffness, self.viscous)
+        stiffness = self.system.stiffness
+        for layer in self.viscous:
+            stiffness = sparse.csr_matrix(stiffness + layer.stiffness)
+        return stiffness
 
     @cached_property
     def stretch(self) -> Array | None:
@@ -134,10 +137,6 @@ class Stepper:
         resisting: Array = scheme.end_weight * force
         return resisting
 
-    def with_system(self, system: System) -> Stepper:
-        """Return the stepper of a system with the same matrices and candidates."""
-        return replace(self, system=system)
-
     def anchor_force(self, stretch: Array) -> Array:
         """Return the force of springs to an anchor that are stretched by (n,) [m], shape (n,) [N]."""
         return np.zeros_like(stretch) if self.anchoring is None else self.anchoring * stretch
@@ -171,10 +170,6 @@ class Stepper:
             force -= relaxed_force(rows, self.viscous, state.history_variables)
         force_of_supports: Array = force - (system.relative[:, moving].T @ state.contact_forces.ravel())
         return force_of_supports
-
-    def kinetic_energy(self, velocity: Array) -> float:
-        """Return the kinetic energy at a velocity (n,) [m/s], in J; none where nothing has inertia."""
-        return 0.5 * self.scheme.inertia_factor * float(velocity @ (self.system.mass @ velocity))
 
 
 def is_large(systems: Sequence[System]) -> bool:
@@ -233,19 +228,9 @@ def _build(
         turning = condensed.backward(condensed.forward(turning), np.zeros((len(compliance), at.size)))
     first = first_alike(systems, same_compliance)
     compliances = {kind: _own_compliance(systems[kind], compliance, rows[kind], factor) for kind in set(first)}
+    alike = scheme, damping, solver, condensed
     return [
-        Stepper(
-            system,
-            scheme,
-            damping,
-            solver,
-            condensed,
-            rows[number],
-            *compliances[first[number]],
-            turning,
-            anchoring,
-            viscous,
-        )
+        Stepper(system, *alike, rows[number], *compliances[first[number]], turning, anchoring, viscous)
         for number, system in enumerate(systems)
     ]
 

@@ -20,7 +20,7 @@ from fingerslip.fe.forms import ViscoelasticLayers
 from fingerslip.materials.prony import Recurrence, recurrence
 from fingerslip.materials.viscoelastic import OutOfPlane
 
-__all__ = ["HistoryVariables", "Viscous", "relaxed_force", "stiffness_of_step", "variables_at_rest", "viscous_steps"]
+__all__ = ["HistoryVariables", "Viscous", "relaxed_force", "variables_at_rest", "viscous_steps"]
 
 Array = NDArray[np.float64]
 
@@ -141,24 +141,15 @@ class Viscous:
 
     def elastic_force(self, variables: HistoryVariables) -> tuple[Array, Array | None]:
         """Return y and, in plane stress, what T is to be multiplied with: the force is K u - S y + T of that."""
-        across = self.layers.across
-        if across is None:
-            return variables.relaxed[0], None
-        return variables.relaxed[0], variables.across[0] - across.along * variables.given[0] - variables.across_relaxed[
-            0
-        ]
+        relaxed, law = variables.relaxed[0], self.layers.across
+        if law is None:
+            return relaxed, None
+        return relaxed, variables.across[0] - law.along * variables.given[0] - variables.across_relaxed[0]
 
 
 def viscous_steps(layers: Sequence[ViscoelasticLayers], step: float) -> tuple[Viscous, ...]:
     """Return the viscoelastic layers, for a step [s] that their model was checked for."""
     return tuple(Viscous(layer, recurrence(layer.prony, step, controlled=True)) for layer in layers)
-
-
-def stiffness_of_step(stiffness: sparse.csr_matrix, viscous: Sequence[Viscous]) -> sparse.csr_matrix:
-    """Return the stiffness K_step of the force at the end of a step, from the elastic stiffness, both (n, n) [N/m]."""
-    for layer in viscous:
-        stiffness = sparse.csr_matrix(stiffness + layer.stiffness)
-    return stiffness
 
 
 def relaxed_force(

@@ -19,7 +19,7 @@ from fingerslip.contact.frames import sliding_direction
 from fingerslip.dynamics.system.scheme import make_scheme
 from fingerslip.errors import InputError
 from fingerslip.materials.elastic import RayleighDamping
-from fingerslip.model.model import Contact, Drive, Model
+from fingerslip.model.model import Contact, Model
 from fingerslip.model.programme import Hold, Lift, Phase, Press, Ramp, Slide, phase_duration
 from fingerslip.model.rigid_bodies import DIRECTIONS, Direction, RigidBody, directions_in
 
@@ -157,7 +157,16 @@ def rigid_freedoms(model: Model) -> tuple[RigidFreedom, ...]:
     """Return the free directions of all rigid bodies of a checked model, those of drives first."""
     dim = model.mesh.dim()
     drives = [
-        _driven(number, contact.drive, contact.counterface)
+        RigidFreedom(
+            body=None,
+            direction=None,
+            faces=(number,),
+            shift=contact.counterface.unit_normal,
+            turn=np.zeros((dim, dim)),
+            centre=np.zeros(dim),
+            mass=contact.drive.mass,
+            loads=((contact.drive.force, contact.drive.ramp),),
+        )
         for number, contact in enumerate(model.contacts)
         if contact.drive
     ]
@@ -168,20 +177,6 @@ def rigid_freedoms(model: Model) -> tuple[RigidFreedom, ...]:
         if direction in body.free
     ]
     return (*drives, *bodies)
-
-
-def _driven(number: int, drive: Drive, counterface: Counterface) -> RigidFreedom:
-    dim = counterface.dim
-    return RigidFreedom(
-        body=None,
-        direction=None,
-        faces=(number,),
-        shift=counterface.unit_normal,
-        turn=np.zeros((dim, dim)),
-        centre=np.zeros(dim),
-        mass=drive.mass,
-        loads=((drive.force, drive.ramp),),
-    )
 
 
 def _freedom(model: Model, name: str, direction: Direction) -> RigidFreedom:

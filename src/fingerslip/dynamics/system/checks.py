@@ -96,7 +96,9 @@ def inspect_model(model: Model, space: Space | None = None) -> CheckedModel:
     space = space or build_space(model.mesh)
     materials = cell_materials(space, model.materials, model.formulation)
     finite = finite_cell_materials(space, model.materials, model.formulation) if model.is_finite else None
-    _check_relaxation(model)
+    for name, material in model.materials.items():
+        terms = getattr(small_strain_law(material), "prony", ())
+        recurrence(terms, shortest_step(model.time), f"materials.{name}.prony")
     _check_contacts(model, space)
     check_bodies(model)
     _check_initial_velocity(model, space)
@@ -116,9 +118,15 @@ def inspect_model(model: Model, space: Space | None = None) -> CheckedModel:
     )
     held = _held_dofs(model, space)
     _check_support_motions(model, space)
-    free = _free_dofs(held, space)
+    free = np.setdiff1d(np.arange(space.n_dofs), np.concatenate([np.zeros(0, dtype=np.int64), *held.values()]))
+    if not free.size:
+        raise InputError("supports", "fix every degree of freedom", "something has to be free to move")
     held_by_contact = () if make_scheme(model.time).inertia_factor else _unheld(model, space, free, candidates)
-    _check_held(model, held_by_contact)
+    if model.is_finite and held_by_contact:
+        # The tangent of a body that supports do not hold is singular.
+        fault = f"leave it to contact alone to hold {', '.join(held_by_contact)}"
+        repair = "support it, take TimeStepping, or kinematics 'small'"
+        raise InputError("supports", fault, "at large strain a body without inertia needs supports", repair)
     if not model.support_motions:
         _check_depth(model, space, counterfaces, motions, free)
     return CheckedModel(
@@ -136,14 +144,6 @@ def inspect_model(model: Model, space: Space | None = None) -> CheckedModel:
     )
 
 
-def _check_held(model: Model, held_by_contact: tuple[str, ...]) -> None:
-    """Refuse bodies without inertia at large strain that supports do not hold: their tangent is singular."""
-    if model.is_finite and held_by_contact:
-        fault = f"leave it to contact alone to hold {', '.join(held_by_contact)}"
-        repair = "support it, take TimeStepping, or kinematics 'small'"
-        raise InputError("supports", fault, "at large strain a body without inertia needs supports", repair)
-
-
 def _at_start(number: int, contact: Contact, skin: NDArray[np.float64]) -> Counterface:
     """Return the counterface of a contact at its start: where none is given at the clearance from `skin` (n, dim)."""
     away = contact.clearance * contact.counterface.unit_normal
@@ -153,13 +153,6 @@ def _at_start(number: int, contact: Contact, skin: NDArray[np.float64]) -> Count
         repair = "leave out its offset or centre, or the clearance"
         raise InputError(f"contacts.{number}.clearance", fault, "needs a counterface without a given start", repair)
     return placed
-
-
-def _check_relaxation(model: Model) -> None:
-    """Refuse relaxation times that are too short for the step."""
-    for name, material in model.materials.items():
-        where, terms = f"materials.{name}.prony", getattr(small_strain_law(material), "prony", ())
-        recurrence(terms, shortest_step(model.time), where)
 
 
 def _check_contacts(model: Model, space: Space) -> None:
@@ -184,13 +177,6 @@ def _check_initial_velocity(model: Model, space: Space) -> None:
     if velocity is not None and any(velocity) and not make_scheme(model.time).inertia_factor:
         fault = "is given for a model without inertia"
         raise InputError("initial_velocity", fault, "needs steps with inertia", "take TimeStepping, or leave it out")
-
-
-def _programme_name(contact: Contact, number: int) -> str:
-    """Return how errors call the programme of a contact."""
-    if contact.rigid_body is not None:
-        return f"bodies.{contact.rigid_body}.programme"
-    return "programme" if contact.programme is None else f"contacts.{number}.programme"
 
 
 def _held_dofs(model: Model, space: Space) -> dict[str, NDArray[np.int64]]:
@@ -225,16 +211,6 @@ def _check_support_motions(model: Model, space: Space) -> None:
                 fault, allowed = f"moves along {component}", f"the support holds {', '.join(model.supports[name])}"
                 repair = f"hold {component} as well, or write 0 there"
                 raise InputError(f"{where}.displacement", fault, allowed, repair)
-
-
-def _free_dofs(held: Mapping[str, NDArray[np.int64]], space: Space) -> NDArray[np.int64]:
-    is_free = np.ones(space.n_dofs, dtype=bool)
-    for dofs in held.values():
-        is_free[dofs] = False
-    free = np.flatnonzero(is_free)
-    if not free.size:
-        raise InputError("supports", "fix every degree of freedom", "something has to be free to move")
-    return free
 
 
 def _unheld(model: Model, space: Space, free: NDArray[np.int64], candidates: tuple[Candidates, ...]) -> tuple[str, ...]:
@@ -312,7 +288,10 @@ def _check_depth(
             continue
         thickness = float(counterface.gap(behind).min()) - lowest
         left = min(float(counterface.gap(behind - position).min()) for position in motion.positions)
-        _judge_depth(_programme_name(contact, number), thickness - left, thickness, is_finite=model.is_finite)
+        where = "programme" if contact.programme is None else f"contacts.{number}.programme"
+        if contact.rigid_body is not None:
+            where = f"bodies.{contact.rigid_body}.programme"
+        _judge_depth(where, thickness - left, thickness, is_finite=model.is_finite)
 
 
 def _judge_depth(where: str, depth: float, thickness: float, *, is_finite: bool) -> None:

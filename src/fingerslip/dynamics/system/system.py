@@ -6,7 +6,6 @@ import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -162,12 +161,20 @@ def build_system(model: Model, twin: System | None = None) -> System:
     rows = held_rows(checked_model.held, space)
     moving = tuple(moving_components(model.support_motions, rows, list(checked_model.held)))
     unknowns = Unknowns(checked_model.free, rigid_freedoms(model), tuple(motion.dofs for motion in moving))
-    matrices = _assembled(twin) if twin else _assemble(model, checked_model, unknowns, rows)
-    stiffness, mass, viscoelastic = matrices.of_unknowns
+    if twin is None:
+        (stiffness, mass, viscoelastic), of_held = _assemble(model, checked_model, unknowns, rows)
+    else:
+        stiffness, mass, viscoelastic = twin.stiffness, twin.mass, twin.viscoelastic
+        of_held = twin.supports.stiffness, twin.supports.mass, twin.supports.viscoelastic
     candidates = join_candidates(list(checked_model.candidates), space.dim)
     coordinates = MeshCoordinates(unknowns, space.n_dofs)
-    dampers = np.zeros(unknowns.count)
+    dampers, springs = np.zeros((2, unknowns.count))
     dampers[unknowns.of_rigid] = [freedom.viscous(model.damping) for freedom in unknowns.rigid]
+    body = None
+    if checked_model.finite_materials is not None:
+        springs[unknowns.of_rigid] = [freedom.stiffness for freedom in unknowns.rigid]
+        bulk = large_strain(space, checked_model.finite_materials, model.depth, model.integration)
+        body = Body(bulk, coordinates, springs)
     return System(
         space=space,
         materials=checked_model.materials,
@@ -186,45 +193,30 @@ def build_system(model: Model, twin: System | None = None) -> System:
         site_nodes=checked_model.site_nodes,
         supports=Supports(
             rows,
-            stiffness=matrices.of_held[0],
-            mass=matrices.of_held[1],
+            stiffness=of_held[0],
+            mass=of_held[1],
             contact=sparse.csr_matrix(rows[:, vector_dofs(candidates.nodes, space.dim).ravel()]),
             loads=tuple(Load(rows @ load.forces, load.ramp) for load in checked_model.loads),
-            viscoelastic=matrices.of_held[2],
+            viscoelastic=of_held[2],
         ),
         moving_supports=moving,
         viscoelastic=viscoelastic,
-        body=_large_body(model, checked_model, coordinates),
+        body=body,
         dampers=dampers if dampers.any() else None,
     )
 
 
-def _large_body(model: Model, checked_model: CheckedModel, coordinates: MeshCoordinates) -> Body | None:
-    """Return the deformable body of a model at large strain; None at small strain."""
-    if checked_model.finite_materials is None:
-        return None
-    bulk = large_strain(checked_model.space, checked_model.finite_materials, model.depth, model.integration)
-    springs = np.zeros(coordinates.unknowns.count)
-    springs[coordinates.unknowns.of_rigid] = [freedom.stiffness for freedom in coordinates.unknowns.rigid]
-    return Body(bulk, coordinates, springs)
+#: Stiffness, mass and viscoelastic layers.
+_Matrices = tuple[sparse.csr_matrix | Array, sparse.csr_matrix | Array, tuple[ViscoelasticLayers, ...]]
 
 
-class _Matrices(NamedTuple):
-    """Stiffness, mass and viscoelastic layers of the unknowns, and their rows at what supports hold."""
+def _assemble(
+    model: Model, checked_model: CheckedModel, unknowns: Unknowns, rows: sparse.csr_matrix
+) -> tuple[_Matrices, _Matrices]:
+    """Assemble the matrices of the unknowns, and their rows at what supports hold.
 
-    of_unknowns: tuple[sparse.csr_matrix, sparse.csr_matrix, tuple[ViscoelasticLayers, ...]]
-    of_held: tuple[sparse.csr_matrix, sparse.csr_matrix, tuple[ViscoelasticLayers, ...]]
-
-
-def _assembled(twin: System) -> _Matrices:
-    """Return the matrices of a system on the mesh."""
-    held = twin.supports
-    of_held = sparse.csr_matrix(held.stiffness), sparse.csr_matrix(held.mass), held.viscoelastic
-    return _Matrices((twin.stiffness, twin.mass, twin.viscoelastic), of_held)
-
-
-def _assemble(model: Model, checked_model: CheckedModel, unknowns: Unknowns, rows: sparse.csr_matrix) -> _Matrices:
-    """Assemble the matrices; there are no viscoelastic layers at large strain, where the body itself remembers."""
+    There are no viscoelastic layers at large strain, where the body itself remembers.
+    """
     space, free = checked_model.space, checked_model.free
     springs, masses = ([getattr(freedom, name) for freedom in unknowns.rigid] for name in ("stiffness", "mass"))
     of_mesh = (
@@ -243,16 +235,12 @@ def _assemble(model: Model, checked_model: CheckedModel, unknowns: Unknowns, row
         at = unknowns.of_rigid
         stiffness += sparse.csr_matrix((springs, (at, at)), shape=mass.shape)
         mass += sparse.csr_matrix((masses, (at, at)), shape=mass.shape)
-        return _Matrices((stiffness, mass, viscoelastic), of_held)
+        return (stiffness, mass, viscoelastic), of_held
     stiffness, mass = (
-        sparse.block_diag([matrix[free][:, free], *map(_diagonal, values)], format="csr")
+        sparse.block_diag([matrix[free][:, free], *(sparse.csr_matrix([[value]]) for value in values)], format="csr")
         for matrix, values in zip(of_mesh, (springs, masses), strict=True)
     )
-    return _Matrices((stiffness, mass, viscoelastic), of_held)
-
-
-def _diagonal(value: float) -> sparse.csr_matrix:
-    return sparse.csr_matrix([[value]]) if value else sparse.csr_matrix((1, 1))
+    return (stiffness, mass, viscoelastic), of_held
 
 
 def _loads(checked_model: CheckedModel, unknowns: Unknowns) -> tuple[Load, ...]:

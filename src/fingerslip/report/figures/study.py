@@ -78,9 +78,7 @@ def event_times_figure(
 
 @with_style
 def latency_figure(
-    runs: Sequence[RunResult],
-    path: str = "fingertip.phalanx.variant",
-    reference: PublishedSet | None = None,
+    runs: Sequence[RunResult], path: str = "fingertip.phalanx.variant", reference: PublishedSet | None = None
 ) -> Figure:
     """Draw the latency [ms] against a swept value, a panel for each combination of others."""
     words, axis = path_label(path), _Axis(runs, path)

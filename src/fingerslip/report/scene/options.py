@@ -23,36 +23,18 @@ SCALARS: Mapping[str, tuple[str, float]] = {
 
 @parameters
 class SceneOptions:
-    """What a scene shows.
+    """What a scene shows."""
 
-    Parameters
-    ----------
-    scalar : {'von_mises', 'strain_energy_density', 'displacement', 'velocity', 'region'}
-        The field that colours the layers.
-    hidden : tuple of str
-        Regions that are left out.
-    cut : {'none', 'x', 'y', 'z'}
-        Normal of a plane through the middle of the body, in front of which everything is left out.
-    camera : {'oblique', 'side', 'front', 'below'}
-        Direction of view; from below the contact is seen through the plate. Two-dimensional results are seen from the
-        side.
-    plate, receptors, edges : bool
-        Whether the outline of the plate, recorded sites and the edges of the cells are drawn.
-    contact : bool
-        Whether the nodes that touch are drawn, in the colours of stick and slip.
-    written : bool
-        Whether the time and the colour bar are written into the picture.
-    """
-
-    scalar: Scalar = "von_mises"
-    hidden: tuple[str, ...] = ()
-    cut: Cut = "none"
+    scalar: Scalar = "von_mises"  # the field that colours the layers
+    hidden: tuple[str, ...] = ()  # regions that are left out
+    cut: Cut = "none"  # normal of a plane through the middle of the body, in front of which everything is left out
+    # from below the contact is seen through the plate; two-dimensional results are seen from the side
     camera: Camera = "oblique"
-    plate: bool = True
-    receptors: bool = True
-    edges: bool = False
-    contact: bool = False
-    written: bool = True
+    plate: bool = True  # whether the outline of the plate is drawn
+    receptors: bool = True  # whether recorded sites are
+    edges: bool = False  # whether the edges of the cells are
+    contact: bool = False  # whether the nodes that touch are, in the colours of stick and slip
+    written: bool = True  # whether the time and the colour bar are written into the picture
 
 
 #: The address at which only this machine can look.

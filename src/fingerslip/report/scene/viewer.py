@@ -139,10 +139,7 @@ def event_legend(history: xr.Dataset, events: Events) -> list[tuple[str, float, 
 
 
 def still(
-    history: xr.Dataset,
-    time: float | None = None,
-    options: SceneOptions | None = None,
-    size: tuple[int, int] = _SIZE,
+    history: xr.Dataset, time: float | None = None, options: SceneOptions | None = None, size: tuple[int, int] = _SIZE
 ) -> NDArray[np.uint8]:
     """Render the snapshot nearest to a time [s] as a picture (height, width, 3), with or without a display."""
     options = options or SceneOptions()
@@ -300,7 +297,7 @@ def prepare_rendering() -> None:
     """
     if has_display() or _WINDOW in os.environ:
         return
-    window = _working_window()
+    window = next(filter(_draws, _WINDOWS), None)
     if window is None:
         raise ResultError(
             "pictures in 3D cannot be drawn here: there is no display, and neither EGL nor OSMesa works; "
@@ -311,16 +308,10 @@ def prepare_rendering() -> None:
 
 
 @functools.cache
-def _working_window() -> str | None:
-    """Return the first kind of window that draws."""
-    return next((window for window in _WINDOWS if _draws(window)), None)
-
-
 def _draws(window: str) -> bool:
-    command, environment = [sys.executable, "-c", _PROBE], {**os.environ, _WINDOW: window}
+    """Tell whether a kind of window draws."""
+    command, environ = [sys.executable, "-c", _PROBE], {**os.environ, _WINDOW: window}
     try:
-        return not subprocess.run(
-            command, env=environment, capture_output=True, timeout=_SECONDS, check=False
-        ).returncode
+        return not subprocess.run(command, check=False, env=environ, capture_output=True, timeout=_SECONDS).returncode
     except (OSError, subprocess.TimeoutExpired):
         return False

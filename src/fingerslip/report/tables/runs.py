@@ -200,36 +200,29 @@ def runs_frame(study: StudyResult) -> pd.DataFrame:
 
     Its attribute ``units`` has the units of the columns.
     """
-    table = summary_table(study.runs, study.refused)
-    frame = _frame(table)
-    frame.attrs |= {"units": summary_units(study.runs, study.refused), "title": study.title}
+    frame = table_frame(summary_table(study.runs, study.refused))
+    frame.attrs = {"units": summary_units(study.runs, study.refused), "title": study.title}
     return frame
 
 
 def table_frame(table: Table) -> pd.DataFrame:
-    """Put a table into a data frame."""
-    frame = _frame(table)
-    units = {column.name: column.unit for column in table.columns if column.unit}
-    frame.attrs |= {"units": units, "title": table.title, "note": table.note}
-    return frame
-
-
-def _frame(table: Table) -> pd.DataFrame:
-    """Return the columns of a table: numbers where all that one has are numbers, or missing."""
+    """Put a table into a data frame: a column has numbers where all that it has are numbers, or missing."""
     import pandas as pd
+
+    def number_or_text(cell: Cell) -> Cell:
+        if isinstance(cell, Measured):
+            return cell.value
+        return None if isinstance(cell, Missing) else cell
 
     series = {}
     for index, column in enumerate(table.columns):
-        cells = [_number_or_text(row[index]) for row in table.rows]
+        cells = [number_or_text(row[index]) for row in table.rows]
         numbers = all(cell is None or (isinstance(cell, int | float) and not isinstance(cell, bool)) for cell in cells)
         series[column.name] = pd.Series(cells, dtype="float64" if cells and numbers else "object")
-    return pd.DataFrame(series)
-
-
-def _number_or_text(cell: Cell) -> Cell:
-    if isinstance(cell, Measured):
-        return cell.value
-    return None if isinstance(cell, Missing) else cell
+    frame = pd.DataFrame(series)
+    units = {column.name: column.unit for column in table.columns if column.unit}
+    frame.attrs = {"units": units, "title": table.title, "note": table.note}
+    return frame
 
 
 def energies_table(histories: Mapping[str, xr.Dataset]) -> Table:

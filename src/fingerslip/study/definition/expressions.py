@@ -60,10 +60,31 @@ _ALLOWED = f"needs numbers, names, + - * / **, parentheses and {', '.join(FUNCTI
 
 def check_expression(text: str) -> str:
     """Return an expression that can be read; refuse any other, without knowing the names in it."""
-    tree, _ = _parse(text)
-    for node in ast.walk(tree):
+    for node in ast.walk(_parse(text)[0]):
         _check_node(node, text)
     return text
+
+
+def _check_node(node: ast.AST, text: str) -> None:
+    match node:
+        case ast.Constant(value=str() as value):
+            if si_quantity(value) is None:
+                needed = "needs a number and a unit such as '1.5 mm'"
+                raise InputError("", f"'{text}': '{value}' is no quantity", needed)
+        case ast.Constant(value=value):
+            if isinstance(value, bool) or not isinstance(value, int | float):
+                raise InputError("", f"'{text}' holds what is not allowed ({type(value).__name__})", _ALLOWED)
+            if value > _LARGEST_NUMBER:
+                needed = f"needs numbers up to {_LARGEST_NUMBER:g}"
+                raise InputError("", f"'{text}' holds a number that is too large", needed)
+        case ast.Call(func=ast.Name(id=function), args=args, keywords=[]) if function in FUNCTIONS:
+            if len(args) < 2 if function in _SEVERAL else len(args) != 1:
+                needed = "two values or more" if function in _SEVERAL else "one value"
+                raise InputError("", f"'{text}' gives {function} {len(args)} values", f"needs {needed}")
+        case ast.Expression() | ast.BinOp() | ast.UnaryOp() | ast.Name() | ast.Load():
+            pass
+        case _ if type(node) not in _OPERATORS:
+            raise InputError("", f"'{text}' holds what is not allowed ({type(node).__name__})", _ALLOWED)
 
 
 def check_names(expressions: Mapping[str, str]) -> Mapping[str, str]:
@@ -132,30 +153,6 @@ def _parse(text: str) -> tuple[ast.Expression, dict[str, str]]:
         return ast.parse(_NAME.sub(stand_in, text), mode="eval"), names
     except (SyntaxError, ValueError):
         raise InputError("", f"'{text}' is no expression", _ALLOWED) from None
-
-
-def _check_node(node: ast.AST, text: str) -> None:
-    match node:
-        case ast.Constant(value=value):
-            _check_constant(value, text)
-        case ast.Call(func=ast.Name(id=function), args=args, keywords=[]) if function in FUNCTIONS:
-            if len(args) < 2 if function in _SEVERAL else len(args) != 1:
-                needed = "two values or more" if function in _SEVERAL else "one value"
-                raise InputError("", f"'{text}' gives {function} {len(args)} values", f"needs {needed}")
-        case ast.Expression() | ast.BinOp() | ast.UnaryOp() | ast.Name() | ast.Load():
-            pass
-        case _ if type(node) not in _OPERATORS:
-            raise InputError("", f"'{text}' holds what is not allowed ({type(node).__name__})", _ALLOWED)
-
-
-def _check_constant(value: object, text: str) -> None:
-    if isinstance(value, str):
-        if si_quantity(value) is None:
-            raise InputError("", f"'{text}': '{value}' is no quantity", "needs a number and a unit such as '1.5 mm'")
-    elif isinstance(value, bool) or not isinstance(value, int | float):
-        raise InputError("", f"'{text}' holds what is not allowed ({type(value).__name__})", _ALLOWED)
-    elif value > _LARGEST_NUMBER:
-        raise InputError("", f"'{text}' holds a number that is too large", f"needs numbers up to {_LARGEST_NUMBER:g}")
 
 
 def _value(node: ast.AST, names: Mapping[str, Any]) -> Any:

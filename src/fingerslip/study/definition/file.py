@@ -36,20 +36,15 @@ def line_numbers(path: Path) -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        raise _with_lines(error, path) from None
-
-
-def _with_lines(error: InputError, path: Path) -> InputError:
-    front = f"{path}: "
-    try:
-        lines = _document(_read_text(path), str(path)).lines
-    except InputError:  # what cannot be read has no lines
-        return error
-    ordered = in_order(error.all, lines, front)
-    return Mistakes(
-        mistake.moved(lambda where: where, lines.get(known_part(mistake.where.removeprefix(front), lines)))
-        for mistake in ordered
-    ).error()
+        front = f"{path}: "
+        try:
+            lines = _document(_read_text(path), str(path)).lines
+        except InputError:  # what cannot be read has no lines
+            raise error from None
+        raise Mistakes(
+            mistake.moved(lambda where: where, lines.get(known_part(mistake.where.removeprefix(front), lines)))
+            for mistake in in_order(error.all, lines, front)
+        ).error() from None
 
 
 # A report reads the file of a run for its values and again for its study; parsing is most of that work.
@@ -88,22 +83,17 @@ def read_with_base(path: Path) -> dict[str, Any]:
     """
     files, mappings = [path], [read_mapping(path)]
     while BASE in mappings[-1]:
-        base = _base_of(files[-1], mappings[-1].pop(BASE))
+        where, name = f"{files[-1]}: {BASE}", mappings[-1].pop(BASE)
+        if not isinstance(name, str) or not name or Path(name).name != name:
+            needed = "needs the name of a study file in the same folder"
+            raise InputError(where, f"got {shorten(repr(name))}", needed, "copy it there")
+        base = path.with_name(name)
         if base in files:
             names = shorten(" -> ".join(file.name for file in (*files, base)))
-            fault = f"leads back to {base.name} ({names})"
-            raise InputError(f"{files[-1]}: {BASE}", fault, "needs a file without this one as base")
+            raise InputError(where, f"leads back to {name} ({names})", "needs a file without this one as base")
         files.append(base)
         mappings.append(read_mapping(base))
     return functools.reduce(_merge, reversed(mappings))
-
-
-def _base_of(path: Path, name: object) -> Path:
-    """Return the file of a base, which is in the folder of the study, as paths of mesh files are."""
-    if not isinstance(name, str) or not name or Path(name).name != name:
-        fault = f"got {shorten(repr(name))}"
-        raise InputError(f"{path}: {BASE}", fault, "needs the name of a study file in the same folder", "copy it there")
-    return path.with_name(name)
 
 
 def _merge(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:

@@ -272,21 +272,13 @@ def _apart(names: Sequence[str], longer: Sequence[str]) -> list[str]:
 
 
 def _name(swept: Mapping[str, Any], digits: Callable[[str], str]) -> str:
-    labels = _labels(tuple(swept))
-    name = "_".join(f"{labels[path]}-{_slug(value, digits)}" for path, value in swept.items()) or "run"
-    if len(name) <= _LONGEST:
-        return name
-    return f"{name[: _LONGEST - 9]}-{digest(name.encode())[:8]}"
-
-
-def _labels(paths: Sequence[str]) -> dict[str, str]:
-    """Return the shortest endings of the paths that tell them apart; 'x.enabled' is called 'x'."""
-    keys_of_path = {path: path.removesuffix(".enabled").split(".") for path in paths}
+    """Return values with the shortest endings of their paths that tell them apart; 'x.enabled' is called 'x'."""
+    keys_of_path = {path: path.removesuffix(".enabled").split(".") for path in swept}
     last = Counter(keys[-1] for keys in keys_of_path.values())
-    return {
-        path: _UNSAFE_IN_LABELS.sub("-", keys[-1] if last[keys[-1]] == 1 else "-".join(keys))
-        for path, keys in keys_of_path.items()
-    }
+    labels = {path: keys[-1] if last[keys[-1]] == 1 else "-".join(keys) for path, keys in keys_of_path.items()}
+    words = (f"{_UNSAFE_IN_LABELS.sub('-', labels[path])}-{_slug(value, digits)}" for path, value in swept.items())
+    name = "_".join(words) or "run"
+    return name if len(name) <= _LONGEST else f"{name[: _LONGEST - 9]}-{digest(name.encode())[:8]}"
 
 
 def _slug(value: object, digits: Callable[[str], str]) -> str:

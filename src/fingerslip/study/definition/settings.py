@@ -207,14 +207,10 @@ _ALPHA = -0.05
 _OF_AUTO = ("output", "tolerance", "smallest", "largest", "records_per_decade")
 
 
-def _step_kind(value: object) -> str:
-    return "auto" if value == "auto" else "Duration"
-
-
 #: The length of a step, or steps that control their own error.
 StepSettings = Annotated[
     Annotated[PositiveDuration, pydantic.Tag("Duration")] | Annotated[Literal["auto"], pydantic.Tag("auto")],
-    pydantic.Discriminator(_step_kind),
+    pydantic.Discriminator(lambda value: "auto" if value == "auto" else "Duration"),
 ]
 
 

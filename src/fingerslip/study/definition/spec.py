@@ -399,7 +399,11 @@ def _with_marks(mapping: Mapping[str, Any]) -> Mapping[str, Any]:
     Without this a preset in 3D would be meshed as a section, because only the kind of element tells them apart.
     """
     mesh = mapping.get("mesh", {})
-    specimen = _specimen_of(mapping)
+    specimen: Specimen | None = None
+    for kind, presets in SPECIMENS.items():
+        if specimen is None and isinstance(mapping.get(kind), Mapping):
+            with contextlib.suppress(InputError):  # mistakes of a specimen are told elsewhere
+                specimen = presets.changed(mapping[kind])
     if specimen is None or not isinstance(mesh, Mapping):
         return mapping
     for source in (specimen.default_mesh, *(kind() for kind in specimen.mesh_sources)):
@@ -409,16 +413,6 @@ def _with_marks(mapping: Mapping[str, Any]) -> Mapping[str, Any]:
         if fits and mesh.keys() <= values.keys():
             return {**mapping, "mesh": {name: values[name] for name in named if values[name] is not None} | dict(mesh)}
     return mapping
-
-
-def _specimen_of(mapping: Mapping[str, Any]) -> Specimen | None:
-    """Return the specimen of a study as plain data; None where there is none, or one with mistakes."""
-    for kind, presets in SPECIMENS.items():
-        if isinstance(mapping.get(kind), Mapping):
-            with contextlib.suppress(InputError):
-                specimen: Specimen = presets.changed(mapping[kind])
-                return specimen
-    return None
 
 
 def _read(mapping: Mapping[str, Any]) -> tuple[Study | None, list[InputError]]:

@@ -248,20 +248,17 @@ def _check_ranges(ranges: Mapping[str, tuple[Any, ...]]) -> Mapping[str, tuple[A
     mistakes = Mistakes()
     for path, ends in ranges.items():
         with mistakes.collect():
-            _check_range(path, ends)
+            if len(ends) != 2:
+                raise InputError(path, f"has {len(ends)} values", "needs two: [smallest, largest]")
+            (low, unit), (high, other) = (_number_and_unit(path, end) for end in ends)
+            if unit != other:
+                raise InputError(path, f"goes from '{ends[0]}' to '{ends[1]}'", "needs both ends in the same unit")
+            if not low < high:
+                order = "needs the smallest value first, then the largest"
+                raise InputError(path, f"goes from {ends[0]} to {ends[1]}", order)
             _check_apart(path, ranges)
     mistakes.raise_all()
     return ranges
-
-
-def _check_range(path: str, ends: Sequence[Any]) -> None:
-    if len(ends) != 2:
-        raise InputError(path, f"has {len(ends)} values", "needs two: [smallest, largest]")
-    (low, unit), (high, other) = (_number_and_unit(path, end) for end in ends)
-    if unit != other:
-        raise InputError(path, f"goes from '{ends[0]}' to '{ends[1]}'", "needs both ends in the same unit")
-    if not low < high:
-        raise InputError(path, f"goes from {ends[0]} to {ends[1]}", "needs the smallest value first, then the largest")
 
 
 def _check_apart(path: str, others: Iterable[str], group: str = "") -> None:

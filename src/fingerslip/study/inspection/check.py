@@ -13,7 +13,6 @@ from fingerslip.dynamics.system.checks import inspect_model
 from fingerslip.errors import InputError
 from fingerslip.fe.space import build_space
 from fingerslip.mesh.io import write_mesh
-from fingerslip.mesh.source import InspectedMesh
 from fingerslip.model.model import Model
 from fingerslip.model.timing import Adaptive
 from fingerslip.specimens.choice import SPECIMENS, preset_names, presets_of
@@ -102,24 +101,22 @@ _PICTURES = (".png", ".svg", ".pdf")
 
 def save_mesh(target: str, path: Path | None = None) -> tuple[Table, ...]:
     """Write the mesh of a study (of its first run) or of a preset, and say what is worth knowing of it."""
-    is_study = Path(target).suffix in _STUDIES
-    inspected = inspect_mesh(plan_study(target).runs[0]) if is_study else _mesh_of_preset(target)
-    path = path or Path("meshes") / f"{Path(target).stem if is_study else target}{inspected.suffix}"
-    with writing(path):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_mesh(inspected.mesh, path)
-    return (dataclasses.replace(inspected.tables[0], title=str(path)), *inspected.tables[1:])
-
-
-def _mesh_of_preset(name: str) -> InspectedMesh:
-    names = preset_names()
-    if name not in names:
+    name, names = target, preset_names()
+    if Path(target).suffix in _STUDIES:
+        name, inspected = Path(target).stem, inspect_mesh(plan_study(target).runs[0])
+    elif name in names:
+        specimen: Specimen = presets_of(name).read(name)
+        inspected = specimen.default_mesh.inspect(specimen)
+    else:
         near = difflib.get_close_matches(name, names, n=1)
         repair = f"did you mean '{near[0]}'?" if near else f"presets: {', '.join(names)}"
         allowed = "needs the name of a preset or the path of a study (.yaml)"
         raise InputError(f"mesh {name}", "is neither a preset nor a study file", allowed, repair)
-    specimen: Specimen = presets_of(name).read(name)
-    return specimen.default_mesh.inspect(specimen)
+    path = path or Path("meshes") / f"{name}{inspected.suffix}"
+    with writing(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_mesh(inspected.mesh, path)
+    return (dataclasses.replace(inspected.tables[0], title=str(path)), *inspected.tables[1:])
 
 
 def draw_specimen(target: str, path: Path) -> None:

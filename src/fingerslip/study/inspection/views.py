@@ -61,7 +61,14 @@ def film_size(text: str) -> tuple[int, int]:
 
 def write_figure(target: Path, choice: FigureChoice, output: Path | None = None) -> Path:
     """Write a figure or a film of stored results."""
-    _check(choice)
+    allowed = {
+        "--kind": (choice.kind, (*OF_STUDIES, *OF_RUNS, FILM)),
+        "--style": (choice.style, STYLES),
+        "--format": (choice.form, FORMATS),
+    }
+    for option, (value, names) in allowed.items():
+        if value not in names:
+            raise InputError(f"figure: {option}", f"got '{value}'", f"needs one of {', '.join(names)}")
     named = f"{choice.kind}-{choice.run}" if choice.run else choice.kind
     path = output or target / f"{named}{_MP4 if choice.kind == FILM else f'.{choice.form}'}"
     if choice.kind == FILM and path.suffix.lower() != _MP4:
@@ -88,17 +95,6 @@ def _save(subject: StudySubject | RunSubject, path: Path, choice: FigureChoice) 
         else:
             figure = draw_of_run(choice.kind, subject)
         save_figure(figure, path)
-
-
-def _check(choice: FigureChoice) -> None:
-    allowed = {
-        "--kind": (choice.kind, (*OF_STUDIES, *OF_RUNS, FILM)),
-        "--style": (choice.style, STYLES),
-        "--format": (choice.form, FORMATS),
-    }
-    for option, (value, names) in allowed.items():
-        if value not in names:
-            raise InputError(f"figure: {option}", f"got '{value}'", f"needs one of {', '.join(names)}")
 
 
 def _study_subject(target: Path, choice: FigureChoice) -> StudySubject:

@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -67,8 +67,30 @@ def inspect_mesh(run: Run) -> InspectedMesh:
 
 def build_model(run: Run, mesh: Any = None) -> Model:
     """Make the model of a run."""
+    study, specimen, held = run.study, run.specimen, run.study.held_object
     with name_errors(run):
-        return _model(run, build_mesh(run) if mesh is None else mesh)
+        mesh = build_mesh(run) if mesh is None else mesh
+        formulation = study.formulation or ("solid" if mesh.dim() == 3 or specimen is None else specimen.formulation)
+        dim = 3 if formulation == "solid" else int(mesh.dim())
+        supports: Mapping[str, Any] = study.supports or (specimen.supports(dim) if specimen else {})
+        groups_of_sites = (*study.record.all_groups, *(study.reaction.groups if study.reaction else ()))
+        sites = specimen.sites(tuple(dict.fromkeys(groups_of_sites)), dim) if specimen else ()
+        model = Model(
+            mesh=mesh,
+            materials={**(specimen.materials if specimen else {}), **study.all_materials},
+            formulation=formulation,
+            depth=study.depth or (1.0 if formulation == "solid" or specimen is None else specimen.depth),
+            supports=supports,
+            contacts=tuple(contact.contact(dim) for contact in study.all_contacts),
+            time=TimeStepping(held.step, study.time.alpha, held.end) if held else study.time.stepping,
+            record=Recording((*sites, *study.record.sites), study.record.snapshots_every),
+            basis=study.dynamics.reduced,
+            **{name: getattr(study, name) for name in _AS_IN_THE_STUDY},
+        )
+        if study.reaction is None or held is None:
+            return model
+        require_sites(study.reaction.detectors, model, "reaction.detectors")
+        return held_model(held, model)
 
 
 @contextlib.contextmanager
@@ -78,31 +100,6 @@ def name_errors(run: Run) -> Iterator[None]:
         yield
     except InputError as error:
         raise locate_error(error, run.where, run.study) from None
-
-
-def _model(run: Run, mesh: Any) -> Model:
-    study, specimen, held = run.study, run.specimen, run.study.held_object
-    formulation = study.formulation or ("solid" if mesh.dim() == 3 or specimen is None else specimen.formulation)
-    dim = 3 if formulation == "solid" else int(mesh.dim())
-    supports: Mapping[str, Any] = study.supports or (specimen.supports(dim) if specimen else {})
-    groups_of_sites = (*study.record.all_groups, *(study.reaction.groups if study.reaction else ()))
-    sites = specimen.sites(tuple(dict.fromkeys(groups_of_sites)), dim) if specimen else ()
-    model = Model(
-        mesh=mesh,
-        materials={**(specimen.materials if specimen else {}), **study.all_materials},
-        formulation=formulation,
-        depth=study.depth or (1.0 if formulation == "solid" or specimen is None else specimen.depth),
-        supports=supports,
-        contacts=tuple(contact.contact(dim) for contact in study.all_contacts),
-        time=TimeStepping(held.step, study.time.alpha, held.end) if held else study.time.stepping,
-        record=Recording((*sites, *study.record.sites), study.record.snapshots_every),
-        basis=study.dynamics.reduced,
-        **{name: getattr(study, name) for name in _AS_IN_THE_STUDY},
-    )
-    if study.reaction is None or held is None:
-        return model
-    require_sites(study.reaction.detectors, model, "reaction.detectors")
-    return held_model(held, model)
 
 
 def locate_error(error: InputError, where: str, study: Study | None = None) -> InputError:
@@ -219,9 +216,15 @@ def choose_bases(jobs: Sequence[Job]) -> tuple[Job, ...]:
         alike = [number for number, other in enumerate(first) if other == leader]
         undecided = [number for number in alike if jobs[number].run.study.dynamics.basis == "automatic"]
         if undecided:
-            saves = _saves([jobs[number].model for number in alike])
+            basis: Literal["reduced", "full"] = (
+                "reduced" if _saves([jobs[number].model for number in alike]) else "full"
+            )
             for number in undecided:
-                decided[number] = _decide(jobs[number], reduced=saves)
+                job, study = jobs[number], jobs[number].run.study
+                dynamics = dataclasses.replace(study.dynamics, basis=basis)
+                run = dataclasses.replace(job.run, study=dataclasses.replace(study, dynamics=dynamics))
+                model = dataclasses.replace(job.model, basis=dynamics.reduced)
+                decided[number] = dataclasses.replace(job, run=run, model=model)
     return tuple(decided)
 
 
@@ -250,13 +253,6 @@ def _needs_mesh(model: Model) -> bool:
     damped = any(body.dampers for body in model.bodies.values())
     moved = bool(model.support_motions)
     return weak or relaxes or damped or moved or model.is_finite or isinstance(model.time, Adaptive)
-
-
-def _decide(job: Job, *, reduced: bool) -> Job:
-    dynamics = dataclasses.replace(job.run.study.dynamics, basis="reduced" if reduced else "full")
-    study = dataclasses.replace(job.run.study, dynamics=dynamics)
-    model = dataclasses.replace(job.model, basis=dynamics.reduced)
-    return dataclasses.replace(job, run=dataclasses.replace(job.run, study=study), model=model)
 
 
 def groups(jobs: Sequence[Job], at_once: int = 1) -> list[list[Job]]:

@@ -61,7 +61,11 @@ def film_runs(plan: Plan, progress: StudyProgress) -> dict[str, FingerslipError]
             except FingerslipError as error:
                 errors[f"{name}/{CAMERAS}/{kind}"] = error
             else:
-                progress.say(f"{plan.source.stem}/{name}: {kind} camera: {_said(filmed)}")
+                rms = "nothing found" if filmed.rms is None else f"error {filmed.rms:.3f} px rms"
+                share = f"{100 * filmed.kept:.2f} % of the positions within 1 px"
+                counts = f"{filmed.markers} markers in {filmed.frames} frames"
+                said = f"{counts}, {rms}, {share}, {filmed.swapped} swapped"
+                progress.say(f"{plan.source.stem}/{name}: {kind} camera: {said}")
     return errors
 
 
@@ -73,7 +77,10 @@ def film_history(history: xr.Dataset, kind: str, settings: CameraSettings, folde
     folder.parent.mkdir(parents=True, exist_ok=True)
     with new_folder(folder) as partial:
         truth = true_tracks(camera, markers)
-        tracks = _TIERS[settings.tier](settings, camera, markers, truth, partial)
+        if settings.tier == "pixel":
+            tracks = _pixels(settings, camera, markers, truth, partial)
+        else:
+            tracks = _points(settings, camera, markers, partial)
         errors = track_errors(tracks, truth)
         write_tracks(truth, partial / "truth.nc")
         write_json(partial / ERRORS, {"key": key, "camera": as_mapping(settings), **dataclasses.asdict(errors)})
@@ -112,23 +119,11 @@ def _pixels(
     return matched
 
 
-def _points(
-    settings: CameraSettings, camera: Camera, markers: xr.Dataset, truth: xr.Dataset, folder: Path
-) -> xr.Dataset:
+def _points(settings: CameraSettings, camera: Camera, markers: xr.Dataset, folder: Path) -> xr.Dataset:
     """Write tracks with the errors of the tracker, without frames."""
-    del truth
     tracks = point_tracks(PointCamera(camera, seed=settings.seed), markers)
     (folder / "tracks").mkdir()
     write_tracks(tracks, folder / "tracks" / "tracks.nc")
     write_tracks(tracks, folder / "tracks" / "matched.nc")
     write_tracks_csv(tracks, folder / "tracks" / "tracks.csv")
     return tracks
-
-
-_TIERS = {"pixel": _pixels, "point": _points}
-
-
-def _said(errors: TrackErrors) -> str:
-    rms = "nothing found" if errors.rms is None else f"error {errors.rms:.3f} px rms"
-    share = f"{100 * errors.kept:.2f} % of the positions within 1 px"
-    return f"{errors.markers} markers in {errors.frames} frames, {rms}, {share}, {errors.swapped} swapped"

@@ -137,7 +137,10 @@ def run_plans(
     for plan in plans:
         check_folder(plan.folder.parent)
         check_folder(plan.folder)
-    to_compute = [_unfinished(plan, force=force) for plan in plans]
+    finished = [{} if force else plan.finished_runs() for plan in plans]
+    to_compute = [
+        [run for run in plan.runs if run.name not in done] for plan, done in zip(plans, finished, strict=True)
+    ]
     if scheduler is None and workers > 1 and max(map(len, to_compute), default=0) > 1:
         # Workers load what they need while meshes are made.
         from fingerslip.study.running.compute import prepare_workers
@@ -152,12 +155,6 @@ def run_plans(
     if errors:
         raise StudyFailedError(errors, results)
     return results
-
-
-def _unfinished(plan: Plan, *, force: bool) -> list[Run]:
-    """Return the runs of a study that are to be computed."""
-    finished = {} if force else plan.finished_runs()
-    return [run for run in plan.runs if run.name not in finished]
 
 
 def _prepare(plan: Plan, runs: Sequence[Run]) -> tuple[tuple[Job, ...], tuple[RefusedRun, ...]]:

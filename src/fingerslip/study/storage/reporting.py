@@ -47,8 +47,6 @@ if TYPE_CHECKING:
 
     from fingerslip.react.answer import Reactions
     from fingerslip.report.content import Film, ReportContent, RunPictures
-    from fingerslip.report.page.comparison import ComparedStudy
-
 STUDY_FILE, SWEPT, DEFAULT = "study file", "study file, swept", "default"
 
 # Values of a sweep that a cell of a table shows.
@@ -239,12 +237,13 @@ def write_report(study: StudyResult, pictures: Mapping[str, RunPictures] | None 
     from fingerslip.report.page.assemble import study_report
     from fingerslip.report.page.page import write_page
 
+    content = _content(study, pictures or {})
     if any(run.reaction for run in study.runs):
         from fingerslip.react.figures import reaction_report
 
-        report = reaction_report(_content_of_reactions(study), reactions_of(study))
+        report = reaction_report(content, reactions_of(study))
     else:
-        report = study_report(_content(study, pictures or {}))
+        report = study_report(content)
     with new_folder(study.folder / "figures") as folder:
         for picture in report.pictures:
             write_bytes(folder / f"{picture.name}.png", picture.png)
@@ -262,56 +261,53 @@ def reactions_of(study: StudyResult) -> Reactions:
     return Reactions(study.runs, results, settings)
 
 
-def _content_of_reactions(study: StudyResult) -> ReportContent:
-    """Return what the page of a study with reactions is made of beside them: values, error bars and notes."""
+def _content(study: StudyResult, pictures: Mapping[str, RunPictures]) -> ReportContent:
+    """Return what the page of a study has: results, values, error bars, notes; without reactions what it draws, too."""
     from fingerslip.report.content import ReportContent
     from fingerslip.report.page.assemble import notes_html
 
     manifest = read_manifest(study.folder)
     convergences = read_convergences(study.folder, identities(manifest))
-    runs = [read_run_values(study.folder / run.name / RUN) for run in study.runs]
-    return ReportContent(
+    runs = {run.name: read_run_values(study.folder / run.name / RUN) for run in study.runs}
+    content = ReportContent(
         study=study,
         histories={},
-        values=value_rows(runs, manifest.get("given") or None),
+        values=value_rows(list(runs.values()), manifest.get("given") or None),
         provenance=provenance_of(study.folder, manifest),
         convergences={name: convergence.quantities for name, convergence in convergences.items()},
         notes=notes_html(study.folder),
     )
+    return content if any(run.reaction for run in study.runs) else _with_pictures(content, runs, pictures)
 
 
-def _content(study: StudyResult, pictures: Mapping[str, RunPictures]) -> ReportContent:
-    from fingerslip.report.content import MOST_RUNS, ReportContent
-    from fingerslip.report.page.assemble import notes_html
+def _with_pictures(
+    content: ReportContent, specified: Mapping[str, Run], pictures: Mapping[str, RunPictures]
+) -> ReportContent:
+    """Return the content of a page with the histories, meshes and films that it draws."""
+    from fingerslip.report.content import MOST_RUNS
     from fingerslip.report.page.samples import representatives
     from fingerslip.study.running.build import build_mesh
 
-    manifest = read_manifest(study.folder)
-    convergences = read_convergences(study.folder, identities(manifest))
-    runs = {run.name: read_run_values(study.folder / run.name / RUN) for run in study.runs}
+    study = content.study
     # The models of all meshes are shown, of other runs no more than the first; of samples none.
     first = {run.mesh_hash: run.name for run in reversed(study.runs) if not study.ranges}.values()
-    meshed = [name for name in runs if name in first and (name not in pictures or pictures[name].model is None)]
+    meshed = [name for name in specified if name in first and (name not in pictures or pictures[name].model is None)]
     drawn = [run.name for run in study.runs if not study.ranges][:MOST_RUNS]
     histories = {name: read_history(study.folder / name / HISTORY) for name in dict.fromkeys((*drawn, *meshed))}
     starts = slide_starts(study)
     # Of samples those are seen in motion that stand for others.
     typical = [sample.run.name for sample in representatives(study, starts)] if study.ranges else []
-    return ReportContent(
-        study=study,
+    return dataclasses.replace(
+        content,
         histories=histories,
-        meshes={name: build_mesh(runs[name]) for name in meshed},
+        meshes={name: build_mesh(specified[name]) for name in meshed},
         pictures={
             name: picture if name in first else dataclasses.replace(picture, model=None)
             for name, picture in pictures.items()
         },
         references=tuple(published_set(name) for name in study.compare),
-        values=value_rows(list(runs.values()), manifest.get("given") or None),
-        provenance=provenance_of(study.folder, manifest),
-        convergences={name: convergence.quantities for name, convergence in convergences.items()},
         films=read_films(study.folder, {name: histories[name] for name in drawn}),
         starts=starts,
-        notes=notes_html(study.folder),
         representatives={name: read_history(study.folder / name / HISTORY) for name in typical},
     )
 
@@ -385,25 +381,17 @@ def _frames(video: Path, truth: xr.Dataset, history: xr.Dataset) -> dict[float, 
 
 def compare_studies(first: str | Path, second: str | Path, output: Path | None = None) -> Path:
     """Write the page of two studies side by side, from their stored results."""
-    from fingerslip.report.page.comparison import comparison_report
+    from fingerslip.report.page.comparison import ComparedStudy, comparison_report
     from fingerslip.report.page.page import write_page
 
     folders = Path(first), Path(second)
-    compared = [_compare(folder) for folder in folders]
-    provenance = {
-        f"{side}: {name}": value
-        for side, folder in zip("AB", folders, strict=True)
-        for name, value in provenance_of(folder, read_manifest(folder)).items()
-    }
+    compared: list[ComparedStudy] = []
+    provenance: dict[str, str] = {}
+    for side, folder in zip("AB", folders, strict=True):
+        study, manifest = read_results(folder), read_manifest(folder)
+        runs = [read_run_values(folder / run.name / RUN) for run in study.runs]
+        compared.append(ComparedStudy(study, value_rows(runs, manifest.get("given") or None), slide_starts(study)))
+        provenance |= {f"{side}: {name}": value for name, value in provenance_of(folder, manifest).items()}
     path = output or folders[0] / f"comparison-{folders[1].resolve().name}.html"
     write_page(comparison_report(compared[0], compared[1], provenance), path)
     return path
-
-
-def _compare(folder: Path) -> ComparedStudy:
-    from fingerslip.report.page.comparison import ComparedStudy
-
-    study = read_results(folder)
-    specified = [read_run_values(folder / run.name / RUN) for run in study.runs]
-    values = value_rows(specified, read_manifest(folder).get("given") or None)
-    return ComparedStudy(study, values, slide_starts(study))

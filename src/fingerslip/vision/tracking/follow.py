@@ -66,7 +66,9 @@ def follow(markers: Markers, state: State, image: Frame, mask: Flags | None) -> 
     """
     rest, spacing = markers.position, float(np.median(markers.spacing))
     window = _around(np.vstack([rest, state.position]), _MARGIN * min(spacing, 0.25 * max(image.shape)), image.shape)
-    blobs = _blobs(markers, image, mask, window, state.light)
+    least = _FAINT * state.light * float(np.median(markers.strength))
+    blobs = blobs_of(image[window], markers.size, markers.polarity, least)
+    blobs = dataclasses.replace(blobs, position=blobs.position + _corner(window)).inside(mask)
     position, sure, used = state.position, np.zeros(len(rest), dtype=bool), np.zeros(len(rest), dtype=np.intp)
     if len(blobs.strength):
         position, sure, used = _match(markers, state, _flown(markers, state, image, window), blobs)
@@ -114,13 +116,6 @@ def _around(points: Floats, margin: float, shape: tuple[int, ...]) -> tuple[slic
 
 def _corner(window: tuple[slice, slice]) -> Floats:
     return np.array([window[1].start, window[0].start], dtype=np.float64)
-
-
-def _blobs(markers: Markers, image: Frame, mask: Flags | None, window: tuple[slice, slice], light: float) -> Blobs:
-    """Return the blobs of the markers' size and about their strength in a window of an image."""
-    least = _FAINT * light * float(np.median(markers.strength))
-    blobs = blobs_of(image[window], markers.size, markers.polarity, least)
-    return dataclasses.replace(blobs, position=blobs.position + _corner(window)).inside(mask)
 
 
 def _flown(markers: Markers, state: State, image: Frame, window: tuple[slice, slice]) -> Floats:

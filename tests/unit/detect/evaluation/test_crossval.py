@@ -131,7 +131,7 @@ def test_other_labels_are_not_taken_for_the_same(trials, tmp_path):
 
 
 @pytest.mark.parametrize("folder", ["tables", None])
-def test_a_part_is_made_once_where_there_is_a_folder(folder, tmp_path, monkeypatch):
+def test_a_part_is_made_once_where_there_is_a_folder_and_other_inputs_are_another(folder, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     calls = []
     store = parts_beside(tmp_path / folder if folder else None, "data")
@@ -143,29 +143,25 @@ def test_a_part_is_made_once_where_there_is_a_folder(folder, tmp_path, monkeypat
     assert store.folder == (tmp_path / "tables.unfinished" if folder else None)
     store.remove()
     assert list(tmp_path.iterdir()) == []
+    parts_beside(tmp_path / "tables", "data").write("forest", [1], ARRAYS)
+    for key in (("data", "forest", 1), ("other", "forest", 1), ("data", "logistic", 1), ("data", "forest", 2)):
+        stored = parts_beside(tmp_path / "tables", key[0]).read(key[1], [key[2]])
+        assert (stored is not None) == (key == ("data", "forest", 1)), key
 
 
 @pytest.mark.parametrize(
-    ("data", "name", "inputs"), [("other", "forest", [1]), ("data", "logistic", [1]), ("data", "forest", [2])]
+    "damage",
+    [
+        lambda path: path.write_bytes(path.read_bytes()[: path.stat().st_size // 2]),
+        lambda path: path.write_bytes(b""),
+        lambda path: path.write_bytes(b"no arrays"),
+        lambda path: np.savez(path, checksum=np.array("0"), **ARRAYS),
+        lambda path: np.savez(path, checksum=np.array("0"), rows=np.array([print], dtype=object)),
+    ],
+    ids=["cut", "empty", "foreign", "changed", "what would run"],
 )
-def test_other_inputs_are_another_part(tmp_path, data, name, inputs):
-    parts_beside(tmp_path / "tables", "data").write("forest", [1], ARRAYS)
-    assert parts_beside(tmp_path / "tables", "data").read("forest", [1]) is not None
-    assert parts_beside(tmp_path / "tables", data).read(name, inputs) is None
-
-
-@pytest.mark.parametrize("damage", ["cut", "changed", "foreign", "empty", "what would run"])
 def test_a_damaged_part_is_made_again(tmp_path, damage):
     store = Parts(tmp_path, "data")
     store.write("forest", [1], ARRAYS)
-    (path,) = tmp_path.iterdir()
-    content = path.read_bytes()
-    if damage == "cut":
-        path.write_bytes(content[: len(content) // 2])
-    elif damage == "changed":
-        np.savez(path, checksum=np.array("0"), **ARRAYS)
-    elif damage == "what would run":
-        np.savez(path, checksum=np.array("0"), rows=np.array([print], dtype=object))
-    else:
-        path.write_bytes(b"" if damage == "empty" else b"no arrays")
+    damage(next(tmp_path.iterdir()))
     assert store.read("forest", [1]) is None

@@ -78,7 +78,7 @@ def test_calibration_error_is_the_mean_gap_of_the_bins():
     assert (sure.error, sure.brier) == pytest.approx((0.5, 1.0))
 
 
-def test_events_are_scored():
+def test_events_are_scored_and_the_bound_needs_19_trials():
     onsets = {"a": Onsets(2.5, 4.5), "b": Onsets(1.7, 3.0), "c": Onsets(None, None), "held": Onsets(None, None)}
     scores = event_scores_of(onsets, LABELS, REST, frame=0.1)
     assert (scores.trials, scores.missed) == (3, 1)
@@ -88,9 +88,6 @@ def test_events_are_scored():
     assert scores.error_spread == pytest.approx(0.8 / 2**0.5)
     assert scores.delay_frames == pytest.approx(1.0)
     assert scores.bound is None
-
-
-def test_alarms_at_rest_are_false_gross_slip_counts_as_slip_and_the_bound_needs_19_trials():
     onsets = {"a": Onsets(0.5, None), "b": Onsets(2.0, None), "c": Onsets(2.0, None), "held": Onsets(3.0, None)}
     assert event_scores_of(onsets, LABELS, REST).at_rest.value == 0.5
     gross = event_scores_of({"a": Onsets(None, 2.2)}, LABELS, REST)
@@ -100,7 +97,7 @@ def test_alarms_at_rest_are_false_gross_slip_counts_as_slip_and_the_bound_needs_
     assert event_scores_of(onsets, labels, dict.fromkeys(labels, 0.5)).bound == pytest.approx(0.2)
 
 
-def test_the_labels_themselves_are_a_perfect_submission(trials, tmp_path):
+def test_the_labels_themselves_are_a_perfect_submission_and_others_have_to_fit(trials, tmp_path):
     tests, onsets = benchmark_test_trials(trials.names), trials.onsets()
     write_onsets({name: onsets[name] for name in tests}, tmp_path / "mine.csv")
     scores = score_submission(trials, tmp_path / "mine.csv", rest_frames=20)
@@ -109,9 +106,6 @@ def test_the_labels_themselves_are_a_perfect_submission(trials, tmp_path):
     few = {name: onsets[name] for name in tests[1:]}
     with pytest.raises(InputError, match=f"labels: have no trial {tests[0]}"):
         score_submission(trials, tmp_path / "mine.csv", labels=few, rest_frames=20)
-
-
-def test_submissions_that_do_not_fit_are_refused():
     with pytest.raises(InputError) as caught:
         check_submission({"a": Onsets(1.0, None), "c": Onsets(1.0, None)}, ("a", "b"), "mine.csv")
     mistakes = [mistake.found for mistake in caught.value.all]

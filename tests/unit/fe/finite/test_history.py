@@ -15,7 +15,7 @@ from unit.fe.finite.bodies import EVERY_LAW, RELAXING, SOFT, STEP, TERMS, body, 
 EVERY_KIND = pytest.mark.parametrize("kind", KINDS, ids="-".join)
 
 
-def test_an_elastic_body_has_no_history():
+def test_an_elastic_body_or_layer_has_no_history_and_a_step_that_was_not_begun_has_no_end():
     bulk = body("Q4", law=SOFT)
     assert bulk.relaxation is None
     state, strained = bulk.at_rest(STEP), bulk.deformed(moved(bulk, 0.02))
@@ -23,6 +23,14 @@ def test_an_elastic_body_has_no_history():
     assert strained.pulled is None
     assert bulk.begun(state, STEP) is state
     assert bulk.ended(state) is state
+    bulk = relaxing_body(("Q4", "selective", "plane_strain"), RELAXING[1])
+    state = stepped(bulk)
+    far = np.flatnonzero(bulk.relaxation.points == 1)
+    assert not spring_excess(bulk.relaxation, 1, bulk.materials.materials[1], state, far).any()
+    every = np.arange(bulk.weights.size)
+    np.testing.assert_allclose(bulk.energy_densities(state, every[::3]), bulk.energy_densities(state, every)[::3])
+    with pytest.raises(ValueError, match="was not begun"):
+        end_history(bulk.relaxation, bulk.materials.materials, bulk.deformed(moved(bulk, 0.01)))
 
 
 @EVERY_KIND
@@ -122,14 +130,3 @@ def test_held_strain_loses_energy_in_every_step(kind):
         state = bulk.ended(bulk.deformed(at, bulk.begun(state, STEP)))
         energies.append(bulk.energy(state))
     assert (np.diff(energies) < 0.0).all()
-
-
-def test_an_elastic_layer_stores_nothing_more_and_a_step_that_was_not_begun_has_no_end():
-    bulk = relaxing_body(("Q4", "selective", "plane_strain"), RELAXING[1])
-    state = stepped(bulk)
-    far = np.flatnonzero(bulk.relaxation.points == 1)
-    assert not spring_excess(bulk.relaxation, 1, bulk.materials.materials[1], state, far).any()
-    every = np.arange(bulk.weights.size)
-    np.testing.assert_allclose(bulk.energy_densities(state, every[::3]), bulk.energy_densities(state, every)[::3])
-    with pytest.raises(ValueError, match="was not begun"):
-        end_history(bulk.relaxation, bulk.materials.materials, bulk.deformed(moved(bulk, 0.01)))

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from fingerslip.slip import find_events
 from unit.synthetic import Process, make
@@ -19,32 +16,32 @@ APART = HISTORY.assign(contact_state=HISTORY["contact_state"] * 0)
 BARE = HISTORY.drop_dims("site")
 
 
-def panels(figure: Figure) -> list[Axes]:
+def panels(figure):
     return [axes for axes in figure.axes if axes.get_visible()]
 
 
-def titles(figure: Figure) -> list[str]:
+def titles(figure):
     """Return the titles of the panels that have one, in one line each."""
     texts = [" ".join(axes.get_title(loc="left").split()) for axes in panels(figure)]
     return [text for text in texts if text]
 
 
-def texts(axes: Axes) -> list[str]:
+def texts(axes):
     return [text.get_text() for text in axes.texts]
 
 
-def line(axes: Axes, label: str) -> Line2D:
+def line(axes, label):
     """Return the line of a panel with a label."""
     return next(line for line in axes.lines if line.get_label() == label)
 
 
-def marked(axes: Axes) -> list[float]:
+def marked(axes):
     """Return the times of the vertical lines of a panel [s]."""
     lines = [np.asarray(line.get_xdata(), dtype=float) for line in axes.lines]
     return sorted(float(x[0]) for x in lines if x.size == 2 and x[0] == x[1])
 
 
-def words(figure: Figure) -> set[str]:
+def words(figure):
     supers = {figure.get_suptitle(), figure.get_supylabel()}
     labels = {text for axes in figure.axes for text in (axes.get_xlabel(), axes.get_ylabel())}
     keys = {text.get_text() for legend in figure.legends for text in legend.get_texts()}

@@ -111,6 +111,7 @@ AT_EVENTS = Events(slip=SlipEvents(incipient=0.06, noticed=0.07, overall=0.1))
 LATER = Events(slip=SlipEvents(incipient=0.055, overall=0.085))
 ACROSS = [{VARIANT: name} for name in ("original", "scaled")]
 
+# fmt: off
 # How a figure is drawn, the titles of its panels, some of its words, and the times that its first panel marks, if any.
 FIGURES = {
     "forces": (lambda: signals.force_figure(HISTORY, EVENTS), [], {"time [s]", "force [mN]"}, ON_SLIP),
@@ -118,129 +119,83 @@ FIGURES = {
     "energy": (lambda: signals.energy_figure(HISTORY, "a"), [], {"energy [µJ]", "Energy balance: a"}),
     "held": (lambda: signals.held_figure({"one": NO_SLIDE, "other": NO_SLIDE}), [], {"normal force [mN]"}),
     "slip maps": (
-        lambda: signals.slip_maps_figure(HISTORIES, ALL),
-        list(HISTORIES),
-        {"time [s]", "position along the plate [mm]", "open", "stick", "slip", "incipient"},
-        ON_SLIP,
-    ),
+        lambda: signals.slip_maps_figure(HISTORIES, ALL), list(HISTORIES),
+        {"time [s]", "position along the plate [mm]", "open", "stick", "slip", "incipient"}, ON_SLIP),
     "displacement": (
-        lambda: signals.contact_displacement_figure(HISTORY, EVENTS),
-        [],
-        {"displacement since the slide began [mm]"},
-        [EVENTS.displacement.incipient, EVENTS.displacement.three_quarter, EVENTS.displacement.overall],
-    ),
+        lambda: signals.contact_displacement_figure(HISTORY, EVENTS), [], {"displacement since the slide began [mm]"},
+        [EVENTS.displacement.incipient, EVENTS.displacement.three_quarter, EVENTS.displacement.overall]),
     "peaks": (
-        lambda: signals.acceleration_overview_figure(HISTORIES, ALL),
-        list(HISTORIES),
-        {"acceleration along the plate [m/s²]", "peak that counts", "overall"},
-        ON_PEAKS,
-    ),
+        lambda: signals.acceleration_overview_figure(HISTORIES, ALL), list(HISTORIES),
+        {"acceleration along the plate [m/s²]", "peak that counts", "overall"}, ON_PEAKS),
     "acceleration": (
-        lambda: signals.acceleration_figure(HISTORY, EVENTS, "original"),
-        list(KINDS),
-        {"acceleration along the plate [m/s²]", "Acceleration at the receptors: original"},
-        ON_PEAKS,
-    ),
+        lambda: signals.acceleration_figure(HISTORY, EVENTS, "original"), list(KINDS),
+        {"acceleration along the plate [m/s²]", "Acceleration at the receptors: original"}, ON_PEAKS),
     "density": (
-        lambda: signals.strain_energy_density_figure(HISTORY, EVENTS),
-        list(KINDS),
-        {"strain energy density [J/m³]"},
-        ON_SLIP,
-    ),
+        lambda: signals.strain_energy_density_figure(HISTORY, EVENTS), list(KINDS),
+        {"strain energy density [J/m³]"}, ON_SLIP),
     "events": (
         lambda: study.event_times_figure([*swept_runs(), RunResult("other", {}, Events())], reference=TABLE2),
-        PHALANGES,
-        {"friction coefficient", "time from the start of the run [s]", "published", "accumulated slip"},
-    ),
+        PHALANGES, {"friction coefficient", "time from the start of the run [s]", "published", "accumulated slip"}),
     "latency": (
         lambda: study.latency_figure(swept_runs(), reference=TABLE2),
-        [f"friction coefficient {friction}" for friction in (0.2, 0.6, 0.8)],
-        {"latency [ms]", "published"},
-    ),
+        [f"friction coefficient {friction}" for friction in (0.2, 0.6, 0.8)], {"latency [ms]", "published"}),
     "tornado": (
-        lambda: study.tornado_figure(overall_fits("original", "scaled"), {0: (1.71, 1.71), 1: (1.75, 1.77)}),
-        PHALANGES,
-        {"published", "at the smallest value", "5 to 95 % of the samples"},
-    ),
+        lambda: study.tornado_figure(overall_fits("original", "scaled"), {0: (1.71, 1.71), 1: (1.75, 1.77)}), PHALANGES,
+        {"published", "at the smallest value", "5 to 95 % of the samples"}),
     "Sobol": (
-        lambda: study.indices_figure([sensitivity("sobol", group=group) for group in ACROSS]),
-        PHALANGES,
-        {"total", "first order", "Sobol index [-]"},
-    ),
+        lambda: study.indices_figure([sensitivity("sobol", group=group) for group in ACROSS]), PHALANGES,
+        {"total", "first order", "Sobol index [-]"}),
     "Morris": (
-        lambda: study.indices_figure([sensitivity("morris")]),
-        [],
-        {"mean size", "standard deviation", "elementary effect [s]"},
-    ),
+        lambda: study.indices_figure([sensitivity("morris")]), [],
+        {"mean size", "standard deviation", "elementary effect [s]"}),
     "section": (
         lambda: bodies.deformed_figure(block_history("Q4"), AT_EVENTS),
         ["0.050 s, start of slide, 10 ms before incipient", "0.100 s, overall"],
-        {"von Mises stress [kPa]", "x [mm]", "stick"},
-    ),
+        {"von Mises stress [kPa]", "x [mm]", "stick"}),
     "views": (
-        lambda: bodies.deformed_figure(block_history(), times=[0.0, 0.1]),
-        ["0.000 s", "0.100 s"],
-        {"von Mises stress [kPa]"},
-    ),
+        lambda: bodies.deformed_figure(block_history(), times=[0.0, 0.1]), ["0.000 s", "0.100 s"],
+        {"von Mises stress [kPa]"}),
     "regions": (
-        lambda: bodies.deformed_figure(block_history(), options=VIEWED, times=[0.1]),
-        ["0.100 s"],
-        {"skin", "tissue", "stick", "slip"},
-    ),
+        lambda: bodies.deformed_figure(block_history(), options=VIEWED, times=[0.1]), ["0.100 s"],
+        {"skin", "tissue", "stick", "slip"}),
     "cut": (
-        lambda: bodies.cut_frames_figure(block_history(), title="a"),
-        ["0.050 s", "0.100 s"],
-        {"von Mises stress [kPa]", "Stress on a cut along the finger: a"},
-    ),
+        lambda: bodies.cut_frames_figure(block_history(), title="a"), ["0.050 s", "0.100 s"],
+        {"von Mises stress [kPa]", "Stress on a cut along the finger: a"}),
     "slip frames": (
         lambda: bodies.slip_frames_figure(block_history(), LATER, times=[0.05, 0.07, 0.1]),
         ["0.050 s", "0.070 s, after incipient", "0.100 s, after overall"],
-        {"along the slide [mm]", "stick", "slip", "open"},
-    ),
+        {"along the slide [mm]", "stick", "slip", "open"}),
     "reference nodes": (
         lambda: bodies.reference_nodes_figure(reference_nodes(), Events(SlipEvents(overall=0.09))),
-        ["h1, skin", "h2, skin", "v1, tissue"],
-        {"displacement", "plate", "overall"},
-        [0.05, 0.09],
-    ),
+        ["h1, skin", "h2, skin", "v1, tissue"], {"displacement", "plate", "overall"}, [0.05, 0.09]),
     "marker tracks": (
-        lambda: markers.marker_tracks_figure(tracks(ring=LAYOUT.ring), "slide"),
-        ["along x", "along y"],
-        {"Markers over time: slide", "displacement [mm]", "centre", "ring 2"},
-    ),
+        lambda: markers.marker_tracks_figure(tracks(ring=LAYOUT.ring), "slide"), ["along x", "along y"],
+        {"Markers over time: slide", "displacement [mm]", "centre", "ring 2"}),
     "fields": (
-        lambda: markers.fields_figure(marker_fields(tracks()), 0.5, "slide"),
-        FIELDS,
-        {"Fields from markers at 0.5 s: slide", "x at rest [mm]"},
-    ),
+        lambda: markers.fields_figure(marker_fields(tracks()), 0.5, "slide"), FIELDS,
+        {"Fields from markers at 0.5 s: slide", "x at rest [mm]"}),
     "fields in an image": (lambda: markers.fields_figure(marker_fields(tracks("px")), 0.5), FIELDS, {"x at rest [px]"}),
     "robustness": (lambda: markers.robustness_figure(DISTURBED), ["lost", "noise"], {"share of positions lost"}),
     "markers at rest": (
         lambda: markers.marker_places_figure(marker_tracks(filmed_history()), "a run"),
         ["1 internal markers, from inside", "5 external markers, from below"],
-        {"centre", "ring 1", "ring 2", "Markers at rest: a run"},
-    ),
+        {"centre", "ring 1", "ring 2", "Markers at rest: a run"}),
     "markers in the slide": (
         lambda: markers.slide_tracks_figure(marker_tracks(filmed_history()), filmed_history()),
-        ["internal markers", "external markers"],
-        {"travel of the plate [mm]"},
-    ),
+        ["internal markers", "external markers"], {"travel of the plate [mm]"}),
     "sensor": (
         lambda: specimens.tactip_figure(PRESETS.read("tactip-ridged-2d"), "ridged"),
         ["cut open along the axis", "81 internal markers, from inside", "81 external markers, from below"],
-        {*specimens.SENSOR_COLOURS, "Sensor: ridged"},
-    ),
+        {*specimens.SENSOR_COLOURS, "Sensor: ridged"}),
     "fingertip": (
         lambda: specimens.fingertip_figure(change_solid(), "mine"),
         ["along the finger (sagittal, z = 0)", "across the finger (transverse, x = 0)"],
-        {"x [mm]", "z [mm]", "epidermis", "phalanx"},
-    ),
+        {"x [mm]", "z [mm]", "epidermis", "phalanx"}),
     "mesh": (
         lambda: specimens.section_figure(block(), {"FA-I": np.array([[1e-3, 1.5e-3]])}),
-        ["close view of the framed part"],
-        {"x [mm]", "y [mm]", "epidermis", "nail", "FA-I", "plate"},
-    ),
+        ["close view of the framed part"], {"x [mm]", "y [mm]", "epidermis", "nail", "FA-I", "plate"}),
 }
+# fmt: on
 
 
 @functools.cache
@@ -312,14 +267,8 @@ def test_energy_balance_keeps_small_parts_apart_as_shares_of_the_largest_work():
     for history, drawn in ((HISTORY, False), (relaxing, True), (HISTORY.drop_vars("viscous_dissipation"), False)):
         labels = {item.get_label() for item in panels(signals.energy_figure(history))[0].lines}
         assert ("relaxation of the layers" in labels) == drawn
-
-
-@pytest.mark.parametrize(
-    ("largest", "expected"),
-    [(0.4, (1e3, "mN")), (1.0, (1.0, "N")), (2e-5, (1e6, "µN")), (4e-12, (1e12, "pN")), (0, (1.0, "N"))]
-)  # fmt: skip
-def test_units_get_the_prefix_that_makes_them_readable(largest, expected):
-    assert signals._scale(largest, "N") == expected
+    readable = {0.4: (1e3, "mN"), 1.0: (1.0, "N"), 2e-5: (1e6, "µN"), 4e-12: (1e12, "pN"), 0.0: (1.0, "N")}
+    assert {largest: signals._scale(largest, "N") for largest in readable} == readable
 
 
 def test_slip_map_shows_the_states_by_position_whatever_the_numbering():
@@ -364,7 +313,7 @@ def test_held_runs_have_a_line_each_and_a_panel_for_bodies_that_are_free():
     assert max(motion.lines[0].get_ydata()) == pytest.approx(0.3)
 
 
-def test_receptors_that_were_recorded_have_a_panel_each_and_one_scale_which_the_transition_does_not_set():
+def test_receptors_that_were_recorded_have_a_panel_each_and_peaks_that_count_are_dotted():
     assert len({axes.get_ylim() for axes in panels(signals.acceleration_figure(HISTORY, EVENTS))}) == 1
     axes = panels(signals.acceleration_figure(make(Process(step=1e-3, peaks={1.5: 0.02, 1.71: 0.1}))))[0]
     assert 0.05 < axes.get_ylim()[1] < 0.15
@@ -377,9 +326,6 @@ def test_receptors_that_were_recorded_have_a_panel_each_and_one_scale_which_the_
     assert all(axes.get_ylim()[0] == 0.0 for axes in densities)
     area_a, area_b = (item for item in densities[0].lines if len(item.get_xdata()) > 2)
     assert area_b.get_ydata()[-1] > area_a.get_ydata()[-1]
-
-
-def test_peaks_that_count_are_dotted_and_only_events_that_happened_have_keys():
     axes = panels(signals.acceleration_overview_figure({"a": HISTORY}, {"a": EVENTS}))[0]
     dots = next(item for item in axes.lines if item.get_marker() == "o")
     assert list(dots.get_xdata()) == pytest.approx([1.53, 1.63, 1.71], abs=0.0051)
@@ -506,7 +452,7 @@ def test_a_section_is_drawn_cell_by_cell_with_any_field_and_needs_snapshots():
         bodies.deformed_figure(make(Process()))
 
 
-def test_every_snapshot_is_cut_once_and_none_after_overall_slip():
+def test_every_snapshot_is_cut_once_and_white_margins_go_at_the_same_place_of_all():
     history = block_history()
     assert history["snapshot_time"].values == pytest.approx([0.0, 0.05, 0.1])
     assert titles(bodies.cut_frames_figure(history, Events(SlipEvents(overall=0.06)))) == ["0.050 s"]
@@ -515,9 +461,6 @@ def test_every_snapshot_is_cut_once_and_none_after_overall_slip():
     assert first.shape == second.shape
     assert np.abs(first.astype(int) - second.astype(int)).max() > 50, "pictures differ as the stress does"
     assert [axes.get_ylabel() for axes in figure.axes if axes.get_ylabel()] == ["von Mises stress [kPa]"]
-
-
-def test_white_margins_go_at_the_same_place_of_all_pictures():
     first, second = np.full((2, 6, 8, 3), 255, dtype=np.uint8)
     first[1, 2], second[3, 5] = 0, 0
     for picture, black in zip(bodies.crop([first, second]), [(0, 0), (2, 3)], strict=True):
@@ -527,7 +470,7 @@ def test_white_margins_go_at_the_same_place_of_all_pictures():
     assert bodies.crop([blank])[0].shape == blank.shape
 
 
-def test_without_times_frames_end_after_overall_slip_and_show_the_record_after_each_event():
+def test_frames_end_after_overall_slip_and_strains_and_stick_ratios_have_their_rows_and_scales():
     history = block_history()
     (triangles,) = panels(bodies.slip_frames_figure(history, times=[0.0]))[0].collections
     assert len(triangles.get_paths()) == 32
@@ -539,9 +482,6 @@ def test_without_times_frames_end_after_overall_slip_and_show_the_record_after_e
     events = SlipEvents(incipient=times[-4] - 1e-6, overall=times[-2] - 1e-6)
     expected = {f"{times[-4]:.3f} s, after incipient", f"{times[-2]:.3f} s, after overall"}
     assert expected <= set(titles(bodies.slip_frames_figure(history, Events(events))))
-
-
-def test_strains_rates_and_stick_ratios_have_their_rows_scales_and_legends():
     scales = [axes for axes in panels(bodies.surface_strain_figure(block_history())) if "[" in axes.get_ylabel()]
     assert [axes.get_ylabel() for axes in scales] == ["strain along the slide [%]", "its rate [%/s]"]
     assert all(axes.get_ylim()[0] == pytest.approx(-axes.get_ylim()[1]) for axes in scales)
@@ -577,26 +517,20 @@ def triangles_of(figure):
     return [axes.collections[0].get_facecolor() for axes in figure.axes if axes.collections and axes.get_title("left")]
 
 
-def test_onsets_count_from_the_start_of_the_slide_and_share_one_scale():
+def test_onsets_count_from_the_start_of_the_slide_on_one_scale_in_the_axes_of_the_plate():
     window = slide_window(block_history())
     early, late = window.start + 0.02, window.end - 0.01
-    figure = bodies.slip_onset_figure(
-        {"early": with_states(STICK, SLIP, early), "late": with_states(STICK, SLIP, late)}
-    )
+    figure = bodies.slip_onset_figure({name: with_states(STICK, SLIP, at) for name, at in (("a", early), ("b", late))})
     first, second = triangles_of(figure)
     assert len({tuple(colour) for colour in first}) == len({tuple(colour) for colour in second}) == 1
     assert not np.array_equal(first[0], second[0])
     (scale,) = [axes for axes in figure.axes if "time into" in axes.get_ylabel()]
     assert scale.get_ylim()[1] == pytest.approx(late - window.start, abs=0.011)  # a record
-    stuck, never = triangles_of(
-        bodies.slip_onset_figure({"stuck": with_states(STICK, STICK, 0.0), "open": with_states(OPEN, OPEN, 0.0)})
-    )
+    same = {state: with_states(state, state, 0.0) for state in (STICK, OPEN)}
+    stuck, never = triangles_of(bodies.slip_onset_figure(same))
     assert np.allclose(stuck, stuck[0])
     assert stuck[0][:3].max() < 0.25, "dark"
     assert len(never) == 0
-
-
-def test_onsets_share_the_axes_of_the_plate_and_arrows_tell_the_directions_apart():
     history = block_history()
     turned = history.assign(counterface_displacement=-history["counterface_displacement"])
     figure = bodies.slip_onset_figure({"there": history, "back": turned})
@@ -608,15 +542,16 @@ def test_onsets_share_the_axes_of_the_plate_and_arrows_tell_the_directions_apart
     assert first.get_xlim() == second.get_xlim()
 
 
+PLATE = (":", "#000000")
+
+
 def test_reference_nodes_are_drawn_with_the_plate_and_without_the_jerk_at_the_start_of_the_slide():
     history = block_history()
     assert bodies.reference_kinds(reference_nodes()) == ["skin surface", "tissue surface"]
     assert bodies.reference_kinds(history) == bodies.reference_kinds(history.drop_dims("site")) == []
     figure = drawn("reference nodes")
-    plate = next(
-        item for item in panels(figure)[0].lines if (item.get_linestyle(), item.get_color()) == (":", "#000000")
-    )
-    assert plate.get_ydata()[-1] == pytest.approx(1.0)
+    dotted = [item.get_ydata() for item in panels(figure)[0].lines if (item.get_linestyle(), item.get_color()) == PLATE]
+    assert dotted[0][-1] == pytest.approx(1.0)
     assert "incipient" not in words(figure), "it did not happen"
     slow = {name: 5.0 * history[name] for name in ("time", "phase_start", "phase_end")}
     longer = history.assign_coords({**slow, "site_kind": ("site", ["skin surface"])})
@@ -706,10 +641,9 @@ def test_the_order_of_slip_is_read_from_when_markers_leave_their_position_in_the
 
 @pytest.mark.slow
 def test_frames_stand_above_the_body():
-    times = markers.film_times(0.05, 0.1, -0.4)
+    times, frame = markers.film_times(0.05, 0.1, -0.4), np.zeros((12, 16), dtype=np.uint8)
     assert times == pytest.approx((-0.4, 0.05, 0.05 + 0.05 / 3, 0.1))
-    frame = np.zeros((12, 16), dtype=np.uint8)
-    first, second, third = titles(markers.frames_figure(block_history("Q4"), {times[0]: frame, times[1]: frame}))[:3]
+    first, second, third = titles(markers.frames_figure(block_history("Q4"), dict.fromkeys(times[:2], frame)))[:3]
     assert (first, second, third[:18]) == ("frame at rest", "frame at 0.05 s", "snapshot at 0.00 s")
 
 

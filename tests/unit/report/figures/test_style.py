@@ -10,34 +10,7 @@ from matplotlib.lines import Line2D
 
 from fingerslip.errors import ResultError
 from fingerslip.report.colours import EVENT_COLOURS
-from fingerslip.report.figures.signals import (
-    energy_figure,
-    force_figure,
-    force_overview_figure,
-    slip_maps_figure,
-    strain_energy_density_figure,
-)
-from fingerslip.report.figures.style import (
-    add_legend,
-    columns_for,
-    event_keys,
-    figure_bytes,
-    figure_grid,
-    is_held,
-    join_title,
-    limit_to_slides,
-    mark_events,
-    mark_run,
-    name_events,
-    name_run,
-    run_panels,
-    save_figure,
-    say,
-    shown_time,
-    shown_times,
-    shown_until,
-    with_style,
-)
+from fingerslip.report.figures import signals, style
 from fingerslip.slip import Events, SlideWindow, SlipEvents, slide_window
 from fingerslip.slip.windows import EVENTS as EVENT_NAMES
 from unit.report.figures.made import EVENTS, HISTORY, NO_SLIDE, marked, panels, texts, titles
@@ -47,18 +20,18 @@ WINDOW = slide_window(HISTORY)
 
 
 def single_panel(width=6.0, title="", labels=("", "")):
-    figure, (axes,) = figure_grid(1, 1, (width, 2.0), title, labels)
+    figure, (axes,) = style.figure_grid(1, 1, (width, 2.0), title, labels)
     return figure, axes
 
 
 def test_style_of_the_user_is_left_alone_also_where_drawing_fails():
-    @with_style
+    @style.with_style
     def fail():
         assert mpl.rcParams["font.size"] == 9.0
         raise ZeroDivisionError
 
     with mpl.rc_context({"font.size": 33.0, "axes.grid": False}):
-        figure = energy_figure(HISTORY)
+        figure = signals.energy_figure(HISTORY)
         with pytest.raises(ZeroDivisionError):
             fail()
         assert mpl.rcParams["font.size"] == 33.0
@@ -67,7 +40,7 @@ def test_style_of_the_user_is_left_alone_also_where_drawing_fails():
 
 @pytest.mark.parametrize(("count", "columns", "rows"), [(1, 3, 1), (3, 3, 1), (5, 3, 2), (4, 2, 2)])
 def test_grid_has_as_many_panels_as_asked_for(count, columns, rows):
-    figure, axes = figure_grid(count, columns, (3.0, 2.0), "a title", ("x [mm]", "y [mm]"))
+    figure, axes = style.figure_grid(count, columns, (3.0, 2.0), "a title", ("x [mm]", "y [mm]"))
     assert len(axes) == len(panels(figure)) == count
     assert axes[0].get_subplotspec().get_gridspec().nrows == rows
     size = [max(min(columns, count) * 3.0 + 0.6, 5.2), rows * 2 + 0.8]
@@ -76,16 +49,16 @@ def test_grid_has_as_many_panels_as_asked_for(count, columns, rows):
     # The lowest panel of every column says what is on its horizontal axis.
     assert sum(panel.get_xlabel() == "x [mm]" for panel in axes) == min(columns, count)
     assert axes[-1].get_xlabel() == "x [mm]"
-    assert [columns_for(count) for count in (0, 1, 2, 3, 4, 5, 12)] == [1, 1, 2, 3, 2, 3, 3]
+    assert [style.columns_for(count) for count in (0, 1, 2, 3, 4, 5, 12)] == [1, 1, 2, 3, 2, 3, 3]
 
 
 @pytest.mark.parametrize(("share", "x", "y"), [("all", True, True), ("x", True, False), ("none", False, False)])
 def test_an_empty_panel_says_why_and_panels_share_what_they_are_asked_to(share, x, y):
-    _, (first, second) = figure_grid(2, 1, (3.0, 2.0), "", ("", ""), share=share)
+    _, (first, second) = style.figure_grid(2, 1, (3.0, 2.0), "", ("", ""), share=share)
     first.set(xlim=(0.0, 7.0), ylim=(0.0, 9.0))
     assert ((second.get_xlim() == (0.0, 7.0)), (second.get_ylim() == (0.0, 9.0))) == (x, y)
     _, axes = single_panel()
-    say(axes, "nothing here", 0.3)
+    style.say(axes, "nothing here", 0.3)
     assert (axes.texts[0].get_text(), axes.texts[0].get_position()[1]) == ("nothing here", 0.3)
 
 
@@ -94,7 +67,7 @@ def test_legends_take_the_columns_that_fit_and_no_height_of_the_panels():
         keys = {f"{name}{index}": Line2D([], []) for index, name in enumerate(names)}
         figure, axes = single_panel(labels=("x", "a label that is longer than its panel is high [s]"))
         before = figure.get_figheight()
-        add_legend(figure, keys)
+        style.add_legend(figure, keys)
         (legend,) = figure.legends
         assert legend._ncols == columns
         assert [text.get_text() for text in legend.get_texts()] == list(keys)
@@ -103,14 +76,14 @@ def test_legends_take_the_columns_that_fit_and_no_height_of_the_panels():
     assert axes.get_window_extent().height > 0.5 * before * figure.dpi
     assert figure._supylabel.get_window_extent().y0 > legend.get_window_extent().y1
     bare, _ = single_panel()
-    add_legend(bare, {})
+    style.add_legend(bare, {})
     assert bare.legends == []
 
 
-def test_titles_say_what_tells_them_apart_and_are_wrapped():
-    assert (join_title("Forces", "run 1"), join_title("Forces", "")) == ("Forces: run 1", "Forces")
+def test_titles_say_what_tells_them_apart_are_wrapped_and_their_dollars_are_no_mathematics():
+    assert (style.join_title("Forces", "run 1"), style.join_title("Forces", "")) == ("Forces: run 1", "Forces")
     long = "a rather long title of a run, which is wider than its panel, friction coefficient 0.6"
-    figure, axes = with_style(run_panels)(("angle -30 deg", long), "All runs", ("time [s]", "force [N]"))
+    figure, axes = style.with_style(style.run_panels)(("angle -30 deg", long), "All runs", ("time [s]", "force [N]"))
     assert titles(figure) == ["angle -30 deg", long]
     assert "\n" in axes[1].get_title(loc="left")
     assert figure.get_suptitle() == "All runs"
@@ -119,103 +92,91 @@ def test_titles_say_what_tells_them_apart_and_are_wrapped():
     assert figure.get_suptitle().replace("\n", " ") == title
     figure.draw_without_rendering()
     assert figure._suptitle.get_window_extent().x1 <= figure.bbox.x1
-
-
-def test_dollars_of_titles_and_values_are_no_mathematics():
     names = ["cheap $\\frac{$", "dear $x_{$"]
 
-    @with_style
+    @style.with_style
     def draw():
-        figure, axes = figure_grid(2, 2, (2.0, 2.0), names[0], (names[0], names[1]))
+        figure, axes = style.figure_grid(2, 2, (2.0, 2.0), names[0], (names[0], names[1]))
         for one in axes:
             one.set_title(names[1])
             one.text(0.5, 0.5, names[0])
             one.set_xticks([0, 1], names)
         axes[0].set_yscale("log")
-        add_legend(figure, {name: Line2D([], []) for name in names})
+        style.add_legend(figure, {name: Line2D([], []) for name in names})
         return figure
 
     figure = draw()
-    figure_bytes(figure)
+    style.figure_bytes(figure)
     labels = figure.axes[0].get_yticklabels()
     assert any("mathdefault" in label.get_text() for label in labels)
     assert all(label.get_parse_math() for label in labels)
 
 
-@pytest.mark.parametrize(("suffix", "start"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")])
-def test_figure_is_saved_whole(tmp_path, suffix, start):
-    save_figure(Figure(), tmp_path / f"a.{suffix}")
-    assert (tmp_path / f"a.{suffix}").read_bytes().startswith(start)
-    assert [path.name for path in tmp_path.iterdir()] == [f"a.{suffix}"]
-    with pytest.raises(ResultError, match="cannot be written"):
-        save_figure(Figure(), tmp_path / "missing" / f"a.{suffix}")
-
-
-def test_pictures_have_150_dots_per_inch_and_text_for_papers_stays_text():
+def test_figure_is_saved_whole_with_150_dots_per_inch_and_text_for_papers_stays_text(tmp_path):
+    for suffix, start in (("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")):
+        style.save_figure(Figure(), tmp_path / f"a.{suffix}")
+        assert (tmp_path / f"a.{suffix}").read_bytes().startswith(start)
+        with pytest.raises(ResultError, match="cannot be written"):
+            style.save_figure(Figure(), tmp_path / "missing" / f"a.{suffix}")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.pdf", "a.png", "a.svg"]
     # Width and height stand in the header of a PNG file.
-    assert struct.unpack(">II", figure_bytes(Figure(figsize=(2.0, 1.0)))[16:24]) == (300, 150)
+    assert struct.unpack(">II", style.figure_bytes(Figure(figsize=(2.0, 1.0)))[16:24]) == (300, 150)
     figure, _ = single_panel(labels=("time [s]", ""))
-    pdf, svg = figure_bytes(figure, "pdf"), figure_bytes(figure, "svg").decode()
+    pdf, svg = style.figure_bytes(figure, "pdf"), style.figure_bytes(figure, "svg").decode()
     assert b"/Type3" not in pdf
     assert b"/TrueType" in pdf or b"/CIDFontType2" in pdf
     assert ">time [s]</text>" in svg
 
 
-def test_events_that_happened_are_marked_in_their_colours_and_have_keys():
+def test_events_that_happened_and_the_slide_are_marked_in_their_colours_named_and_have_keys():
     _, axes = single_panel()
-    mark_events(axes, SlipEvents(incipient=1.5, noticed=1.6, overall=1.7))
+    style.mark_events(axes, SlipEvents(incipient=1.5, noticed=1.6, overall=1.7))
     colours = {float(line.get_xdata()[0]): line.get_color() for line in axes.lines}
     assert colours == {1.5: EVENT_COLOURS["incipient"], 1.7: EVENT_COLOURS["overall"]}
     assert set(EVENT_NAMES) == set(EVENT_COLOURS)
     assert len(set(EVENT_COLOURS.values())) == 4
-    keys = event_keys([SlipEvents(overall=1.0), SlipEvents(), SlipEvents(incipient=1.0)])
+    keys = style.event_keys([SlipEvents(overall=1.0), SlipEvents(), SlipEvents(incipient=1.0)])
     assert list(keys) == ["slide starts", "incipient", "overall"]
-    assert list(event_keys()) == ["slide starts", "incipient", "three-quarter", "overall"]
-
-
-def test_run_is_marked_and_named_at_its_slide_and_its_events():
+    assert list(style.event_keys()) == ["slide starts", "incipient", "three-quarter", "overall"]
     _, axes = single_panel()
-    mark_run(axes, HISTORY, SlipEvents())
+    style.mark_run(axes, HISTORY, SlipEvents())
     assert marked(axes) == [WINDOW.start]
-    mark_run(axes, HISTORY, SlipEvents(overall=WINDOW.start + 0.5))
+    style.mark_run(axes, HISTORY, SlipEvents(overall=WINDOW.start + 0.5))
     assert marked(axes) == [WINDOW.start, WINDOW.start, WINDOW.start + 0.5]
-    axes.set_xlim(0.0, 2.0)
-    name_run([axes], HISTORY, EVENTS.slip)
-    assert texts(axes) == ["slide starts", "incipient", "three-quarter", "overall"]
-    _, bare = single_panel()
-    name_run([bare], NO_SLIDE, SlipEvents())
-    name_events(bare, None, SlipEvents())
-    assert not bare.texts
 
 
 def test_names_stand_beside_their_lines_and_apart_and_none_beyond_the_panel():
     _, axes = single_panel()
     axes.set_xlim(0.0, 2.0)
-    name_events(axes, 1.0, SlipEvents(incipient=1.49, three_quarter=1.495, overall=1.5))
+    style.name_events(axes, 1.0, SlipEvents(incipient=1.49, three_quarter=1.495, overall=1.5))
     positions = {text.get_text(): text.get_position()[0] for text in axes.texts}
     assert list(positions) == ["slide starts", "incipient", "three-quarter", "overall"]
-    assert positions["slide starts"] == pytest.approx(0.5)
-    assert positions["incipient"] == pytest.approx(0.745)
+    assert (positions["slide starts"], positions["incipient"]) == pytest.approx((0.5, 0.745))
     assert np.all(np.diff(list(positions.values())) >= 0.26 / 6.6 - 1e-9)
     # A name far outside would leave the layout no room for the panels.
     _, other = single_panel()
     other.set_xlim(0.0, 2.0)
-    name_events(other, 0.5, SlipEvents(incipient=1.0, overall=9.0))
+    style.name_events(other, 0.5, SlipEvents(incipient=1.0, overall=9.0))
     assert texts(other) == ["slide starts", "incipient"]
+    _, (axes, bare) = style.figure_grid(2, 1, (3.0, 2.0), "", ("", ""))
+    axes.set_xlim(0.0, 2.0)
+    style.name_run([axes], HISTORY, EVENTS.slip)
+    style.name_run([bare], NO_SLIDE, SlipEvents())
+    assert (texts(axes), texts(bare)) == (list(positions), [])
 
 
 def test_time_shown_reaches_from_before_the_slides_to_after_overall_slip():
     window = SlideWindow(1.0, 3.0, 0, 10)
-    assert shown_until([window], [SlipEvents(overall=1.8)]) == pytest.approx(1.8 + 0.35 * 0.8)
-    assert shown_until([window, window], [SlipEvents(overall=1.8), SlipEvents()]) == 3.0
-    assert shown_until([], []) is None
+    assert style.shown_until([window], [SlipEvents(overall=1.8)]) == pytest.approx(1.8 + 0.35 * 0.8)
+    assert style.shown_until([window, window], [SlipEvents(overall=1.8), SlipEvents()]) == 3.0
+    assert style.shown_until([], []) is None
     start, early = WINDOW.start, {"run": Events(slip=SlipEvents(overall=WINDOW.start + 0.1))}
     _, axes = single_panel()
-    limit_to_slides(axes, {"run": HISTORY}, {}, before=0.3)
+    style.limit_to_slides(axes, {"run": HISTORY}, {}, before=0.3)
     assert axes.get_xlim() == pytest.approx((start - 0.3 * (WINDOW.end - start), WINDOW.end))
-    limit_to_slides(axes, {"run": HISTORY}, early, before=0.0)
+    style.limit_to_slides(axes, {"run": HISTORY}, early, before=0.0)
     assert axes.get_xlim() == pytest.approx((start, start + 0.135))
-    limit_to_slides(axes, {"run": HISTORY}, early, marked=[SlipEvents(incipient=start + 0.4)])
+    style.limit_to_slides(axes, {"run": HISTORY}, early, marked=[SlipEvents(incipient=start + 0.4)])
     assert axes.get_xlim()[1] == pytest.approx(start + 0.4 * 1.06), "beyond events of another reading"
 
 
@@ -229,7 +190,7 @@ def growing(history, kinds=("press", "hold")):
 
 
 def test_records_that_grow_apart_are_shown_since_the_hold_began_and_even_ones_as_they_are():
-    even, held = shown_time(HISTORY), shown_time(growing(HISTORY))
+    even, held = style.shown_time(HISTORY), style.shown_time(growing(HISTORY))
     assert (even.logarithmic, even.label) == (False, "time [s]")
     np.testing.assert_array_equal(even.values, HISTORY["time"].values)
     assert (held.logarithmic, held.label) == (True, "time since the hold began [s]")
@@ -237,22 +198,22 @@ def test_records_that_grow_apart_are_shown_since_the_hold_began_and_even_ones_as
     assert np.isnan(held.values[~later]).all()
     assert (np.nanmin(held.values), np.nanmax(held.values)) == pytest.approx((0.01, 100.0))
     pressed = growing(HISTORY, ("press", "press")).isel(time=slice(int(PRESS_END / 5e-3), None))
-    without = shown_time(pressed.assign_coords(time=pressed["time"].values - PRESS_END))
+    without = style.shown_time(pressed.assign_coords(time=pressed["time"].values - PRESS_END))
     assert (without.logarithmic, without.label) == (True, "time [s]")
     assert np.isnan(without.values[0])
-    assert [time.logarithmic for time in shown_times((growing(HISTORY), growing(HISTORY)))] == [True, True]
-    assert [time.logarithmic for time in shown_times((growing(HISTORY), HISTORY))] == [False, False]
-    assert (is_held(HISTORY), is_held(growing(HISTORY))) == (False, True)
+    assert [time.logarithmic for time in style.shown_times((growing(HISTORY), growing(HISTORY)))] == [True, True]
+    assert [time.logarithmic for time in style.shown_times((growing(HISTORY), HISTORY))] == [False, False]
+    assert (style.is_held(HISTORY), style.is_held(growing(HISTORY))) == (False, True)
 
 
 @pytest.mark.parametrize(
     "draw",
     [
-        force_figure,
-        energy_figure,
-        strain_energy_density_figure,
-        lambda history: force_overview_figure({"held": history}, {}),
-        lambda history: slip_maps_figure({"held": history}, {}),
+        signals.force_figure,
+        signals.energy_figure,
+        signals.strain_energy_density_figure,
+        lambda history: signals.force_overview_figure({"held": history}, {}),
+        lambda history: signals.slip_maps_figure({"held": history}, {}),
     ],
 )
 def test_figures_over_time_take_the_axis(draw):

@@ -4,21 +4,18 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
-from typing import Any
-
-import xarray as xr
 
 from fingerslip.report.content import ReportContent
-from fingerslip.results import RunResult, StudyResult, result_of
+from fingerslip.results import StudyResult, result_of
 from unit.synthetic import Process, make
 
 
-def content_of(runs: tuple[RunResult, ...], histories: dict[str, xr.Dataset], **more: Any) -> ReportContent:
+def content_of(runs, histories, **more):
     """Return the content of a report of a study called 'A <study>'."""
     return ReportContent(StudyResult(Path("study"), (), runs, title="A <study>"), histories, **more)
 
 
-def two_runs(**more: Any) -> ReportContent:
+def two_runs(**more):
     """Return the content of two runs with receptors and known slip."""
     histories = {str(mu): make(Process(friction=mu, edge=1 + 0.4 * mu, centre=1 + 1.1 * mu)) for mu in (0.4, 0.6)}
     runs = tuple(
@@ -27,6 +24,6 @@ def two_runs(**more: Any) -> ReportContent:
     return content_of(runs, histories, **more)
 
 
-def with_runs(content: ReportContent, *runs: RunResult) -> ReportContent:
+def with_runs(content, *runs):
     """Return the content with other runs."""
     return dataclasses.replace(content, study=dataclasses.replace(content.study, runs=runs))

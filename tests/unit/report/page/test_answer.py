@@ -67,23 +67,19 @@ def test_what_is_too_coarse_is_said():
     assert "a (6 nodes across the contact): take smaller elements" in nodes
 
 
-def test_where_there_is_no_trend_none_is_claimed_and_samples_have_no_names():
+def test_where_there_is_no_trend_or_no_slip_none_is_claimed_and_samples_have_no_names():
     runs = [run(v, t, swept={"mesh.contact_size": v}) for v, t in (("1 mm", 1.2), ("2 mm", 1.1), ("3 mm", 1.3))]
     assert "the later" not in answer(study(*runs), {one.name: 1.0 for one in runs})[0]
     runs = [run(f"sample-{n}", 1.5 + 0.1 * n) for n in range(3)]
     said = answer(study(*runs, ranges={"a": (0, 1), "b": (0, 1)}), {one.name: 1.0 for one in runs})[0]
     assert said.startswith("Over 3 samples of 2 uncertain values, the whole contact slips between 0.500 s and 0.700 s")
     assert "sample-" not in said
-
-
-def test_what_does_not_slip_and_what_does_not_slide_is_said():
     assert "overall slip is not reached" in answer(study(run("a", None)), {"a": 1.0})[0]
     mixed = answer(study(run("a", None), run("b", 1.5)), {"a": 1.0, "b": 1.0})
     assert mixed[-2] == "In 1 of 2 runs overall slip is not reached."
     held = run("a", None, numbers={"normal_force_max": 2.0, "normal_force_end": 1.5})
-    assert answer(study(held), {}) == (
-        "Nothing slides in this study. Of the largest normal force, 2 N, 75 % is left at the end.",
-    )
+    said = ("Nothing slides in this study. Of the largest normal force, 2 N, 75 % is left at the end.",)
+    assert answer(study(held), {}) == said
     assert answer(study(run("a", None)), {})[0].startswith("Nothing slides")
 
 
@@ -93,54 +89,19 @@ def published_run(variant, overall, incipient=None, **more):
     return RunResult(variant, {}, Events(slip=SlipEvents(incipient=incipient, overall=overall)), values=values)
 
 
-def test_all_that_misses_is_said_beside_what_agrees():
+def test_all_that_misses_is_said_beside_what_agrees_and_what_is_comparable_has_no_excuse():
     runs = [published_run("original", 1.71, 1.155, **CALIBRATED), published_run("scaled", 1.785, 1.23, **CALIBRATED)]
-    first, second, third = published_rows_beside(runs, [TABLE2])
-    assert first == (
-        "Beside 2 published times, overall slip comes 0 to 15 ms later; the model was calibrated on 1 of them."
-    )
-    assert second == (
-        "Incipient slip comes 250 to 375 ms earlier than published, and 555 ms are left to react, "
-        "against 180 to 290 ms published."
-    )
-    assert third == (
-        "These do not compare like with like: the paper reads incipient slip from acceleration peaks, here it is a "
-        "share of the contact that has slipped."
-    )
-
-
-@pytest.mark.parametrize(
-    ("times", "words"),
-    [
-        ({"flattened": 1.72}, "Beside the published time, overall slip agrees to the millisecond."),
-        ({"flattened": 1.70}, "Beside the published time, overall slip comes 20 ms earlier."),
-        ({"flattened": None}, "Overall slip, for which a time is published, is not reached."),
+    assert published_rows_beside(runs, [TABLE2]) == (
+        "Beside 2 published times, overall slip comes 0 to 15 ms later; the model was calibrated on 1 of them.",
         (
-            {"original": 1.70, "flattened": 1.75, "scaled": None},
-            (
-                "Beside 3 published times, overall slip comes 10 ms earlier to 30 ms later; "
-                "it is not reached in 1 of these runs."
-            ),
+            "Incipient slip comes 250 to 375 ms earlier than published, and 555 ms are left to react, "
+            "against 180 to 290 ms published."
         ),
-    ],
-)
-def test_overall_slip_beside_published_times(times, words):
-    runs = [published_run(variant, overall) for variant, overall in times.items()]
-    assert published_rows_beside(runs, [TABLE2])[0] == words
-    study_of_runs, starts = study(*runs), {run.name: 1.0 for run in runs}
-    assert words in answer(study_of_runs, starts, [TABLE2])
-
-
-def test_only_a_run_with_the_calibrated_values_is_calibrated_and_each_value_counts_once():
-    other = published_run("original", 1.71, **{**CALIBRATED, "fingertip.sagittal.half_height": "6.5 mm"})
-    rows = published_rows_beside([other], [TABLE2])
-    assert "calibrated" not in rows[0]
-    assert "calibrated on it" in published_rows_beside([published_run("original", 1.71, **CALIBRATED)], [TABLE2])[0]
-    assert published_rows_beside([other], [TABLE2, published_set("wang2014-peaks")]) == rows
-    assert published_rows_beside([RunResult("a", {}, other.events)], [TABLE2]) == ()
-
-
-def test_what_is_comparable_has_no_excuse():
+        (
+            "These do not compare like with like: the paper reads incipient slip from acceleration peaks, here it is a "
+            "share of the contact that has slipped."
+        ),
+    )
     values = tuple(
         PublishedValue(name, name, "published", "paper", "s", time, reading="slip")
         for name, time in (("incipient", 0.9), ("overall", 1.1), ("latency", 0.2))
@@ -150,6 +111,33 @@ def test_what_is_comparable_has_no_excuse():
         "Beside the published time, overall slip agrees to the millisecond.",
         "Incipient slip comes 335 ms earlier than published, and 535 ms are left to react, against 200 ms published.",
     )
+
+
+ALL = "Beside 3 published times, overall slip comes 10 ms earlier to 30 ms later; it is not reached in 1 of these runs."
+
+
+@pytest.mark.parametrize(
+    ("times", "words"),
+    [
+        ({"flattened": 1.72}, "Beside the published time, overall slip agrees to the millisecond."),
+        ({"flattened": 1.70}, "Beside the published time, overall slip comes 20 ms earlier."),
+        ({"flattened": None}, "Overall slip, for which a time is published, is not reached."),
+        ({"original": 1.70, "flattened": 1.75, "scaled": None}, ALL),
+    ],
+)
+def test_overall_slip_beside_published_times(times, words):
+    runs = [published_run(variant, overall) for variant, overall in times.items()]
+    assert published_rows_beside(runs, [TABLE2])[0] == words
+    assert words in answer(study(*runs), {run.name: 1.0 for run in runs}, [TABLE2])
+
+
+def test_only_a_run_with_the_calibrated_values_is_calibrated_and_each_value_counts_once():
+    other = published_run("original", 1.71, **{**CALIBRATED, "fingertip.sagittal.half_height": "6.5 mm"})
+    rows = published_rows_beside([other], [TABLE2])
+    assert "calibrated" not in rows[0]
+    assert "calibrated on it" in published_rows_beside([published_run("original", 1.71, **CALIBRATED)], [TABLE2])[0]
+    assert published_rows_beside([other], [TABLE2, published_set("wang2014-peaks")]) == rows
+    assert published_rows_beside([RunResult("a", {}, other.events)], [TABLE2]) == ()
 
 
 def test_definitions_say_the_constants():

@@ -68,6 +68,7 @@ def test_standard_report_has_its_sections_and_figures():
     assert [table.title for table in side_by_side.tables] == ["Measures"]
     assert len(report.sections[-2].pictures) == 5
     assert report.sections[-2].folded
+    assert report.sections[0].warnings == ()
     assert "@article{wang2014," in report.sections[-1].code
     assert report.title == "A <study>"
 
@@ -80,10 +81,8 @@ def test_single_run_is_called_like_its_study_and_unrecorded_readings_have_no_tab
         "Slip events", "How slip events are defined", "In motion", "Energy balance", "A <study>", "Citations"
     ]  # fmt: skip
     events = report.sections[0]
-    assert [table.title for table in events.tables] == [
-        "Slip events from accumulated slip",
-        "Slip events from displacement",
-    ]
+    readings = ("accumulated slip", "displacement")
+    assert [table.title for table in events.tables] == [f"Slip events from {reading}" for reading in readings]
     assert "No times from acceleration peaks: no run records the signals." in events.text
     assert "FA-I" not in report.sections[1].body
     page = render_page(report)
@@ -91,51 +90,35 @@ def test_single_run_is_called_like_its_study_and_unrecorded_readings_have_no_tab
     assert "Run run" not in page
 
 
-def test_what_only_some_runs_recorded_or_have_is_said():
+def test_what_only_some_runs_recorded_or_have_is_said_and_contact_at_a_free_edge_is_a_warning():
     content = two_runs()
     first, second = content.study.runs
     unrecorded = dataclasses.replace(first.events, acceleration=SlipEvents(recorded=False))
-    some = with_runs(content, dataclasses.replace(first, events=unrecorded), second)
+    cut_off = dataclasses.replace(second, edge=EdgeContact("skin", 0.1, 0.0))
+    some = with_runs(content, dataclasses.replace(first, events=unrecorded), cut_off)
     report = study_report(dataclasses.replace(some, histories={"0.6": content.histories["0.6"]}))
-    table = report.sections[0].tables[2]
-    assert texts(table)[0][1:] == ["n/r", "n/a", "n/r", "n/r", "n/r"]
-    assert "n/r: not recorded" in table.remarks
-    assert len(report.sections[0].tables[0].rows) == 2
+    events = report.sections[0]
+    assert texts(events.tables[2])[0][1:] == ["n/r", "n/a", "n/r", "n/r", "n/r"]
+    assert "n/r: not recorded" in events.tables[2].remarks
+    assert len(events.tables[0].rows) == 2
     titles = [section.title for section in report.sections]
     assert "friction coefficient 0.6" in titles
     assert "friction coefficient 0.4" not in titles, "a run without a history is in the tables only"
-
-
-@pytest.mark.slow
-def test_contact_at_a_free_edge_is_a_warning_above_the_events_and_in_their_tables():
-    content = two_runs()
-    first, second = content.study.runs
-    section = study_report(
-        with_runs(content, first, dataclasses.replace(second, edge=EdgeContact("skin", 0.1, 0.0)))
-    ).sections[0]
-    (warning,) = section.warnings
+    (warning,) = events.warnings
     assert "friction coefficient 0.6 ('skin' from 0.1 s on" in warning
     assert "0.4" not in warning
-    assert all("cut off" in table.note for table in section.tables)
-    assert study_report(content).sections[0].warnings == ()
+    assert all("cut off" in table.note for table in events.tables)
 
 
-def test_every_swept_value_that_differs_gives_latencies_and_event_times():
+def test_swept_values_that_differ_have_pictures_and_refined_runs_a_section_of_their_own():
     swept = [{"time.step": "5 ms", "fingertip.fingerprint.enabled": on} for on in (False, True)]
     swept += [{"time.step": "10 ms", "fingertip.fingerprint.enabled": False}]
     runs = tuple(RunResult(str(number), values, Events()) for number, values in enumerate(swept))
-    report = study_report(content_of(runs, {}))
-    assert [picture.name for picture in report.pictures] == [
-        "latency-time-step",
-        "events-time-step",
-        "latency-fingertip-fingerprint-enabled",
-        "events-fingertip-fingerprint-enabled",
+    assert [picture.name for picture in study_report(content_of(runs, {})).pictures] == [
+        f"{kind}-{path}" for path in ("time-step", "fingertip-fingerprint-enabled") for kind in ("latency", "events")
     ]
     same = tuple(RunResult(str(number), {"contact.friction_coefficient": 0.6}, Events()) for number in (1, 2))
     assert study_report(content_of(same, {})).pictures == ()
-
-
-def test_refined_runs_have_a_section_of_their_own():
     series = Series("step", (1.0, 0.5, 0.25), (1.7, 1.65, 1.625))
     names = ("slip.incipient", "slip.three_quarter", "slip.overall")
     found = {name: Convergence(name, "s", 1.7, {"step": series}) for name in names}
@@ -143,8 +126,7 @@ def test_refined_runs_have_a_section_of_their_own():
     section = section_of(study_report(content_of(runs, {}, convergences={"b": found})), "Numerical uncertainty")
     assert [picture.name for picture in section.pictures] == ["b-convergence"]
     assert [table.title for table in section.tables] == ["Numerical uncertainty, n 2"]
-    without = study_report(content_of(runs, {}))
-    assert "Numerical uncertainty" not in [section.title for section in without.sections]
+    assert "Numerical uncertainty" not in [section.title for section in study_report(content_of(runs, {})).sections]
 
 
 @pytest.mark.parametrize(("count", "detailed"), [(12, 12), (15, 1)])
@@ -223,7 +205,7 @@ def test_a_study_in_space_has_a_report():
     assert [section.title for section in report.sections[-3:-1]] == ["angle -30 deg", "angle 30 deg"]
 
 
-def test_a_sweep_answers_with_latency_and_events_and_a_run_with_its_section_or_contact():
+def test_a_sweep_answers_with_latency_and_events_by_title_and_a_run_with_its_section_or_contact():
     content = two_runs(starts={"0.4": 1.0, "0.6": 1.0})
     assert [picture.name for picture in hero_pictures(content)] == [
         "latency-contact-friction-coefficient", "events-contact-friction-coefficient"
@@ -233,9 +215,6 @@ def test_a_sweep_answers_with_latency_and_events_and_a_run_with_its_section_or_c
     for history, expected in ((block_history("Q4"), ["answer"]), (block_history("T4"), ["answer"]), (HISTORY, [])):
         single = content_of((result_of(history, "run", {}),), {"run": history})
         assert [picture.name for picture in hero_pictures(single)] == expected
-
-
-def test_histories_and_events_are_found_by_title_and_only_runs_with_a_history_are_drawn():
     content = two_runs()
     titles = ["friction coefficient 0.4", "friction coefficient 0.6"]
     assert list(content.titled_histories()) == list(content.subject().events) == titles

@@ -21,12 +21,11 @@ def plane():
 def unpack_arrays(values):
     """Return the arrays of a motion as the page unpacks them."""
     data = zlib.decompress(base64.b64decode(values["data"]))
-    return {
-        name: np.frombuffer(data, f"<{entry['type']}", int(np.prod(entry["shape"])), entry["at"]).reshape(
-            entry["shape"]
-        )
+    flat = {
+        name: np.frombuffer(data, f"<{entry['type']}", int(np.prod(entry["shape"])), entry["at"])
         for name, entry in values["arrays"].items()
     }
+    return {name: array.reshape(values["arrays"][name]["shape"]) for name, array in flat.items()}
 
 
 def summed(frames):
@@ -34,7 +33,7 @@ def summed(frames):
     return np.cumsum(frames, axis=0, dtype=frames.dtype)
 
 
-def test_section_moves_as_its_snapshots_do(plane):
+def test_section_moves_as_its_snapshots_do_and_those_nearest_to_events_are_among_its_frames(plane, monkeypatch):
     motion = run_motion(plane, Events(), "a title")
     arrays, body = unpack_arrays(motion), motion["body"]
     assert body["frames"] == pytest.approx(plane["snapshot_time"].values.tolist())
@@ -48,6 +47,10 @@ def test_section_moves_as_its_snapshots_do(plane):
     assert body["travels"] == 1.0
     assert len(body["plates"][0]) == 1
     json.dumps(motion)
+    monkeypatch.setattr("fingerslip.report.page.motion._FRAMES", 2)
+    assert run_motion(plane, Events(), "t")["body"]["frames"] == [0.05, 0.1]
+    motion = run_motion(plane, Events(slip=SlipEvents(incipient=0.01)), "t")
+    assert motion["body"]["frames"] == [0.0, 0.05, 0.1]
 
 
 def test_a_run_without_snapshots_has_no_body_and_its_events_are_named():
@@ -59,13 +62,6 @@ def test_a_run_without_snapshots_has_no_body_and_its_events_are_named():
     assert [panel["label"] for panel in motion["panels"]][:2] == ["force [N]", "ratio, fraction"]
     for panel in motion["panels"]:
         assert all(arrays[line["array"]].size == arrays["times"].size for line in panel["lines"])
-
-
-def test_the_snapshots_nearest_to_events_are_among_the_frames(monkeypatch, plane):
-    monkeypatch.setattr("fingerslip.report.page.motion._FRAMES", 2)
-    assert run_motion(plane, Events(), "t")["body"]["frames"] == [0.05, 0.1]
-    motion = run_motion(plane, Events(slip=SlipEvents(incipient=0.01)), "t")
-    assert motion["body"]["frames"] == [0.0, 0.05, 0.1]
 
 
 def test_solid_has_triangles_and_its_states():
@@ -123,28 +119,21 @@ def areas(points, triangles):
 
 
 @pytest.mark.parametrize("element", ["T4", "T10", "H8"])
-def test_a_block_of_two_layers_has_its_faces_and_its_section(element):
+def test_a_block_of_two_layers_has_its_faces_and_its_section_whose_vertices_move_and_touch_as_nodes_do(element):
     history = block_history(element)
-    surface = surface_arrays(history, [0, history.sizes["snapshot_time"] - 1])
+    last = history.sizes["snapshot_time"] - 1
+    surface = surface_arrays(history, [last])
     size = areas(surface.points, surface.triangles)
     # Two blocks share a face, which each of them has.
     assert size[~surface.is_cut].sum() == pytest.approx(8 * SIDE**2)
     assert size[surface.is_cut].sum() == pytest.approx(SIDE**2)
-    cut = np.unique(surface.triangles[surface.is_cut])
-    assert surface.points[cut, 2] == pytest.approx(surface.cut_at)
-    first, second, third = (surface.points[surface.triangles[surface.is_cut][:, corner]] for corner in range(3))
+    cut = surface.triangles[surface.is_cut]
+    assert surface.points[np.unique(cut), 2] == pytest.approx(surface.cut_at)
+    first, second, third = (surface.points[cut[:, corner]] for corner in range(3))
     assert (np.cross(second - first, third - first)[:, 2] > 0.0).all(), "all face one way, or shading is speckled"
     assert set(surface.regions) == {0, 1}
-
-
-@pytest.mark.parametrize("element", ["T4", "T10", "H8"])
-def test_vertices_move_and_touch_as_nodes_do(element):
-    history = block_history(element)
-    last = history.sizes["snapshot_time"] - 1
-    surface = surface_arrays(history, [last])
-    moved = history["snapshot_displacement"].values[
-        last, np.unique(history["cell_nodes"].values[:, : 8 if element == "H8" else 4])
-    ]
+    corners = np.unique(history["cell_nodes"].values[:, : 8 if element == "H8" else 4])
+    moved = history["snapshot_displacement"].values[last, corners]
     assert np.abs(surface.displacements).max() == pytest.approx(np.abs(moved).max())
     touching = surface.points[surface.states[0] != 255]
     np.testing.assert_allclose(touching[:, 2], 0.0, atol=1e-12)

@@ -13,27 +13,20 @@ from places import ROOT
 PNG = b"\x89PNG\r\n"
 
 
-def test_markdown_is_shown_with_its_pictures_and_no_html_of_its_own(tmp_path):
+def test_markdown_is_shown_with_its_pictures_no_html_of_its_own_and_figures_beside_it_once(tmp_path):
     assert notes_html(tmp_path) == ""
-    (tmp_path / "my plot.png").write_bytes(PNG)
-    text = "# What I saw\n\nIt *slips* <script>x</script>.\n\n![a plot](my%20plot.png)\n\n| a |\n|---|\n| 1 |\n"
-    (tmp_path / "notes.md").write_text(text, encoding="utf-8")
-    found = notes_html(tmp_path)
-    assert "<h3>What I saw</h3>" in found
-    assert "<em>slips</em> &lt;script&gt;" in found
-    assert 'src="data:image/png;base64,' in found
-    assert 'alt="a plot"' in found
-    assert '<div class="table"><table>' in found
-
-
-def test_figures_beside_the_notes_follow_each_once(tmp_path):
     (tmp_path / "notes").mkdir()
-    for name in ("one_two.png", "shown.png", "data.csv"):
-        (tmp_path / "notes" / name).write_bytes(PNG)
-    (tmp_path / "notes.md").write_text("![seen](notes/shown.png)", encoding="utf-8")
+    for name in ("my plot.png", "notes/one_two.png", "notes/shown.png", "notes/data.csv"):
+        (tmp_path / name).write_bytes(PNG)
+    text = "# What I saw\n\nIt *slips* <script>x</script>.\n\n![a plot](my%20plot.png)\n\n| a |\n|---|\n| 1 |\n"
+    (tmp_path / "notes.md").write_text(f"{text}\n![seen](notes/shown.png)", encoding="utf-8")
     found = notes_html(tmp_path)
-    assert found.count("<img") == 2
-    assert "<figcaption>one two</figcaption>" in found
+    for words in (
+        *("<h3>What I saw</h3>", "<em>slips</em> &lt;script&gt;", 'src="data:image/png;base64,', 'alt="a plot"'),
+        *('<div class="table"><table>', "<figcaption>one two</figcaption>"),
+    ):
+        assert words in found
+    assert found.count("<img") == 3
 
 
 @pytest.mark.parametrize(
@@ -45,7 +38,7 @@ def test_a_picture_that_cannot_be_shown_is_refused(tmp_path, source, words):
         notes_html(tmp_path)
 
 
-def test_the_papers_of_values_and_comparisons_are_cited_and_no_others():
+def test_the_papers_of_values_are_cited_and_every_entry_has_what_styles_ask_for():
     values = (ShownValue("a", "1", "corniani2024"), ShownValue("b", "2", "assumed"))
     text = bibtex_entries(values, [published_set("wang2014-table2")])
     assert text.startswith("@misc{fingerslip,"), "plain BibTeX knows no @software"
@@ -54,9 +47,6 @@ def test_the_papers_of_values_and_comparisons_are_cited_and_no_others():
     assert "@article{wang2014," in text
     assert "pawluk1999" not in text
     assert text.count("{") == text.count("}")
-
-
-def test_every_entry_has_what_styles_ask_for_and_the_program_the_year_of_its_licence():
     needed = {"article": {"journal", "volume"}, "inproceedings": {"booktitle"}, "misc": set()}
     assert {"wang2014", "bulens2023"} <= bibliography().keys()
     for entry in [*bibliography().values(), bibtex_entries([], []).partition("\n\n")[0]]:

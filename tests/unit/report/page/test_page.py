@@ -11,15 +11,9 @@ from matplotlib.figure import Figure
 from fingerslip.errors import InputError, ResultError
 from fingerslip.published import published_set
 from fingerslip.report.content import ReportContent
+from fingerslip.report.page import samples
 from fingerslip.report.page.assemble import study_report
 from fingerslip.report.page.page import Picture, Report, ReportSection, render_page, write_page
-from fingerslip.report.page.samples import (
-    published_times,
-    representatives,
-    sample_sections,
-    samples_in_motion,
-    tornado_pictures,
-)
 from fingerslip.report.page.sensor import quality_report, write_tracking
 from fingerslip.report.page.tracking import track_video
 from fingerslip.results import RefusedRun
@@ -59,22 +53,6 @@ def page_with(table):
     return render_page(Report("r", (ReportSection("s", tables=(table,)),)))
 
 
-def test_page_needs_no_other_file_is_well_formed_and_begins_with_the_answer():
-    page = render_page(report())
-    checker = checked(page)
-    assert len(checker.loaded) == 3
-    for source in checker.loaded:
-        kind, data = source.split(",")
-        assert kind == "data:image/png;base64"
-        assert base64.b64decode(data, validate=True).startswith(b"\x89PNG")
-    assert checker.links == ["data:,", "#content", "#s0", "#s1", "#provenance"]
-    assert {"s0", "s1", "one", "two", "provenance"} <= checker.anchors
-    order = ["<h1>A", "Does it &lt;slip&gt;?", "<p>After 1 s.</p>", 'id="answer"', 'id="s0"', "<details>", 'id="s1"']
-    assert sorted(order, key=page.index) == order
-    assert page.count("<details>") == 1, "folded sections open at a click, the others are open"
-    assert 'id="provenance"' not in render_page(Report("r", ()))
-
-
 def test_texts_are_escaped_and_notes_and_code_stand_as_they_are():
     table = Table("t", (Column("x"),), (("<script>",),))
     section = ReportSection("a & b", ("1 < 2",), (table,), body="<p>a note</p>", code="@article{a<b}")
@@ -87,7 +65,7 @@ def test_texts_are_escaped_and_notes_and_code_stand_as_they_are():
     assert ReportSection("s", ("text",)).is_empty
 
 
-def test_tables_say_what_is_missing_and_what_stands_out():
+def test_tables_say_what_is_missing_and_stands_out_long_texts_may_wrap_and_uncertainties_keep_to_their_sign():
     page = render_page(report())
     for text in (
         '<th class="number short" scope="col">time [s]</th>',
@@ -102,17 +80,17 @@ def test_tables_say_what_is_missing_and_what_stands_out():
     marked = page[page.index('<tr class="marked">') :]
     assert marked[: marked.index("</tr>")].endswith('<td class="text short">b</td>')
     assert "data-sortable>" not in page
-    assert "data-sortable>" in page_with(Table("t", (Column("x"),), ((1,), (2,), (3,))))
-
-
-def test_long_texts_may_wrap_answers_stay_in_sight_and_uncertainties_keep_to_their_sign():
-    page = page_with(Table("t", (Column("x"),), (("short",), ("a text that is longer than most values are",))))
-    assert '<td class="text short">short</td>' in page
-    assert '<td class="text">a text that is longer' in page
     columns = (Column("x"), Column("overall", "s", 2, answers=True))
-    page = page_with(Table("t", columns, (("a", Measured(1.5, 0.25)),)))
-    assert '<th class="number answers short" scope="col">overall [s]</th>' in page
-    assert '<td class="number answers short">1.50 ±\u00a00.25</td>' in page
+    rows = (("short", None), ("a text that is longer than most values are", None), ("a", Measured(1.5, 0.25)))
+    page = page_with(Table("t", columns, rows))
+    for text in (
+        '<td class="text short">short</td>',
+        '<td class="text">a text that is longer',
+        '<th class="number answers short" scope="col">overall [s]</th>',
+        '<td class="number answers short">1.50 ±\u00a00.25</td>',
+        "data-sortable>",
+    ):
+        assert text in page
 
 
 def test_runs_in_motion_have_one_player_whose_data_neither_end_nor_swallow_a_script():
@@ -131,7 +109,20 @@ def test_runs_in_motion_have_one_player_whose_data_neither_end_nor_swallow_a_scr
     assert "class Solid" not in render_page(report())
 
 
-def test_page_is_written_whole_or_not_at_all(tmp_path):
+def test_page_is_well_formed_needs_no_other_file_begins_with_the_answer_and_is_written_whole(tmp_path):
+    page = render_page(report())
+    checker = checked(page)
+    assert len(checker.loaded) == 3
+    for source in checker.loaded:
+        kind, data = source.split(",")
+        assert kind == "data:image/png;base64"
+        assert base64.b64decode(data, validate=True).startswith(b"\x89PNG")
+    assert checker.links == ["data:,", "#content", "#s0", "#s1", "#provenance"]
+    assert {"s0", "s1", "one", "two", "provenance"} <= checker.anchors
+    order = ["<h1>A", "Does it &lt;slip&gt;?", "<p>After 1 s.</p>", 'id="answer"', 'id="s0"', "<details>", 'id="s1"']
+    assert sorted(order, key=page.index) == order
+    assert page.count("<details>") == 1, "folded sections open at a click, the others are open"
+    assert 'id="provenance"' not in render_page(Report("r", ()))
     write_page(report(), tmp_path / "report.html")
     assert "caption of" in (tmp_path / "report.html").read_text(encoding="utf-8")
     assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
@@ -146,33 +137,22 @@ def content(**more):
     return ReportContent(study_of(**more), {}, references=REFERENCES)
 
 
-def test_sections_of_a_study_with_samples():
-    report = study_report(content())
+def test_a_study_with_samples_has_its_sections_and_the_published_times_of_its_phalanges():
+    report, titles = study_report(content()), ("Slip times over the samples", "What moves overall slip")
     assert [section.title for section in report.sections] == [
-        "Slip times over the samples",
-        "What moves overall slip",
-        "What moves the other times",
-        "All samples",
-        "Citations",
-    ]
-    assert [picture.name for section in report.sections for picture in section.pictures] == [
-        "tornado-overall",
-        "tornado-incipient",
-    ]
+        *titles, "What moves the other times", "All samples", "Citations"
+    ]  # fmt: skip
+    assert [picture.name for picture in report.pictures] == ["tornado-overall", "tornado-incipient"]
     assert "clearance" in render_page(report)
-    section = sample_sections(content(count=3))[1]
+    section = samples.sample_sections(content(count=3))[1]
     assert section.text == ("Too few samples for 3 ranges: a regression needs 5.",)
-    refused = (RefusedRun("sample-3", {}, {}, "too large"),)
-    made = content()
+    made, refused = content(), (RefusedRun("sample-3", {}, {}, "too large"),)
     made = dataclasses.replace(made, study=dataclasses.replace(made.study, refused=refused))
     assert "Refused samples" in [section.title for section in study_report(made).sections]
-
-
-def test_published_times_are_those_of_the_phalanx_of_a_fit():
     study = study_of(12, ("original", "scaled"))
     fits = [fit for fit in fits_of(study) if fit.time == "overall"]
-    assert published_times(study.runs, fits, REFERENCES) == {0: (1.71, 1.71), 1: (1.77, 1.77)}
-    assert len(tornado_pictures(study.runs, fits, REFERENCES)) == 1
+    assert samples.published_times(study.runs, fits, REFERENCES) == {0: (1.71, 1.71), 1: (1.77, 1.77)}
+    assert len(samples.tornado_pictures(study.runs, fits, REFERENCES)) == 1
 
 
 HISTORY = make(Process())
@@ -183,13 +163,13 @@ def starts_of(study):
 
 
 def content_in_motion(study):
-    histories = {one.run.name: HISTORY for one in representatives(study, starts_of(study))}
+    histories = {one.run.name: HISTORY for one in samples.representatives(study, starts_of(study))}
     return ReportContent(study, {}, starts=starts_of(study), representatives=histories)
 
 
 def test_the_middle_and_both_ends_of_overall_slip_are_chosen_or_of_an_earlier_event():
     study = study_of(count=11)
-    found = representatives(study, starts_of(study))
+    found = samples.representatives(study, starts_of(study))
     titles = ["overall slip nearest to the median", "earliest overall slip", "latest overall slip"]
     assert [one.title for one in found] == titles
     times = sorted(run.events.overall or 0.0 for run in study.runs)
@@ -197,19 +177,19 @@ def test_the_middle_and_both_ends_of_overall_slip_are_chosen_or_of_an_earlier_ev
     assert [one.run.events.overall for one in found] == [times[5], times[0], times[-1]]
     # Times are counted from the start of each slide.
     late = study.runs[0].name
-    assert representatives(study, {**starts_of(study), late: -10.0})[-1].run.name == late
+    assert samples.representatives(study, {**starts_of(study), late: -10.0})[-1].run.name == late
     partly = tuple(
         dataclasses.replace(run, events=Events(SlipEvents(incipient=run.events.incipient))) for run in study.runs
     )
-    found = representatives(dataclasses.replace(study, runs=partly), starts_of(study))
+    found = samples.representatives(dataclasses.replace(study, runs=partly), starts_of(study))
     assert [one.title for one in found][1:] == ["earliest incipient slip", "latest incipient slip"]
-    assert representatives(study_of(count=5, time=lambda *_: None), starts_of(study)) == ()
-    assert representatives(study, {}) == ()
+    assert samples.representatives(study_of(count=5, time=lambda *_: None), starts_of(study)) == ()
+    assert samples.representatives(study, {}) == ()
 
 
 def test_the_page_shows_them_by_what_they_are_with_their_values_and_without_names_of_runs():
     made = content_in_motion(study_of(count=11))
-    section = samples_in_motion(made)
+    section = samples.samples_in_motion(made)
     titles = ["Overall slip nearest to the median", "Earliest overall slip", "Latest overall slip"]
     assert [motion["title"] for motion in section.motions] == titles
     (table,) = section.tables
@@ -220,7 +200,7 @@ def test_the_page_shows_them_by_what_they_are_with_their_values_and_without_name
     page = render_page(dataclasses.replace(report, sections=tuple(one for one in report.sections if one.motions)))
     assert "Samples in motion" in page
     assert not [run.name for run in made.study.runs if run.name in page]
-    assert samples_in_motion(dataclasses.replace(made, representatives={})).is_empty
+    assert samples.samples_in_motion(dataclasses.replace(made, representatives={})).is_empty
 
 
 def test_page_says_what_is_wrong_and_a_failure_leaves_nothing(tmp_path):
@@ -246,7 +226,7 @@ def test_folder_stands_beside_the_video(tmp_path):
 
 
 @pytest.mark.slow
-def test_more_markers_than_asked_for_are_said_and_on_the_page(tmp_path):
+def test_more_markers_than_asked_for_are_said_and_on_the_page_and_those_that_are_often_lost_counted(tmp_path):
     write_video(tmp_path / "a.mkv", clips.filmed(clips.still(clips.field(), 5)), 30.0)
     lines = list(track_video(tmp_path / "a.mkv", None, {"rest_frames": 3, "n_markers": 5}))
     warning = "asked for 5 markers, found 81 of the same kind in the first frames"
@@ -255,17 +235,12 @@ def test_more_markers_than_asked_for_are_said_and_on_the_page(tmp_path):
     page = (tmp_path / "a_tracks" / "quality.html").read_text(encoding="utf-8")
     assert warning in page
     assert "These tracks are partial." in page
-
-
-@pytest.mark.slow
-def test_markers_that_are_often_lost_are_counted(tmp_path):
-    field = clips.field()
-    frames = list(clips.filmed(clips.still(field, 10)))
-    x, y = np.round(np.asarray(clips.still(field, 10))[0, 0]).astype(int)
+    still = np.asarray(clips.still(clips.field(), 10))
+    frames, (x, y) = list(clips.filmed(still)), np.round(still[0, 0]).astype(int)
     for frame in frames[5:]:
         frame[y - 15 : y + 15, x - 15 : x + 15] = np.median(frame)
-    write_video(tmp_path / "a.mkv", frames, 30.0)
-    lines = list(track_video(tmp_path / "a.mkv", None, {"rest_frames": 3, "n_markers": 81}))
+    write_video(tmp_path / "b.mkv", frames, 30.0)
+    lines = list(track_video(tmp_path / "b.mkv", None, {"rest_frames": 3, "n_markers": 81}))
     warning = "1 of 81 markers were not seen in more than a tenth of the frames"
     assert any(line.startswith("warning: ") and warning in line for line in lines)
 

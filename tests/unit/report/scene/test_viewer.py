@@ -16,16 +16,6 @@ from fingerslip.errors import InputError, ResultError
 from fingerslip.history import write_history
 from fingerslip.report.scene import viewer, web
 from fingerslip.report.scene.options import LOCAL, SceneOptions, Served
-from fingerslip.report.scene.viewer import (
-    SceneControl,
-    nearest_node,
-    open_window,
-    picked_figure,
-    receptor_legend,
-    save_movie,
-    save_still,
-    still,
-)
 from fingerslip.report.scene.web import serve
 from fingerslip.slip import Events, SlipEvents
 from unit.report.figures.made import panels
@@ -41,30 +31,30 @@ def history():
 
 def test_a_picture_shows_something_and_changes_with_what_is_shown(history):
     size = (160, 120)
-    whole = still(history, options=SceneOptions(scalar="region"), size=size)
+    whole = viewer.still(history, options=SceneOptions(scalar="region"), size=size)
     assert whole.shape == (120, 160, 3)
     assert whole.std() > 5.0
     assert (whole[0, -1] == 255).all()  # a white ground
-    field, early = still(history, size=size), still(history, 0.0, size=size)
+    field, early = viewer.still(history, size=size), viewer.still(history, 0.0, size=size)
     assert np.abs(whole.astype(int) - field).max() > 50
     assert np.abs(early.astype(int) - field).max() > 50
 
 
 def test_pictures_and_films_are_files_written_whole(history, tmp_path, monkeypatch):
-    save_still(history, tmp_path / "block.png", 0.05)
+    viewer.save_still(history, tmp_path / "block.png", 0.05)
     with Image.open(tmp_path / "block.png") as picture:
         assert picture.size == (1200, 900)
     assert [path.name for path in tmp_path.iterdir()] == ["block.png"]
     whole = viewer.stills
     monkeypatch.setattr(viewer, "stills", lambda *asked: whole(*asked[:3], (160, 120)))
-    save_movie(history, tmp_path / "block.gif", SceneOptions(cut="y"))
+    viewer.save_movie(history, tmp_path / "block.gif", SceneOptions(cut="y"))
     with Image.open(tmp_path / "block.gif") as film:
         assert film.n_frames == history.sizes["snapshot_time"]
     with pytest.raises(ResultError, match="cannot be written"):
-        save_still(history, tmp_path / "nowhere" / "block.png")
+        viewer.save_still(history, tmp_path / "nowhere" / "block.png")
 
 
-@pytest.mark.parametrize("save", [save_still, save_movie])
+@pytest.mark.parametrize("save", [viewer.save_still, viewer.save_movie])
 def test_an_ending_that_cannot_be_written_is_refused(history, tmp_path, save):
     with pytest.raises(InputError, match=r"ends in '\.bmp', needs one of"):
         save(history, tmp_path / "block.bmp")
@@ -73,16 +63,10 @@ def test_an_ending_that_cannot_be_written_is_refused(history, tmp_path, save):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_without_a_display_no_window_opens(history, monkeypatch):
-    monkeypatch.setattr(viewer, "has_display", lambda: False)
-    with pytest.raises(InputError, match="--screenshot"):
-        open_window(history)
-
-
 @pytest.fixture
 def control(history):
     plotter = pyvista.Plotter(off_screen=True)
-    yield SceneControl(plotter, history, SceneOptions(), 0.0)
+    yield viewer.SceneControl(plotter, history, SceneOptions(), 0.0)
     plotter.close()
 
 
@@ -137,17 +121,17 @@ def test_boxes_and_the_slider_show_and_hide(control):
 def test_the_nearest_node_is_that_of_the_deformed_body_and_has_its_displacement_and_stress(history):
     last = history.sizes["snapshot_time"] - 1
     moved = history["node_position"].values + history["snapshot_displacement"].values[last]
-    assert nearest_node(history, last, 1e3 * moved[7] + 1e-3) == 7
+    assert viewer.nearest_node(history, last, 1e3 * moved[7] + 1e-3) == 7
     flat = block_history("Q4")
-    assert nearest_node(flat, 0, np.array([*1e3 * flat["node_position"].values[3], 0.0])) == 3
-    figure = picked_figure(history, 7, INCIPIENT)
+    assert viewer.nearest_node(flat, 0, np.array([*1e3 * flat["node_position"].values[3], 0.0])) == 3
+    figure = viewer.picked_figure(history, 7, INCIPIENT)
     above, below = panels(figure)
     drawn = [line for line in above.lines if line.get_label() in "xyz"]
     moved = 1e3 * history["snapshot_displacement"].values[:, 7]
     np.testing.assert_allclose(np.stack([line.get_ydata() for line in drawn], axis=1), moved)
     assert below.lines[0].get_ydata().max() > 0.0
     assert figure.get_suptitle().startswith("Node 7 at (")
-    assert [kind for kind, _ in receptor_legend(history)] == ["FA-II"], "the recorded receptors only"
+    assert [kind for kind, _ in viewer.receptor_legend(history)] == ["FA-II"], "the recorded receptors only"
 
 
 @pytest.fixture
@@ -157,22 +141,16 @@ def bare(monkeypatch):
         monkeypatch.setenv(name, "")
         monkeypatch.delenv(name)
     monkeypatch.setattr(viewer.sys, "platform", "linux")
-    viewer._working_window.cache_clear()
     return monkeypatch
 
 
-def test_the_first_way_that_draws_is_taken_or_one_message_says_what_to_install(bare):
+def test_the_first_way_that_draws_is_taken_and_with_a_display_nothing_is_tried(bare):
     bare.setattr(viewer, "_draws", lambda _: False)
     with pytest.raises(ResultError, match=r"libegl1.*ParaView"):
         viewer.prepare_rendering()
-    viewer._working_window.cache_clear()
     bare.setattr(viewer, "_draws", lambda window: window == "vtkOSOpenGLRenderWindow")
     viewer.prepare_rendering()
     assert viewer.os.environ["VTK_DEFAULT_OPENGL_WINDOW"] == "vtkOSOpenGLRenderWindow"
-    viewer._working_window.cache_clear()
-
-
-def test_with_a_display_nothing_is_tried_and_a_way_that_ends_the_process_does_not_draw(bare):
     assert not viewer._draws("vtkNoSuchWindow") or viewer._draws("vtkEGLRenderWindow")
     bare.setenv("DISPLAY", ":0")
     bare.setattr(viewer, "_connects", lambda *_: True)
@@ -194,7 +172,10 @@ def test_a_display_that_does_not_answer_is_none_and_one_that_does_is_one(display
 CHROMIUM = shutil.which("chromium")
 
 
-def test_without_trame_or_snapshots_nothing_is_served(monkeypatch):
+def test_without_a_display_trame_or_snapshots_no_window_opens_and_nothing_is_served(history, monkeypatch):
+    monkeypatch.setattr(viewer, "has_display", lambda: False)
+    with pytest.raises(InputError, match="--screenshot"):
+        viewer.open_window(history)
     monkeypatch.setitem(sys.modules, "trame.app", None)
     with pytest.raises(ResultError, match=r"pip install 'fingerslip\[web\]'"):
         web._server()

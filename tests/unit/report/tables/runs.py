@@ -28,6 +28,6 @@ INDICES = (
 )
 
 
-def sensitivity(method: str, **more: object) -> Sensitivity:
+def sensitivity(method, **more):
     values = {"group": {}, "mean": 0.4, "deviation": 0.1, "runs": 56, "blocks": 8, "left_out": 1, **more}
     return Sensitivity(method, "latency", "latency (accumulated slip)", "s", indices=INDICES, **values)  # type: ignore[arg-type]

@@ -4,21 +4,8 @@ import pytest
 import xarray as xr
 
 from fingerslip.published import published_set
-from fingerslip.report.tables.compare import (
-    compare_table,
-    convergence_table,
-    differences_table,
-    series_table,
-    statements_table,
-)
-from fingerslip.report.tables.parameters import (
-    GROUPS,
-    ShownValue,
-    conditions_table,
-    group_of,
-    models_table,
-    value_tables,
-)
+from fingerslip.report.tables import compare, parameters
+from fingerslip.report.tables.parameters import ShownValue
 from fingerslip.results import RunResult
 from fingerslip.tables.table import Missing, texts, to_markdown
 from fingerslip.uncertainty import Convergence, Series
@@ -28,73 +15,63 @@ from unit.synthetic import Process, make
 
 TABLE2, SOLID = published_set("wang2014-table2"), published_set("wang2014-solid")
 NOT_COMPARED = Missing.NOT_COMPARED
+PRINTED = {
+    "original": ("1.53", "1.71", "0.18"),
+    "flattened": ("1.50", "1.72", "0.22"),
+    "scaled": ("1.48", "1.77", "0.29"),
+}
 
 
-def test_comparison_takes_runs_that_meet_the_conditions():
-    table = compare_table(RUNS, TABLE2)
-    assert [row[:4] for row in table.rows[:3]] == [
-        (0.6, "original", "incipient", "1.53"),
-        (0.6, "original", "overall", "1.71"),
-        (0.6, "original", "latency", "0.18"),
+def test_comparison_takes_runs_that_meet_the_conditions_and_says_which_published_rows_were_not_compared():
+    table = compare.compare_table(RUNS, TABLE2)
+    assert [row[:4] for row in table.rows] == [
+        (0.6, variant, event, text)
+        for variant, times in PRINTED.items()
+        for event, text in zip(("incipient", "overall", "latency"), times, strict=True)
     ]
     assert [column.unit for column in table.columns] == ["", "", "", "s", "s", "ms", "s", "ms", "s", "ms"]
     slip, displacement, acceleration = (table.rows[1][4:6], table.rows[1][6:8], table.rows[1][8:10])
     assert slip == (1.75, pytest.approx(40.0))
     assert displacement == (Missing.NO_EVENT,) * 2
     assert acceleration == (1.71, pytest.approx(0.0))
+    assert {cell for row in table.rows[3:] for cell in row[4:]} == {NOT_COMPARED}
 
 
-def test_published_rows_without_a_run_are_there_and_say_that_they_were_not_compared():
-    rows = compare_table(RUNS, TABLE2).rows[3:]
-    assert [row[:4] for row in rows] == [
-        (0.6, variant, event, text)
-        for variant, times in (("flattened", ("1.50", "1.72", "0.22")), ("scaled", ("1.48", "1.77", "0.29")))
-        for event, text in zip(("incipient", "overall", "latency"), times, strict=True)
-    ]
-    assert {cell for row in rows for cell in row[4:]} == {NOT_COMPARED}
-
-
-def test_run_whose_values_are_not_known_is_not_compared():
+def test_runs_of_other_or_unknown_values_are_not_compared_and_what_differs_is_noted():
     unknown = RunResult("r", {"fingertip.phalanx.variant": "original"}, EVENTS)
-    rows = compare_table([unknown], TABLE2).rows
+    rows = compare.compare_table([unknown], TABLE2).rows
     assert len(rows) == len(TABLE2.values)
     assert {cell for row in rows for cell in row[3:]} == {NOT_COMPARED}
-    alone = compare_table([RunResult("r", {}, EVENTS)], TABLE2)
+    alone = compare.compare_table([RunResult("r", {}, EVENTS)], TABLE2)
     assert {len(row) for row in alone.rows} == {len(alone.columns)}, "a single run has no columns that tell it apart"
     assert {cell for row in alone.rows for cell in row[2:]} == {NOT_COMPARED}
-
-
-def test_runs_of_another_friction_programme_or_angle_and_at_a_free_edge_are_noted():
-    note = compare_table(RUNS, TABLE2).note
+    note = compare.compare_table(RUNS, TABLE2).note
     assert "Not compared: " in note
     assert "contact.friction_coefficient is 0.8, published for 0.6" in note
-    assert "Not compared" not in compare_table(RUNS[:1], TABLE2).note
+    assert "Not compared" not in compare.compare_table(RUNS[:1], TABLE2).note
     known = {**SOLID.values[0].conditions, **SOLID.values[0].programme}
     for path, value in (("programme.1.slide.direction.0", 1.0), ("fingertip.solid.angle", "10 deg")):
-        table = compare_table([RunResult("run", {}, UNRECORDED, values={**known, path: value})], SOLID)
+        table = compare.compare_table([RunResult("run", {}, UNRECORDED, values={**known, path: value})], SOLID)
         assert {cell for row in table.rows for cell in row[3:]} == {NOT_COMPARED}
         assert f"{path} is {value}, published for {known[path]}" in table.note
-    assert "angle 30 deg ('skin' from 0.12 s on" in compare_table([CUT_OFF], TABLE2).note
-    assert "free edge" not in compare_table(RUNS, TABLE2).note
+    assert "angle 30 deg ('skin' from 0.12 s on" in compare.compare_table([CUT_OFF], TABLE2).note
+    assert "free edge" not in compare.compare_table(RUNS, TABLE2).note
 
 
-def test_readings_that_the_paper_does_not_print_are_told_from_events_that_did_not_happen():
+def test_readings_that_the_paper_does_not_print_are_told_from_no_event_and_statements_have_their_check():
     solid = RunResult("run", {}, UNRECORDED, values={**SOLID.values[0].conditions, **SOLID.values[0].programme})
-    rows = {row[:2]: row[2:] for row in compare_table([solid], SOLID).rows}
+    rows = {row[:2]: row[2:] for row in compare.compare_table([solid], SOLID).rows}
     assert rows["incipient", "0.90"] == (1.5, pytest.approx(600.0), *[NOT_COMPARED] * 4)
     assert rows["incipient", "0.80"] == (*[NOT_COMPARED] * 2, *[Missing.NO_EVENT] * 2, *[NOT_COMPARED] * 2)
     assert rows["overall", "1.11"] == (*[NOT_COMPARED] * 4, *[Missing.NOT_RECORDED] * 2)
-    row = compare_table(RUNS, published_set("wang2014-peaks")).rows[1]
+    row = compare.compare_table(RUNS, published_set("wang2014-peaks")).rows[1]
     assert row[2:4] == ("three-quarter", "1.63 to 1.65")
     assert row[4:6] == (1.65, pytest.approx(0.0, abs=1e-9))
-
-
-def test_statements_are_shown_with_their_check():
-    table = statements_table(published_set("wang2014-qualitative"))
+    table = compare.statements_table(published_set("wang2014-qualitative"))
     assert any("edges of the contact" in str(row[0]) for row in table.rows)
     assert all(row[1] for row in table.rows)
-    assert statements_table(TABLE2).rows == ()
-    assert compare_table(RUNS, published_set("wang2014-qualitative")).rows == ()
+    assert compare.statements_table(TABLE2).rows == ()
+    assert compare.compare_table(RUNS, published_set("wang2014-qualitative")).rows == ()
 
 
 SIZES = (1.0, 0.5, 0.25)
@@ -113,44 +90,44 @@ NEVER = Convergence("incipient slip", "s", None, {"mesh": Series("mesh", SIZES, 
 
 
 def test_a_number_has_its_uncertainty_by_setting_and_its_verdict():
-    row = texts(convergence_table({"slip.overall": GOOD}, "run"))[0]
+    row = texts(compare.convergence_table({"slip.overall": GOOD}, "run"))[0]
     assert row == [
         "overall slip", "s", "2", "1.387", "1.25 (1.0)", "0.6 (up/down)", "unchanged", "0.001", "not with step"
     ]  # fmt: skip
-    rows = series_table({"run": {"slip.overall": GOOD}}).rows
+    rows = compare.series_table({"run": {"slip.overall": GOOD}}).rows
     assert len(rows) == 3 * 3 + 2, "one for every level"
     assert rows[1] == ("run", "slip.overall", "s", "mesh", 0.5, 1.5)
 
 
 def test_what_did_not_happen_what_was_not_varied_and_what_nothing_changes_are_told_apart():
-    table = convergence_table({"slip.incipient": NEVER, "normal_force_max_N": NEVER}, "run")
+    table = compare.convergence_table({"slip.incipient": NEVER, "normal_force_max_N": NEVER}, "run")
     assert texts(table)[0][2:] == ["none"] * 7
     assert texts(table)[1][2:] == ["n/a"] * 7, "a measure is no event"
     assert "none: the event did not happen" in table.remarks
     lacking = Convergence("overall slip", "s", 2.0, {"step": Series("step", SIZES, (2.0, None, 1.9))})
-    row = convergence_table({"slip.overall": lacking}, "run").rows[0]
+    row = compare.convergence_table({"slip.overall": lacking}, "run").rows[0]
     assert row[3:8] == (Missing.NO_EVENT, Missing.NOT_STUDIED, Missing.NO_EVENT, *[Missing.NOT_STUDIED] * 2)
     still = Convergence("overall slip", "s", 1.748, {"step": Series("step", SIZES, (1.748,) * 3)})
     assert still.uncertainty is None
-    assert texts(convergence_table({"slip.overall": still}, "run"))[0][2:5] == ["1.748", "unchanged", "n/s"]
+    assert texts(compare.convergence_table({"slip.overall": still}, "run"))[0][2:5] == ["1.748", "unchanged", "n/s"]
 
 
 def test_what_differs_is_shown_and_what_is_only_recorded_is_named_below():
     first = {"time.step": "5 ms", "contact.friction_coefficient": "0.4", "record.snapshots_every": "50 ms"}
     second = {"time.step": "5 ms", "contact.friction_coefficient": "0.6", "damping.mass": "1 1/s"}
-    table = differences_table(first, second, same="Same.")
+    table = compare.differences_table(first, second, same="Same.")
     assert table.rows == (
         ("contact.friction_coefficient", "0.4", "0.6"),
         ("damping.mass", Missing.NOT_DEFINED, "1 1/s"),
     )
     assert table.note == "Recorded differently, too, which moves no slip event: record.snapshots_every."
-    table = differences_table({f"record.sites.{n}.name": "a" for n in range(7)}, {}, same="Same.")
+    table = compare.differences_table({f"record.sites.{n}.name": "a" for n in range(7)}, {}, same="Same.")
     assert table.rows == ()
     assert table.note.endswith("record.sites.3.name and 3 more.")
-    table = differences_table({"a": "1"}, {"a": "1"}, same="Both are the same.", note="A: x; B: y.")
+    table = compare.differences_table({"a": "1"}, {"a": "1"}, same="Both are the same.", note="A: x; B: y.")
     assert table.note == "A: x; B: y. Both are the same."
     assert to_markdown(table).count("\n") == 2
-    assert "same" not in differences_table({"record.a": "1"}, {"record.a": "2"}, same="the same").note
+    assert "same" not in compare.differences_table({"record.a": "1"}, {"record.a": "2"}, same="the same").note
 
 
 VALUES = (
@@ -161,31 +138,27 @@ VALUES = (
 )
 
 
-@pytest.mark.parametrize(
-    ("path", "group"),
-    [
-        ("fingertip.materials.dermis.density", "Materials and damping"),
-        ("materials.block.density", "Materials and damping"),
-        ("fingertip.layers.skin_thickness", "Specimen"),
-        ("mesh.contact_size", "Mesh and formulation"),
-        ("depth", "Mesh and formulation"),
-        ("contacts.0.friction.coulomb.coefficient", "Contact and friction"),
-        ("programme.1.slide.speed", "Programme"),
-        ("supports.top", "Supports and loads"),
-        ("time.alpha", "Time"),
-        ("record.sites.0.name", "Recording"),
-        ("something.new", "Other values"),
-        ("timetable", "Other values"),
-    ],
-)
-def test_every_value_has_its_group(path, group):
-    assert group_of(path) == group
+GROUP_OF = {
+    "fingertip.materials.dermis.density": "Materials and damping",
+    "materials.block.density": "Materials and damping",
+    "fingertip.layers.skin_thickness": "Specimen",
+    "mesh.contact_size": "Mesh and formulation",
+    "depth": "Mesh and formulation",
+    "contacts.0.friction.coulomb.coefficient": "Contact and friction",
+    "programme.1.slide.speed": "Programme",
+    "supports.top": "Supports and loads",
+    "time.alpha": "Time",
+    "record.sites.0.name": "Recording",
+    "something.new": "Other values",
+    "timetable": "Other values",
+}
 
 
-def test_assumed_values_come_first_and_are_marked_and_unused_ones_come_last():
-    tables = value_tables(VALUES)
+def test_every_value_has_its_group_assumed_ones_come_first_and_are_marked_and_unused_ones_come_last():
+    assert {path: parameters.group_of(path) for path in GROUP_OF} == GROUP_OF
+    tables = parameters.value_tables(VALUES)
     specimen, time = tables
-    assert [specimen.title, time.title] == [title for title in GROUPS if title in ("Specimen", "Time")]
+    assert [specimen.title, time.title] == [title for title in parameters.GROUPS if title in ("Specimen", "Time")]
     assert sorted(str(row[0]) for table in tables for row in table.rows) == sorted(value.path for value in VALUES)
     assert [row[2] for row in specimen.rows] == ["assumed", "wang2014", "not used"]
     assert specimen.marked == (0,)
@@ -209,7 +182,7 @@ CONDITIONS = (
 
 def test_conditions_stand_in_one_order_with_overrides_and_marked_assumptions():
     histories = {name: xr.Dataset(attrs={"n_nodes": count}) for name, count in (("a", 10), ("b", 20))}
-    table = conditions_table(CONDITIONS, histories)
+    table = parameters.conditions_table(CONDITIONS, histories)
     assert [row[:2] for row in table.rows] == [
         ("specimen, preset", "wang2014-2d"),
         ("depth out of the plane", "1 mm"),
@@ -225,11 +198,11 @@ def test_conditions_stand_in_one_order_with_overrides_and_marked_assumptions():
 
 def test_sizes_contact_stiffness_and_solver_are_those_of_the_history():
     history = block_history("Q4")
-    table = models_table({"one": history, "bare": make(Process())})
+    table = parameters.models_table({"one": history, "bare": make(Process())})
     rows = {row[0]: row[1:] for row in texts(table)}
     assert rows["element"] == ["Q4", "n/r"]
     assert rows["nodes"][0] == str(history.sizes["node"])
     assert rows["contact candidates"][0] == str(history.sizes["contact_node"])
     assert rows["mean normal penalty [Pa/m]"][0] == f"{history.attrs['normal_penalty']:.3g}"
     assert rows["linear solver"][0] == history.attrs["linear_solver"]
-    assert models_table({"bare": make(Process())}).rows == ()
+    assert parameters.models_table({"bare": make(Process())}).rows == ()

@@ -29,7 +29,7 @@ from unit.sampled import study_of
 TABLE2 = [published_set("wang2014-table2")]
 
 
-def test_times_have_intervals_beside_the_published_ones_of_their_phalanx():
+def test_times_have_intervals_beside_the_published_ones_of_their_phalanx_or_none():
     table = published_table(study_of(12, ("original", "scaled")).runs, TABLE2)
     rows = {(row[0], row[1]): row for row in texts(table)}
     assert len(rows) == 6
@@ -45,9 +45,6 @@ def test_times_have_intervals_beside_the_published_ones_of_their_phalanx():
         for time in ("incipient slip", "48 % slip", "three-quarter slip", "overall slip", "latency")
     ]
     assert [row[0] for row in rows] == ["phalanx original"] * 5 + ["phalanx scaled"] * 5
-
-
-def test_an_event_that_no_sample_has_is_none():
     table = published_table(study_of(time=lambda *_: None).runs, TABLE2)
     assert texts(table)[0][3:] == [*["none"] * 5, "n/a", "0 of 12"]
     assert interval_cells(interval_of([1.0, 2.0, 3.0])) == (1.0, pytest.approx(1.1), 2.0, pytest.approx(2.9), 3.0)
@@ -71,7 +68,7 @@ def test_sensitivities_have_units_errors_and_changes():
     assert [row[3] for row in texts(table)] == ["-0.500 ± 0.046 s/mm", "-0.50000 ± 0.00032 s/mm", "-0.500 ± 2.300 s/mm"]
 
 
-def test_rows_for_programs_have_all_digits_and_what_samples_share_is_in_words():
+def test_rows_for_programs_have_all_digits_and_refused_samples_say_why():
     lines = to_csv(sensitivity_rows(fits_of(study_of()))).splitlines()
     assert lines[0].startswith("fingertip.phalanx.variant,reading,time,samples,middle_s,r2,r2_predicted")
     assert len(lines) == 1 + 2 * 3
@@ -79,9 +76,6 @@ def test_rows_for_programs_have_all_digits_and_what_samples_share_is_in_words():
         "phalanx scaled, friction coefficient 0.6"
     )
     assert group_text({}) == ""
-
-
-def test_refused_samples_say_why():
     refused = (RefusedRun("sample-3", {}, {}, "too large"),)
     assert refused_table(refused).rows == (("sample-3", "too large"),)
     tables = sample_tables(dataclasses.replace(study_of(), refused=refused), TABLE2)
@@ -108,15 +102,12 @@ def test_sobol_indices_have_their_intervals():
     assert table.rows[0] == ("friction coefficient", 0.6, 0.1, 0.1, 0.5)
 
 
-def test_predictions_say_their_error():
+def test_predictions_say_their_error_and_which_runs_they_do_without():
     surrogate = Surrogate("overall_slip", "s", (), GOOD, Path())
     table = prediction_table([(surrogate, Prediction(1.5, 1.4, 1.6))], {"contact.friction_coefficient": 0.5})
     assert table.title == "Predicted for friction coefficient 0.5"
     assert table.rows == (("overall slip", "s", 1.5, 1.4, 1.6, 0.01, 0.03, 0.99),)
     assert table.note.startswith("A Gaussian process of 40 runs. From, to:")
-
-
-def test_predictions_say_which_runs_they_do_without():
     fewer = replace(GOOD, runs=427, repeated=21)
     latency, slip = (Surrogate(name, "s", (), fewer, Path()) for name in ("latency", "overall_slip"))
     found = Prediction(1.5, 1.4, 1.6)

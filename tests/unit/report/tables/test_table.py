@@ -21,16 +21,6 @@ from fingerslip.tables.table import (
 )
 
 
-def test_cells_with_bars_and_commas_stay_one_cell_and_measured_ones_numbers():
-    table = Table("t", (Column("a"), Column("b", "mm", 1)), (("x|y, z", 1.25), (None, None), (True, 2)))
-    assert to_markdown(table).splitlines()[2] == "| x\\|y, z | 1.2 |"
-    assert list(csv.reader(io.StringIO(to_csv(table)))) == [["a", "b"], ["x|y, z", "1.25"], ["", ""], ["true", "2"]]
-    table = Table("t", (Column("time", "s", 3),), ((Measured(1.7046, 0.0056),), (None,)))
-    assert to_markdown(table).splitlines()[2:] == ["| 1.705 ± 0.006 |", "|  |"]
-    assert is_numeric(table, 0)
-    assert list(csv.reader(io.StringIO(to_csv(table))))[1] == ["1.7046"]
-
-
 @pytest.mark.parametrize(
     ("column", "cell", "text"),
     [
@@ -83,7 +73,14 @@ def test_json_keeps_numbers_and_says_why_values_are_missing():
     assert rows == [[None], [{"value": 1.0, "uncertainty": None}], [1.5], [None]], "null for what is no number"
 
 
-def test_a_missing_value_says_why_and_the_legend_explains_what_is_there():
+def test_cells_with_bars_and_commas_stay_one_cell_and_missing_values_say_why():
+    table = Table("t", (Column("a"), Column("b", "mm", 1)), (("x|y, z", 1.25), (None, None), (True, 2)))
+    assert to_markdown(table).splitlines()[2] == "| x\\|y, z | 1.2 |"
+    assert list(csv.reader(io.StringIO(to_csv(table)))) == [["a", "b"], ["x|y, z", "1.25"], ["", ""], ["true", "2"]]
+    table = Table("t", (Column("time", "s", 3),), ((Measured(1.7046, 0.0056),), (None,)))
+    assert to_markdown(table).splitlines()[2:] == ["| 1.705 ± 0.006 |", "|  |"]
+    assert is_numeric(table, 0)
+    assert list(csv.reader(io.StringIO(to_csv(table))))[1] == ["1.7046"]
     rows = ((1.5,), (Missing.NOT_RECORDED,), (Missing.NO_EVENT,), (Missing.NO_EVENT,))
     table = Table("t", (Column("time", "s", 2),), rows, note="A note.")
     assert to_markdown(table).splitlines()[3:5] == ["| n/r |", "| none |"]
@@ -98,17 +95,6 @@ def printed(table, width):
     console = Console(width=width, record=True, file=io.StringIO())
     console.print(to_rich(table, width))
     return console.export_text().splitlines()
-
-
-def test_headings_with_brackets_and_marked_rows_survive_the_terminal():
-    text = "\n".join(printed(Table("t [a]", (Column("time", "s", 3),), ((1.0,),), note="[b] stays"), 80))
-    assert all(words in text for words in ("t [a]", "[s]", "[b]"))
-    assert printed(Table("t", (Column("a"), Column("b")), ()), 30)[0].startswith("t")
-    table = Table("t", (Column("a"),), (("plain",), ("special",)), marked=(1,))
-    console = Console(width=40, force_terminal=True, file=io.StringIO(), record=True)
-    console.print(to_rich(table))
-    lines = console.export_text(styles=True).splitlines()
-    assert [bool("\x1b[1m" in line) for line in lines if "plain" in line or "special" in line] == [False, True]
 
 
 WIDE = Table(
@@ -154,7 +140,15 @@ def test_long_names_break_where_their_parts_meet_and_where_no_table_fits_rows_be
     assert [line.split() for line in lines][-4:-2] == [["no_slip", *["0.893", "[0.855,"] * 3], ["0.930]"] * 3]
 
 
-def test_long_texts_in_narrow_columns_become_lists():
+def test_headings_with_brackets_and_marked_rows_survive_and_long_texts_in_narrow_columns_become_lists():
+    text = "\n".join(printed(Table("t [a]", (Column("time", "s", 3),), ((1.0,),), note="[b] stays"), 80))
+    assert all(words in text for words in ("t [a]", "[s]", "[b]"))
+    assert printed(Table("t", (Column("a"), Column("b")), ()), 30)[0].startswith("t")
+    table = Table("t", (Column("a"),), (("plain",), ("special",)), marked=(1,))
+    console = Console(width=40, force_terminal=True, file=io.StringIO(), record=True)
+    console.print(to_rich(table))
+    lines = console.export_text(styles=True).splitlines()
+    assert [bool("\x1b[1m" in line) for line in lines if "plain" in line or "special" in line] == [False, True]
     quantity = "travel of the plate at overall slip over friction times depth, original (accumulated slip)"
     columns = (*map(Column, ("quantity", "source", "published")), *(Column(f"number {n}", "s", 3) for n in range(4)))
     table = Table("Beside each other", columns, ((quantity, "wang2014, Table 2", "1.71", 1.0, 2.0, 3.0, 4.0),) * 3)

@@ -8,24 +8,13 @@ import xarray as xr
 import yaml
 
 import fingerslip as fs
-from fingerslip.errors import FingerslipError, InputError, ResultError
-from fingerslip.history import write_history
-from fingerslip.mesh.io import read_mesh
-from fingerslip.mesh.quality import quality_table
 from fingerslip.report.scene import viewer
 from fingerslip.results import result_of, write_result
 from fingerslip.study.definition.runs import plan_studies
+from fingerslip.study.inspection import views
 from fingerslip.study.inspection.check import check_plans, draw_specimen, save_mesh
-from fingerslip.study.inspection.views import (
-    FigureChoice,
-    film_size,
-    kinds_text,
-    time_of_run,
-    view_result,
-    write_figure,
-)
+from fingerslip.study.inspection.views import FigureChoice, view_result, write_figure
 from fingerslip.study.running.cost import estimated_seconds
-from fingerslip.study.running.runner import run_study
 from fingerslip.vision.video import video_info
 from unit.report.scenes import block_history
 from unit.scans import mesh_of_a_scan, scan_values
@@ -60,26 +49,24 @@ def test_steps_that_control_their_error_are_told_from_records(write_study, schem
 
 
 @pytest.mark.usefixtures("simulated", "reports")
-def test_time_is_that_of_what_is_to_do(write_study, tmp_path, monkeypatch):
+def test_time_is_that_of_what_is_to_do_and_the_first_mistake_of_any_study_is_told(write_study, tmp_path, monkeypatch):
     monkeypatch.setattr("fingerslip.study.inspection.check.estimated_seconds", lambda *_: 60.0)
     assert check_plans(plan_studies([write_study()])).note.startswith("3 runs, about 3.0 min")
-    run_study(write_study(), results_dir=tmp_path / "results", workers=1)
+    fs.run_study(write_study(), results_dir=tmp_path / "results", workers=1)
     path = write_study(block_values() | {"sweep": {"contact.friction_coefficient": [0.4, 0.8]}})
     table = check_plans(plan_studies([path], tmp_path / "results"))
     assert [row[2] for row in table.rows] == ["finished", "to do"]
     assert table.note.startswith("2 runs, about 1.0 min")
-
-
-def test_the_first_mistake_of_any_study_is_told(write_study):
-    good = write_study()
-    bad = write_study(changed("contact.boundary", "pulp"), name="bad")
-    with pytest.raises(InputError, match=r"bad\.yaml.*boundary 'pulp' not in mesh"):
+    good, bad = write_study(), write_study(changed("contact.boundary", "pulp"), name="bad")
+    with pytest.raises(fs.InputError, match=r"bad\.yaml.*boundary 'pulp' not in mesh"):
         check_plans(plan_studies([good, bad]))
 
 
-def test_mesh_of_the_first_run_of_a_study(write_study, tmp_path):
+def test_meshes_of_studies_and_presets_are_written_under_the_names_that_are_asked_or_their_own(
+    write_study, tmp_path, monkeypatch
+):
     (table,) = save_mesh(str(write_study()), tmp_path / "copy.msh")
-    mesh = read_mesh(tmp_path / "copy.msh")
+    mesh = fs.read_mesh(tmp_path / "copy.msh")
     assert mesh.p.shape[1] == 45
     assert set(mesh.boundaries) == {"bottom", "top"}
     assert table.note == "45 nodes, 32 cells; boundaries: bottom, top"
@@ -87,17 +74,13 @@ def test_mesh_of_the_first_run_of_a_study(write_study, tmp_path):
     ((region, cells, jacobian, smallest, largest, aspect),) = table.rows
     assert (region, cells) == ("block", 32)
     assert (jacobian, smallest, largest, aspect) == pytest.approx((1.0, 90.0, 90.0, 1.0))
-
-
-def test_meshes_of_presets_and_studies_go_to_their_own_names(tmp_path, monkeypatch, write_study):
     monkeypatch.chdir(tmp_path)
     (table,) = save_mesh("wang2014-2d")
-    mesh = read_mesh(tmp_path / "meshes" / "wang2014-2d.msh")
+    mesh = fs.read_mesh(tmp_path / "meshes" / "wang2014-2d.msh")
     assert table.title == str(Path("meshes") / "wang2014-2d.msh")
     assert [row[0] for row in table.rows] == ["epidermis", "dermis", "tissue", "phalanx"]
-    for row, known in zip(table.rows, quality_table(mesh), strict=True):
+    for row, known in zip(table.rows, fs.quality_table(mesh), strict=True):
         assert row[3:5] == pytest.approx(np.degrees([known.smallest_angle, known.largest_angle]))
-    monkeypatch.chdir(tmp_path)
     save_mesh(str(write_study(block_values() | {"sweep": {}}, name="mine")))
     assert (tmp_path / "meshes" / "mine.msh").is_file()
 
@@ -114,7 +97,7 @@ def test_mesh_of_a_scan_is_written_for_paraview_with_its_tables(tmp_path, monkey
     tables = save_mesh(str(path))
     assert [table.title for table in tables][1:] == ["Distance of the mesh from the scan", "Repairs"]
     assert tables[0].title == str(Path("meshes") / "finger.vtu")
-    back = read_mesh(tmp_path / "meshes" / "finger.vtu")
+    back = fs.read_mesh(tmp_path / "meshes" / "finger.vtu")
     assert set(back.boundaries) == {"skin"}
     assert len(back.subdomains["tissue"]) == 5
 
@@ -142,22 +125,17 @@ def test_what_cannot_be_meshed_or_drawn_is_refused(write_study, monkeypatch, mak
     monkeypatch.chdir(write_study().parent)
     Path("file").write_text("")
     name, path = target.split()
-    with pytest.raises(FingerslipError, match=message):
+    with pytest.raises(fs.FingerslipError, match=message):
         make(name, Path(path))
 
 
-@pytest.fixture
-def folder(finished):
-    return finished
-
-
 @pytest.mark.parametrize(("form", "start"), [("pdf", b"%PDF"), ("svg", b"<?xml"), ("png", b"\x89PNG")])
-def test_a_figure_of_a_study_or_of_a_run_stands_beside_its_results(folder, form, start):
-    written = write_figure(folder, FigureChoice("latency", form=form))
-    assert written == folder / f"latency.{form}"
+def test_a_figure_of_a_study_or_of_a_run_stands_beside_its_results(finished, form, start):
+    written = write_figure(finished, FigureChoice("latency", form=form))
+    assert written == finished / f"latency.{form}"
     assert written.read_bytes().startswith(start)
     if form == "pdf":
-        assert write_figure(folder, FigureChoice("forces", run=RUN, style="slides")).name == f"forces-{RUN}.pdf"
+        assert write_figure(finished, FigureChoice("forces", run=RUN, style="slides")).name == f"forces-{RUN}.pdf"
 
 
 RUN = "friction_coefficient-0.2"
@@ -178,15 +156,15 @@ RUN = "friction_coefficient-0.2"
         (RUN, FigureChoice("film"), "film.avi", "--output: got '.*film.avi', needs a name that ends in .mp4"),
     ],
 )
-def test_wrong_choices_say_what_is_allowed(folder, target, choice, output, words):
-    with pytest.raises(FingerslipError, match=words):
-        write_figure(folder / target, choice, output and folder / output)
-    assert list(folder.glob("film*")) == []
+def test_wrong_choices_say_what_is_allowed(finished, target, choice, output, words):
+    with pytest.raises(fs.FingerslipError, match=words):
+        write_figure(finished / target, choice, output and finished / output)
+    assert list(finished.glob("film*")) == []
 
 
 def test_a_film_is_an_mp4_of_the_asked_size_and_rate(tmp_path):
     history = block_history("Q4")
-    write_history(history, tmp_path / "history.nc")
+    fs.write_history(history, tmp_path / "history.nc")
     (tmp_path / "run.yaml").write_text("title: block\n", encoding="utf-8")
     write_result(result_of(history, "run", {}), tmp_path)
     film = {"size": (480, 270), "frame_rate": 10.0, "seconds": 0.5}
@@ -194,20 +172,17 @@ def test_a_film_is_an_mp4_of_the_asked_size_and_rate(tmp_path):
     info = video_info(written)
     assert written.name == "film.mp4"
     assert (info.width, info.height, info.frame_count, info.frame_rate) == (480, 270, 5, 10.0)
-
-
-def test_sizes_are_read_and_kinds_listed():
-    assert film_size("640x480") == (640, 480)
-    with pytest.raises(InputError, match="got '640', needs a width and a height"):
-        film_size("640")
-    assert "deformed: " in kinds_text()
+    assert views.film_size("640x480") == (640, 480)
+    with pytest.raises(fs.InputError, match="got '640', needs a width and a height"):
+        views.film_size("640")
+    assert "deformed: " in views.kinds_text()
 
 
 @pytest.fixture(scope="module")
 def study(tmp_path_factory):
     folder = tmp_path_factory.mktemp("study")
     (folder / "run").mkdir()
-    write_history(block_history(), folder / "run" / "history.nc")
+    fs.write_history(block_history(), folder / "run" / "history.nc")
     return folder
 
 
@@ -222,12 +197,12 @@ def test_a_run_is_found_in_its_study_its_folder_and_its_file(study, target, monk
 
 
 def test_of_several_runs_one_has_to_be_chosen_and_a_folder_without_runs_is_refused(study, tmp_path):
-    with pytest.raises(ResultError, match="holds no run"):
+    with pytest.raises(fs.ResultError, match="holds no run"):
         view_result(tmp_path, {}, screenshot=tmp_path / "p.png")
     for name in ("a", "b"):
         (tmp_path / name).mkdir()
         (tmp_path / name / "history.nc").write_bytes((study / "run" / "history.nc").read_bytes())
-    with pytest.raises(InputError, match="holds 2 runs, needs one of a, b"):
+    with pytest.raises(fs.InputError, match="holds 2 runs, needs one of a, b"):
         view_result(tmp_path, {}, screenshot=tmp_path / "p.png")
 
 
@@ -241,7 +216,7 @@ def test_of_several_runs_one_has_to_be_chosen_and_a_folder_without_runs_is_refus
     ],
 )
 def test_wrong_options_are_refused_before_anything_is_drawn(study, tmp_path, options, time, message):
-    with pytest.raises(InputError, match=message):
+    with pytest.raises(fs.InputError, match=message):
         view_result(study, options, time=time, screenshot=tmp_path / "p.png")
     assert list(tmp_path.iterdir()) == []
 
@@ -249,14 +224,16 @@ def test_wrong_options_are_refused_before_anything_is_drawn(study, tmp_path, opt
 HISTORY = xr.Dataset(coords={"time": [0.0, 0.5, 1.0]})
 
 
-@pytest.mark.parametrize(("given", "seconds"), [("0 s", 0.0), ("500 ms", 0.5), ("1 s", 1.0)])
-def test_a_time_has_a_unit(given, seconds):
-    assert time_of_run(HISTORY, given, "view: --time") == pytest.approx(seconds)
-
-
 @pytest.mark.parametrize(
-    ("given", "said"), [("1.1 s", "0 to 1 s"), ("-1 ms", "0 to 1 s"), ("1", "unit"), ("1 mm", "s")]
+    ("given", "seconds"),
+    [
+        *(("0 s", 0.0), ("500 ms", 0.5), ("1 s", 1.0)),
+        *(("1.1 s", "0 to 1 s"), ("-1 ms", "0 to 1 s"), ("1", "unit"), ("1 mm", "s")),
+    ],
 )
-def test_other_times_are_refused(given, said):
-    with pytest.raises(fs.InputError, match=f"^view: --time: .*{said}"):
-        time_of_run(HISTORY, given, "view: --time")
+def test_a_time_has_a_unit_and_lies_in_the_run(given, seconds):
+    if isinstance(seconds, float):
+        assert views.time_of_run(HISTORY, given, "view: --time") == pytest.approx(seconds)
+    else:
+        with pytest.raises(fs.InputError, match=f"^view: --time: .*{seconds}"):
+            views.time_of_run(HISTORY, given, "view: --time")

@@ -4,10 +4,8 @@ import pandas as pd
 import pytest
 import yaml
 
-from fingerslip.errors import FingerslipError, InputError
-from fingerslip.materials.choice import material_names
+import fingerslip as fs
 from fingerslip.specimens.choice import preset_names
-from fingerslip.specimens.fingertip import preset_table
 from fingerslip.study.inspection.show import (
     diff_runs,
     export_result,
@@ -16,7 +14,6 @@ from fingerslip.study.inspection.show import (
     show,
     write_sensitivities,
 )
-from fingerslip.study.running.runner import run_study
 from fingerslip.study.storage import reporting
 from fingerslip.tables.table import Measured, Missing
 from unit.study.block import FRICTIONS, NAMES, block_values, finger_values
@@ -42,10 +39,10 @@ def test_presets_and_materials_are_listed_and_shown_with_the_assumed_values_firs
     assert presets == presets_table()
     assert tuple(row[0] for row in presets.rows) == preset_names()
     assert "ROBOMECH" in str(presets.rows[0][1])
-    assert tuple(row[0] for row in materials.rows) == material_names()
+    assert tuple(row[0] for row in materials.rows) == fs.material_names()
     (pulp,), (finger) = show("pulp-relaxing"), show("wang2014-2d")[0]
     assert {row[0]: row[1:] for row in pulp.rows}["youngs_modulus"][:2] == ("85 kPa", "assumed")
-    assert len(finger.rows) == len(preset_table("wang2014-2d"))
+    assert len(finger.rows) == len(fs.preset_table("wang2014-2d"))
     assert "no dimension" in finger.note
     for table in (pulp, finger):
         sources = [row[2] for row in table.rows]
@@ -70,7 +67,7 @@ def test_values_of_materials_that_ship_have_their_sources_in_a_study(tmp_path):
     assert first[: first.count("assumed")] == ["assumed"] * first.count("assumed")
 
 
-def test_assumed_values_of_a_study_come_first(tmp_path):
+def test_assumed_values_of_a_study_come_first_and_a_body_that_is_no_fingertip_has_no_preset(tmp_path):
     rows = rows_of(finger(), tmp_path)
     assumed = [source == "assumed" for _, source, _ in rows.values()]
     assert assumed == sorted(assumed, reverse=True)
@@ -80,43 +77,34 @@ def test_assumed_values_of_a_study_come_first(tmp_path):
     assert rows["fingertip.receptors.fa_ii_depth"] == ("3 mm", "not used", "no FA-II receptors are recorded")
     recorded = rows_of(finger(record={"receptors": ["FA-II"]}), tmp_path)
     assert recorded["fingertip.receptors.fa_ii_depth"][:2] == ("3 mm", "wang2014")
-
-
-def test_body_that_is_no_fingertip_has_no_preset(tmp_path):
     rows = rows_of(block_values(), tmp_path)
     assert not [path for path in rows if path.startswith("fingertip")]
     assert rows["mesh.file"] == (str(tmp_path / "block.msh"), "study file", "")
     assert rows["supports.top"] == ("x, y", "study file", "")
 
 
-def test_result_of_a_run_has_events_numbers_and_swept_values(folder):
-    events, measures, swept = show(str(folder / SECOND))
+def test_result_of_a_run_has_events_numbers_and_swept_values(finished):
+    events, measures, swept = show(str(finished / SECOND))
     assert [row[0] for row in events.rows] == ["accumulated slip", "displacement", "acceleration peaks"]
     numbers = {row[0]: row[2] for row in measures.rows}
     assert numbers["friction over normal force at the end of the slide"] == pytest.approx(0.6)
     assert "numpy" in measures.note
     assert swept.rows == (("contact.friction_coefficient", "0.6"),)
-    whole, _ = show(str(folder))
+    whole, _ = show(str(finished))
     assert [row[0] for row in whole.rows] == FRICTIONS
 
 
 FIRST, _, SECOND = NAMES
 
 
-@pytest.fixture
-def folder(finished):
-    """Return the results of a study of three runs; overall slip comes at 1.4 s + 0.5 s per unit of friction."""
-    return finished
-
-
 def rows_by_name(table):
     return {str(row[0]): row[1:] for row in table.rows}
 
 
-def test_two_runs_stand_beside_each_other_where_they_differ_and_a_run_does_not_from_itself(folder):
-    values, results = diff_runs(folder / FIRST, folder / SECOND)
+def test_two_runs_stand_beside_each_other_where_they_differ_and_a_run_does_not_from_itself(finished):
+    values, results = diff_runs(finished / FIRST, finished / SECOND)
     assert rows_by_name(values) == {"contact.friction_coefficient": ("0.2", "0.6")}
-    assert values.note == f"A: {folder / FIRST}; B: {folder / SECOND}."
+    assert values.note == f"A: {finished / FIRST}; B: {finished / SECOND}."
     rows = rows_by_name(results)
     unit, first, second, difference = rows["overall slip (accumulated slip)"]
     assert unit == "s"
@@ -128,16 +116,19 @@ def test_two_runs_stand_beside_each_other_where_they_differ_and_a_run_does_not_f
     none = Missing.NOT_DEFINED
     assert rows["smallest distance from the contact to a free edge"] == ("mm", none, none, None)
     assert results.marked == (), "without uncertainties no difference is clear"
-    values, results = diff_runs(folder / FIRST, folder / FIRST)
+    values, results = diff_runs(finished / FIRST, finished / FIRST)
     assert values.rows == ()
     assert "same values" in values.note
     assert {row[-1] for row in results.rows} <= {0.0, None}
 
 
-def test_differences_beyond_the_uncertainties_of_both_stand_out(folder, monkeypatch):
+def test_differences_beyond_the_uncertainties_of_both_stand_out_and_studies_may_have_other_values(
+    finished, write_study, tmp_path, monkeypatch
+):
     known = {"slip.overall": 3e-3, "slip.incipient": 0.4, "slip_margin_incipient": 0.01}
-    monkeypatch.setattr(reporting, "read_uncertainties", lambda _, runs: dict.fromkeys(runs, known))
-    _, results = diff_runs(folder / FIRST, folder / SECOND)
+    with monkeypatch.context() as patch:
+        patch.setattr(reporting, "read_uncertainties", lambda _, runs: dict.fromkeys(runs, known))
+        _, results = diff_runs(finished / FIRST, finished / SECOND)
     difference = rows_by_name(results)["overall slip (accumulated slip)"][3]
     assert isinstance(difference, Measured)
     assert difference.uncertainty == pytest.approx(3e-3 * 2**0.5)
@@ -145,26 +136,22 @@ def test_differences_beyond_the_uncertainties_of_both_stand_out(folder, monkeypa
     assert "overall slip (accumulated slip)" in marked
     assert "incipient slip (accumulated slip)" not in marked
     assert "bold" in results.note
-
-
-@pytest.mark.usefixtures("simulated", "reports")
-def test_runs_of_two_studies_may_have_other_values(folder, write_study, tmp_path):
     law = {"static_kinetic": {"static": 0.6, "kinetic": 0.5, "decay_speed": "1 mm/s"}}
     path = write_study(block_values() | {"contact": {"boundary": "bottom", "friction": law}, "sweep": {}}, name="drop")
-    other = run_study(path, results_dir=tmp_path / "results", workers=1)
-    values, _ = diff_runs(folder / SECOND, other.folder / other.runs[0].name)
+    other = fs.run_study(path, results_dir=tmp_path / "results", workers=1)
+    values, _ = diff_runs(finished / SECOND, other.folder / other.runs[0].name)
     rows = rows_by_name(values)
     assert rows["contact.friction_coefficient"] == ("0.6", Missing.NOT_DEFINED)
     assert rows["contact.friction.static_kinetic.decay_speed"] == (Missing.NOT_DEFINED, "1 mm/s")
     assert "title" not in rows
 
 
-def test_a_study_is_a_table_of_its_runs_and_a_run_the_tables_of_its_history(folder, tmp_path):
-    written = export_result(folder, "parquet")
-    assert written == folder / "export-parquet"
+def test_a_study_is_a_table_of_its_runs_and_a_run_the_tables_of_its_history(finished, tmp_path):
+    written = export_result(finished, "parquet")
+    assert written == finished / "export-parquet"
     frame = pd.read_parquet(written / "runs.parquet")
     assert frame["contact.friction_coefficient"].tolist() == FRICTIONS
-    assert export_result(folder / FIRST, "csv", tmp_path / "out") == tmp_path / "out"
+    assert export_result(finished / FIRST, "csv", tmp_path / "out") == tmp_path / "out"
     assert "time_s" in (tmp_path / "out" / "series.csv").read_text(encoding="utf-8")
 
 
@@ -172,16 +159,16 @@ def test_a_study_is_a_table_of_its_runs_and_a_run_the_tables_of_its_history(fold
     ("ask", "message"),
     [
         (lambda _: show("wang2013"), "show wang2013: is not there.*presets: wang2014-2d"),
-        (lambda folder: show(str(folder.parent)), "holds no results of a study"),
-        (lambda folder: show(str(folder / "gone.yaml")), r"gone\.yaml: is not there"),
-        (lambda folder: export_result(folder.parent, "csv"), "holds no finished run"),
-        (lambda folder: export_result(folder, "vtu"), "format: got 'vtu', needs one of csv, json, mat, parquet"),
-        (lambda folder: diff_runs(folder, folder / SECOND), "needs the folder of one of its runs"),
+        (lambda finished: show(str(finished.parent)), "holds no results of a study"),
+        (lambda finished: show(str(finished / "gone.yaml")), r"gone\.yaml: is not there"),
+        (lambda finished: export_result(finished.parent, "csv"), "holds no finished run"),
+        (lambda finished: export_result(finished, "vtu"), "format: got 'vtu', needs one of csv, json, mat, parquet"),
+        (lambda finished: diff_runs(finished, finished / SECOND), "needs the folder of one of its runs"),
     ],
 )
-def test_what_is_no_result_is_refused(folder, ask, message):
-    with pytest.raises(FingerslipError, match=message):
-        ask(folder)
+def test_what_is_no_result_is_refused(finished, ask, message):
+    with pytest.raises(fs.FingerslipError, match=message):
+        ask(finished)
 
 
 RANGES = {"contact.friction_coefficient": [0.2, 0.4], "programme.0.press.depth": ["0.05 mm", "0.1 mm"]}
@@ -192,10 +179,12 @@ def folder_of(write_study, method, count):
     pytest.importorskip("SALib")
     sample = {"method": method, "count": count, "ranges": RANGES}
     path = write_study(block_values() | {"sweep": {}, "sample": sample})
-    return run_study(path, results_dir=path.parent / "results", workers=1).folder
+    return fs.run_study(path, results_dir=path.parent / "results", workers=1).folder
 
 
-@pytest.mark.usefixtures("reports", "simulated")
+pytestmark = pytest.mark.usefixtures("reports", "simulated")
+
+
 def test_sobol_indices_are_written_with_their_figure(write_study):
     folder = folder_of(write_study, "saltelli", 4)
     (table,) = write_sensitivities(folder, "overall_slip", "auto")
@@ -206,18 +195,17 @@ def test_sobol_indices_are_written_with_their_figure(write_study):
     assert (folder / "sensitivity-overall_slip-sobol.csv").is_file()
     (linear,) = write_sensitivities(folder, "overall_slip", "linear")
     assert linear.title == "What moves overall slip (accumulated slip)"
-    with pytest.raises(InputError, match="of: no regression of 'normal_force_max'"):
+    with pytest.raises(fs.InputError, match="of: no regression of 'normal_force_max'"):
         write_sensitivities(folder, "normal_force_max", "linear")
 
 
-@pytest.mark.usefixtures("reports", "simulated")
 def test_elementary_effects_and_predictions(write_study):
     folder = folder_of(write_study, "morris", 6)
     (table,) = write_sensitivities(folder, "overall_slip", "auto")
     assert table.rows[0][0] == "friction coefficient"
     (row,) = predict_table(folder, AT, ["overall_slip"]).rows
     assert row[2] == pytest.approx(1.4 + 0.5 * 0.3, abs=0.2)
-    with pytest.raises(InputError, match=r"needs path=value, such as contact\.friction_coefficient=0\.5"):
+    with pytest.raises(fs.InputError, match=r"needs path=value, such as contact\.friction_coefficient=0\.5"):
         predict_table(folder, ["x"], ["overall_slip"])
-    with pytest.raises(InputError, match=r"time\.step: does not differ between the runs"):
+    with pytest.raises(fs.InputError, match=r"time\.step: does not differ between the runs"):
         predict_table(folder, [*AT, "time.step=1 ms"], ["overall_slip"])

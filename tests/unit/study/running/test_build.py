@@ -4,19 +4,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
-from fingerslip.contact.counterfaces import Cylinder, Plane
-from fingerslip.contact.friction import PressureDependent, StaticKinetic
+import fingerslip as fs
 from fingerslip.dynamics.system.checks import check_model
-from fingerslip.errors import InputError, MeshError, SlipOutsideContactError
-from fingerslip.materials.elastic import Elastic
-from fingerslip.mesh.io import write_mesh
-from fingerslip.mesh.scan.build import SurfaceMesh
-from fingerslip.model.model import Drive, Traction
-from fingerslip.model.programme import Hold, Press, Ramp
-from fingerslip.model.rigid_bodies import RigidBody, Springs
-from fingerslip.model.timing import QuasiStatic
-from fingerslip.specimens.fingertip.meshing.sources import SolidSizes
 from fingerslip.study.definition.runs import expand_mapping
 from fingerslip.study.definition.spec import parse_study
 from fingerslip.study.running.build import build_mesh, build_model, inspect_mesh, locate_error
@@ -26,12 +17,10 @@ from unit.scans import mesh_of_a_scan, scan_values
 from unit.study.block import block_mesh, block_values, finger_values
 
 SOURCE = Path("studies/x.yaml")
-ROLLER = {
-    "counterface": {"cylinder": {"radius": "8 mm", "centre": ["0 mm", "-9 mm"]}},
-    "friction": {
-        "pressure_dependent": {"reference_coefficient": 0.6, "reference_pressure": "10 kPa", "exponent": -0.2}
-    },
-}
+ROLLER = yaml.safe_load("""
+counterface: {cylinder: {radius: 8 mm, centre: [0 mm, -9 mm]}}
+friction: {pressure_dependent: {reference_coefficient: 0.6, reference_pressure: 10 kPa, exponent: -0.2}}
+""")
 
 
 def run_of(values, folder=SOURCE.parent):
@@ -39,52 +28,51 @@ def run_of(values, folder=SOURCE.parent):
     return expand_mapping(values | {"sweep": {}}, source).runs[0]
 
 
-def test_block_model_holds_what_the_file_says():
-    model = build_model(run_of(block_values()), block_mesh())
-    assert model.materials == {"block": Elastic(100e3, 0.3, 1000.0)}
+def test_model_holds_what_the_file_says_and_own_values_go_before_those_of_the_fingertip():
+    model = build_model(run_of(block_values() | {"tractions": {"top": ["0 Pa", "-1 kPa"]}}), block_mesh())
+    assert model.materials == {"block": fs.Elastic(100e3, 0.3, 1000.0)}
     assert (model.formulation, model.depth) == ("plane_strain", 1e-3)
-    assert model.contacts[0].boundary == "bottom"
-    assert model.contacts[0].friction.coefficient == 0.6
-    assert model.supports == {"top": ("x", "y")}
+    assert (model.contacts[0].boundary, model.contacts[0].friction.coefficient) == ("bottom", 0.6)
+    assert (model.supports, model.tractions) == ({"top": ("x", "y")}, {"top": (0.0, -1000.0)})
     check_model(model)
-
-
-def test_own_values_go_before_those_of_the_fingertip():
     own = {"tissue": {"youngs_modulus": "50 kPa", "poisson_ratio": 0.4, "density": "900 kg/m^3"}}
     values = finger_values(materials=own, supports={"phalanx_surface": ["y"]}, formulation="plane_strain", depth="2 mm")
     model = build_model(run_of(values), block_mesh())
-    assert model.materials["tissue"] == Elastic(50e3, 0.4, 900.0)
+    assert model.materials["tissue"] == fs.Elastic(50e3, 0.4, 900.0)
     assert model.materials["dermis"].youngs_modulus == 80e3
     assert model.supports == {"phalanx_surface": ("y",)}
     assert (model.formulation, model.depth) == ("plane_strain", 2e-3)
 
 
-def test_only_the_wanted_receptors_are_recorded_and_constant_tractions_stay_lists():
+def test_only_the_wanted_receptors_are_recorded_and_reference_nodes_of_a_section_refused():
     extra = {"name": "middle", "kind": "own", "position": ["0 mm", "-5 mm"], "region": "tissue"}
     model = build_model(run_of(finger_values(record={"receptors": ["FA-II"], "sites": [extra]})), block_mesh())
     assert {site.kind for site in model.record.sites} == {"FA-II", "own"}
     assert model.record.sites[-1].position == (0.0, -5e-3)
-    values = block_values() | {"tractions": {"top": ["0 Pa", "-1 kPa"]}}
-    assert build_model(run_of(values), block_mesh()).tractions == {"top": (0.0, -1000.0)}
+    with pytest.raises(fs.InputError, match=r"x\.yaml: record\.reference_nodes: without a fingertip in 3D, .* T10"):
+        build_model(run_of(finger_values(record={"reference_nodes": True})), block_mesh())
 
 
-def test_mesh_is_shared_exactly_where_its_inputs_are_the_same():
+def test_mesh_is_shared_exactly_where_its_inputs_are_the_same_and_a_missing_file_named(tmp_path):
     first = run_of(finger_values()).mesh_key
     assert run_of(finger_values(contact={"friction_coefficient": 0.2})).mesh_key == first
     assert run_of(finger_values(mesh={"contact_size": "0.2 mm"})).mesh_key != first
     flattened = {"preset": "wang2014-2d", "phalanx": {"variant": "flattened"}}
     assert run_of(finger_values(fingertip=flattened)).mesh_key != first
-
-
-def test_missing_mesh_file_is_named(tmp_path):
-    with pytest.raises(InputError, match=r"x\.yaml: mesh\.file: cannot read .*block\.msh \(No such file"):
-        _ = run_of(block_values(), tmp_path).mesh_key
+    for values, path in (
+        (block_values(), r"mesh\.file: cannot read .*block\.msh"),
+        (scan_values(), r"mesh\.skin: .*stl"),
+    ):
+        with pytest.raises(fs.InputError, match=rf"x\.yaml: {path} \(No such file"):
+            _ = run_of(values, tmp_path).mesh_key
 
 
 @pytest.mark.parametrize("own", [{}, {"fingertip": {"preset": "wang2014-2d"}}])
 def test_mesh_file_in_millimetres_is_refused_until_it_says_so(tmp_path, own):
-    write_mesh(block_mesh().scaled(1e3), tmp_path / "block.msh")
-    with pytest.raises(InputError, match=r"x\.yaml: mesh\.file: the body is 10 m large, .* needs .* metres") as caught:
+    fs.write_mesh(block_mesh().scaled(1e3), tmp_path / "block.msh")
+    with pytest.raises(
+        fs.InputError, match=r"x\.yaml: mesh\.file: the body is 10 m large, .* needs .* metres"
+    ) as caught:
         build_mesh(run_of(block_values() | own, tmp_path))
     assert "'length_unit: mm'" in caught.value.repair
     said = block_values() | own | {"mesh": {"file": "block.msh", "length_unit": "mm"}}
@@ -105,7 +93,7 @@ def test_inverted_mesh_is_refused(tmp_path):
     tags = {"gmsh:physical": [np.array([1, 1])], "gmsh:geometrical": [np.array([1, 1])]}
     mesh = meshio.Mesh(points, [("quad", cells)], cell_data=tags, field_data={"block": np.array([1, 2])})
     meshio.write(tmp_path / "block.msh", mesh, file_format="gmsh22")
-    with pytest.raises(MeshError, match=r"x\.yaml.*inverted"):
+    with pytest.raises(fs.MeshError, match=r"x\.yaml.*inverted"):
         build_mesh(run_of(block_values(), tmp_path))
 
 
@@ -136,96 +124,92 @@ def with_contacts(**contacts):
             }.items()
         ),
         (with_contacts(contact={"friction_coefficient": 0.6}), "contacts.0.offset", "contact.offset"),
-        (
-            with_contacts(contacts=[{"friction_coefficient": 0.6}]),
-            "contacts.0.counterface.normal",
-            "contacts.0.normal",
-        ),
+        (with_contacts(contacts=[{"friction_coefficient": 0.6}]), "contacts.0.counterface.normal", "contacts.0.normal"),
         (with_contacts(contacts=[ROLLER]), "contacts.0.centre", "contacts.0.counterface.cylinder.centre"),
         (with_contacts(contacts=[ROLLER]), "contacts.0.counterface.normal", "contacts.0.counterface.cylinder.normal"),
         (with_contacts(contact=ROLLER), "contacts.0.friction", "contact.friction"),
         (with_contacts(contact=ROLLER), "contacts.0.drive", "contact.drive"),
-        (
-            with_contacts(contact=ROLLER),
-            "contacts.0.programme.1.slide.direction",
-            "contact.programme.1.slide.direction",
-        ),
+        (with_contacts(contact=ROLLER), "contacts.0.programme.1.slide.speed", "contact.programme.1.slide.speed"),
     ],
 )
 def test_places_of_the_model_get_the_names_of_the_study(values, place, shown):
     study = None if values is None else parse_study(values, SOURCE)
-    error = locate_error(SlipOutsideContactError(place, "a", "b", "c"), "studies/x.yaml (a = 1)", study)
-    assert type(error) is SlipOutsideContactError
+    error = locate_error(fs.SlipOutsideContactError(place, "a", "b", "c"), "studies/x.yaml (a = 1)", study)
+    assert type(error) is fs.SlipOutsideContactError
     assert str(error) == f"studies/x.yaml (a = 1): {shown}: a, b; c"
     assert locate_error(error, "studies/x.yaml (a = 1)") is error, "it names the file already"
 
 
-def test_mesh_error_names_the_fingertip():
-    values = finger_values(fingertip={"preset": "wang2014-2d", "phalanx": {"sagittal": {"distal_end": "-17 mm"}}})
-    with pytest.raises(InputError, match=r"x\.yaml: fingertip\.phalanx\.sagittal\.distal_end: got -17 mm"):
-        build_mesh(run_of(values))
+FLAT = finger_values(fingertip={"preset": "wang2014-2d", "phalanx": {"sagittal": {"distal_end": "-17 mm"}}})
+
+
+@pytest.mark.parametrize(
+    ("build", "values", "message"),
+    [
+        (build_mesh, FLAT, r"x\.yaml: fingertip\.phalanx\.sagittal\.distal_end: got -17 mm"),
+        (build_model, block_values() | {"formulation": "solid"}, r"x\.yaml: depth: got 0\.001 m for a solid"),
+        (
+            build_model,
+            block_values() | {"contact": {"friction_coefficient": 0.6, "rigid_body": "jug"}},
+            r"x\.yaml: contact\.rigid_body: got 'jug', the bodies are: none",
+        ),
+    ],
+)
+def test_errors_of_mesh_and_model_name_the_file_and_the_place_in_it(build, values, message, tmp_path):
+    fs.write_mesh(block_mesh(), tmp_path / "block.msh")
+    with pytest.raises(fs.InputError, match=message):
+        build(run_of(values, tmp_path))
+
+
+EVERYTHING = """
+contacts:
+  - boundary: top
+    normal: [0, -1]
+    friction: {static_kinetic: {static: 0.8, kinetic: 0.5, decay_speed: 1 mm/s}}
+    drive: {mass: 5 g, force: 0.3 N, ramp: {times: [0 s, 0.1 s], factors: [0.0, 1.0]}}
+    programme: [{hold: {duration: 1 s}}]
+tractions: {top: {value: [0 Pa, -1 kPa], ramp: {times: [0 s, 1 s], factors: [0, 1]}}}
+gravity: [0 m/s^2, -9.81 m/s^2]
+initial_velocity: [10 mm/s, 0 mm/s]
+integration: nodal
+time: {step: 2 ms, scheme: quasi_static, end: 0.1 s}
+"""
 
 
 def test_everything_that_python_can_say_reaches_the_model():
     """Two bodies of other shapes, each with its own law and motion, loads over time, quasi-static steps."""
-    drive = {"mass": "5 g", "force": "0.3 N", "ramp": {"times": ["0 s", "0.1 s"], "factors": [0.0, 1.0]}}
-    law = {"static_kinetic": {"static": 0.8, "kinetic": 0.5, "decay_speed": "1 mm/s"}}
-    plate = {
-        "boundary": "top",
-        "normal": [0, -1],
-        "friction": law,
-        "drive": drive,
-        "programme": [{"hold": {"duration": "1 s"}}],
-    }
-    values = block_values() | {
-        "contacts": [ROLLER | {"boundary": "bottom"}, plate],
-        "tractions": {"top": {"value": ["0 Pa", "-1 kPa"], "ramp": {"times": ["0 s", "1 s"], "factors": [0, 1]}}},
-        "gravity": ["0 m/s^2", "-9.81 m/s^2"],
-        "initial_velocity": ["10 mm/s", "0 mm/s"],
-        "integration": "nodal",
-        "time": {"step": "2 ms", "scheme": "quasi_static", "end": "0.1 s"},
-    }
+    values = block_values() | yaml.safe_load(EVERYTHING)
+    values["contacts"].insert(0, ROLLER | {"boundary": "bottom"})
     del values["contact"]
     model = build_model(run_of(values), block_mesh())
     roller, plane = model.contacts
-    assert roller.counterface == Cylinder(8e-3, centre=(0.0, -9e-3))
-    assert roller.friction == PressureDependent(0.6, 10e3, -0.2)
+    assert roller.counterface == fs.Cylinder(8e-3, centre=(0.0, -9e-3))
+    assert roller.friction == fs.PressureDependent(0.6, 10e3, -0.2)
     assert roller.programme is None
-    assert plane.counterface == Plane((0.0, -1.0))
-    assert plane.friction == StaticKinetic(0.8, 0.5, 1e-3)
-    assert plane.programme == (Hold(1.0),)
-    assert plane.drive == Drive(5e-3, 0.3, Ramp((0.0, 0.1), (0.0, 1.0)))
-    assert model.tractions["top"] == Traction((0.0, -1e3), Ramp((0.0, 1.0), (0.0, 1.0)))
+    assert plane.counterface == fs.Plane((0.0, -1.0))
+    assert plane.friction == fs.StaticKinetic(0.8, 0.5, 1e-3)
+    assert plane.programme == (fs.Hold(1.0),)
+    assert plane.drive == fs.Drive(5e-3, 0.3, fs.Ramp((0.0, 0.1), (0.0, 1.0)))
+    assert model.tractions["top"] == fs.Traction((0.0, -1e3), fs.Ramp((0.0, 1.0), (0.0, 1.0)))
     assert (model.gravity, model.initial_velocity) == ((0.0, -9.81), (0.01, 0.0))
-    assert (model.integration, model.time) == ("nodal", QuasiStatic(2e-3, 0.1))
+    assert (model.integration, model.time) == ("nodal", fs.QuasiStatic(2e-3, 0.1))
 
 
 def test_rigid_bodies_reach_the_model_with_the_contacts_on_them():
-    jug = {
-        "mass": "300 g",
-        "free": ["x"],
-        "springs": {"x": "2 N/mm"},
-        "filling": {"times": ["0 s", "1 s"], "factors": [0, 1]},
-        "programme": [{"press": {"depth": "1 mm", "speed": "1 mm/s"}}],
-    }
-    values = block_values() | {"bodies": {"jug": jug}, "programme": []}
+    jug = """{mass: 300 g, free: [x], springs: {x: 2 N/mm}, filling: {times: [0 s, 1 s], factors: [0, 1]},
+        programme: [{press: {depth: 1 mm, speed: 1 mm/s}}]}"""
+    values = block_values() | {"bodies": {"jug": yaml.safe_load(jug)}, "programme": []}
     values["contact"] = values["contact"] | {"rigid_body": "jug"}
     model = build_model(run_of(values), block_mesh())
-    filling, press = Ramp((0.0, 1.0), (0.0, 1.0)), Press(1e-3, 1e-3)
-    expected = RigidBody(0.3, ("x",), springs=Springs(x=2e3), filling=filling, programme=(press,))
+    filling, press = fs.Ramp((0.0, 1.0), (0.0, 1.0)), fs.Press(1e-3, 1e-3)
+    expected = fs.RigidBody(0.3, ("x",), springs=fs.Springs(x=2e3), filling=filling, programme=(press,))
     assert model.bodies == {"jug": expected}
     assert model.contacts[0].rigid_body == "jug"
     assert model.programmes == ((press,),)
     assert model.end == 1.0
 
 
-def test_a_contact_on_a_body_that_is_not_there_is_named_as_the_study_writes_it():
-    values = block_values()
-    values["contact"] = values["contact"] | {"rigid_body": "jug"}
-    with pytest.raises(InputError, match=r"studies/x.yaml.*: contact.rigid_body: got 'jug', the bodies are: none"):
-        build_model(run_of(values), block_mesh())
-
-
+SOFT = finger_values(fingertip={"preset": "wang2014-2d", "phalanx": {"rigid": False}})
 SOLID = finger_values(formulation="solid", contact={"friction_coefficient": 0.6, "normal": [0, 1, 0]})
 WITHOUT_DEPTH = {key: value for key, value in block_values().items() if key != "depth"} | {"formulation": "solid"}
 
@@ -234,12 +218,7 @@ WITHOUT_DEPTH = {key: value for key, value in block_values().items() if key != "
     ("values", "supports", "formulation", "depth"),
     [
         (finger_values(), {"phalanx": ("x", "y")}, "plane_stress", 1e-3),
-        (
-            finger_values(fingertip={"preset": "wang2014-2d", "phalanx": {"rigid": False}}),
-            {"phalanx_dorsal": ("x", "y")},
-            "plane_stress",
-            1e-3,
-        ),
+        (SOFT, {"phalanx_dorsal": ("x", "y")}, "plane_stress", 1e-3),
         (SOLID, {"phalanx": ("x", "y", "z")}, "solid", 1.0),
         (WITHOUT_DEPTH, {"top": ("x", "y")}, "solid", 1.0),
     ],
@@ -248,23 +227,16 @@ def test_a_phalanx_is_held_and_a_solid_needs_no_depth(values, supports, formulat
     model = build_model(run_of(values), block_mesh())
     assert (model.supports, model.formulation, model.depth) == (supports, formulation, depth)
     if values is SOLID:
-        assert model.contacts[0].counterface == Plane((0.0, 1.0, 0.0))
-
-
-def test_model_error_names_file_and_run(write_study):
-    path = write_study()
-    run = expand_mapping(block_values() | {"formulation": "solid", "sweep": {}}, path).runs[0]
-    with pytest.raises(InputError, match=r"block\.yaml: depth: got 0\.001 m for a solid"):
-        build_model(run)
+        assert model.contacts[0].counterface == fs.Plane((0.0, 1.0, 0.0))
 
 
 def test_tetrahedra_make_a_model_in_3d(monkeypatch):
     sizes = {"element": "T4", "contact_size": "0.8 mm", "bulk_size": "1.6 mm"}
     run = run_of(finger_values(fingertip={"preset": "wang2014-3d"}, mesh=sizes, record={"receptors": ["FA-I"]}))
     mesh, built = coarse_solid(), []
-    monkeypatch.setattr(SolidSizes, "build", lambda *source: built.append(source) or mesh)
+    monkeypatch.setattr(fs.SolidSizes, "build", lambda *source: built.append(source) or mesh)
     model = build_model(run, build_mesh(run))
-    assert built == [(SolidSizes("T4", 0.8e-3, 1.6e-3), change_solid())]
+    assert built == [(fs.SolidSizes("T4", 0.8e-3, 1.6e-3), change_solid())]
     assert (model.formulation, model.depth) == ("solid", 1.0)
     assert model.supports == {"phalanx_dorsal": ("x", "y", "z")}
     assert model.contacts[0].counterface.normal == (0.0, 1.0, 0.0)
@@ -275,24 +247,20 @@ def test_tetrahedra_make_a_model_in_3d(monkeypatch):
 SMALL_ELEMENTS = finger_values(
     fingertip={"preset": "wang2014-3d"}, mesh={"element": "T4", "contact_size": "0.45 mm", "bulk_size": "0.55 mm"}
 )
-SMALL_IN_SCAN = {
-    "skin": str(ROOT / "meshes" / "scan_skin.stl"),
-    "unit": "mm",
-    "tip": [1, 0, 0],
-    "pad": [0, -1, 0],
-    "layers": {"contact_size": "0.1 mm", "bulk_size": "0.1 mm", "cut": "16 mm"},
-}
+LAYERS = {"contact_size": "0.1 mm", "bulk_size": "0.1 mm", "cut": "16 mm"}
+SKIN = str(ROOT / "meshes" / "scan_skin.stl")
+SMALL_IN_SCAN = {"skin": SKIN, "unit": "mm", "tip": [1, 0, 0], "pad": [0, -1, 0], "layers": LAYERS}
 
 
 @pytest.mark.parametrize(
     ("source", "memory", "values"),
-    [(SolidSizes, 5 * 10**8, SMALL_ELEMENTS), (SurfaceMesh, 10**9, block_values() | {"mesh": SMALL_IN_SCAN})],
+    [(fs.SolidSizes, 5 * 10**8, SMALL_ELEMENTS), (fs.SurfaceMesh, 10**9, block_values() | {"mesh": SMALL_IN_SCAN})],
 )
 def test_elements_too_small_for_the_memory_are_refused_before_they_are_made(monkeypatch, source, memory, values):
     """130,000 tetrahedra take more than half a gigabyte; nothing is meshed to find that out."""
     monkeypatch.setattr(source, "build", lambda *_: pytest.fail("it must not mesh"))
     monkeypatch.setattr("fingerslip.linear.resources.available_memory", lambda: memory)
-    with pytest.raises(InputError, match=r"memory: .* about [\d.e+]+ GB \(assembly of about .* tetrahedra"):
+    with pytest.raises(fs.InputError, match=r"memory: .* about [\d.e+]+ GB \(assembly of about .* tetrahedra"):
         build_mesh(run_of(values))
 
 
@@ -303,19 +271,14 @@ def test_a_scan_meets_a_plate_that_faces_up_where_nothing_else_is_written():
         "contact": {"friction_coefficient": 0.6},
     }
     model = build_model(run_of(block_values() | values), coarse_solid())
-    assert model.contacts[0].counterface == Plane((0.0, 1.0, 0.0))
+    assert model.contacts[0].counterface == fs.Plane((0.0, 1.0, 0.0))
 
 
-@pytest.fixture
-def scanned(tmp_path):
-    """A run whose mesh is that of a scan, with files that are none."""
+def test_mesh_of_a_run_is_that_of_its_scan_and_its_error_names_the_study(tmp_path, monkeypatch):
     for name in ("skin.stl", "phalanx.stl"):
         (tmp_path / name).write_text(name)
-    return run_of(scan_values(), tmp_path)
-
-
-def test_mesh_of_a_run_is_that_of_its_scan_and_its_error_names_the_study(scanned, monkeypatch):
-    with pytest.raises(InputError, match=r"x\.yaml: .*skin.stl: cannot be read"):
+    scanned = run_of(scan_values(), tmp_path)
+    with pytest.raises(fs.InputError, match=r"x\.yaml: .*skin.stl: cannot be read"):
         build_mesh(scanned)
     made = mesh_of_a_scan()
     monkeypatch.setattr(
@@ -323,13 +286,3 @@ def test_mesh_of_a_run_is_that_of_its_scan_and_its_error_names_the_study(scanned
     )
     monkeypatch.setattr("fingerslip.mesh.scan.build.scan_cells", lambda _: 1e4)
     assert build_mesh(scanned) is inspect_mesh(scanned).mesh is made.mesh
-
-
-def test_missing_surface_is_named(tmp_path):
-    with pytest.raises(InputError, match=r"x\.yaml: mesh\.skin: cannot read .*skin\.stl \(No such file"):
-        _ = run_of(scan_values(), tmp_path).mesh_key
-
-
-def test_reference_nodes_of_a_section_are_refused():
-    with pytest.raises(InputError, match=r"x\.yaml: record\.reference_nodes: without a fingertip in 3D, .* T10"):
-        build_model(run_of(finger_values(record={"reference_nodes": True})), block_mesh())

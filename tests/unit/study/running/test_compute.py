@@ -1,4 +1,4 @@
-"""Runs computed, alone and side by side: each folder whole or not at all, every failure told by the name of the run."""
+"""Runs computed, side by side and on a cluster: each folder whole or not at all, every failure told by its run."""
 
 import dataclasses
 import errno
@@ -10,8 +10,10 @@ import queue
 import signal
 import subprocess
 import sys
+import threading
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
+from importlib import metadata
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -23,9 +25,10 @@ from fingerslip.dynamics.step import sharing
 from fingerslip.errors import ConvergenceError, FingerslipError, InputError, ResultError, SlipOutsideContactError
 from fingerslip.history import read_history
 from fingerslip.report.content import RunPictures
+from fingerslip.results import stored_result
 from fingerslip.slip import events_from_mapping, find_events
 from fingerslip.study.definition.runs import plan_study
-from fingerslip.study.running import compute, cost
+from fingerslip.study.running import cluster, compute, cost
 from fingerslip.study.running.build import groups, prepare
 from fingerslip.study.running.compute import WorkerLostError, compute_all, compute_group, without_main_module
 from fingerslip.study.running.progress import StudyProgress
@@ -76,14 +79,15 @@ def job(write_study, tmp_path):
 
 
 @pytest.mark.usefixtures("simulated")
-def test_what_is_stored_beside_the_history_says_what_happened(job):
-    told = []
+def test_what_is_stored_beside_the_history_and_in_the_log_says_what_happened(job):
+    logger, told = logging.getLogger("fingerslip"), []
+    before = (logger.level, list(logger.handlers))
     compute.compute([job], told.append)
+    assert (logger.level, list(logger.handlers)) == before
     assert told == [0.5]
     stored = json.loads((job.folder / "events.json").read_text())
     assert (stored["run"], stored["swept"]) == ("friction_coefficient-0.4", {"contact.friction_coefficient": 0.4})
-    assert stored["identity"] == job.identity
-    assert stored["mesh_hash"] == mesh_hash(job.model.mesh)
+    assert (stored["identity"], stored["mesh_hash"]) == (job.identity, mesh_hash(job.model.mesh))
     history = read_history(job.folder / "history.nc")
     assert events_from_mapping(stored["events_s"]) == find_events(history)
     assert [peak["time_s"] for peak in stored["acceleration_peaks"]] == pytest.approx([1.53, 1.63, 1.71], abs=5.1e-3)
@@ -91,30 +95,12 @@ def test_what_is_stored_beside_the_history_says_what_happened(job):
     values = yaml.safe_load((job.folder / "run.yaml").read_text())
     assert values["contact"]["friction_coefficient"] == 0.4
     assert "sweep" not in values
-
-
-@pytest.mark.usefixtures("simulated")
-def test_the_log_is_written_to_the_run_and_the_logger_left_as_it_was(job):
-    logger = logging.getLogger("fingerslip")
-    before = (logger.level, list(logger.handlers))
-    compute.compute([job], lambda _: None)
-    assert (logger.level, list(logger.handlers)) == before
     text = (job.folder / "log.txt").read_text()
-    assert f"identity {job.identity}" in text
-    assert "simulated 401 records" in text
-    assert "friction over normal force at the end of the slide: 0.4" in text
+    for line in (f"identity {job.identity}", "simulated 401 records", "over normal force at the end of the slide: 0.4"):
+        assert line in text
 
 
-def test_a_failing_run_leaves_neither_folder_nor_handler(job, fails):
-    fails(SlipOutsideContactError("contacts.0", "a", "b", "c"))
-    with pytest.raises(SlipOutsideContactError) as caught:
-        compute.compute([job], lambda _: None)
-    assert str(caught.value).endswith("block.yaml (contact.friction_coefficient = 0.4): contact: a, b; c")
-    assert not list(job.folder.parent.iterdir())
-    assert not logging.getLogger("fingerslip").handlers
-
-
-def test_progress_may_end_a_run(job, simulated):
+def test_a_failing_or_stopped_run_leaves_neither_folder_nor_handler(job, simulated, fails):
     def stop(_):
         raise InputError("here", "stopped", "goes on")
 
@@ -122,6 +108,12 @@ def test_progress_may_end_a_run(job, simulated):
         compute.compute([job], stop)
     assert simulated == [0.4]
     assert not list(job.folder.parent.iterdir())
+    fails(SlipOutsideContactError("contacts.0", "a", "b", "c"))
+    with pytest.raises(SlipOutsideContactError) as caught:
+        compute.compute([job], lambda _: None)
+    assert str(caught.value).endswith("block.yaml (contact.friction_coefficient = 0.4): contact: a, b; c")
+    assert not list(job.folder.parent.iterdir())
+    assert not logging.getLogger("fingerslip").handlers
 
 
 def job_of(name, model=None, folder=Path("none")):
@@ -133,38 +125,23 @@ def names(parts):
     return ["".join(job.run.name for job in part) for part in parts]
 
 
-@pytest.fixture
-def all_are_large(monkeypatch):
+def test_runs_that_share_a_matrix_make_a_group_that_is_not_too_large(monkeypatch):
+    assert names(groups([job_of("a"), job_of("b")])) == ["a", "b"], "small runs stay apart"
     monkeypatch.setattr(sharing, "_WORTH_SHARING", {2: 0, 3: 0})
-
-
-@pytest.mark.usefixtures("all_are_large")
-def test_runs_that_share_a_matrix_make_a_group():
     model = push_and_slide()
     stiff = dataclasses.replace(model, materials={"bulk": fs.Elastic(1e6, 0.3, 1000.0)})
     jobs = [job_of("a", model), job_of("b", stiff), job_of("c", push_and_slide(friction=0.9)), job_of("d", stiff)]
     assert names(groups(jobs)) == ["ac", "bd"]
-
-
-@pytest.mark.usefixtures("all_are_large")
-@pytest.mark.parametrize(
-    ("bytes_together", "at_once", "together_are", "parts"),
-    [
+    for bytes_together, at_once, together_are, parts in (
         (1.0, 1, "abcdefgh", ["abcdefgh"]),
         (1.0, 1, "abcdefghij", ["abcde", "fghij"]),
         (1.0, 1, "a", ["a"]),
         (1e9, 1, "abcdefghij", ["abcdefghij"]),
         (1e9, 2, "abcd", ["ab", "cd"]),
         (1e9, 1, "a" * 40, ["a" * 20] * 2),
-    ],
-)
-def test_no_group_is_too_large_and_all_workers_are_busy(bytes_together, at_once, together_are, parts, monkeypatch):
-    monkeypatch.setattr(cost, "_BYTES_TOGETHER", bytes_together)
-    assert names(groups([job_of(name) for name in together_are], at_once)) == parts
-
-
-def test_small_runs_stay_apart():
-    assert names(groups([job_of("a"), job_of("b")])) == ["a", "b"]
+    ):
+        monkeypatch.setattr(cost, "_BYTES_TOGETHER", bytes_together)
+        assert names(groups([job_of(name, model) for name in together_are], at_once)) == parts
 
 
 @pytest.mark.parametrize("error", [NOT_SOLVED, MemoryError()])
@@ -256,31 +233,24 @@ def test_failures_of_workers_are_told_by_the_name_of_the_run():
     assert errors == {"b": ConvergenceError, "c": WorkerLostError, "d": MemoryError}
     assert sorted(names([outcome.jobs for outcome in outcomes])) == ["ab", "c", "d"]
     assert [outcome.pictures for outcome in outcomes if outcome.pictures] == [{"d": RunPictures()}]
+    lost = pickle.loads(pickle.dumps(WorkerLostError()))  # on the way between processes
+    assert isinstance(lost, FingerslipError)
+    assert "run the same command again with --workers 1" in str(lost)
 
 
-@pytest.mark.parametrize("stopping", [False, True])
-def test_a_worker_tells_how_far_it_is_until_it_has_to_stop(monkeypatch, stopping):
+def test_a_worker_tells_how_far_it_is_until_it_has_to_stop(monkeypatch):
     news = queue.Queue()
     monkeypatch.setattr(compute, "_news", news)
-    monkeypatch.setattr(compute, "_stop", SimpleNamespace(is_set=lambda: stopping))
+    monkeypatch.setattr(compute, "_stop", SimpleNamespace(is_set=lambda: False))
     monkeypatch.setattr(compute, "_told", {})
-    if stopping:
-        with pytest.raises(compute._StoppedError):
-            compute._tell("a", 0.5)
-        assert news.empty()
-    else:
-        for fraction in (0.5, 0.51):
-            compute._tell("a", fraction)
-        compute._tell("b", 0.51)
-        # The parent does not look again so soon.
-        assert [news.get(), news.get()] == [("a", 0.5), ("b", 0.51)]
-        assert news.empty()
-
-
-def test_a_lost_worker_says_what_to_do_also_after_the_way_between_processes():
-    error = pickle.loads(pickle.dumps(WorkerLostError()))
-    assert isinstance(error, FingerslipError)
-    assert "run the same command again with --workers 1" in str(error)
+    for name, fraction in (("a", 0.5), ("a", 0.51), ("b", 0.51)):
+        compute._tell(name, fraction)
+    # The parent does not look again so soon.
+    assert [news.get(), news.get()] == [("a", 0.5), ("b", 0.51)]
+    monkeypatch.setattr(compute, "_stop", SimpleNamespace(is_set=lambda: True))
+    with pytest.raises(compute._StoppedError):
+        compute._tell("c", 0.5)
+    assert news.empty()
 
 
 def test_the_main_module_is_there_again_behind_the_block():
@@ -331,3 +301,82 @@ def test_ctrl_c_while_workers_start_is_not_lost():
         os.kill(os.getpid(), signal.SIGINT)
     signal.signal(signal.SIGINT, before)
     assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
+
+
+pytestmark = pytest.mark.usefixtures("simulated", "reports")
+
+
+@pytest.fixture
+def plan(write_study, tmp_path):
+    return plan_study(write_study(), tmp_path / "results")
+
+
+def test_files_that_a_worker_returns_become_finished_runs_but_damaged_ones_and_errors_do_not(plan):
+    jobs = prepare(plan, plan.runs)
+    outcome = cluster.compute_task(cluster._task(jobs), jobs[0].model.mesh)
+    assert [sorted(files) for files in outcome.values()] == [["events.json", "history.nc", "log.txt", "run.yaml"]] * 3
+    name, files = jobs[0].run.name, dict(outcome[jobs[0].run.name])
+    error = cluster._write_files(jobs[0], {name: files | {"history.nc": files["history.nc"][:-7]}})
+    assert "its checksum is another" in str(error)
+    assert "not enough memory on the worker" in str(cluster._write_files(jobs[0], {name: MemoryError()}))
+    refused = ResultError("no")
+    assert cluster._write_files(jobs[0], {name: refused}) is refused
+    assert not jobs[0].folder.exists()
+    assert [cluster._write_files(job, outcome) for job in jobs] == [None] * 3
+    assert {stored_result(job.folder).identity for job in jobs} == set(plan.identities.values())
+    assert len(plan.finished_runs()) == 3
+
+
+def test_a_worker_of_another_version_is_refused(plan):
+    (job, *_) = prepare(plan, plan.runs)
+    task = dataclasses.replace(cluster._task([job]), version="0.0")
+    with pytest.raises(InputError, match=r"worker: has fingerslip .*, this process 0\.0"):
+        cluster.compute_task(task, job.model.mesh)
+
+
+def test_text_that_is_no_address_and_a_scheduler_that_does_not_answer_are_named(write_study, monkeypatch):
+    pytest.importorskip("distributed")
+    monkeypatch.setattr(cluster, "_SECONDS_TO_CONNECT", 0.2)
+    path = write_study()
+    for address in ("nonsense", "", "http://x:1", "tcp://host", "tcp://:x"):
+        said = rf"scheduler: got '{address}', needs the address"
+        with pytest.raises(InputError, match=said), cluster._connect(address):
+            pass
+    with pytest.raises(InputError, match=r"scheduler: nothing answers at 'tcp://127\.0\.0\.1:9'"):
+        run_study(path, results_dir=path.parent / "results", scheduler="tcp://127.0.0.1:9", progress=StudyProgress())
+    assert not (path.parent / "results").exists()
+
+
+class Client:
+    """A client whose workers have these versions of fingerslip."""
+
+    def __init__(self, versions):
+        self.versions = versions
+
+    def run(self, *_, on_error):
+        assert on_error == "return"
+        return self.versions
+
+
+def test_workers_that_cannot_compute_are_named_before_anything_is_sent():
+    same, told = metadata.version("fingerslip"), Told()
+    cluster._check_workers(Client({"tcp://a:1": same, "tcp://b:2": same}), told)
+    with pytest.raises(InputError, match=r"worker tcp://b:2: has no fingerslip, .*needs the same version; install"):
+        cluster._check_workers(Client({"tcp://a:1": same, "tcp://b:2": metadata.PackageNotFoundError()}), told)
+    with pytest.raises(InputError, match=r"worker tcp://b:2: has fingerslip 0\.0"):
+        cluster._check_workers(Client({"tcp://b:2": "0.0"}), told)
+    assert told.messages == []
+    cluster._check_workers(Client({}), told)
+    assert told.messages == ["the cluster has no workers yet; the study waits for them"]
+
+
+def test_threads_of_a_worker_compute_one_after_the_other(plan, monkeypatch):
+    (job, *_) = prepare(plan, plan.runs)
+    begun = threading.Event()
+    monkeypatch.setattr(cluster, "compute_group", lambda *_: begun.set() or {job.run.name: ResultError("no")})
+    thread = threading.Thread(target=cluster.compute_task, args=(cluster._task([job]), job.model.mesh))
+    with cluster._ONE_AT_A_TIME:
+        thread.start()
+        assert not begun.wait(0.3)
+    assert begun.wait(10.0)
+    thread.join()

@@ -37,11 +37,10 @@ def test_estimates_of_time_and_memory_grow_with_unknowns_steps_and_cells():
     assert estimated_bytes(1e4, "T10") == pytest.approx(2.5**2 * estimated_bytes(1e4, "T4"))
 
 
-def source(cells, element):
-    return SimpleNamespace(estimated_cells=lambda _: cells, element=element)
-
-
 def test_a_mesh_that_will_not_fit_is_refused_with_its_size_and_one_of_unknown_size_let_through(monkeypatch):
+    def source(cells, element):
+        return SimpleNamespace(estimated_cells=lambda _: cells, element=element)
+
     monkeypatch.setattr("fingerslip.linear.resources.available_memory", lambda: 10**8)
     with pytest.raises(InputError, match=r"memory: .* about 0.6 GB \(assembly of about 1e\+05 tetrahedra 0.6 GB\)"):
         require_mesh_memory(source(1e5, "T4"), None)
@@ -89,16 +88,15 @@ for name in ("quasi-static", "solid", "in a basis", "large strain"):
 """
 
 
-def test_where_all_is_compiled_nothing_is_said(monkeypatch):
+@pytest.mark.usefixtures("reports")
+def test_compiling_comes_before_the_runs_with_an_estimate_and_where_all_is_compiled_nothing_is_said(
+    write_study, tmp_path, monkeypatch
+):
     monkeypatch.setattr(cost, "_has_cache", lambda _: True)
     heard = Told()
     cost.compile_ahead([push_and_slide()], heard)
     assert heard.told == []
     assert cost.compiling_seconds([push_and_slide()]) == 0.0
-
-
-@pytest.mark.usefixtures("reports")
-def test_compiling_comes_before_the_runs_with_an_estimate(write_study, tmp_path, monkeypatch):
     study = write_study(block_values() | {"sweep": {}})
     monkeypatch.setattr(cost, "_has_cache", lambda _: False)
     assert "Compiling comes first, once on this machine: about 24 s." in check_plans(plan_studies([study])).note
@@ -106,12 +104,8 @@ def test_compiling_comes_before_the_runs_with_an_estimate(write_study, tmp_path,
     run_study(study, results_dir=tmp_path / "results", workers=1, progress=heard)
     assert heard.messages[0] == f"{name}: takes about 24 s"
     assert [entry for entry in heard.told if entry[0] in ("begin", name)][:2] == [("begin", name), (name, 0.0)]
-
-
-@pytest.mark.parametrize("kind", cost._SAMPLES)
-def test_functions_that_tell_of_caches_are_there(kind):
-    file, name = cost._SAMPLES[kind]
-    assert f"\ndef {name}(" in (ROOT / "src" / "fingerslip" / file).read_text()
+    for file, name in cost._SAMPLES.values():
+        assert f"\ndef {name}(" in (ROOT / "src" / "fingerslip" / file).read_text(), "it tells of caches"
 
 
 @pytest.mark.slow
@@ -121,94 +115,63 @@ def test_a_small_block_compiles_nearly_all_that_a_model_of_its_kind_needs(tmp_pa
     subprocess.run([sys.executable, "-c", COLD], env=environment, check=True)
 
 
-def terminal():
-    return Console(file=io.StringIO(), force_terminal=True, width=120)
+def console(terminal, width=120):
+    return Console(file=io.StringIO(), force_terminal=terminal, width=width)
 
 
-def log():
-    return Console(file=io.StringIO(), force_terminal=False, width=40)
-
-
-def said(console):
-    assert isinstance(console.file, io.StringIO)
-    return console.file.getvalue()
-
-
-@pytest.fixture
-def clock(monkeypatch):
-    """Replace the clock; the only item of the list is the time."""
-    now = [1000.0]
+def test_lines_come_at_the_start_then_every_half_minute_and_at_the_end(monkeypatch):
+    now, log = [1000.0], console(terminal=False)
     monkeypatch.setattr(progress_module.time, "monotonic", lambda: now[0])
-    return now
-
-
-def test_a_terminal_gets_bars_and_anything_else_lines():
-    assert isinstance(progress_for(terminal()), BarProgress)
-    assert isinstance(progress_for(log()), LineProgress)
-
-
-def test_lines_come_at_the_start_then_every_half_minute_and_at_the_end(clock):
-    console = log()
-    with LineProgress(console) as shown:
+    with LineProgress(log) as shown:
         shown.begin(["a", "b"])
         for seconds, fraction in ((0, 0.004), (10, 0.1), (29.9, 0.2), (30, 0.25), (59, 0.5), (61, 0.6)):
-            clock[0] = 1000.0 + seconds
+            now[0] = 1000.0 + seconds
             shown.advance("a", fraction)
         shown.advance("b", 0.5)
         shown.finish("a", "done")
-    assert said(console).splitlines() == ["a: 0 %", "a: 25 %", "a: 60 %", "b: 50 %", "a: done"]
+    assert log.file.getvalue().splitlines() == ["a: 0 %", "a: 25 %", "a: 60 %", "b: 50 %", "a: done"]
 
 
-@pytest.mark.parametrize("make", [LineProgress, BarProgress])
-def test_messages_are_whole_and_taken_as_they_are(make):
-    console = log()
+def test_a_terminal_gets_bars_anything_else_lines_and_both_messages_as_they_are():
+    assert isinstance(progress_for(console(terminal=True)), BarProgress)
+    assert isinstance(progress_for(console(terminal=False)), LineProgress)
     message = "block/[red]friction_coefficient-0.2[/red]: unchanged, and longer than the log is wide"
-    make(console).say(message)
-    assert said(console) == f"{message}\n"
+    for make in (LineProgress, BarProgress):
+        log = console(terminal=False, width=40)
+        make(log).say(message)
+        assert log.file.getvalue() == f"{message}\n"
 
 
 def state(bars):
     return {task.description: task.completed for task in bars._bars.tasks}
 
 
-def test_bars_show_each_run_and_the_sum_of_all():
-    with BarProgress(terminal()) as bars:
+def test_bars_show_each_run_and_the_sum_of_all_of_each_study():
+    with BarProgress(console(terminal=True)) as bars:
         bars.begin(["a", "b", "c"])
         assert state(bars) == {"all runs": 0.0}
-        bars.advance("a", 0.5)
-        bars.advance("b", 0.25)
-        bars.advance("a", 0.75)
+        for name, fraction in (("a", 0.5), ("b", 0.25), ("a", 0.75)):
+            bars.advance(name, fraction)
         assert state(bars) == {"all runs": 1.0, "a": 0.75, "b": 0.25}
         bars.finish("a", "done")
         bars.finish("c", "failed")
         assert state(bars) == {"all runs": 2.25, "a: done": 1.0, "b": 0.25, "c: failed": 1.0}
-        total = next(task for task in bars._bars.tasks if task.description == "all runs")
-        assert total.total == 3.0
-
-
-def test_bars_of_a_single_run_need_no_sum_and_are_drawn_and_stopped():
-    console = terminal()
-    with BarProgress(console) as bars:
-        bars.begin(["a"])
-        bars.advance("a", 0.5)
-        assert state(bars) == {"a": 0.5}
-        assert bars._bars.live.is_started
-    assert not bars._bars.live.is_started
-    assert "50 %" in said(console)
-
-
-def test_a_second_study_starts_from_nothing():
-    with BarProgress(terminal()) as bars:
-        bars.begin(["a", "b"])
-        bars.finish("a", "done")
-        bars.finish("b", "done")
+        assert next(task for task in bars._bars.tasks if task.description == "all runs").total == 3.0
         bars.begin(["a", "b"])
         bars.advance("a", 0.5)
         newest = [task.completed for task in bars._bars.tasks][-2:]
         assert newest == [0.5, 0.5], "the sum of the second study, and its first run"
 
 
-def test_silence(capfd):
+def test_bars_of_a_single_run_need_no_sum_are_drawn_and_stopped_and_silence_is_silent(capfd):
+    screen = console(terminal=True)
+    with BarProgress(screen) as bars:
+        bars.begin(["a"])
+        bars.advance("a", 0.5)
+        assert state(bars) == {"a": 0.5}
+        assert bars._bars.live.is_started
+    assert not bars._bars.live.is_started
+    assert "50 %" in screen.file.getvalue()
     with StudyProgress() as shown:
         shown.begin(["a"])
         shown.advance("a", 0.5)

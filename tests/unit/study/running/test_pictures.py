@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import shutil
 from types import SimpleNamespace
 
 import numpy as np
@@ -48,9 +49,7 @@ def test_runs_in_detail_are_drawn_with_the_first_model_of_each_mesh_unless_sampl
     assert resumed[jobs[1].run.name] == Drawing("Block on a plate", contact=True, model=True)
     assert drawings_of(dataclasses.replace(plan, study=SimpleNamespace(sample=object())), jobs) == {}
     assert draw_runs(jobs, drawings, lambda: True) == {}
-
-
-def test_of_many_runs_only_those_are_drawn_that_a_report_shows(write_study):
+    # Of many runs only those are drawn that a report shows.
     frictions = [0.1 + 0.01 * number for number in range(MOST_RUNS + 2)]
     plan, jobs = planned(write_study(block_values() | {"sweep": {"contact.friction_coefficient": frictions}}))
     first, later = jobs[0].run.name, jobs[MOST_RUNS].run.name
@@ -110,25 +109,18 @@ SMALL = CameraSettings(
 POINT = CameraSettings(tier="point", rest=0.4)
 
 
-class _Plan:
-    """What filming needs of a plan."""
-
-    def __init__(self, folder, cameras, identity="a"):
-        self.folder, self.source = folder, folder.with_suffix(".yaml")
-        self.study = type("Study", (), {"cameras": cameras})
-        self._identity = identity
-
-    def finished_runs(self):
-        return {"run": type("Result", (), {"identity": self._identity})}
+def filmed_plan(folder, cameras, identity="a"):
+    """Return what filming needs of a plan."""
+    runs, study = {"run": SimpleNamespace(identity=identity)}, SimpleNamespace(cameras=cameras)
+    return SimpleNamespace(folder=folder, source=folder.with_suffix(".yaml"), study=study, finished_runs=lambda: runs)
 
 
-def test_a_pixel_camera_leaves_video_truth_and_tracks_that_agree(tmp_path):
+def test_a_pixel_camera_leaves_video_truth_and_tracks_that_agree_and_a_point_camera_no_frames(tmp_path):
     errors = film_history(filmed_history(), "external", SMALL, tmp_path / "cameras" / "external", "key")
-    folder = tmp_path / "cameras" / "external"
+    folder, still_for = tmp_path / "cameras" / "external", filmed_history()["displacement"].values[:50, 0]
     made = {path.name for path in folder.rglob("*")}
     assert made >= {"video.avi", "truth.nc", "errors.json", "tracks.nc", "tracks.csv", "overlay.avi", "quality.html"}
-    assert errors.kept == 1.0
-    assert errors.swapped == 0
+    assert (errors.kept, errors.swapped) == (1.0, 0)
     assert errors.rms < 0.1
     assert json.loads((folder / "errors.json").read_text())["camera"]["seed"] == 3
     truth = read_tracks(folder / "truth.nc")
@@ -136,19 +128,14 @@ def test_a_pixel_camera_leaves_video_truth_and_tracks_that_agree(tmp_path):
     # What sticks stands still in the image of the camera that goes with the plate.
     still = truth["position"].values[:, 0]
     moved = np.linalg.norm(still[truth["time"].values < 1.6] - still[0], axis=1)
-    assert (
-        moved.max() < 0.01 * 160 + np.linalg.norm(np.ptp(filmed_history()["displacement"].values[:50, 0], axis=0)) * 1e5
-    )
-
-
-def test_a_point_camera_leaves_tracks_without_frames(tmp_path):
-    errors = film_history(filmed_history(), "external", POINT, tmp_path / "cameras" / "external")
-    assert not (tmp_path / "cameras" / "external" / "video.avi").exists()
+    assert moved.max() < 0.01 * 160 + np.linalg.norm(np.ptp(still_for, axis=0)) * 1e5
+    errors = film_history(filmed_history(), "external", POINT, tmp_path / "point")
+    assert not (tmp_path / "point" / "video.avi").exists()
     assert errors.kept == 1.0
     assert 0.0 < errors.rms < 0.02
 
 
-def test_films_are_made_once_and_again_where_camera_or_run_changed(tmp_path):
+def test_films_are_made_once_and_again_where_camera_or_run_changed_and_unrecorded_markers_are_an_error(tmp_path):
     study = tmp_path / "study"
     (study / "run").mkdir(parents=True)
     write_history(filmed_history(), study / "run" / "history.nc")
@@ -159,19 +146,15 @@ def test_films_are_made_once_and_again_where_camera_or_run_changed(tmp_path):
         ({"external": CameraSettings(tier="point", rest=0.4, seed=1)}, "b", 1),
     ):
         said = Told()
-        assert film_runs(_Plan(study, cameras, identity), said) == {}
+        assert film_runs(filmed_plan(study, cameras, identity), said) == {}
         assert len(said.messages) == count
     assert "external camera: 5 markers in" in said.messages[0]
     assert len(film_keys(study, ["run", "other"])) == 1
     (film,) = read_films(study, {"run": filmed_history()})
     assert (film.kind, film.frames, film.numbers["markers"]) == ("external", {}, 5)
-
-
-def test_markers_that_were_not_recorded_are_an_error_of_that_camera(tmp_path):
-    study = tmp_path / "study"
-    (study / "run").mkdir(parents=True)
+    shutil.rmtree(study / "run" / "cameras")
     write_history(filmed_history().isel(site=[0, 1]), study / "run" / "history.nc")
-    errors = film_runs(_Plan(study, {"internal": POINT, "external": POINT}), Told())
+    errors = film_runs(filmed_plan(study, {"internal": POINT, "external": POINT}), Told())
     assert list(errors) == ["run/cameras/internal"]
     assert isinstance(errors["run/cameras/internal"], InputError)
     assert not (study / "run" / "cameras" / "internal").exists()

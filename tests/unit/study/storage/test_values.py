@@ -7,9 +7,10 @@ from pathlib import Path
 from unittest.mock import ANY
 
 import pytest
+import yaml
 
 from fingerslip.parameters import as_mapping
-from fingerslip.parameters.dotted import flatten
+from fingerslip.parameters.dotted import assign, flatten
 from fingerslip.report.page.page import Report, ReportSection, render_page
 from fingerslip.report.tables.parameters import ASSUMED, NOT_USED, ShownValue, value_tables
 from fingerslip.specimens.fingertip import preset_table
@@ -20,71 +21,58 @@ from fingerslip.study.storage.reporting import DEFAULT, STUDY_FILE, SWEPT, read_
 from fingerslip.units import parse_quantity
 from unit.study.block import block_values
 
-COMMON = {
-    "contact": {
-        "friction_coefficient": 0.6,
-        "normal_penalty": "1e9 Pa/m",
-        "tangential_penalty": "1e9 Pa/m",
-        "search_distance": "3 mm",
-        "offset": "0 mm",
-    },
-    "programme": [
-        {"press": {"depth": "1.5 mm", "speed": "1.5 mm/s"}},
-        {"hold": {"duration": "0.1 s"}},
-        {"slide": {"distance": "6 mm", "speed": "3 mm/s", "direction": [1.0, 0.5]}},
-        {"lift": {"distance": "1 mm", "speed": "2 mm/s"}},
-    ],
-    "damping": {"mass": "1 1/s", "stiffness": "1e-5 s"},
-    "time": {"step": "5 ms", "alpha": -0.41421, "end": "3 s"},
-}
-PLANE = {
-    **COMMON,
-    "title": "A section",
-    "fingertip": {"preset": "wang2014-2d", "fingerprint": {"enabled": True}},
-    "mesh": {"contact_size": "0.12 mm", "bulk_size": "0.28 mm"},
-    "record": {"receptors": ["FA-I", "SA-I"], "snapshots_every": "50 ms"},
-    "tractions": {
-        "skin": ["1 kPa", "2 kPa"],
-        "base": {"value": ["1 Pa", "0 Pa"], "ramp": {"times": ["0 s", "1 s"], "factors": [0, 1]}},
-    },
-    "gravity": ["0 m/s^2", "-9.81 m/s^2"],
-}
-SOLID = {
-    **COMMON,
-    "title": "A finger",
-    "fingertip": {"preset": "wang2014-3d", "solid": {"angle": "20 deg"}},
-    "mesh": {"element": "T4", "contact_size": "0.45 mm", "bulk_size": "0.55 mm"},
-    "integration": "nodal",
-    "supports": {"phalanx_dorsal": ["x", "y", "z"]},
-    "record": {"reference_nodes": True, "snapshots_every": "50 ms"},
-}
+COMMON = yaml.safe_load("""
+contact:
+  {friction_coefficient: 0.6, search_distance: 3 mm, offset: 0 mm, normal_penalty: 1e9 Pa/m,
+  tangential_penalty: 1e9 Pa/m}
+programme:
+  - press: {depth: 1.5 mm, speed: 1.5 mm/s}
+  - hold: {duration: 0.1 s}
+  - slide: {distance: 6 mm, speed: 3 mm/s, direction: [1.0, 0.5]}
+  - lift: {distance: 1 mm, speed: 2 mm/s}
+damping: {mass: 1 1/s, stiffness: 1e-5 s}
+time: {step: 5 ms, alpha: -0.41421, end: 3 s}
+""")
+PLANE = COMMON | yaml.safe_load("""
+title: A section
+fingertip: {preset: wang2014-2d, fingerprint: {enabled: true}}
+mesh: {contact_size: 0.12 mm, bulk_size: 0.28 mm}
+record: {receptors: [FA-I, SA-I], snapshots_every: 50 ms}
+tractions: {skin: [1 kPa, 2 kPa], base: {value: [1 Pa, 0 Pa], ramp: {times: [0 s, 1 s], factors: [0, 1]}}}
+gravity: [0 m/s^2, -9.81 m/s^2]
+""")
+SOLID = COMMON | yaml.safe_load("""
+title: A finger
+fingertip: {preset: wang2014-3d, solid: {angle: 20 deg}}
+mesh: {element: T4, contact_size: 0.45 mm, bulk_size: 0.55 mm}
+integration: nodal
+supports: {phalanx_dorsal: [x, y, z]}
+record: {reference_nodes: true, snapshots_every: 50 ms}
+""")
 BASES = {"plane": PLANE, "solid": SOLID}
 #: Values that have to agree.
 TOGETHER = {
     ("solid", "fingertip.sagittal.half_height"): "fingertip.transverse.half_height",
     ("solid", "fingertip.transverse.half_height"): "fingertip.sagittal.half_height",
 }
-#: What a word or a truth value is changed to; numbers and quantities are made smaller.
-OTHER = {
-    "fingertip.preset": None,
-    "fingertip.section": "transverse",
-    "fingertip.formulation": "plane_strain",
-    "fingertip.phalanx.variant": "scaled",
-    "mesh.element": {"Q4": "T3", "T4": "T10"},
-    "integration": {"selective": "full", "nodal": "full"},
-    "kinematics": "finite",
-    "contact.boundary": "pad",
-    "dynamics.basis": "full",
-    "contact.clearance": None,  # may not be given with an offset; see below
-    "time.scheme": None,
-    "record.receptors.0": "FA-II",
-    "record.receptors.1": "SA-II",
-    "supports.phalanx_dorsal.0": "y",
-    "supports.phalanx_dorsal.1": "z",
-    "supports.phalanx_dorsal.2": "x",
-    "title": None,
-    **{f"fingertip.materials.{layer}.law": "neo_hookean" for layer in ("epidermis", "dermis", "tissue", "phalanx")},
-}
+#: What a word or a truth value is changed to, null for none; numbers and quantities are made smaller.
+OTHER = dict.fromkeys(("fingertip.preset", "time.scheme", "title")) | yaml.safe_load("""
+fingertip.section: transverse
+fingertip.formulation: plane_strain
+fingertip.phalanx.variant: scaled
+mesh.element: {Q4: T3, T4: T10}
+integration: {selective: full, nodal: full}
+kinematics: finite
+contact.boundary: pad
+dynamics.basis: full
+contact.clearance: null # may not be given with an offset; see below
+record.receptors.0: FA-II
+record.receptors.1: SA-II
+supports.phalanx_dorsal.0: y
+supports.phalanx_dorsal.1: z
+supports.phalanx_dorsal.2: x
+""")
+OTHER |= {f"fingertip.materials.{layer}.law": "neo_hookean" for layer in ("epidermis", "dermis", "tissue", "phalanx")}
 
 
 def resolved(values):
@@ -129,11 +117,7 @@ def smaller(number):
 def with_value(mapping, path, value):
     """Return a deep copy of nested data with another value at a path."""
     other = copy.deepcopy(mapping)
-    inner = other
-    *groups, last = path.split(".")
-    for key in groups:
-        inner = inner[int(key)] if isinstance(inner, list) else inner[key]
-    inner[int(last) if isinstance(inner, list) else last] = value
+    assign(other, path, value)
     return other
 
 
@@ -202,6 +186,7 @@ def test_every_leaf_of_run_yaml_has_a_row_that_is_in_the_page(kind):
 
 FINGER = {"preset": "wang2014-2d"}
 OFF = FINGER | {"ridges": {"enabled": False}}
+STIFF = {"epidermis": {"youngs_modulus": "1 MPa"}}
 DERMIS = {"dermis": {"youngs_modulus": "1 kPa", "poisson_ratio": 0.3, "density": "1 kg/m^3"}}
 ACROSS, SECTIONS = "of the transverse section only", "of 2D sections only"
 #: Studies, and value, source and note of some of their values as they are shown.
@@ -225,8 +210,7 @@ SHOWN = {
         },
     ),
     "changes beside a preset": (
-        PLANE
-        | {"fingertip": OFF | {"formulation": "plane_strain", "materials": {"epidermis": {"youngs_modulus": "1 MPa"}}}},
+        PLANE | {"fingertip": OFF | {"formulation": "plane_strain", "materials": STIFF}},
         {
             "fingertip.formulation": ("plane_strain", STUDY_FILE, "preset: plane_stress"),
             "fingertip.ridges.enabled": ("false", STUDY_FILE, "preset: true"),
@@ -289,15 +273,23 @@ def test_values_are_shown_with_their_sources_and_notes(values, expected, tmp_pat
     assert {path: (rows[path].value, rows[path].source, rows[path].note) for path in expected} == expected
 
 
-def test_given_paths_count_where_they_are_known():
+def test_given_paths_count_where_they_are_known_and_what_another_law_brings_is_a_default():
     (run,) = expand_mapping(PLANE, Path("study.yaml")).runs
     rows = {row.path: row for row in value_rows([run], ["time.scheme", "fingertip.layers.skin_thickness"])}
     assert (rows["time.scheme"].source, rows["time.alpha"].source) == (STUDY_FILE, DEFAULT)
     skin = rows["fingertip.layers.skin_thickness"]
     assert (skin.value, skin.source, skin.note) == ("1.5 mm", STUDY_FILE, "preset: 1.5 mm")
+    law = {"law": "mooney_rivlin", "c10": "2 kPa", "poisson_ratio": 0.45}
+    fingertip = {"preset": "wang2014-2d", "materials": {"tissue": law}}
+    (run,) = expand_mapping({**PLANE, "fingertip": fingertip}, Path("x.yaml")).runs
+    given = tuple(f"fingertip.materials.tissue.{name}" for name in law)
+    rows = {row.path.removeprefix("fingertip.materials.tissue."): row for row in value_rows([run], given)}
+    assert {rows[name].source for name in law} == {STUDY_FILE}
+    assert (rows["stable_between"].source, rows["c01"].source) == (DEFAULT, DEFAULT)
+    assert "youngs_modulus" not in rows
 
 
-def test_values_that_differ_between_runs_are_swept(tmp_path):
+def test_values_that_differ_between_runs_are_swept_and_those_that_only_some_have_say_so(tmp_path):
     runs = []
     for number, (angle, friction) in enumerate((("0 deg", 0.2), ("30 deg", 0.2), ("-30 deg", 0.4))):
         mapping = with_value(base("solid"), "fingertip.solid.angle", angle)
@@ -309,18 +301,12 @@ def test_values_that_differ_between_runs_are_swept(tmp_path):
     assert "preset: 0 rad" in angle.note
     assert rows["contact.friction_coefficient"] == ShownValue("contact.friction_coefficient", "0.2, 0.4", SWEPT)
     assert rows["time.step"].source == STUDY_FILE
-
-
-def test_values_that_only_some_runs_have_say_so():
-    source = Path("study.yaml")
     contact = {"boundary": "bottom", "friction_coefficient": 0.3}
     shapes = [{"cylinder": {"radius": "8 mm"}}, {"sphere": {"radius": "9 mm", "normal": [0, 1]}}]
-    values = block_values() | {
-        "contacts": [contact | {"counterface": shapes[0]}],
-        "sweep": {"contacts.0.counterface": shapes},
-    }
+    contacts = [contact | {"counterface": shapes[0]}]
+    values = block_values() | {"contacts": contacts, "sweep": {"contacts.0.counterface": shapes}}
     del values["contact"]
-    rows = {row.path: row for row in value_rows(expand_mapping(values, source).runs)}
+    rows = {row.path: row for row in value_rows(expand_mapping(values, Path("study.yaml")).runs)}
     radius = rows["contacts.0.counterface.cylinder.radius"]
     assert (radius.value, radius.source, radius.note) == ("8 mm", SWEPT, "in 1 of 2 runs")
     assert rows["contacts.0.friction_coefficient"].value == "0.3"
@@ -355,14 +341,3 @@ def model_of(mapping, folder):
     model = build_model(run)
     mesh = (model.mesh.p.tobytes(), model.mesh.t.tobytes())
     return (mesh, model.materials, model.formulation, model.depth, model.record)
-
-
-def test_what_another_law_brings_is_shown_as_its_default():
-    law = {"law": "mooney_rivlin", "c10": "2 kPa", "poisson_ratio": 0.45}
-    fingertip = {"preset": "wang2014-2d", "materials": {"tissue": law}}
-    (run,) = expand_mapping({**PLANE, "fingertip": fingertip}, Path("x.yaml")).runs
-    given = tuple(f"fingertip.materials.tissue.{name}" for name in law)
-    rows = {row.path.removeprefix("fingertip.materials.tissue."): row for row in value_rows([run], given)}
-    assert {rows[name].source for name in law} == {STUDY_FILE}
-    assert (rows["stable_between"].source, rows["c01"].source) == (DEFAULT, DEFAULT)
-    assert "youngs_modulus" not in rows

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pyarrow import parquet
 
 from fingerslip.detect.trials import write_parquet
 from fingerslip.errors import InputError
@@ -35,7 +36,7 @@ def made(half, tmp_path_factory):
 
 
 def test_every_trial_slips_and_its_card_and_table_say_how_it_was_made(made):
-    trials, _ = made
+    trials, folder = made
     assert len(trials.names) == 8
     assert {round(np.degrees(one["direction"])) for one in trials.conditions.values()} == {0, 90, 180, 270}
     for name, onsets in trials.onsets("external_markers").items():
@@ -48,16 +49,16 @@ def test_every_trial_slips_and_its_card_and_table_say_how_it_was_made(made):
     card = (made[0].folder / "README.md").read_text(encoding="utf-8")
     assert "**Strains are small.**" in card
     assert re.search(r"`contact.friction.static_kinetic.static` \| 0.7 to 1.1", card)
-
-
-def test_markers_move_in_the_direction_of_the_slide(made):
-    trials, _ = made
     for name in trials.names[:4]:
         tracks = trials.tracks(name)
         inside = tracks["position"].values[:, tracks["kind"].values == "internal"]
         way = np.nanmean(inside[-1] - inside[0], axis=0)
         turn = np.arctan2(way[1], way[0]) - trials.conditions[name]["direction"]
-        assert np.cos(turn) > 0.99
+        assert np.cos(turn) > 0.99, "markers move in the direction of the slide"
+    write_parquet(trials, folder / "small.parquet")
+    table = parquet.read_table(folder / "small.parquet", columns=["trial", "class", "condition_tilt"])
+    assert table.num_rows == sum(trials.tracks(name).sizes["time"] for name in trials.names)
+    assert set(table["class"].to_pylist()) == {"no_slip", "incipient", "gross"}
 
 
 @pytest.mark.slow
@@ -68,24 +69,13 @@ def test_all_trials_of_the_small_data_set_slip(tmp_path):
         assert 1.5 < onsets.incipient < onsets.gross
 
 
-def test_one_table_has_every_frame(made):
-    from pyarrow import parquet
-
-    trials, folder = made
-    write_parquet(trials, folder / "small.parquet")
-    table = parquet.read_table(folder / "small.parquet", columns=["trial", "class", "condition_tilt"])
-    assert table.num_rows == sum(trials.tracks(name).sizes["time"] for name in trials.names)
-    assert set(table["class"].to_pylist()) == {"no_slip", "incipient", "gross"}
-
-
 def test_finished_trials_are_kept_when_others_fail(half, made, tmp_path, monkeypatch):
     trials, _ = made
     work = tmp_path / "again.unfinished"
     work.mkdir()
     for name in trials.names[1:]:
         shutil.copytree(trials.folder / name, work / name)
-    key = trials.trial(trials.names[0]).provenance["body"]
-    monkeypatch.setattr("fingerslip.study.trials.bodies.shared_body", lambda *_: (key, None))
+    shutil.copytree(trials.folder.parent / ".bodies", tmp_path / ".bodies")
     computed = []
 
     def failing(plan, *_):
@@ -105,7 +95,7 @@ def test_who_makes_the_same_data_set_meanwhile_waits_for_it(half, made, tmp_path
     for name in trials.names[1:]:
         shutil.copytree(trials.folder / name, work / name)
     trial = trials.trial(trials.names[0])
-    monkeypatch.setattr("fingerslip.study.trials.bodies.shared_body", lambda *_: (trial.provenance["body"], None))
+    shutil.copytree(trials.folder.parent / ".bodies", tmp_path / ".bodies")
     monkeypatch.setattr("fingerslip.study.trials.trials.card_notes", lambda *_: ())
     computed, begun, go_on = [], threading.Event(), threading.Event()
 
@@ -122,7 +112,7 @@ def test_who_makes_the_same_data_set_meanwhile_waits_for_it(half, made, tmp_path
         go_on.set()
         assert {one.result().digest for one in both} == {both[0].result().digest}
     assert computed == ["trial-0000"]
-    assert [path.name for path in tmp_path.iterdir()] == ["twice"]
+    assert {path.name for path in tmp_path.iterdir()} == {"twice", ".bodies"}
 
 
 def test_a_whole_data_set_is_read_back_unless_it_is_damaged(half, made, tmp_path, monkeypatch):
@@ -131,7 +121,7 @@ def test_a_whole_data_set_is_read_back_unless_it_is_damaged(half, made, tmp_path
     def body(*_):
         raise InputError("body", "is made", "needs no such thing")
 
-    monkeypatch.setattr("fingerslip.study.trials.bodies.shared_body", body)
+    monkeypatch.setattr("fingerslip.study.trials.bodies.make_body", body)
     assert simulate_trials(half, tmp_path / "small").digest == made[0].digest
     (tmp_path / "small" / "trial-0003" / "labels.csv").unlink()
     with pytest.raises(InputError, match="body: is made"):

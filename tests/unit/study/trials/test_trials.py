@@ -1,16 +1,30 @@
-"""What a trial of a study is, the cameras that film it, and the notes of a data card."""
+"""What a trial of a study is: its body and plate, the cameras that film it, and the notes of a data card."""
 
 import dataclasses
 
 import numpy as np
 import pytest
 
+import fingerslip as fs
 from fingerslip.dynamics.statics.body import StaticBody
-from fingerslip.errors import InputError
+from fingerslip.errors import InputError, ResultError
 from fingerslip.parameters import as_mapping
+from fingerslip.specimens.tactip import PRESETS, marker_places
+from fingerslip.specimens.tactip.sites import modelled_places, points_at
 from fingerslip.study.definition.runs import expand_mapping
 from fingerslip.study.definition.settings import TrialSettings
 from fingerslip.study.definition.spec import read_study
+from fingerslip.study.trials import bodies
+from fingerslip.study.trials.bodies import (
+    body_key,
+    load_rate,
+    make_body,
+    plate_of,
+    programme_of,
+    shared_bodies,
+    stored_body,
+    turned_whole,
+)
 from fingerslip.study.trials.trials import Eyes, card_notes, drawn_cameras, drawn_eyes, simulated_trial, trial_plans
 from fingerslip.vision.cameras.point import pair_tracks
 from fingerslip.vision.tracks import make_tracks
@@ -59,7 +73,7 @@ def refused(study, runs, **changes):
     return trial_plans((run,), dataclasses.replace(study.trials, directions=1), 1)[0]
 
 
-def test_other_programmes_and_records_are_refused(study, runs):
+def test_other_programmes_records_and_plates_are_refused(study, runs):
     with pytest.raises(InputError, match="programme: has Press, Hold, trials need a press, a hold and a slide"):
         simulated_trial(refused(study, runs, programme=study.programme[:2]), study.trials, None, {})
     with pytest.raises(InputError, match=r"trials\.rest: films 2 s of rest, needs at most the hold, 1\.6 s"):
@@ -67,9 +81,6 @@ def test_other_programmes_and_records_are_refused(study, runs):
     record = dataclasses.replace(study.record, groups=())
     with pytest.raises(InputError, match=r"record\.groups: has none, needs internal_markers, external_markers"):
         simulated_trial(refused(study, runs, record=record), study.trials, None, {})
-
-
-def test_a_plate_falls_along_the_plane_of_symmetry_alone():
     path = ROOT / "studies" / "bulens2023_pouring_3d.yaml"
     pours = read_study(path)
     run = expand_mapping(as_mapping(pours), path).runs[0]
@@ -96,7 +107,7 @@ def markers():
     return make_tracks(position, [0.0, 1.0, 2.0], units="m", kind=kind, ring=[0, 1, 0, 1], angle=[0.0] * 4)
 
 
-def test_both_cameras_see_their_markers_and_what_is_hidden_is_missing():
+def test_both_cameras_see_their_markers_where_they_stand_and_what_is_hidden_is_missing():
     found = filmed(SETTINGS, Eyes(0.0, (0.0, 0.0), 0.0, 1), markers())
     assert found.sizes == {"time": 41, "marker": 4, "axis": 2}
     assert found["position"].values[0, 0] == pytest.approx([319.5, 239.5], abs=1e-3)
@@ -104,9 +115,7 @@ def test_both_cameras_see_their_markers_and_what_is_hidden_is_missing():
     assert moved == pytest.approx(1e-3 / SETTINGS.metres_per_pixel, rel=0.01)
     assert np.isnan(found["position"].values[:, 3]).all()
     assert found["kind"].values.tolist() == ["internal", "internal", "external", "external"]
-
-
-def test_a_camera_that_is_turned_and_moved_sees_markers_elsewhere():
+    # A camera that is turned and moved sees them elsewhere.
     straight, turned = (
         filmed(SETTINGS, Eyes(0.0, shift, turn, 1), markers())["position"].values[0, :2]
         for shift, turn in (((0.0, 0.0), 0.0), ((1e-3, 0.0), 0.1))
@@ -127,14 +136,92 @@ def test_trials_draw_their_own_cameras_and_noise():
     assert max(map(abs, first.shift)) <= SETTINGS.shift
 
 
-NONE = np.zeros((0, 3))
-
-
-def test_the_card_names_every_range_and_the_strains():
-    study = read_study(ROOT / "studies" / "bulens2023_dataset.yaml")
-    body = StaticBody(np.arange(7), np.zeros((7, 3)), np.ones(7), NONE, NONE, NONE, NONE)
-    notes = card_notes(study, study.trials, body)
+def test_the_card_names_every_range_and_the_strains(study):
+    notes = card_notes(study, study.trials)
     assert "Strains are small" in notes
-    assert "Contact: 7 patches of 0.8 mm" in notes
+    assert "Contact: patches of 0.8 mm" in notes
+    assert "Strains are large" in card_notes(dataclasses.replace(study, kinematics="finite"), study.trials)
     for path, (low, high) in study.sample.ranges.items():
         assert f"| `{path}` | {low} to {high} |" in notes
+
+
+def test_patches_materials_and_reach_need_another_body_and_friction_tilt_and_depth_none(study, runs):
+    assert len({body_key(run, study.trials, 2e-3) for run in runs}) == 1
+    finer = dataclasses.replace(study.trials, patch=0.5e-3)
+    other = body_key(runs[0], finer, 2e-3), body_key(runs[0], study.trials, 3e-3), body_key(runs[0], finer, 2e-3, 1.1)
+    assert len({*other, body_key(runs[0], study.trials, 2e-3)}) == 4
+    assert {(plan.depth, plan.friction) for plan in shared_bodies(runs, study.trials).values()} == {(5e-3, None)}
+
+
+def test_at_large_strain_each_depth_has_a_body_sheared_by_the_largest_friction(study):
+    large = expand_mapping({**as_mapping(study), "kinematics": "finite"}, STUDY)
+    plans = shared_bodies(large.runs, large.study.trials)
+    frictions = [run.study.all_contacts[0].contact(3).friction.coefficient for run in large.runs]
+    assert {(plan.depth, plan.friction) for plan in plans.values()} == {
+        (d, max(frictions)) for d in (2e-3, 3e-3, 4e-3, 5e-3)
+    }
+    assert len({plan.key for plan in plans.values()}) == 4
+
+
+def test_trials_of_different_sensors_are_refused(study, runs):
+    dome = dataclasses.replace(runs[0].specimen.dome, radius=20.5e-3)
+    other = dataclasses.replace(runs[1], specimen=dataclasses.replace(runs[1].specimen, dome=dome))
+    with pytest.raises(InputError, match="have 2 different sensors or meshes"):
+        shared_bodies((runs[0], other), study.trials)
+
+
+def test_a_body_is_made_once_and_a_damaged_one_again(study, runs, tmp_path, monkeypatch):
+    draw = np.random.default_rng(0)
+    shapes = (2, 3), 2, (1, 3), (1, 9, 6), (1, 9), (1, 2, 3)
+    body = StaticBody(np.arange(2), *(draw.standard_normal(shape) for shape in shapes))
+    plan, made = shared_bodies(runs, study.trials)[runs[0].name], []
+    monkeypatch.setattr(bodies.BodyPlan, "make", lambda plan: made.append(plan) or body)
+    make_body(plan, tmp_path)
+    make_body(plan, tmp_path)
+    assert made == [plan]
+    stored = stored_body(plan.key, tmp_path)
+    for field in dataclasses.fields(StaticBody):
+        assert (getattr(stored, field.name) == getattr(body, field.name)).all()
+    (tmp_path / f"{plan.key}.basis").write_bytes(b"damaged")
+    stored_body.cache_clear()
+    with pytest.raises(ResultError, match="is missing or damaged; start again"):
+        stored_body(plan.key, tmp_path)
+    make_body(plan, tmp_path)
+    assert made == [plan, plan]
+
+
+HALF = PRESETS.read("tactip-ridged-3d")
+WHOLE = dataclasses.replace(HALF, part="whole")
+PLACES = modelled_places(HALF), marker_places(HALF.markers)
+
+
+def test_the_layout_is_the_same_after_an_eighth_of_a_turn_and_displacements_turn_with_the_slide():
+    at_rest = points_at(HALF, PLACES[0], HALF.marker_depth)
+    whole = points_at(WHOLE, PLACES[1], HALF.marker_depth)
+    assert len(whole) == 81
+    for number in range(8):
+        assert turned_whole(at_rest[None], *PLACES, number * np.pi / 4)[0] == pytest.approx(whole, abs=1e-12)
+    moved = at_rest + np.array([1e-3, 2e-4, 0.0])
+    turned = turned_whole(moved[None], *PLACES, np.pi / 2)[0] - whole
+    assert turned == pytest.approx(np.tile([0.0, 2e-4, 1e-3], (81, 1)), abs=1e-12)
+    across = np.zeros((1, len(PLACES[0].ring), 3))
+    across[0, :, 2] = PLACES[0].across
+    assert turned_whole(across, *PLACES, 0.0)[0, :, 2] == pytest.approx(PLACES[1].across, abs=1e-12)
+    with pytest.raises(InputError, match=r"trials\.directions: turns ring 1 by 36 degrees"):
+        turned_whole(at_rest[None], *PLACES, np.pi / 5)
+
+
+def test_a_plate_that_is_a_body_has_a_programme_of_its_own_and_another_moves_as_the_study_says():
+    study = read_study(ROOT / "studies" / "bulens2023_dataset.yaml")
+    assert plate_of(study) is None
+    assert [type(phase) for phase in programme_of(study)] == [fs.Press, fs.Hold, fs.Slide]
+    study = read_study(ROOT / "studies" / "bulens2023_pouring_3d.yaml")
+    plate = plate_of(study)
+    assert plate.free == ("x",)
+    assert [type(phase) for phase in programme_of(study)] == [fs.Press, fs.Hold, fs.Hold]
+    # Half of 10 g/s.
+    assert load_rate(plate) == pytest.approx(0.5 * 0.010 * 9.81, rel=1e-3)
+    # Loads grow as fast as the steepest part of their ramps.
+    ramps = fs.Ramp((0.0, 1.0, 3.0), (0.0, 1.0, 0.0)), fs.Ramp((0.0,), (1.0,))
+    plate = fs.RigidBody(mass=1.0, free=("x", "z"), loads=tuple(fs.BodyLoad(x=3.0, z=4.0, ramp=ramp) for ramp in ramps))
+    assert load_rate(plate) == pytest.approx(5.0)

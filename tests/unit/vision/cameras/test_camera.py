@@ -25,7 +25,7 @@ LENS = pinhole_for_view(640, 480, 0.064, 0.1)
 ABOVE = Camera(LENS, FROM_ABOVE)
 
 
-def test_a_camera_above_sees_x_to_the_right_and_y_up_and_one_below_the_mirrored_picture():
+def test_cameras_above_and_below_see_the_picture_and_its_mirror_at_the_scale_of_the_view():
     np.testing.assert_allclose(ABOVE.pose.rotation @ ABOVE.pose.rotation.T, np.eye(3), atol=1e-15)
     assert np.linalg.det(ABOVE.pose.rotation) == pytest.approx(1.0)
     pixels = pixels_of(ABOVE, [[1e-3, 0.0, 0.0], [0.0, 1e-3, 0.0]])
@@ -33,9 +33,6 @@ def test_a_camera_above_sees_x_to_the_right_and_y_up_and_one_below_the_mirrored_
     np.testing.assert_allclose(pixels_of(ABOVE, [[1e-3, 0.0]]), [[329.5, 239.5]])
     below = Camera(LENS, Pose((0.0, 0.0, -0.1), (0.0, 0.0, 0.0)))
     np.testing.assert_allclose(pixels_of(below, [[1e-3, 0.0, 0.0]]), [[309.5, 239.5]])
-
-
-def test_what_is_outside_the_image_is_not_seen_and_the_scale_is_that_of_the_view():
     points = np.array([[31.9e-3, 0.0, 0.0], [32.1e-3, 0.0, 0.0], [0.0, 24.1e-3, 0.0], [0.0, 0.0, 0.2]])
     assert np.isnan(pixels_of(ABOVE, points)).all(axis=1).tolist() == [False, True, True, True]
     assert pixels_per_metre(ABOVE, np.array([0.0, 0.0, 0.0])) == pytest.approx(1e4)

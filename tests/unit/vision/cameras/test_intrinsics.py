@@ -9,14 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fingerslip.errors import InputError, ResultError
-from fingerslip.vision.cameras.intrinsics import (
-    Fisheye,
-    Pinhole,
-    lens_for_view,
-    pinhole_for_view,
-    read_calibration,
-    write_calibration,
-)
+from fingerslip.vision.cameras import intrinsics
 from fingerslip.vision.video import opencv
 
 POINTS = np.random.default_rng(0).uniform((-0.4, -0.3, 0.8), (0.4, 0.3, 1.2), (100, 3))
@@ -31,11 +24,11 @@ PINHOLES = [
 
 
 def pinhole(*distortion):
-    return Pinhole(640, 480, 500.0, 510.0, 320.0, 240.0, distortion)
+    return intrinsics.Pinhole(640, 480, 500.0, 510.0, 320.0, 240.0, distortion)
 
 
 def fisheye(*distortion):
-    return Fisheye(640, 480, 300.0, 305.0, 320.0, 240.0, distortion)
+    return intrinsics.Fisheye(640, 480, 300.0, 305.0, 320.0, 240.0, distortion)
 
 
 LENSES = [*[pinhole(*one) for one in PINHOLES], fisheye(), fisheye(-0.02, 0.003, -1e-3, 2e-4)]
@@ -44,7 +37,7 @@ LENSES = [*[pinhole(*one) for one in PINHOLES], fisheye(), fisheye(-0.02, 0.003,
 @pytest.mark.parametrize("camera", LENSES)
 def test_points_have_the_pixels_of_opencv_and_pixels_the_rays_of_points(camera):
     cv2 = opencv()
-    project = cv2.projectPoints if isinstance(camera, Pinhole) else cv2.fisheye.projectPoints
+    project = cv2.projectPoints if isinstance(camera, intrinsics.Pinhole) else cv2.fisheye.projectPoints
     distortion = np.array(camera.distortion or (0.0,) * 4)
     known, _ = project(POINTS[:, None], np.zeros(3), np.zeros(3), camera.camera_matrix, distortion)
     np.testing.assert_allclose(camera.project(POINTS), known[:, 0], atol=1e-9)
@@ -73,7 +66,7 @@ def test_a_fisheye_is_undone_also_beside_and_behind_the_camera(coefficients):
 
 def test_a_fisheye_sees_beside_itself_and_a_pinhole_does_not():
     beside = np.array([1.0, 0.0, 0.0])
-    assert Fisheye(640, 480, 100.0, 100.0, 0.0, 0.0).project(beside)[0] == pytest.approx(50 * np.pi)
+    assert intrinsics.Fisheye(640, 480, 100.0, 100.0, 0.0, 0.0).project(beside)[0] == pytest.approx(50 * np.pi)
     assert np.isnan(pinhole().project(np.vstack([beside, -POINTS]))).all()
 
 
@@ -93,7 +86,7 @@ def test_points_beyond_the_fold_of_the_lens_have_no_image_and_pixels_no_ray(came
     assert np.isnan(camera.directions(far[2:] if len(camera.distortion) == 8 else far)).all()
 
 
-@pytest.mark.parametrize("make", [pinhole_for_view, functools.partial(lens_for_view, "fisheye")])
+@pytest.mark.parametrize("make", [intrinsics.pinhole_for_view, functools.partial(intrinsics.lens_for_view, "fisheye")])
 def test_a_lens_for_a_view_sees_it_from_edge_to_edge(make):
     ends = make(640, 480, 0.1, 0.03).project(np.array([[-0.05, 0.0, 0.03], [0.05, 0.0, 0.03]]))
     np.testing.assert_allclose(ends, [[-0.5, 239.5], [639.5, 239.5]], atol=1e-9)
@@ -104,10 +97,10 @@ def test_a_lens_for_a_view_sees_it_from_edge_to_edge(make):
     [
         (lambda: pinhole(0.1, 0.2), "distortion: got 2 coefficients, needs one of 0, 4, 5, 8, 12; leave zeros"),
         (lambda: fisheye(*[0.1] * 5), "distortion: got 5 coefficients, needs one of 0, 4;"),
-        (lambda: Pinhole(0, 480, 1.0, 1.0, 0.0, 0.0), "Pinhole.width"),
-        (lambda: Pinhole(640, 480, -1.0, 1.0, 0.0, 0.0), "Pinhole.focal_x"),
-        (lambda: pinhole_for_view(640, 480, 0.0, 1.0), "view_width"),
-        (lambda: lens_for_view("fisheye", 640, 480, 0.1, -1.0), "view_width"),
+        (lambda: intrinsics.Pinhole(0, 480, 1.0, 1.0, 0.0, 0.0), "Pinhole.width"),
+        (lambda: intrinsics.Pinhole(640, 480, -1.0, 1.0, 0.0, 0.0), "Pinhole.focal_x"),
+        (lambda: intrinsics.pinhole_for_view(640, 480, 0.0, 1.0), "view_width"),
+        (lambda: intrinsics.lens_for_view("fisheye", 640, 480, 0.1, -1.0), "view_width"),
     ],
 )
 def test_what_cannot_be_is_refused(make, said):
@@ -119,8 +112,8 @@ def test_what_cannot_be_is_refused(make, said):
 @pytest.mark.parametrize("camera", [LENSES[0], LENSES[2], *LENSES[-2:]])
 def test_files_come_back_and_opencv_reads_what_is_written_and_writes_what_is_read(tmp_path, name, camera):
     path, cv2 = tmp_path / name, opencv()
-    write_calibration(camera, path)
-    back = read_calibration(path)
+    intrinsics.write_calibration(camera, path)
+    back = intrinsics.read_calibration(path)
     assert (type(back), back) == (type(camera), camera)
     file = cv2.FileStorage(str(path), cv2.FILE_STORAGE_READ)
     np.testing.assert_array_equal(file.getNode("camera_matrix").mat(), camera.camera_matrix)
@@ -132,11 +125,11 @@ def test_files_come_back_and_opencv_reads_what_is_written_and_writes_what_is_rea
     file.write("calibration_time", "Sun Nov 22 10:00:00 2026")
     file.write("image_width", camera.width)
     file.write("image_height", camera.height)
-    file.write("fisheye_model", int(isinstance(camera, Fisheye)))
+    file.write("fisheye_model", int(isinstance(camera, intrinsics.Fisheye)))
     file.write("camera_matrix", camera.camera_matrix)
     file.write("distortion_coefficients", coefficients.T)
     file.release()
-    assert read_calibration(path) == camera
+    assert intrinsics.read_calibration(path) == camera
 
 
 ROS = """image_width: 640
@@ -157,14 +150,16 @@ distortion_coefficients:
 def test_files_of_ros_and_plain_lists_are_read(tmp_path):
     path = tmp_path / "usb.yaml"
     path.write_text(ROS.format(model="plumb_bob", count=5, data="[-0.2, 0.05, 1e-3, -2e-3, 0.]"))
-    assert read_calibration(path) == pinhole(-0.2, 0.05, 1e-3, -2e-3)
+    assert intrinsics.read_calibration(path) == pinhole(-0.2, 0.05, 1e-3, -2e-3)
     path.write_text(ROS.format(model="equidistant", count=4, data="[-0.2, 0.05, 0., 0.]"))
-    assert read_calibration(path) == Fisheye(640, 480, 500.0, 510.0, 320.0, 240.0, (-0.2, 0.05, 0.0, 0.0))
+    assert intrinsics.read_calibration(path) == intrinsics.Fisheye(
+        640, 480, 500.0, 510.0, 320.0, 240.0, (-0.2, 0.05, 0.0, 0.0)
+    )
     path.write_text(json.dumps({"K": [[500, 0, 320], [0, 510, 240], [0, 0, 1]], "dist": [-0.2, 0, 0, 0]}))
     with pytest.raises(InputError, match=r"has no image_width and image_height, .*; give size="):
-        read_calibration(path)
-    assert read_calibration(path, size=(640, 480)) == pinhole(-0.2, 0, 0, 0)
-    assert isinstance(read_calibration(path, size=(640, 480), model="fisheye"), Fisheye)
+        intrinsics.read_calibration(path)
+    assert intrinsics.read_calibration(path, size=(640, 480)) == pinhole(-0.2, 0, 0, 0)
+    assert isinstance(intrinsics.read_calibration(path, size=(640, 480), model="fisheye"), intrinsics.Fisheye)
 
 
 UNIT = "K: [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\nimage_size: [4, 4]\n"
@@ -194,4 +189,4 @@ def test_what_is_no_calibration_is_refused(tmp_path, content, said):
     if content is not None:
         (tmp_path / "bad").write_bytes(content)
     with pytest.raises(InputError if content is not None else ResultError, match=said):
-        read_calibration(tmp_path / "bad")
+        intrinsics.read_calibration(tmp_path / "bad")

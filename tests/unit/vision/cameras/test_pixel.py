@@ -4,46 +4,29 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import InputError
+from fingerslip.vision.cameras import pixel
 from fingerslip.vision.cameras.camera import true_tracks
-from fingerslip.vision.cameras.pixel import (
-    DARK_ON_BRIGHT,
-    BrightRing,
-    Glare,
-    Lighting,
-    MarkerLook,
-    PixelCamera,
-    SensorNoise,
-    brightness,
-    draw_spots,
-    empty_picture,
-    expose,
-    film,
-    frames_of,
-    marker_picture,
-    normal_table,
-    ring_mask,
-)
 from fingerslip.vision.tracks import make_tracks
 from fingerslip.vision.video import read_frames, video_info
 from unit.vision.scenes import camera, hide, middle, silent_camera, sliding
 
 
 def first_frame(tracks, **more):
-    return next(frames_of(silent_camera(**more), tracks))
+    return next(pixel.frames_of(silent_camera(**more), tracks))
 
 
 def marker_at(*place):
     return make_tracks([[place]], [0.0], units="m")
 
 
-@pytest.mark.parametrize("look", [MarkerLook(), DARK_ON_BRIGHT])
+@pytest.mark.parametrize("look", [pixel.MarkerLook(), pixel.DARK_ON_BRIGHT])
 @pytest.mark.parametrize("exposure", [0.0, 0.02])
 def test_markers_are_where_they_truly_are(look, exposure):
     """Within what 8 bits hold: 0.03 px for a marker that is smeared over 2 px in an exposure."""
     pixel_camera = silent_camera(camera=camera(exposure=exposure), look=look)
     tracks = sliding(speed=10e-3)
     truth = true_tracks(pixel_camera.camera, tracks)["position"].values
-    for frame, places in zip(frames_of(pixel_camera, tracks), truth, strict=True):
+    for frame, places in zip(pixel.frames_of(pixel_camera, tracks), truth, strict=True):
         assert frame.dtype == np.uint8
         for place in places:
             np.testing.assert_allclose(middle(frame, place), place, atol=0.03)
@@ -63,12 +46,12 @@ def test_a_longer_exposure_smears_a_moving_marker_along_its_way():
 
 
 def test_a_part_of_the_frames_is_as_in_the_whole():
-    pixel_camera = PixelCamera(camera(), lighting=Lighting(drift=0.1, texture=3.0), seed=7)
+    pixel_camera = pixel.PixelCamera(camera(), lighting=pixel.Lighting(drift=0.1, texture=3.0), seed=7)
     tracks = sliding(seconds=3.0)
-    whole = list(frames_of(pixel_camera, tracks))
+    whole = list(pixel.frames_of(pixel_camera, tracks))
     assert len(whole) == 91
-    np.testing.assert_array_equal(list(frames_of(pixel_camera, tracks, start=60, stop=70)), whole[60:70])
-    assert (next(frames_of(PixelCamera(camera(), seed=8), tracks)) != whole[0]).mean() > 0.5
+    np.testing.assert_array_equal(list(pixel.frames_of(pixel_camera, tracks, start=60, stop=70)), whole[60:70])
+    assert (next(pixel.frames_of(pixel.PixelCamera(camera(), seed=8), tracks)) != whole[0]).mean() > 0.5
 
 
 def test_what_is_drawn_of_markers_unknown_outside_near_and_in_2d():
@@ -89,55 +72,54 @@ def test_compression_leaves_its_artefacts():
 
 
 def test_a_film_is_written_with_its_truth(tmp_path):
-    pixel_camera = PixelCamera(camera(frame_rate=60.0), noise=SensorNoise(3.0, 0.02), seed=3)
-    truth = film(pixel_camera, sliding(), tmp_path / "slide.mkv")
+    pixel_camera = pixel.PixelCamera(camera(frame_rate=60.0), noise=pixel.SensorNoise(3.0, 0.02), seed=3)
+    truth = pixel.film(pixel_camera, sliding(), tmp_path / "slide.mkv")
     assert video_info(tmp_path / "slide.mkv").frame_rate == 60.0
-    np.testing.assert_array_equal(list(read_frames(tmp_path / "slide.mkv")), list(frames_of(pixel_camera, sliding())))
+    np.testing.assert_array_equal(
+        list(read_frames(tmp_path / "slide.mkv")), list(pixel.frames_of(pixel_camera, sliding()))
+    )
     assert (truth.sizes["time"], truth.attrs["source"]) == (13, "truth of slide.mkv")
     with pytest.raises(InputError, match="frames: got none"):
-        film(silent_camera(), make_tracks(np.empty((0, 1, 3)), [], units="m"), tmp_path / "a.avi")
+        pixel.film(silent_camera(), make_tracks(np.empty((0, 1, 3)), [], units="m"), tmp_path / "a.avi")
 
 
 @pytest.mark.parametrize(("angle", "axis"), [(0.0, 1), (np.pi / 2, 0)])
 def test_light_is_even_but_for_vignetting_and_a_gradient(angle, axis):
     even = silent_camera(camera=camera(120, 120))
-    assert (np.unique(empty_picture(even)), np.unique(marker_picture(even))) == ([40.0], [200.0])
-    dim = marker_picture(silent_camera(lighting=Lighting(vignetting=0.4)))
+    assert (np.unique(pixel.empty_picture(even)), np.unique(pixel.marker_picture(even))) == ([40.0], [200.0])
+    dim = pixel.marker_picture(silent_camera(lighting=pixel.Lighting(vignetting=0.4)))
     assert (dim[0, 0], dim[60, 80]) == (pytest.approx(120.0), pytest.approx(200.0, rel=1e-3))
-    lighting = Lighting(gradient=0.5, gradient_angle=angle)
-    picture = marker_picture(silent_camera(camera=camera(120, 120), lighting=lighting))
+    lighting = pixel.Lighting(gradient=0.5, gradient_angle=angle)
+    picture = pixel.marker_picture(silent_camera(camera=camera(120, 120), lighting=lighting))
     np.testing.assert_allclose(picture.take([0, -1], axis=axis).mean(axis=1 - axis), [150.0, 250.0], rtol=0.01)
 
 
 def test_glare_and_ring_are_where_they_should_be_and_the_mask_is_inside_the_ring():
-    picture = empty_picture(silent_camera(lighting=Lighting(glare=(Glare(0.25, 0.75, 0.02, 100.0),))))
+    picture = pixel.empty_picture(silent_camera(lighting=pixel.Lighting(glare=(pixel.Glare(0.25, 0.75, 0.02, 100.0),))))
     assert np.unravel_index(picture.argmax(), picture.shape) in {(89, 39), (89, 40), (90, 39), (90, 40)}
     assert picture.max() == pytest.approx(140.0, rel=0.02)
-    ringed = silent_camera(lighting=Lighting(ring=BrightRing(0.4, 0.02, 100.0)))
-    picture, mask = empty_picture(ringed), ring_mask(ringed)
+    ringed = silent_camera(lighting=pixel.Lighting(ring=pixel.BrightRing(0.4, 0.02, 100.0)))
+    picture, mask = pixel.empty_picture(ringed), pixel.ring_mask(ringed)
     assert (picture[60, 80 + 48], picture[60, 80]) == (pytest.approx(140.0, rel=0.05), pytest.approx(40.0))
     assert mask.sum() == pytest.approx(np.pi * (0.34 * 120) ** 2, rel=0.01)
     assert mask[60, 80]
-    assert ring_mask(silent_camera()).all()
+    assert pixel.ring_mask(silent_camera()).all()
 
 
-def test_texture_is_of_the_background_alone_and_seeded():
-    lighting = Lighting(texture=5.0)
-    first, again, other = (empty_picture(silent_camera(lighting=lighting, seed=seed)) for seed in (1, 1, 2))
+def test_texture_is_of_the_background_alone_and_brightness_drifts_and_flickers():
+    lighting = pixel.Lighting(texture=5.0)
+    first, again, other = (pixel.empty_picture(silent_camera(lighting=lighting, seed=seed)) for seed in (1, 1, 2))
     np.testing.assert_array_equal(first, again)
     assert np.abs(first - other).max() > 1
     assert first.std() == pytest.approx(5.0, rel=1e-5)
-    assert np.unique(marker_picture(silent_camera(lighting=lighting))).tolist() == [200.0]
-
-
-def test_brightness_drifts_and_flickers_and_is_never_negative():
-    lighting = Lighting(drift=-0.01, flicker=0.1, flicker_rate=1.0)
-    np.testing.assert_allclose(brightness(lighting, np.array([0.0, 0.25, 10.0, 1e6])), [1, 1.0975, 0.9, 0])
+    assert np.unique(pixel.marker_picture(silent_camera(lighting=lighting))).tolist() == [200.0]
+    lighting = pixel.Lighting(drift=-0.01, flicker=0.1, flicker_rate=1.0)
+    np.testing.assert_allclose(pixel.brightness(lighting, np.array([0.0, 0.25, 10.0, 1e6])), [1, 1.0975, 0.9, 0])
 
 
 def drawn(place, half=(0.0, 0.0), radius=5.0, softness=0.7):
     picture, top = np.zeros((64, 80), dtype=np.float32), np.full((64, 80), 1.0, dtype=np.float32)
-    draw_spots(picture, top, np.array([place]), np.array([half]), np.array([radius]), softness)
+    pixel.draw_spots(picture, top, np.array([place]), np.array([half]), np.array([radius]), softness)
     return picture
 
 
@@ -170,12 +152,12 @@ def test_spots_cover_their_area_stay_within_the_grey_levels_and_do_no_harm_at_th
     assert drawn((-200.0, 1e9)).sum() == 0
     assert drawn((np.nan, 3.0)).sum() == drawn((3.0, 3.0), (np.inf, 0.0)).sum() == 0
     picture, top = np.zeros((64, 64), dtype=np.float32), np.full((64, 64), 200.0, dtype=np.float32)
-    draw_spots(picture, top, np.full((3, 2), 32.0), np.zeros((3, 2)), np.full(3, 6.0), 0.7)
+    pixel.draw_spots(picture, top, np.full((3, 2), 32.0), np.zeros((3, 2)), np.full(3, 6.0), 0.7)
     assert picture.max() <= 200.0, "over each other"
 
 
 def exposed(light, factor=1.0, *, read=0.0, shot=0.0, seed=0, number=0):
-    return expose(np.asarray(light, dtype=np.float32), factor, read, shot, seed, number, normal_table())
+    return pixel.expose(np.asarray(light, dtype=np.float32), factor, read, shot, seed, number, pixel.normal_table())
 
 
 LEVEL = np.full((240, 320), 100.0)
@@ -192,11 +174,11 @@ def test_noise_has_its_deviation_and_is_white():
             size = errors.shape[axis]
             ahead, behind = (np.take(errors, range(start, start + size - lag), axis) for start in (lag, 0))
             assert abs((ahead * behind).mean() / errors.var()) < 5 / np.sqrt(count)
-    table = normal_table().astype(float)
+    table = pixel.normal_table().astype(float)
     assert (table.mean(), table.var(), (table**4).mean()) == pytest.approx((0.0, 1.0, 3.0), abs=3e-3)
 
 
-def test_shot_noise_grows_with_the_light_and_light_is_cut_and_rounded_to_grey_levels():
+def test_shot_noise_grows_with_the_light_and_seed_and_number_give_the_noise():
     frame = exposed(np.tile([20.0, 180.0], (200, 200)), read=1.0, shot=0.1).astype(float)
     assert frame[:, ::2].var() == pytest.approx(1 + 2 + 1 / 12, rel=0.05)
     assert frame[:, 1::2].var() == pytest.approx(1 + 18 + 1 / 12, rel=0.05)
@@ -204,8 +186,6 @@ def test_shot_noise_grows_with_the_light_and_light_is_cut_and_rounded_to_grey_le
     assert exposed(light).tolist() == [[0, 0, 1, 101, 255, 255]]
     assert exposed(light, 2.0).tolist() == [[0, 1, 1, 201, 255, 255]]
 
-
-def test_the_same_seed_and_number_give_the_same_noise():
     def one(seed, number):
         return exposed(LEVEL, read=4.0, seed=seed, number=number)
 
@@ -217,15 +197,15 @@ def test_the_same_seed_and_number_give_the_same_noise():
 @pytest.mark.parametrize(
     ("make", "said"),
     [
-        (lambda: MarkerLook(radius=0.0), "radius"),
-        (lambda: MarkerLook(marker=256.0), "marker"),
-        (lambda: MarkerLook(softness=0.3), "softness"),
-        (lambda: Lighting(vignetting=1.5), "vignetting"),
-        (lambda: Glare(2.0, 0.5), "x"),
-        (lambda: SensorNoise(read=-1.0), "read"),
-        (lambda: PixelCamera(camera(), jpeg_quality=0), "jpeg_quality"),
-        (lambda: PixelCamera(camera(), seed=-1), "seed"),
-        (lambda: PixelCamera(camera(), seed=2**63), "seed"),
+        (lambda: pixel.MarkerLook(radius=0.0), "radius"),
+        (lambda: pixel.MarkerLook(marker=256.0), "marker"),
+        (lambda: pixel.MarkerLook(softness=0.3), "softness"),
+        (lambda: pixel.Lighting(vignetting=1.5), "vignetting"),
+        (lambda: pixel.Glare(2.0, 0.5), "x"),
+        (lambda: pixel.SensorNoise(read=-1.0), "read"),
+        (lambda: pixel.PixelCamera(camera(), jpeg_quality=0), "jpeg_quality"),
+        (lambda: pixel.PixelCamera(camera(), seed=-1), "seed"),
+        (lambda: pixel.PixelCamera(camera(), seed=2**63), "seed"),
     ],
 )
 def test_what_cannot_be_is_refused(make, said):

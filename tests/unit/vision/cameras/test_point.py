@@ -27,10 +27,14 @@ SECOND = sliding(1.0, 3e-4)
 LOCATE = following(window_centroids)
 
 
-def test_centroids_of_dark_markers_are_found_to_a_hundredth_of_a_pixel():
+def test_errors_of_dark_and_of_default_markers_are_measured():
     found = measure_errors(PixelCamera(camera(), look=DARK_ON_BRIGHT), SECOND, LOCATE)
     assert found.rms < 0.01
     assert found.lost == 0.0
+    measured = measure_errors(PixelCamera(camera()), SLIDE, LOCATE)
+    assert measured.noise == pytest.approx(MEASURED_ERRORS.noise, rel=0.05)
+    assert measured.bias == pytest.approx(MEASURED_ERRORS.bias, abs=5e-4)
+    assert measured.correlation == pytest.approx(MEASURED_ERRORS.correlation, abs=0.05)
 
 
 def test_a_marker_that_vanishes_is_found_again_and_windows_at_the_edge_or_without_a_marker_give_nothing():
@@ -66,13 +70,6 @@ def test_both_cameras_have_the_same_statistics(changes):
     assert speeds[0] == pytest.approx(speeds[1], rel=0.1)
 
 
-def test_the_default_errors_are_those_of_the_default_pixel_camera():
-    measured = measure_errors(PixelCamera(camera()), SLIDE, LOCATE)
-    assert measured.noise == pytest.approx(MEASURED_ERRORS.noise, rel=0.05)
-    assert measured.bias == pytest.approx(MEASURED_ERRORS.bias, abs=5e-4)
-    assert measured.correlation == pytest.approx(MEASURED_ERRORS.correlation, abs=0.05)
-
-
 def test_tracks_have_the_errors_that_were_asked_for():
     asked, still = PositionErrors(noise=0.05, bias=0.2, correlation=0.6, lost=0.1), sliding(60.0, 0.0)
     found = point_tracks(PointCamera(camera(), asked), still)
@@ -93,7 +90,7 @@ INSIDE = internal_camera(50e-3, 45e-3, target=5e-3, frame_rate=20.0)
 OUTSIDE = external_camera(60e-3, 60e-3, frame_rate=20.0)
 
 
-def test_tracks_of_a_pair_have_internal_markers_first_in_pixels_of_their_own_camera():
+def test_each_camera_of_a_pair_has_pixels_and_errors_of_its_own_and_internal_markers_come_first():
     position = np.zeros((2, 3, 3))
     position[:, 1:, 1], position[1, :, 0] = 5e-3, 1e-3
     position[:, 2] = np.nan
@@ -109,9 +106,6 @@ def test_tracks_of_a_pair_have_internal_markers_first_in_pixels_of_their_own_cam
     assert found.attrs["metres_per_pixel_x"] == pytest.approx(60e-3 / 640)
     assert found.attrs["frame_rate"] == 20.0
     assert metres_per_pixel(INSIDE) == pytest.approx(45e-3 / 640)
-
-
-def test_each_camera_of_a_pair_has_errors_of_its_own_from_one_seed():
     both = make_tracks(np.zeros((400, 2, 3)), np.arange(400) / 20.0, units="m", kind=["internal", "external"])
     first, again, other = (
         pair_tracks(CameraPair(INSIDE, OUTSIDE, PositionErrors(0.05), seed), both)["position"].values
@@ -125,13 +119,14 @@ def test_each_camera_of_a_pair_has_errors_of_its_own_from_one_seed():
 FAST = external_camera(60e-3, 60e-3, frame_rate=60.0)
 
 
+def lost(*_):
+    return np.empty(0)
+
+
 @pytest.mark.parametrize(
     ("call", "said"),
     [
-        (
-            lambda: measure_errors(PixelCamera(camera()), sliding(), lambda *_: np.empty(0)),
-            r"locate: returned shape \(0,\), needs \(7, 9, 2\)",
-        ),
+        (lambda: measure_errors(PixelCamera(camera()), sliding(), lost), r"returned shape \(0,\), needs \(7, 9, 2\)"),
         (lambda: CameraPair(INSIDE, FAST), "cameras: frame_rate: got 20 and 60 frames a second, needs one rate"),
         (lambda: CameraPair(INSIDE, INSIDE), "cameras: external: sees internal markers"),
     ],

@@ -7,14 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fingerslip.vision.tracking import layouts
 from fingerslip.vision.tracking.follow import State, follow, rest_state
-from fingerslip.vision.tracking.layouts import (
-    assign,
-    common_shift,
-    consistent,
-    expected_displacement,
-    nearest_neighbours,
-)
 from fingerslip.vision.tracking.markers import Markers
 from fingerslip.vision.tracking.reference import reference_of
 from problems import clips
@@ -88,48 +82,42 @@ def test_markers_that_move_apart_from_their_neighbours_are_kept() -> None:
         assert np.abs(found[order] - here).max() < 0.05
 
 
-NEIGHBOURS, SPACING = nearest_neighbours(FIELD)
+NEIGHBOURS, SPACING = layouts.nearest_neighbours(FIELD)
 ALL = np.ones(81, dtype=bool)
 
 
-def test_motions_that_neighbours_share_are_expected_and_nothing_without_neighbours() -> None:
+def test_motions_that_neighbours_share_are_expected_and_strangers_are_left_out() -> None:
     assert NEIGHBOURS.shape == (81, 8)
-    assert nearest_neighbours(FIELD[:1])[1].tolist() == [np.inf]
+    assert layouts.nearest_neighbours(FIELD[:1])[1].tolist() == [np.inf]
     some, random = np.arange(81) % 3 > 0, np.random.default_rng(0).normal(size=(81, 2))
-    moved, counts = expected_displacement(random, some, NEIGHBOURS)
+    moved, counts = layouts.expected_displacement(random, some, NEIGHBOURS)
     assert moved == pytest.approx(np.array([np.median(random[row[some[row]]], axis=0) for row in NEIGHBOURS]))
     assert counts.tolist() == some[NEIGHBOURS].sum(axis=1).tolist()
-    moved, counts = expected_displacement(random, ~ALL, NEIGHBOURS)
+    moved, counts = layouts.expected_displacement(random, ~ALL, NEIGHBOURS)
     assert np.isnan(moved).all()
     assert counts.sum() == 0
-
-
-def test_strangers_are_left_out_and_nobody_else() -> None:
     displacement, wrong = 0.05 * (FIELD - FIELD[0]) + [10.0, 0.0], [5, 6, 40, 80]
     displacement[wrong] += [[25.0, 0.0], [25.0, 0.0], [0.0, -30.0], [-20.0, 20.0]]
-    agreed = consistent(displacement, ALL, NEIGHBOURS, 0.3 * SPACING)
+    agreed = layouts.consistent(displacement, ALL, NEIGHBOURS, 0.3 * SPACING)
     assert np.flatnonzero(~agreed).tolist() == wrong
-    assert consistent(displacement, ~ALL, NEIGHBOURS, SPACING).sum() == 0
+    assert layouts.consistent(displacement, ~ALL, NEIGHBOURS, SPACING).sum() == 0
 
 
 @given(st.integers(1, 8), st.integers(1, 8), st.integers(0, 99))
 def test_nobody_is_matched_twice_or_from_too_far(n: int, m: int, seed: int) -> None:
     rng = np.random.default_rng(seed)
     expected, candidates = rng.uniform(0, 30, (n, 2)), rng.uniform(0, 30, (m, 2))
-    rows, columns = assign(expected, np.full(n, 12.0), candidates)
+    rows, columns = layouts.assign(expected, np.full(n, 12.0), candidates)
     assert len(set(rows)) == len(rows)
     assert len(set(columns)) == len(columns) == len(rows)
     assert (np.linalg.norm(expected[rows] - candidates[columns], axis=1) <= 12.0).all()
 
 
-def test_two_long_ways_cost_more_than_one_that_is_missing() -> None:
+def test_the_sum_of_ways_decides_and_a_whole_distance_between_markers_is_found() -> None:
     expected, candidates = np.array([[0.0, 0.0], [8.0, 0.0]]), np.array([[8.0, 0.0], [15.0, 0.0]])
-    rows, columns = assign(expected, np.full(2, 10.0), candidates)
+    rows, columns = layouts.assign(expected, np.full(2, 10.0), candidates)
     assert (rows.tolist(), columns.tolist()) == ([1], [0])
-
-
-def test_a_shift_of_a_whole_distance_between_markers_is_found_among_other_blobs() -> None:
     points, rng = clips.field(layout="hex", rings=6), np.random.default_rng(0)
     shift = points[1] - points[0]
     blobs = np.vstack([(points + shift + rng.normal(0.0, 0.5, points.shape))[::2], rng.uniform(0, 640, (40, 2))])
-    assert common_shift(points, blobs, float(np.hypot(*shift))) == pytest.approx(shift, abs=1.0)
+    assert layouts.common_shift(points, blobs, float(np.hypot(*shift))) == pytest.approx(shift, abs=1.0)

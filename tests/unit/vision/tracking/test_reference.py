@@ -117,25 +117,13 @@ def test_reflections_among_bright_markers_are_not_of_their_kind(seed: int) -> No
     assert found_in(mean_frame(BRIGHT, seed=seed), 81, "free").warnings == ()
 
 
-def test_the_fit_alone_finds_a_marker_from_as_far_as_its_radius() -> None:
+def test_the_fit_finds_a_marker_from_as_far_as_its_radius_in_any_light_and_nothing_where_nothing_is() -> None:
     markers = learnt(mean_frame(QUIET), FIELD, 5.0)
     frame = next(clips.filmed(FIELD[None], QUIET))
     for angle in np.arange(0.0, 6.0, 0.75):
         measured = measure(markers, frame, None, FIELD + 5.0 * np.array([np.cos(angle), np.sin(angle)]))
         assert np.abs(measured.position - FIELD).max() < 0.05
         assert measured.quality.min() > 0.95
-
-
-def test_large_markers_whose_windows_end_at_their_neighbours_are_measured_as_well_as_small_ones() -> None:
-    look = clips.with_look(clips.DEFAULT, radius=12.0)
-    markers = learnt(mean_frame(look), FIELD, 12.0)
-    assert np.ptp(markers.window) > 1.0, "neighbours cut some windows"
-    shift = np.random.default_rng(3).uniform(-2.0, 2.0, FIELD.shape)
-    frame = next(clips.filmed((FIELD + shift)[None], look, seed=5))
-    assert np.abs(measure(markers, frame, None, FIELD).position - FIELD - shift).max() < 0.03
-
-
-def test_gradients_of_the_light_and_glare_beside_a_marker_do_not_pull_and_nothing_is_found_where_nothing_is() -> None:
     markers = learnt(mean_frame(QUIET), FIELD, 5.0)
     away = FIELD + np.array([2.0, -1.5])
     tilted = next(clips.filmed(FIELD[None], clips.with_look(QUIET, gradient=0.4)))
@@ -151,6 +139,15 @@ def test_gradients_of_the_light_and_glare_beside_a_marker_do_not_pull_and_nothin
         nothing = measure(markers, image, mask, start)
         assert np.isnan(nothing.position).all()
         assert (nothing.quality == 0.0).all()
+
+
+def test_large_markers_whose_windows_end_at_their_neighbours_are_measured_as_well_as_small_ones() -> None:
+    look = clips.with_look(clips.DEFAULT, radius=12.0)
+    markers = learnt(mean_frame(look), FIELD, 12.0)
+    assert np.ptp(markers.window) > 1.0, "neighbours cut some windows"
+    shift = np.random.default_rng(3).uniform(-2.0, 2.0, FIELD.shape)
+    frame = next(clips.filmed((FIELD + shift)[None], look, seed=5))
+    assert np.abs(measure(markers, frame, None, FIELD).position - FIELD - shift).max() < 0.03
 
 
 def test_markers_that_are_seen_from_the_side_are_ellipses_of_determinant_one() -> None:
@@ -187,7 +184,7 @@ def test_markers_are_numbered_as_their_layout_is(
     assert found.complaint == ""
 
 
-def test_angles_run_from_x_to_y_and_the_centre_may_be_empty() -> None:
+def test_angles_run_from_x_to_y_and_layouts_that_are_none_have_complaints() -> None:
     found, empty = (topology(ring_layout(50.0, counts).position, "rings") for counts in ((1, 8, 16), (0, 8, 16)))
     assert found.angle is not None
     assert found.angle[1:9] == pytest.approx(np.arange(8) * np.pi / 4)
@@ -195,9 +192,6 @@ def test_angles_run_from_x_to_y_and_the_centre_may_be_empty() -> None:
     assert np.bincount(empty.ring).tolist() == [0, 8, 16]
     free = topology(np.array([[5.0, 9.0], [1.0, 2.0], [0.0, 9.0]]), "free")
     assert (free.order.tolist(), free.ring) == ([1, 2, 0], None)
-
-
-def test_complaints_of_layouts_that_are_none() -> None:
     scattered = np.random.default_rng(0).uniform(0, 100, (40, 2))
     found = topology(scattered, "hex")
     off, words = found.complaint.split(maxsplit=1)
