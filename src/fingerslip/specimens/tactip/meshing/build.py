@@ -90,8 +90,15 @@ def _mesh_section(sensor: TacTipNumbers, sizes: GradedMesh, rod_size: float) -> 
 
 def mesh_sensor_solid(sensor: TacTipNumbers, sizes: GradedMesh, rod_size: float) -> skfem.Mesh3D:
     """Build the mesh of a half or the whole of a sensor; the whole is its half and the mirror image of it."""
-    half = _mesh_half(dataclasses.replace(sensor, part="half"), sizes, rod_size)
-    result = half if sensor.part == "half" else _with_mirror_image(half)
+    result = _mesh_half(dataclasses.replace(sensor, part="half"), sizes, rod_size)
+    if sensor.part != "half":
+        # Mirror images share the nodes at z = 0.
+        beside, number = np.flatnonzero(result.points[:, 2] != 0.0), np.arange(len(result.points))
+        number[beside] = len(result.points) + np.arange(len(beside))
+        points = np.vstack([result.points, result.points[beside] * [1.0, 1.0, -1.0]])
+        # Two corners change places, so that mirror images are not inside out.
+        cells = np.vstack([result.cells, number[result.cells][:, [1, 0, 2, 3]]])
+        result = Fragments(points, cells, np.tile(result.region, 2))
     mesh = skfem.MeshTet1(np.ascontiguousarray(result.points.T), np.ascontiguousarray(result.cells.T.astype(np.int32)))
     mesh = skfem.MeshTet2.from_mesh(mesh) if sizes.element == "T10" else mesh
     mesh = with_names(mesh, result.region, sensor.part == "half")
@@ -111,17 +118,6 @@ def _mesh_half(sensor: TacTipNumbers, sizes: GradedMesh, rod_size: float) -> Fra
     points = fragments.points.copy()
     points[np.abs(points[:, 2]) < _ON_PLANE, 2] = 0.0
     return dataclasses.replace(fragments, points=points)
-
-
-def _with_mirror_image(half: Fragments) -> Fragments:
-    """Return cells at z >= 0 together with their mirror images, which share the nodes at z = 0."""
-    beside = np.flatnonzero(half.points[:, 2] != 0.0)
-    number = np.arange(len(half.points))
-    number[beside] = len(half.points) + np.arange(len(beside))
-    points = np.vstack([half.points, half.points[beside] * [1.0, 1.0, -1.0]])
-    # Two corners change places, so that mirror images are not inside out.
-    cells = np.vstack([half.cells, number[half.cells][:, [1, 0, 2, 3]]])
-    return Fragments(points, cells, np.tile(half.region, 2))
 
 
 def with_names(mesh: Mesh, region: Integers, half: bool) -> Mesh:
