@@ -217,8 +217,12 @@ def _draw_section(sensor: TacTipNumbers, feet: Floats, ends: Floats) -> dict[str
 def _draw_half(sensor: TacTipNumbers, feet: Floats, ends: Floats) -> dict[str, list[int]]:
     """Draw all regions of a half, one over the other; return their tags in Gmsh."""
     lines, top = skin_lines(sensor.dome, sensor.skin, sensor.markers.spacing), sensor.dome.height
-    rods = [_rod(foot, end, sensor.rods.radius) for foot, end in zip(feet, ends, strict=True)]
+    rods = [(3, _rod(foot, end, sensor.rods.radius)) for foot, end in zip(feet, ends, strict=True)]
     half, over = float(lines.outer[-1, 0]), top + sensor.window.thickness
+    # What of the rods is on the side z >= 0.
+    extent = 3.0 * MILLIMETRES * (sensor.dome.radius + sensor.dome.flat_radius + sensor.dome.height)
+    box = gmsh.model.occ.addBox(-extent, -extent, 0.0, 2 * extent, 2 * extent, extent)
+    in_front, _ = gmsh.model.occ.intersect(rods, [(3, box)])
 
     def inside(line: Floats) -> int:
         """Return the volume between a line that starts on the axis, turned about it, and the plane of its end."""
@@ -230,7 +234,7 @@ def _draw_half(sensor: TacTipNumbers, feet: Floats, ends: Floats) -> dict[str, l
     return {
         "skin": [inside(lines.outer)],
         "gel": [inside(lines.inner)],
-        "rods": _front_of_plane(sensor, rods),
+        "rods": [tag for _, tag in in_front],
         "window": [_turn(polygon(np.array([[0.0, top], [half, top], [half, over], [0.0, over]])))],
     }
 
@@ -286,11 +290,3 @@ def _rod(foot: Floats, end: Floats, radius: float) -> int:
     face = polygon(np.array([foot + reach * corner for corner in around]))
     entities = gmsh.model.occ.extrude([(2, face)], *(MILLIMETRES * (end - foot)))
     return next(int(tag) for dim, tag in entities if dim == 3)
-
-
-def _front_of_plane(sensor: TacTipNumbers, rods: list[int]) -> list[int]:
-    """Return what of the rods is on the side z >= 0."""
-    extent = 3.0 * MILLIMETRES * (sensor.dome.radius + sensor.dome.flat_radius + sensor.dome.height)
-    box = gmsh.model.occ.addBox(-extent, -extent, 0.0, 2 * extent, 2 * extent, extent)
-    entities, _ = gmsh.model.occ.intersect([(3, rod) for rod in rods], [(3, box)])
-    return [tag for _, tag in entities]
