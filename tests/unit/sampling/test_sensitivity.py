@@ -59,6 +59,9 @@ def test_the_standard_error_is_that_of_a_known_noise_and_few_samples_flatter_no_
     noise = iter(np.random.default_rng(2).normal(0.0, 1.0, 6))
     fit = slip_fit(study_of(count=6, time=lambda *_: 2.0 + next(noise)))
     assert fit.determination > 0.2
+    # Six samples less a constant and three slopes leave two degrees of freedom.
+    left_over = 6 * (1.0 - fit.determination) * np.var(fit.interval.values)
+    assert 2 * fit.residual**2 == pytest.approx(left_over)
     assert fit.predicted < 0.0
 
 

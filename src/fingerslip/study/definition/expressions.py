@@ -72,7 +72,7 @@ def _check_node(node: ast.AST, text: str) -> None:
                 needed = "needs a number and a unit such as '1.5 mm'"
                 raise InputError("", f"'{text}': '{value}' is no quantity", needed)
         case ast.Constant(value=value):
-            if isinstance(value, bool) or not isinstance(value, int | float):
+            if not isinstance(value, int | float):  # true and false are names
                 raise InputError("", f"'{text}' holds what is not allowed ({type(value).__name__})", _ALLOWED)
             if value > _LARGEST_NUMBER:
                 needed = f"needs numbers up to {_LARGEST_NUMBER:g}"

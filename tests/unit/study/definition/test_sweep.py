@@ -184,6 +184,7 @@ values = st.one_of(
 
 
 @given(lists=st.lists(st.lists(values, min_size=1, max_size=4, unique_by=repr), min_size=1, max_size=3))
+@example(lists=[["a" * 40], ["b" * 40], ["c" * 40]])
 def test_names_are_safe_short_and_different(lists):
     combinations = [dict(zip(PATHS, items, strict=False)) for items in itertools.product(*lists)]
     names = run_names(combinations)
