@@ -1,16 +1,19 @@
 """A condensed body without inertia: what it answers to contact forces, and that it moves as step by step."""
 
 import dataclasses
+import itertools
 
 import numpy as np
 import pytest
 
 import fingerslip as fs
-from fingerslip.dynamics.statics.body import depth_in_hull, static_body
+from fingerslip.dynamics.statics.body import depth_in_hull, sheared, static_body
 from fingerslip.dynamics.statics.motion import static_motion
+from fingerslip.dynamics.statics.pressed import pressed_body
 from fingerslip.errors import InputError, SlipOutsideContactError
 from fingerslip.slip import contact_area, stick_ratio
 from problems.domes import pressed_dome
+from problems.pushed import pad, push_and_slide
 
 REACH = 1.2e-3
 
@@ -26,11 +29,13 @@ def marched(model, body):
 
 def test_the_compliance_is_symmetric_and_of_the_nodes_within_reach_and_a_site_there_moves_as_its_node():
     body = static_body(pressed_dome(), reach=1e-3, hidden=1e-3)
-    assert np.array_equal(body.compliance, body.compliance.T)
+    (compliance,) = body.compliance
+    assert np.array_equal(compliance, compliance.T)
     assert body.positions[:, 1].max() <= 1e-3
-    assert (np.linalg.eigvalsh(body.compliance)[6:] > -1e-15).all()
+    assert (np.linalg.eigvalsh(compliance)[6:] > -1e-15).all()
     crown = int(np.argmin(np.linalg.norm(body.positions, axis=1)))
-    assert body.at_sites == pytest.approx(body.compliance[3 * crown : 3 * crown + 3], rel=1e-9, abs=1e-12)
+    at_sites = body.answers[0, body.of_sites]
+    assert at_sites == pytest.approx(compliance[3 * crown : 3 * crown + 3], rel=1e-9, abs=1e-12)
     angle = np.linspace(-1.2, 1.2, 41)
     arc = np.column_stack([np.sin(angle), 1.0 - np.cos(angle)])
     assert depth_in_hull(arc, np.array([0.0, 1.0])) == pytest.approx(np.zeros(41), abs=1e-12), (
@@ -67,9 +72,10 @@ def test_patches_change_the_contact_alone(body):
 @pytest.mark.parametrize("after", [(), (fs.Hold(0.8), fs.Lift(0.4e-3, 1e-3))], ids=["at the end", "on the way"])
 def test_what_is_watched_must_not_touch(body, after):
     # A node that no force moves lies where the plate comes to.
-    hidden = dataclasses.replace(
-        body, watched=np.array([[0.0, 0.2e-3, 0.0]]), at_watched=np.zeros((3, len(body.compliance)))
-    )
+    watched = np.array([[0.0, 0.2e-3, 0.0]])
+    answers, moved = body.answers[:, : body.of_watched.start], body.moved[:, : body.of_watched.start]
+    answers, moved = np.pad(answers, ((0, 0), (0, 3), (0, 0))), np.pad(moved, ((0, 0), (0, 3)))
+    hidden = dataclasses.replace(body, watched=watched, answers=answers, moved=moved)
     with pytest.raises(SlipOutsideContactError, match="is no contact candidate"):
         static_motion(hidden, pressed_dome().contacts[0], (fs.Press(0.4e-3, 1e-3), *after), 0.1)
 
@@ -141,3 +147,66 @@ def test_contacts_that_do_not_fit_and_plates_that_move_otherwise_are_refused(bod
     plate = hanging_plate(**(STILL | changes))
     with pytest.raises(InputError, match=words):
         static_motion(body, contact, plate.programme, 0.1, plate=plate)
+
+
+def pressed_pad(kinematics="finite", friction=0.5, **changes):
+    """Return a pad that is pressed by a fifth of its height and slid until all of it slips."""
+    slide = fs.Slide(1.6e-3, 1e-3)
+    return push_and_slide(
+        mesh=pad("Q4", 24, 8),
+        materials={"bulk": fs.NeoHookean(34e3, 0.4, 1000.0)},
+        contacts=(fs.Contact("bottom", friction=fs.Coulomb(friction), normal_penalty=4e9, tangential_penalty=4e9),),
+        programme=(fs.Press(0.8e-3, 1e-3), slide),
+        time=fs.QuasiStatic(0.05),
+        kinematics=kinematics,
+        sites=(fs.Site("core", "marker", (0.0, 1e-3)),),
+        **changes,
+    )
+
+
+FAR = (dataclasses.replace(pressed_pad().contacts[0], counterface=fs.Plane((0.0, 1.0), offset=-1e-5)),)
+RELAXING = fs.NeoHookean(34e3, 0.4, 1000.0, prony=(fs.PronyTerm(0.3, 0.1),))
+
+
+@pytest.fixture(scope="module")
+def sheared_body():
+    return pressed_body(pressed_pad(), spacing=0.2e-3, near=1e-3)
+
+
+def test_a_body_at_large_strain_slides_as_step_by_step_where_small_strain_is_far_off(sheared_body):
+    model, (history, small) = pressed_pad(), map(fs.simulate, (pressed_pad(), pressed_pad("small")))
+    motion = marched(model, sheared_body)
+    begun = history["time"].values >= motion.time[0] - 1e-9
+    assert motion.time == pytest.approx(history["time"].values[begun])
+    forces, far = (each["counterface_force"].values[begun, 0] for each in (history, small))
+    sites = history["displacement"].values[begun]
+    largest = np.abs(forces).max(axis=0)
+    assert np.abs(motion.force - forces).max(axis=0) == pytest.approx(np.zeros(2), abs=0.01 * largest.max())
+    assert np.abs(far - forces).max() > 0.05 * largest.max()
+    assert motion.displacement[0] == pytest.approx(sites[0], abs=1e-9)
+    assert np.abs(motion.displacement - sites).max() < 0.01 * np.abs(sites[-1] - sites[0]).max()
+    gone, whole = (ratio[1:] == 0.0 for ratio in (motion.stick_ratio, stick_ratio(history).values[begun]))
+    assert np.argmax(gone) == pytest.approx(np.argmax(whole), abs=1)
+
+
+def test_the_states_of_a_slide_are_apart_by_the_spacing_and_go_until_all_slips(sheared_body):
+    states = sheared_body.moved[:, : sheared_body.positions.size].reshape(-1, *sheared_body.positions.shape)
+    apart = [sheared(late, early[None], sheared_body.forces[0])[0] for early, late in itertools.pairwise(states)]
+    assert apart == pytest.approx(np.full(len(states) - 1, 0.225e-3), abs=0.026e-3)
+    ratios = sheared_body.forces.sum(axis=1)[:, 0] / sheared_body.forces.sum(axis=1)[:, 1]
+    assert (np.diff(ratios) > 0.0).all()
+    assert ratios[-1] == pytest.approx(0.5, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"kinematics": "small"}, "kinematics: is small, needs finite"),
+        ({"time": fs.TimeStepping(0.05)}, "time: has inertia, needs scheme: quasi_static"),
+        ({"programme": (fs.Hold(0.1), *pressed_pad().programme), "contacts": FAR}, r"programme\.0: does not touch"),
+        ({"materials": {"bulk": RELAXING}}, "relax, needs elastic ones"),
+    ],
+)
+def test_a_body_that_cannot_be_pressed_is_refused(changes, words):
+    with pytest.raises(InputError, match=words):
+        pressed_body(dataclasses.replace(pressed_pad(), **changes), spacing=0.2e-3, near=1e-3)

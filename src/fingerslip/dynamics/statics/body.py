@@ -1,20 +1,23 @@
 """What an elastic body without inertia answers to contact forces: computed once, for any number of motions.
 
 The surface that may touch is divided into patches, in each of which the traction is constant: a patch moves by the
-mean of its nodes, weighted by their areas. With the stiffness K of the body at small strain and B, which takes these
-means, all that contact forces f do follows from few rows of K^-1::
+mean of its nodes, weighted by their areas. With the stiffness K of the body and B, which takes these means and reads
+sites, all that contact forces f do follows from few rows of K^-1::
 
-    displacement of the patches     C f,   C = B K^-1 B^T
-    of sites and of watched nodes   S f,   S = B_s K^-1 B^T
+    displacement of patches, sites and watched nodes   u = u_0 + A (f - f_0),   A = B K^-1 B_p^T
 
-so that a quasi-static step costs its contact problem, and no substitution. Where each patch is one node, the motion is
-that of any other simulation; larger patches are an approximation of the contact, and of nothing else.
+so that a quasi-static step costs its contact problem, and no substitution. At small strain the body is linear about
+its rest. At large strain K is the tangent of a state with the forces f_0, and some states along a slide stand for all:
+the motion goes on from where it is with A of the nearest (:mod:`fingerslip.dynamics.statics.motion`). Where each patch
+is one node, and at small strain, the motion is that of any other simulation; larger patches are an approximation of
+the contact, and of nothing else.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,10 +32,23 @@ from fingerslip.linear.solver import LinearSolver, preferred_solver
 from fingerslip.model.model import Model
 from fingerslip.model.timing import QuasiStatic
 
-__all__ = ["StaticBody", "depth_in_hull", "patches", "static_body"]
+__all__ = [
+    "REPAIR",
+    "StaticBody",
+    "answers_of",
+    "check_kind",
+    "depth_in_hull",
+    "patches",
+    "sheared",
+    "static_body",
+    "surface",
+]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
+
+#: What to do with a model that cannot be condensed.
+REPAIR = "simulate the model step by step"
 
 # Facets of the hull that face the plane less than this (cosine) are the sides and the back of the body.
 _FACING = 0.05
@@ -110,28 +126,68 @@ _AT_ONCE = 32
 
 @dataclass(frozen=True)
 class StaticBody:
-    """A body by its answers to forces on the patches that may touch."""
+    """A body by its answers to forces on the patches that may touch, in one or several states k."""
 
     nodes: Integers  # (n_p,), the mesh node in the middle of each patch
-    positions: Floats  # (n_p, 3), where the patches are, by the mean of their nodes [m]
+    positions: Floats  # (n_p, dim), where the patches are at rest, by the mean of their nodes [m]
     area: Floats  # (n_p,), their areas [m^2]
-    compliance: Floats  # (n_p * 3, n_p * 3), C, symmetric [m/N]
-    at_sites: Floats  # (n_sites * 3, n_p * 3), S of the recorded sites [m/N]
-    watched: Floats  # (n_w, 3), where the other nodes of the boundary are that must not touch [m]
-    at_watched: Floats  # (n_w * 3, n_p * 3), S of these [m/N]
+    watched: Floats  # (n_w, dim), where the other nodes of the boundary are at rest that must not touch [m]
+    answers: Floats  # (k, n, n_p * dim), A, symmetric in its first rows: of patches, sites, watched nodes [m/N]
+    moved: Floats  # (k, n), u_0, the displacement of these [m]
+    forces: Floats  # (k, n_p, dim), f_0, contact forces on the body [N]
+
+    @property
+    def compliance(self) -> Floats:
+        """What forces move patches by, shape (k, n_p * dim, n_p * dim) [m/N]."""
+        answers: Floats = self.answers[:, : self.positions.size]
+        return answers
+
+    @cached_property
+    def unloaded(self) -> Floats:
+        """Displacement without forces by the answers of each state, u_0 - A f_0, shape (k, n) [m]."""
+        forces = self.forces.reshape(len(self.forces), -1)
+        unloaded: Floats = self.moved - np.einsum("kij,kj->ki", self.answers, forces)
+        return unloaded
+
+    @property
+    def of_sites(self) -> slice:
+        """Rows of the sites."""
+        return slice(self.positions.size, self.answers.shape[1] - self.watched.size)
+
+    @property
+    def of_watched(self) -> slice:
+        """Rows of the watched nodes."""
+        return slice(self.answers.shape[1] - self.watched.size, None)
+
+    @property
+    def is_pressed(self) -> bool:
+        """Whether forces act in its first state, so that motions begin at the end of a press."""
+        return bool(self.forces[0].any())
+
+
+def sheared(moved: Floats, states: Floats, forces: Floats) -> Floats:
+    """Return how far patches are from where they are in states, their mean weighted by forces, shape (k,) [m].
+
+    Arrays: moved (n_p, dim) [m]; states (k, n_p, dim) [m]; forces (n_p, dim) [N].
+    """
+    weights = np.linalg.norm(forces, axis=1)
+    distances: Floats = np.sqrt(np.square(states - moved).sum(axis=2) @ (weights / weights.sum()))
+    return distances
 
 
 def static_body(
     model: Model, *, reach: float, hidden: float, patch: float = 0.0, solver: LinearSolver | None = None
 ) -> StaticBody:
-    """Compute what the body of a model answers to forces on the surface that its counterface may touch.
+    """Compute what the body of a model at small strain answers to forces on the surface that may touch.
 
     Units: reach [m]; hidden [m]; patch [m].
     """
-    _check_kind(model)
+    check_kind(model, is_finite=False)
     stiffness, reads, body = _surface(model, reach, hidden, patch)
-    answers = _answers(stiffness, reads, solver or preferred_solver())
-    return replace(body, compliance=answers[0], at_sites=answers[1], at_watched=answers[2])
+    answers = answers_of(stiffness, reads, solver or preferred_solver())[None]
+    return replace(
+        body, answers=answers, moved=np.zeros(answers.shape[:2]), forces=np.zeros((1, *body.positions.shape))
+    )
 
 
 def _surface(
@@ -142,43 +198,56 @@ def _surface(
     The rest of the system of a model, as large as the stiffness, ends with this call.
     """
     system = build_system(model)
-    area, positions = nodal_areas(system.space, model.contacts[0].boundary, model.depth), system.space.positions
+    if system.viscoelastic:
+        raise InputError("materials", "relax", "needs elastic ones", REPAIR)
+    area = nodal_areas(system.space, model.contacts[0].boundary, model.depth)
     remaining, others = _split_boundary(model, system, reach, hidden)
-    middles, means = patches(positions[remaining], area[remaining], patch)
-    expansion = system.unknowns.expansion(system.space.n_dofs)
+    reads, _, body = surface(system, remaining, area[remaining], others, patch)
+    return system.stiffness, reads, body
+
+
+def surface(
+    system: System, nodes: Integers, area: Floats, others: Integers, patch: float
+) -> tuple[list[sparse.csr_matrix], sparse.csr_matrix, StaticBody]:
+    """Return what reads patches of nodes, sites and other nodes, what sums over patches, and the body without answers.
+
+    Arrays: nodes (n_c,); area (n_c,) [m^2]; others (n_w,); patch [m]; sums (n_p, n_c) [-].
+    """
+    positions, dim = system.space.positions, system.space.dim
+    middles, means = patches(positions[nodes], area, patch)
+    sums, expansion = (means > 0).astype(float), system.unknowns.expansion(system.space.n_dofs)
     of_nodes, at_sites, at_others = (
-        sparse.csr_matrix(node_operator(nodes, system.space.dim, system.space.n_dofs) @ expansion)
-        for nodes in (remaining, system.site_nodes, others)
+        sparse.csr_matrix(node_operator(rows, dim, system.space.n_dofs) @ expansion)
+        for rows in (nodes, system.site_nodes, others)
     )
-    of_patches = sparse.csr_matrix(sparse.kron(means, sparse.eye(system.space.dim)) @ of_nodes)
-    total, none = np.asarray((means > 0).astype(float) @ area[remaining]), np.zeros((0, 0))
-    nodes, places = remaining[middles], means @ positions[remaining]
-    body = StaticBody(nodes, places, total, none, none, positions[others], none)
-    return system.stiffness, [of_patches, at_sites, at_others], body
+    reads = [sparse.csr_matrix(sparse.kron(means, sparse.eye(dim)) @ of_nodes), at_sites, at_others]
+    none = np.zeros((0, 0))
+    body = StaticBody(
+        nodes[middles], means @ positions[nodes], sums @ area, positions[others], none[None], none, none[None]
+    )
+    return reads, sums, body
 
 
-def _check_kind(model: Model) -> None:
-    """Refuse what cannot be condensed once for all."""
+def check_kind(model: Model, *, is_finite: bool) -> None:
+    """Refuse what cannot be condensed once for all, and another kinematics than is asked for."""
+    kinematics = ("is small", "needs finite") if is_finite else ("is finite", "needs small")
     wrong = {
-        "kinematics": (model.is_finite, "is finite", "needs small"),
+        "kinematics": (model.is_finite != is_finite, *kinematics),
         "time": (not isinstance(model.time, QuasiStatic), "has inertia", "needs scheme: quasi_static"),
         "contacts": (len(model.contacts) != 1, f"has {len(model.contacts)}", "needs one"),
         "loads": (model.is_loaded or bool(model.support_motions), "act beside the contact", "needs none"),
         "bodies": (bool(model.bodies), "has rigid bodies", "needs none"),
-        "mesh": (model.mesh.dim() != 3, f"has {model.mesh.dim()} dimensions", "needs a solid"),
     }
     for where, (is_wrong, got, allowed) in wrong.items():
         if is_wrong:
-            raise InputError(where, got, allowed, "simulate the model step by step")
+            raise InputError(where, got, allowed, REPAIR)
+    if not model.contacts[0].counterface.is_flat:
+        raise InputError("contacts.0.counterface", "is curved", "needs a plane", REPAIR)
 
 
 def _split_boundary(model: Model, system: System, reach: float, hidden: float) -> tuple[Integers, Integers]:
     """Return the nodes of the boundary that may touch, and the others within reach."""
-    if system.viscoelastic:
-        raise InputError("materials", "relax", "needs elastic ones", "simulate the model step by step")
     plane = system.counterfaces.shapes[0]
-    if not plane.is_flat:
-        raise InputError("contacts.0.counterface", "is curved", "needs a plane", "simulate the model step by step")
     nodes = carrying_nodes(system.space, model.contacts[0].boundary)
     points = system.space.positions[nodes]
     near = plane.gap(points) <= reach
@@ -188,17 +257,15 @@ def _split_boundary(model: Model, system: System, reach: float, hidden: float) -
     return nodes[may_touch], nodes[near & ~may_touch]
 
 
-def _answers(
-    stiffness: sparse.csr_matrix, reads: Sequence[sparse.csr_matrix], solver: LinearSolver
-) -> tuple[Floats, Floats, Floats]:
-    """Return C and both S by solving for forces on each patch along each axis."""
+def answers_of(stiffness: sparse.csr_matrix, reads: Sequence[sparse.csr_matrix], solver: LinearSolver) -> Floats:
+    """Return A, shape (n, n_p * dim) [m/N], by solving for forces on each patch along each axis."""
     factor = solver.factorise(stiffness)
     every, forces = sparse.csr_matrix(sparse.vstack(reads)), sparse.csc_matrix(reads[0].T)
-    columns = np.empty((every.shape[0], forces.shape[1]))
+    answers: Floats = np.empty((every.shape[0], forces.shape[1]))
     for start in range(0, forces.shape[1], _AT_ONCE):
         some = slice(start, min(start + _AT_ONCE, forces.shape[1]))
         right = np.asfortranarray(forces[:, some].toarray())
-        columns[:, some] = every @ factor.backward(factor.forward(right))
-    ends = np.cumsum([read.shape[0] for read in reads])
-    compliance, at_sites, at_watched = np.split(columns, ends[:-1])
-    return 0.5 * (compliance + compliance.T), at_sites, at_watched
+        answers[:, some] = every @ factor.backward(factor.forward(right))
+    compliance = answers[: forces.shape[1]]
+    answers[: forces.shape[1]] = 0.5 * (compliance + compliance.T)
+    return answers

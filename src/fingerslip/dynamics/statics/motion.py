@@ -7,13 +7,17 @@ f on the body::
     (c / h + s) q_1 = F_1 + (c / h) q_0 - e . sum f
 
 so that the plate adds the same compliance, y = 1 / (c / h + s), to all its contact nodes, along e.
+
+A body at large strain answers in each step by the tangent of that of its states which is nearest to where the step
+before left its patches.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,20 +29,19 @@ from fingerslip.contact.solve.partition import Partition
 from fingerslip.contact.solve.working_set import WorkingSet
 from fingerslip.contact.states import OPEN, STICK
 from fingerslip.dynamics.loop import Loop
-from fingerslip.dynamics.statics.body import StaticBody
+from fingerslip.dynamics.statics.body import REPAIR, StaticBody, sheared
 from fingerslip.dynamics.step.contact_step import solve_law
 from fingerslip.dynamics.step.stepper import Stopwatch
 from fingerslip.dynamics.system.bodies import Motion, counterface_motion, largest_approach
 from fingerslip.errors import InputError
 from fingerslip.model.model import Contact
-from fingerslip.model.programme import Phase, Ramp
+from fingerslip.model.programme import Phase, Ramp, phase_duration
 from fingerslip.model.rigid_bodies import DIRECTIONS, Direction, RigidBody
 
-__all__ = ["PRESCRIBED", "FreePlate", "StaticMotion", "free_plate", "static_motion"]
+__all__ = ["FreePlate", "StaticMotion", "free_plate", "prescribed_plate", "static_motion"]
 
 Floats = NDArray[np.float64]
 
-_REPAIR = "simulate the model step by step"
 # Share of the largest displacement that a programme may prescribe along a free axis by rounding.
 _ZERO = 1e-9
 
@@ -47,7 +50,7 @@ _ZERO = 1e-9
 class FreePlate:
     """The free axes of a plate, for steps of one length."""
 
-    axes: Floats  # (k, 3), unit vectors [-]
+    axes: Floats  # (k, dim), unit vectors [-]
     compliance: Floats  # (k,), y, what a force on the plate moves it by in a step [m/N]
     drag: Floats  # (k,), c / h [N/m]
     loads: tuple[tuple[tuple[float, Ramp], ...], ...]  # forces along each axis [N] with their factors
@@ -62,23 +65,24 @@ class FreePlate:
         return displacement
 
     def held(self, unheld: Floats, force: Floats) -> Floats:
-        """Return the displacements (k,) [m] with a contact force (3,) on the body [N]."""
+        """Return the displacements (k,) [m] with a contact force (dim,) on the body [N]."""
         displacement: Floats = unheld - self.compliance * (self.axes @ force)
         return displacement
 
     def shift(self, displacements: Floats) -> Floats:
-        """Return the displacement of the plate (3,) [m] for those along its axes (k,)."""
+        """Return the displacement of the plate (dim,) [m] for those along its axes (k,)."""
         result: Floats = displacements @ self.axes
         return result
 
     def added(self, compliance: Floats) -> Floats:
-        """Return the compliance of contact nodes (n_c * 3, n_c * 3) with that of the plate [m/N]."""
-        along = np.tile(self.axes, len(compliance) // 3)
+        """Return the compliance of contact nodes (n_c * dim, n_c * dim) with that of the plate [m/N]."""
+        along = np.tile(self.axes, len(compliance) // self.axes.shape[1])
         return compliance + along.T @ (self.compliance[:, None] * along)
 
 
-#: A plate that is free along no axis.
-PRESCRIBED = FreePlate(np.zeros((0, 3)), np.zeros(0), np.zeros(0), ())
+def prescribed_plate(dim: int) -> FreePlate:
+    """Return a plate that is free along no axis."""
+    return FreePlate(np.zeros((0, dim)), np.zeros(0), np.zeros(0), ())
 
 
 def free_plate(plate: RigidBody, motion: Motion, step: float) -> FreePlate:
@@ -88,10 +92,10 @@ def free_plate(plate: RigidBody, motion: Motion, step: float) -> FreePlate:
     """
     for number, direction in enumerate(plate.free):
         _check(f"bodies.free.{number}", plate, direction, motion)
-    drag = np.array([plate.damping(direction) / step for direction in plate.free])
+    drag, dim = np.array([plate.damping(direction) / step for direction in plate.free]), motion.positions.shape[1]
     stiffness = np.array([plate.stiffness(direction) for direction in plate.free])
     return FreePlate(
-        np.eye(3)[[DIRECTIONS.index(direction) for direction in plate.free]].reshape(-1, 3),
+        np.eye(dim)[[DIRECTIONS.index(direction) for direction in plate.free]].reshape(-1, dim),
         1.0 / (drag + stiffness),
         drag,
         tuple(tuple((getattr(load, direction), load.ramp) for load in plate.loads) for direction in plate.free),
@@ -100,7 +104,7 @@ def free_plate(plate: RigidBody, motion: Motion, step: float) -> FreePlate:
 
 def _check(where: str, plate: RigidBody, direction: Direction, motion: Motion) -> None:
     if direction not in DIRECTIONS[:3]:
-        raise InputError(where, f"is {direction}", "needs x, y or z, as the plate does not turn", _REPAIR)
+        raise InputError(where, f"is {direction}", "needs x, y or z, as the plate does not turn", REPAIR)
     along = np.abs(motion.positions[:, DIRECTIONS.index(direction)]).max()
     if along > _ZERO * np.abs(motion.positions).max():
         raise InputError(where, f"is {direction}, along which the programme moves the plate", "needs an axis across it")
@@ -108,7 +112,7 @@ def _check(where: str, plate: RigidBody, direction: Direction, motion: Motion) -
         raise InputError(where, f"is {direction}, with a velocity at the start", "needs a plate at rest")
     if not (plate.stiffness(direction) or plate.damping(direction)):
         fault = f"is {direction}, along which contact alone holds the plate"
-        raise InputError(where, fault, "needs a spring or a damper", _REPAIR)
+        raise InputError(where, fault, "needs a spring or a damper", REPAIR)
 
 
 Integers = NDArray[np.int64]
@@ -126,9 +130,9 @@ class StaticMotion:
     """What a motion came to."""
 
     time: Floats  # (n_times,), times of the steps, the start included [s]
-    displacement: Floats  # (n_times, n_sites, 3), displacement of the recorded sites [m]
-    counterface: Floats  # (n_times, 3), displacement of the counterface [m]
-    force: Floats  # (n_times, 3), force on the body, in global components [N]
+    displacement: Floats  # (n_times, n_sites, dim), displacement of the recorded sites [m]
+    counterface: Floats  # (n_times, dim), displacement of the counterface [m]
+    force: Floats  # (n_times, dim), force on the body, in global components [N]
     contact_area: Floats  # (n_times,), area that touches [m^2]
     stick_ratio: Floats  # (n_times,), the share of it that sticks [-]
     state: NDArray[np.int8]  # (n_times, n_nodes), whether nodes are open, stick or slip
@@ -140,16 +144,33 @@ class StaticMotion:
 class _Setting:
     """What stays the same from step to step; `rows` are the contact nodes among those of the body.
 
-    `compliance` has that of the plate where it is free.
+    A compliance for each state of the body has that of the plate where it is free.
     """
 
+    body: StaticBody
     rows: Integers
     candidates: Candidates
     counterfaces: Counterfaces
     motion: Motion
     frames: Floats
-    compliance: Compliance
+    compliances: tuple[Compliance, ...]
     plate: FreePlate
+    begin: float  # [s]
+
+    @cached_property
+    def dofs(self) -> Integers:
+        """Displacements of the contact nodes among those of the body's patches."""
+        dim = self.candidates.dim
+        dofs: Integers = (dim * self.rows[:, None] + np.arange(dim)).ravel()
+        return dofs
+
+    def displacement(self, state: _State, rows: slice) -> Floats:
+        """Return the displacement of some rows of the body's answers [m]."""
+        forces = np.zeros_like(self.body.positions)
+        forces[self.rows] = state.forces
+        answers = self.body.answers[state.nearest, rows]
+        displacement: Floats = self.body.unloaded[state.nearest, rows] + answers @ forces.ravel()
+        return displacement
 
 
 def static_motion(
@@ -161,13 +182,15 @@ def static_motion(
     plate: RigidBody | None = None,
     farthest: float = math.inf,
 ) -> StaticMotion:
-    """Compute a motion of a condensed body.
+    """Compute a motion of a condensed body; that of a pressed one begins where the first phase, the press, ends.
 
     Units: step [s]; farthest [m].
     """
-    setting = _setting(body, contact, contact.programme or programme, plate, step)
-    times = step * np.arange(math.ceil(setting.motion.knots[-1] / step - 1e-9) + 1)
-    records = _Records(body, setting, times.size)
+    programme = contact.programme or programme
+    setting = _setting(body, contact, programme, plate, step)
+    count = math.ceil((setting.motion.knots[-1] - setting.begin) / step - 1e-9)
+    times = setting.begin + step * np.arange(count + 1)
+    records = _Records(setting, times.size)
     loop = Loop(_Steps(setting, step), [records], [times], Stopwatch())
     while loop.taken < loop.last and np.linalg.norm(loop.states[0].plate) <= farthest:
         loop.step()
@@ -181,11 +204,11 @@ def _setting(
     """Return the contact nodes that a motion needs, and what stays the same in it."""
     plane = contact.counterface.at_start(np.vstack([body.positions, body.watched]))
     if not plane.is_flat:
-        raise InputError("contact.counterface", "is curved", "needs a plane", "simulate the model step by step")
+        raise InputError("contact.counterface", "is curved", "needs a plane", REPAIR)
     motion = counterface_motion(programme, plane)
-    free = PRESCRIBED if plate is None else free_plate(plate, motion, step)
+    free = prescribed_plate(plane.dim) if plate is None else free_plate(plate, motion, step)
     reach = _NEAR * largest_approach(motion, plane)
-    rows = np.flatnonzero(plane.gap(body.positions) <= reach)
+    rows = np.flatnonzero((plane.gap(body.positions) <= reach) | body.is_pressed)
     if not rows.size:
         raise InputError("programme", f"reaches {1e3 * reach:.4g} mm", "needs a press that touches a contact node")
     penalties = contact.normal_penalty, contact.tangential_penalty
@@ -197,15 +220,15 @@ def _setting(
     candidates = Candidates(nodes, none, body.positions[rows], area, *springs)
     counterfaces = Counterfaces((plane,), (contact.friction,))
     frames = counterfaces.frames(candidates.positions, candidates.counterface)
-    stiffness = [candidates.normal_stiffness, *[candidates.tangential_stiffness] * 2]
-    element = free.added(np.ascontiguousarray(body.compliance[np.ix_(_dofs(rows), _dofs(rows))]))
-    compliance = Compliance(element, 1.0 / np.stack(stiffness, 1), frames)
-    return _Setting(rows, candidates, counterfaces, motion, frames, compliance, free)
-
-
-def _dofs(rows: Integers) -> Integers:
-    dofs: Integers = (3 * rows[:, None] + np.arange(3)).ravel()
-    return dofs
+    begin = phase_duration(programme[0]) if body.is_pressed else 0.0
+    setting = _Setting(body, rows, candidates, counterfaces, motion, frames, (), free, begin)
+    stiffness = [candidates.normal_stiffness, *[candidates.tangential_stiffness] * (candidates.dim - 1)]
+    elements = (np.ascontiguousarray(each[np.ix_(setting.dofs, setting.dofs)]) for each in body.compliance)
+    compliances = tuple(
+        Compliance(free.added(element), 1.0 / np.stack(stiffness, 1), frames, edition=(float(number),))
+        for number, element in enumerate(elements)
+    )
+    return replace(setting, compliances=compliances)
 
 
 @dataclass(frozen=True)
@@ -215,9 +238,10 @@ class _State:
     time: float  # [s]
     step: float  # length of the last step [s]; 0 at the start
     interface: InterfaceState  # the contact nodes in their frames
-    forces: Floats  # (n, 3), contact forces in global components [N]
+    forces: Floats  # (n, dim), contact forces in global components [N]
     plate: Floats  # (k,), displacement of the plate along its free axes [m]
-    shift: Floats  # (3,), displacement of the plate [m]
+    shift: Floats  # (dim,), displacement of the plate [m]
+    nearest: int = 0  # state of the body by whose answers it moved here
     working_set: WorkingSet | Partition | None = None  # what the contact solver keeps for the next step
     iterations: int = 0  # iterations of the contact problem
 
@@ -229,37 +253,55 @@ class _Steps:
         self._setting, self._step = setting, step
 
     def start(self) -> dict[int, _State]:
-        """Return the state at time zero."""
-        setting, nodes = self._setting, self._setting.candidates
-        gaps = setting.counterfaces.gaps(nodes.positions, nodes.counterface)
-        none, plate = np.zeros_like(nodes.positions), np.zeros(len(setting.plate.axes))
-        return {0: _State(0.0, 0.0, rest_state(nodes, gaps), none, plate, np.zeros(3))}
+        """Return the state at time zero, or at the end of the press."""
+        setting, nodes, body = self._setting, self._setting.candidates, self._setting.body
+        shift = setting.motion.displacement(np.array([setting.begin]))[0]
+        forces = np.ascontiguousarray(body.forces[0, setting.rows])
+        moved = body.moved[0, setting.dofs].reshape(forces.shape) - shift
+        relative = np.einsum("cij,cj->ci", setting.frames, moved)
+        relative[:, 0] = setting.counterfaces.gaps(nodes.positions + moved, nodes.counterface)
+        in_frames = np.einsum("cij,cj->ci", setting.frames, forces)
+        interface = replace(rest_state(nodes, relative[:, 0]), forces=in_frames, relative=relative)
+        if body.is_pressed:
+            interface = replace(interface, state=np.where(in_frames[:, 0] > 0.0, STICK, OPEN).astype(np.int8))
+        return {0: _State(setting.begin, 0.0, interface, forces, np.zeros(len(setting.plate.axes)), shift)}
 
     def advance(self, states: Mapping[int, _State], ends: Floats) -> dict[int, tuple[_State, list[_State]]]:
         """Take the next step."""
         setting, before, time = self._setting, states[0], float(ends[0])
         nodes, counterfaces = setting.candidates, setting.counterfaces
         prescribed, unheld = setting.motion.displacement(ends[:1])[0], setting.plate.unheld(time, before.plate)
-        shift = prescribed + setting.plate.shift(unheld)
-        free: Floats = np.einsum("cij,j->ci", setting.frames, -shift)
-        free[:, 0] = counterfaces.gaps(nodes.positions - shift, nodes.counterface)
-        interface = before.interface
-        over, warm = (before.step, time), (interface.forces, before.working_set)
-        problem = setting.compliance, setting.frames, free, interface
-        contact = solve_law((nodes, counterfaces), *problem, over=over, warm=warm, few=_FEW)
+        nearest, interface = self._nearest(before), before.interface
+        unloaded = setting.body.unloaded[nearest, setting.dofs].reshape(nodes.positions.shape)
+        moved = unloaded - prescribed - setting.plate.shift(unheld)
+        free: Floats = np.einsum("cij,cj->ci", setting.frames, moved)
+        free[:, 0] = counterfaces.gaps(nodes.positions + moved, nodes.counterface)
+        # What the contact solver keeps belongs to one compliance.
+        warm = interface.forces, before.working_set if nearest == before.nearest else None
+        problem = setting.compliances[nearest], setting.frames, free, interface
+        contact = solve_law((nodes, counterfaces), *problem, over=(before.step, time), warm=warm, few=_FEW)
         settled = settle(
             nodes,
             interface,
             contact.solution.forces,
             contact.relative,
             friction_coefficient=contact.coefficients,
-            stretch=np.ones((len(free), 2)),
+            stretch=np.ones((len(free), nodes.dim - 1)),
             work=0.0,
         )
         plate = setting.plate.held(unheld, contact.forces.sum(axis=0))
         shift, solved = prescribed + setting.plate.shift(plate), (contact.working_set, contact.solution.iterations)
-        after = _State(time, self._step, settled.state, contact.forces, plate, shift, *solved)
+        after = _State(time, self._step, settled.state, contact.forces, plate, shift, nearest, *solved)
         return {0: (after, [after])}
+
+    def _nearest(self, state: _State) -> int:
+        """Return which state of the body is the nearest to where its patches are."""
+        body = self._setting.body
+        if len(body.answers) == 1:
+            return 0
+        patches, shape = slice(body.positions.size), body.positions.shape
+        moved = self._setting.displacement(state, patches).reshape(shape)
+        return int(np.argmin(sheared(moved, body.moved[:, patches].reshape(-1, *shape), body.forces[0])))
 
 
 class _Records:
@@ -267,42 +309,43 @@ class _Records:
 
     room = 1
 
-    def __init__(self, body: StaticBody, setting: _Setting, count: int) -> None:
-        self._body, self._setting, self._count = body, setting, 0
-        size, dofs = setting.rows.size, _dofs(setting.rows)
-        self._forces, self._states = np.zeros((count, size, 3)), np.zeros((count, size), dtype=np.int8)
-        self._iterations, self._shifts = np.zeros(count, dtype=np.int64), np.zeros((count, 3))
-        self._at_sites, self._at_watched = body.at_sites[:, dofs], body.at_watched[:, dofs]
+    def __init__(self, setting: _Setting, count: int) -> None:
+        self._setting, self._count = setting, 0
+        size, dim = setting.rows.size, setting.candidates.dim
+        self._forces, self._states = np.zeros((count, size, dim)), np.zeros((count, size), dtype=np.int8)
+        self._iterations, self._shifts = np.zeros(count, dtype=np.int64), np.zeros((count, dim))
+        self._sites = np.zeros((count, len(setting.body.answers[0, setting.body.of_sites])))
 
     def record(self, state: _State) -> None:
         """Record the next state; of every few, look at it."""
         number, self._last = self._count, state
         self._forces[number], self._states[number] = state.forces, state.interface.state
         self._iterations[number], self._shifts[number] = state.iterations, state.shift
+        self._sites[number] = self._setting.displacement(state, self._setting.body.of_sites)
         self._count += 1
         if number and number % _LOOK_EVERY == 0:
             self.finish()
 
     def finish(self) -> None:
         """Refuse a last state in which a node that must not touch does."""
-        watched = self._body.watched
-        moved = (self._at_watched @ self._last.forces.ravel()).reshape(watched.shape)
-        gaps = self._setting.counterfaces.shapes[0].gap(watched + moved - self._last.shift)
+        setting, watched = self._setting, self._setting.body.watched
+        moved = setting.displacement(self._last, setting.body.of_watched).reshape(watched.shape)
+        gaps = setting.counterfaces.shapes[0].gap(watched + moved - self._last.shift)
         check_outsiders(gaps, np.arange(len(gaps)), watched, self._last.time)
 
     def motion(self, times: Floats) -> StaticMotion:
         """Return what the steps that were taken came to."""
-        area, count = self._setting.candidates.area, self._count
-        forces, states = self._forces[:count], self._states[:count]
+        setting, count = self._setting, self._count
+        area, states = setting.candidates.area, self._states[:count]
         whole, sticking = (states != OPEN) @ area, (states == STICK) @ area
         return StaticMotion(
             time=times[:count],
-            displacement=(forces.reshape(count, -1) @ self._at_sites.T).reshape(count, -1, 3),
+            displacement=self._sites[:count].reshape(count, -1, setting.candidates.dim),
             counterface=self._shifts[:count],
-            force=forces.sum(axis=1),
+            force=self._forces[:count].sum(axis=1),
             contact_area=whole,
             stick_ratio=np.divide(sticking, whole, out=np.full(count, np.nan), where=whole > 0.0),
             state=states,
-            rows=self._setting.rows,
+            rows=setting.rows,
             iterations=self._iterations[:count],
         )

@@ -1,4 +1,7 @@
-"""The condensed body that all trials of a study share, kept on disk: made once, with its mesh; and its plate.
+"""The condensed bodies that trials of a study share, kept on disk: made once, with their mesh; and its plate.
+
+At small strain one body serves all trials. At large strain each depth has a body of its own, pressed so far and slid
+with the largest friction of all trials, so that its states reach as far as any trial shears it.
 
 The whole sensor in a slide of any direction, from its half in a slide along +x.
 
@@ -10,8 +13,10 @@ that is tilted along the slide, the tilt turns with the slide.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,11 +24,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.contact.counterfaces import Plane
+from fingerslip.contact.friction import Coulomb
 from fingerslip.dynamics.statics.body import StaticBody, static_body
-from fingerslip.errors import InputError
+from fingerslip.dynamics.statics.pressed import pressed_body
+from fingerslip.errors import InputError, ResultError
 from fingerslip.linear.resources import limited_threads
-from fingerslip.model.programme import Phase, Press
+from fingerslip.model.programme import Phase, Press, Slide
 from fingerslip.model.rigid_bodies import RigidBody
+from fingerslip.model.timing import QuasiStatic
 from fingerslip.specimens.tactip.profile import MarkerPlaces
 from fingerslip.storage.files import digest
 from fingerslip.study.definition.runs import Run
@@ -34,9 +42,12 @@ from fingerslip.study.storage.store import BasisFolder
 
 Floats = NDArray[np.float64]
 
-_VERSION = 1
-# How far above the plate skin is watched, over the deepest press.
-_REACH = 1.5
+_VERSION = 2
+# How far above the plate skin is watched, over the deepest press; and searched for contact at large strain.
+_REACH, _REACH_PRESSED = 1.5, 1.25
+# At large strain: steps of press and slide [m], the speed does not matter; what the skin is sheared by from state to
+# state, where forces are within 1 % until gross slip (tests/benchmarks/bench_pressed.py); and how far it is slid.
+_STEP, _SPEED, _SPACING, _FARTHEST = 0.25e-3, 1e-3, 0.7e-3, 14e-3
 # What a body depends on, of the values of a run.
 _OF_BODY = ("materials", "supports", "integration", "kinematics", "formulation", "record")
 # Of a turn, by which markers may be beside their places.
@@ -65,56 +76,87 @@ def load_rate(plate: RigidBody) -> float:
     return total
 
 
-def body_key(run: Run, settings: TrialSettings, deepest: float) -> str:
-    """Return what decides the body of a run under plates that are pressed down to the deepest [m], hashed."""
+def body_key(run: Run, settings: TrialSettings, reach: float, friction: float | None = None) -> str:
+    """Return what decides the body of a run, hashed: see :func:`shared_bodies` for `reach` [m] and friction."""
     values = run.plain_values()
     values_of_body = {name: values.get(name) for name in _OF_BODY}
     specimen = values.get(run.study.specimen_kind or "", {})
-    contact = run.study.all_contacts[0].boundary
-    return digest(_VERSION, run.mesh_key, values_of_body, specimen, contact, settings.hidden, settings.patch, deepest)
+    contact = run.study.all_contacts[0]
+    pressed = [] if friction is None else [friction, contact.normal_penalty, contact.tangential_penalty]
+    shape = [settings.hidden, settings.patch, reach]
+    return digest(_VERSION, run.mesh_key, values_of_body, specimen, contact.boundary, *shape, *pressed)
 
 
-def shared_body(runs: Sequence[Run], settings: TrialSettings, folder: Path) -> tuple[str, StaticBody]:
-    """Return the body of all runs with its key, from disk or made anew."""
-    key, run, deepest = _one_body(runs, settings)
-    store = BasisFolder(folder)
-    stored: Mapping[str, Any] | None = store.load(key)
-    if stored is not None:
-        return key, StaticBody(**stored)
-    body = _make(run, settings, _REACH * deepest)
-    store.save(key, {field.name: getattr(body, field.name) for field in dataclasses.fields(StaticBody)})
-    return key, body
+@dataclass(frozen=True)
+class BodyPlan:
+    """A body that some runs share."""
+
+    key: str
+    run: Run  # one of them
+    settings: TrialSettings
+    depth: float  # of the press, the deepest of all runs at small strain [m]
+    friction: float | None = None  # the largest coefficient of all runs; None at small strain
+
+    def make(self) -> StaticBody:
+        """Condense the body under a plate that is square to the axis: what it answers does not depend on a free one."""
+        model = build_model(self.run, build_mesh(self.run))
+        reach = (_REACH if self.friction is None else _REACH_PRESSED) * self.depth
+        (contact,) = model.contacts
+        upright = dataclasses.replace(
+            contact, counterface=Plane((0.0, 1.0, 0.0)), search_distance=reach, rigid_body=None
+        )
+        programme = programme_of(self.run.study)
+        with limited_threads(1):
+            if self.friction is None:
+                at_rest = dataclasses.replace(model, contacts=(upright,), bodies={}, programme=programme)
+                return static_body(at_rest, reach=reach, hidden=self.settings.hidden, patch=self.settings.patch)
+            slid = dataclasses.replace(
+                model,
+                contacts=(dataclasses.replace(upright, friction=Coulomb(self.friction)),),
+                bodies={},
+                programme=(Press(self.depth, _SPEED), Slide(_FARTHEST, _SPEED)),
+                time=QuasiStatic(_STEP / _SPEED),
+            )
+            return pressed_body(slid, spacing=_SPACING, near=self.settings.hidden, patch=self.settings.patch)
 
 
-def shared_key(runs: Sequence[Run], settings: TrialSettings) -> str:
-    """Return the key of the body of all runs, without making it; see :func:`shared_body` for what is refused."""
-    return _one_body(runs, settings)[0]
-
-
-def _one_body(runs: Sequence[Run], settings: TrialSettings) -> tuple[str, Run, float]:
-    """Return the key of the body of all runs, one of these, and the deepest press of all [m]."""
-    deepest = max(sum(phase.depth for phase in programme_of(run.study) if isinstance(phase, Press)) for run in runs)
-    keys = {body_key(run, settings, deepest): run for run in runs}
-    if len(keys) > 1:
-        fault = f"have {len(keys)} different sensors or meshes"
+def shared_bodies(runs: Sequence[Run], settings: TrialSettings) -> dict[str, BodyPlan]:
+    """Return the body of each run, by its name: one for all, or at large strain one for each depth of press."""
+    depths = {run.name: press_depth(run) for run in runs}
+    frictions = [run.study.all_contacts[0].contact(3).friction.coefficient for run in runs]
+    plans = {}
+    for run in runs:
+        is_finite = run.study.kinematics == "finite"
+        depth = depths[run.name] if is_finite else max(depths.values())
+        friction = max(frictions) if is_finite else None
+        plans[run.name] = BodyPlan(body_key(run, settings, depth, friction), run, settings, depth, friction)
+    count = len({plan.key for plan in plans.values()})
+    if count > len({plan.depth for plan in plans.values()}):
+        fault = f"have {count} different sensors or meshes"
         raise InputError("sweep, sample", fault, "needs one in all trials of a data set", "make a study for each")
-    ((key, run),) = keys.items()
-    return key, run, deepest
+    return plans
 
 
-def _make(run: Run, settings: TrialSettings, reach: float) -> StaticBody:
-    """Condense the body of a run under a plate that is square to the axis, watched as far as `reach` [m].
+def press_depth(run: Run) -> float:
+    """Return how far the plate of a run is pressed in [m]."""
+    return sum(phase.depth for phase in programme_of(run.study) if isinstance(phase, Press))
 
-    What the body answers does not depend on a plate that is free.
-    """
-    model = build_model(run, build_mesh(run))
-    contacts = tuple(
-        dataclasses.replace(contact, counterface=Plane((0.0, 1.0, 0.0)), search_distance=reach, rigid_body=None)
-        for contact in model.contacts
-    )
-    upright = dataclasses.replace(model, contacts=contacts, bodies={}, programme=programme_of(run.study))
-    with limited_threads(1):
-        return static_body(upright, reach=reach, hidden=settings.hidden, patch=settings.patch)
+
+def make_body(plan: BodyPlan, folder: Path) -> None:
+    """Make a body unless it is on disk, undamaged."""
+    store = BasisFolder(folder)
+    if store.load(plan.key) is None:
+        body = plan.make()
+        store.save(plan.key, {field.name: getattr(body, field.name) for field in dataclasses.fields(StaticBody)})
+
+
+@functools.lru_cache(maxsize=1)
+def stored_body(key: str, folder: Path) -> StaticBody:
+    """Return a body from disk; the last one is remembered, as trials of a depth follow each other."""
+    arrays: Mapping[str, Any] | None = BasisFolder(folder).load(key)
+    if arrays is None:
+        raise ResultError(f"{folder / key}.basis: is missing or damaged; start again, then it is made anew")
+    return StaticBody(**arrays)
 
 
 def turned_whole(positions: Floats, half: MarkerPlaces, whole: MarkerPlaces, turn: float) -> Floats:

@@ -6,8 +6,9 @@ import multiprocessing
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 from fingerslip.detect.trials import FILES, MANIFEST, TrialSet, gather_trials, open_trials, write_trial
 from fingerslip.errors import FingerslipError, InputError, ResultError
@@ -19,10 +20,12 @@ from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.storage.store import commit
 
 if TYPE_CHECKING:
-    from fingerslip.dynamics.statics.body import StaticBody
+    from fingerslip.study.trials.bodies import BodyPlan
     from fingerslip.study.trials.trials import TrialPlan
 
-_VERSION = 1
+_VERSION = 2
+# Folder of the bodies beside a data set, which other data sets may need.
+_BODIES = ".bodies"
 
 
 class TrialsFailedError(FingerslipError):
@@ -44,8 +47,8 @@ def simulate_trials(
     """Make the data set of a study: simulate its runs, film them, label them.
 
     Finished trials are kept beside the data set, in ``OUTPUT.unfinished``, until it is whole: an interrupted call goes
-    on where it stopped. A whole data set of the same study is read back; trials whose study has changed are computed
-    again.
+    on where it stopped. The condensed sensor is kept in ``.bodies`` there, for the next data set, too. A whole data set
+    of the same study is read back; trials whose study has changed are computed again.
     """
     source, final = Path(path), Path(output)
     check_replaceable(final, MANIFEST)
@@ -58,27 +61,29 @@ def simulate_trials(
         raise InputError(f"{source}: repeats", "is given with trials", "needs samples in their place", repair)
     settings = study.trials
     # What simulates and films is slow to load: what is wrong with a study is said before.
-    from fingerslip.study.trials.bodies import shared_body, shared_key
+    from fingerslip.study.trials.bodies import shared_bodies
     from fingerslip.study.trials.trials import card_notes, trial_plans
 
     plans = trial_plans(runs, settings, study.sample.count if study.sample else None)
-    key = shared_key(runs, settings)
+    bodies = shared_bodies(runs, settings)
     keys = {}
     for plan in plans:
         values = {name: value for name, value in plan.run.plain_values().items() if name != "title"}
-        keys[plan.name] = digest([_VERSION, key, plan.number, plan.direction, as_mapping(settings), values])
+        body = bodies[plan.run.name].key
+        keys[plan.name] = digest([_VERSION, body, plan.number, plan.direction, as_mapping(settings), values])
     work = final.with_name(f"{final.name}.unfinished")
     # Who makes the same data set beside waits, and finds it whole: this folder is removed at the end.
     with alone(work / ".lock"):
         if _is_whole(final, keys):
             return open_trials(final)
-        _, body = shared_body(runs, settings, work / "bodies")
         clean_stale(work)
-        origin = {"study": source.name, "commit": commit() or "", "body": key}
+        origin = {"study": source.name, "commit": commit() or ""}
         missing = [plan for plan in plans if not _is_there(work / plan.name, keys[plan.name])]
         with progress or StudyProgress() as reporter:
-            _compute(missing, (settings, body, origin, keys, work), workers, reporter)
-        notes = card_notes(study, settings, body)
+            _make_bodies([bodies[plan.run.name] for plan in missing], final.with_name(_BODIES), reporter)
+            bodies_of_plans = {plan.name: bodies[plan.run.name].key for plan in plans}
+            _compute(missing, _Shared(settings, bodies_of_plans, origin, keys, work), workers, reporter)
+        notes = card_notes(study, settings)
         trials = gather_trials([work / plan.name for plan in plans], final, study.title, notes)
         shutil.rmtree(work, ignore_errors=True)
         return trials
@@ -102,7 +107,27 @@ def _is_there(folder: Path, key: str) -> bool:
     return holds(folder / FILES[3], "inputs", key)
 
 
-_Shared: TypeAlias = "tuple[TrialSettings, StaticBody, Mapping[str, Any], Mapping[str, str], Path]"
+@dataclass(frozen=True)
+class _Shared:
+    """What all trials of a data set share."""
+
+    settings: TrialSettings
+    bodies: Mapping[str, str]  # key of the body of each trial
+    origin: Mapping[str, Any]  # what the provenance of each says
+    keys: Mapping[str, str]  # what each is made of, hashed
+    work: Path  # folder of unfinished data
+
+
+def _make_bodies(plans: Sequence[BodyPlan], folder: Path, progress: StudyProgress) -> None:
+    """Make the bodies of trials, each once."""
+    from fingerslip.study.trials.bodies import make_body
+
+    names = {plan.key: f"sensor pressed by {1e3 * plan.depth:g} mm" for plan in plans}
+    progress.begin(list(names.values()))
+    for key, plan in {plan.key: plan for plan in plans}.items():
+        progress.advance(names[key], 0.0)
+        make_body(plan, folder)
+        progress.finish(names[key], "done")
 
 
 def _compute(plans: Sequence[TrialPlan], shared: _Shared, workers: int, progress: StudyProgress) -> None:
@@ -114,7 +139,7 @@ def _compute(plans: Sequence[TrialPlan], shared: _Shared, workers: int, progress
         if error:
             errors[name] = error
     if errors:
-        raise TrialsFailedError(dict(sorted(errors.items())), len(shared[3]))
+        raise TrialsFailedError(dict(sorted(errors.items())), len(shared.keys))
 
 
 def _outcomes(
@@ -152,12 +177,16 @@ def _begin_worker(shared: _Shared) -> None:
 def _simulate(plan: TrialPlan) -> tuple[str, FingerslipError | None]:
     """Simulate a trial and write its folder."""
     from fingerslip.linear.resources import limited_threads
+    from fingerslip.study.trials.bodies import stored_body
     from fingerslip.study.trials.trials import simulated_trial
 
-    settings, body, origin, keys, work = _given[0]
+    (shared,) = _given
+    key = shared.bodies[plan.name]
+    origin = {**shared.origin, "body": key, "inputs": shared.keys[plan.name]}
     try:
-        with limited_threads(1), new_folder(work / plan.name) as folder:
-            write_trial(simulated_trial(plan, settings, body, {**origin, "inputs": keys[plan.name]}), folder)
+        with limited_threads(1), new_folder(shared.work / plan.name) as folder:
+            body = stored_body(key, shared.work.with_name(_BODIES))
+            write_trial(simulated_trial(plan, shared.settings, body, origin), folder)
     except FingerslipError as error:
         return plan.name, error
     return plan.name, None

@@ -75,8 +75,7 @@ def test_finished_trials_are_kept_when_others_fail(half, made, tmp_path, monkeyp
     work.mkdir()
     for name in trials.names[1:]:
         shutil.copytree(trials.folder / name, work / name)
-    key = trials.trial(trials.names[0]).provenance["body"]
-    monkeypatch.setattr("fingerslip.study.trials.bodies.shared_body", lambda *_: (key, None))
+    shutil.copytree(trials.folder.parent / ".bodies", tmp_path / ".bodies")
     computed = []
 
     def failing(plan, *_):
@@ -96,7 +95,7 @@ def test_who_makes_the_same_data_set_meanwhile_waits_for_it(half, made, tmp_path
     for name in trials.names[1:]:
         shutil.copytree(trials.folder / name, work / name)
     trial = trials.trial(trials.names[0])
-    monkeypatch.setattr("fingerslip.study.trials.bodies.shared_body", lambda *_: (trial.provenance["body"], None))
+    shutil.copytree(trials.folder.parent / ".bodies", tmp_path / ".bodies")
     monkeypatch.setattr("fingerslip.study.trials.trials.card_notes", lambda *_: ())
     computed, begun, go_on = [], threading.Event(), threading.Event()
 
@@ -113,7 +112,7 @@ def test_who_makes_the_same_data_set_meanwhile_waits_for_it(half, made, tmp_path
         go_on.set()
         assert {one.result().digest for one in both} == {both[0].result().digest}
     assert computed == ["trial-0000"]
-    assert [path.name for path in tmp_path.iterdir()] == ["twice"]
+    assert {path.name for path in tmp_path.iterdir()} == {"twice", ".bodies"}
 
 
 def test_a_whole_data_set_is_read_back_unless_it_is_damaged(half, made, tmp_path, monkeypatch):
@@ -122,7 +121,7 @@ def test_a_whole_data_set_is_read_back_unless_it_is_damaged(half, made, tmp_path
     def body(*_):
         raise InputError("body", "is made", "needs no such thing")
 
-    monkeypatch.setattr("fingerslip.study.trials.bodies.shared_body", body)
+    monkeypatch.setattr("fingerslip.study.trials.bodies.make_body", body)
     assert simulate_trials(half, tmp_path / "small").digest == made[0].digest
     (tmp_path / "small" / "trial-0003" / "labels.csv").unlink()
     with pytest.raises(InputError, match="body: is made"):

@@ -7,7 +7,7 @@ import pytest
 
 import fingerslip as fs
 from fingerslip.dynamics.statics.body import StaticBody
-from fingerslip.errors import InputError
+from fingerslip.errors import InputError, ResultError
 from fingerslip.parameters import as_mapping
 from fingerslip.specimens.tactip import PRESETS, marker_places
 from fingerslip.specimens.tactip.sites import modelled_places, points_at
@@ -15,7 +15,16 @@ from fingerslip.study.definition.runs import expand_mapping
 from fingerslip.study.definition.settings import TrialSettings
 from fingerslip.study.definition.spec import read_study
 from fingerslip.study.trials import bodies
-from fingerslip.study.trials.bodies import body_key, load_rate, plate_of, programme_of, shared_body, turned_whole
+from fingerslip.study.trials.bodies import (
+    body_key,
+    load_rate,
+    make_body,
+    plate_of,
+    programme_of,
+    shared_bodies,
+    stored_body,
+    turned_whole,
+)
 from fingerslip.study.trials.trials import Eyes, card_notes, drawn_cameras, drawn_eyes, simulated_trial, trial_plans
 from fingerslip.vision.cameras.point import pair_tracks
 from fingerslip.vision.tracks import make_tracks
@@ -128,36 +137,57 @@ def test_trials_draw_their_own_cameras_and_noise():
 
 
 def test_the_card_names_every_range_and_the_strains(study):
-    body = StaticBody(np.arange(7), np.zeros((7, 3)), np.ones(7), *[np.zeros((0, 3))] * 4)
-    notes = card_notes(study, study.trials, body)
+    notes = card_notes(study, study.trials)
     assert "Strains are small" in notes
-    assert "Contact: 7 patches of 0.8 mm" in notes
+    assert "Contact: patches of 0.8 mm" in notes
+    assert "Strains are large" in card_notes(dataclasses.replace(study, kinematics="finite"), study.trials)
     for path, (low, high) in study.sample.ranges.items():
         assert f"| `{path}` | {low} to {high} |" in notes
 
 
-def test_patches_materials_and_reach_need_another_body_and_other_sensors_are_refused(study, runs, tmp_path):
+def test_patches_materials_and_reach_need_another_body_and_friction_tilt_and_depth_none(study, runs):
     assert len({body_key(run, study.trials, 2e-3) for run in runs}) == 1
     finer = dataclasses.replace(study.trials, patch=0.5e-3)
-    other = body_key(runs[0], finer, 2e-3), body_key(runs[0], study.trials, 3e-3)
-    assert len({*other, body_key(runs[0], study.trials, 2e-3)}) == 3
+    other = body_key(runs[0], finer, 2e-3), body_key(runs[0], study.trials, 3e-3), body_key(runs[0], finer, 2e-3, 1.1)
+    assert len({*other, body_key(runs[0], study.trials, 2e-3)}) == 4
+    assert {(plan.depth, plan.friction) for plan in shared_bodies(runs, study.trials).values()} == {(5e-3, None)}
+
+
+def test_at_large_strain_each_depth_has_a_body_sheared_by_the_largest_friction(study):
+    large = expand_mapping({**as_mapping(study), "kinematics": "finite"}, STUDY)
+    plans = shared_bodies(large.runs, large.study.trials)
+    frictions = [run.study.all_contacts[0].contact(3).friction.coefficient for run in large.runs]
+    assert {(plan.depth, plan.friction) for plan in plans.values()} == {
+        (d, max(frictions)) for d in (2e-3, 3e-3, 4e-3, 5e-3)
+    }
+    assert len({plan.key for plan in plans.values()}) == 4
+
+
+def test_trials_of_different_sensors_are_refused(study, runs):
     dome = dataclasses.replace(runs[0].specimen.dome, radius=20.5e-3)
     other = dataclasses.replace(runs[1], specimen=dataclasses.replace(runs[1].specimen, dome=dome))
     with pytest.raises(InputError, match="have 2 different sensors or meshes"):
-        shared_body((runs[0], other), study.trials, tmp_path)
+        shared_bodies((runs[0], other), study.trials)
 
 
-def test_a_body_is_made_once(study, runs, tmp_path, monkeypatch):
-    sizes = (2, 3), 2, (6, 6), (3, 6), (1, 3), (3, 6)
-    body = StaticBody(np.arange(2), *map(np.random.default_rng(0).standard_normal, sizes))
-    made = []
-    monkeypatch.setattr(bodies, "_make", lambda *given: made.append(given) or body)
-    key, _ = shared_body(runs, study.trials, tmp_path)
-    again, kept = shared_body(runs, study.trials, tmp_path)
-    assert again == key
-    assert [reach for _, _, reach in made] == [pytest.approx(1.5 * 5e-3)]
+def test_a_body_is_made_once_and_a_damaged_one_again(study, runs, tmp_path, monkeypatch):
+    draw = np.random.default_rng(0)
+    shapes = (2, 3), 2, (1, 3), (1, 9, 6), (1, 9), (1, 2, 3)
+    body = StaticBody(np.arange(2), *(draw.standard_normal(shape) for shape in shapes))
+    plan, made = shared_bodies(runs, study.trials)[runs[0].name], []
+    monkeypatch.setattr(bodies.BodyPlan, "make", lambda plan: made.append(plan) or body)
+    make_body(plan, tmp_path)
+    make_body(plan, tmp_path)
+    assert made == [plan]
+    stored = stored_body(plan.key, tmp_path)
     for field in dataclasses.fields(StaticBody):
-        assert (getattr(kept, field.name) == getattr(body, field.name)).all()
+        assert (getattr(stored, field.name) == getattr(body, field.name)).all()
+    (tmp_path / f"{plan.key}.basis").write_bytes(b"damaged")
+    stored_body.cache_clear()
+    with pytest.raises(ResultError, match="is missing or damaged; start again"):
+        stored_body(plan.key, tmp_path)
+    make_body(plan, tmp_path)
+    assert made == [plan, plan]
 
 
 HALF = PRESETS.read("tactip-ridged-3d")
