@@ -84,15 +84,14 @@ def run_title(result: RunResult, study: str) -> str:
     >>> run_title(RunResult("angle--30deg", {"fingertip.solid.angle": "-30 deg"}, Events()), "A study")
     'angle -30 deg'
     """
+
+    def text(value: object) -> str:
+        if isinstance(value, bool):
+            return "yes" if value else "no"
+        return f"({swept_text(value)})" if isinstance(value, list | tuple) else str(swept_text(value))
+
     labels = path_labels(tuple(result.swept))
-    words = [f"{labels[path]} {_title_text(value)}" for path, value in result.swept.items()]
-    return ", ".join(words) or study or result.name
-
-
-def _title_text(value: object) -> str:
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    return f"({swept_text(value)})" if isinstance(value, list | tuple) else str(swept_text(value))
+    return ", ".join(f"{labels[path]} {text(value)}" for path, value in result.swept.items()) or study or result.name
 
 
 def number_and_unit(value: object) -> tuple[float, str] | None:

@@ -30,8 +30,14 @@ Rows = NDArray[np.intp]
 
 def contact_edges(history: xr.Dataset, time: float | None = None, counterface: int = 0) -> tuple[float, float] | None:
     """Return where the contact ends on both sides [m], at a time [s] or at the start of the slide."""
-    row = history["contact_state"].values[_record(history, time)]
-    touching = (row != OPEN) & (history["contact_counterface"].values == counterface)
+    if time is None:
+        window = slide_window(history)
+        record = window.first if window else history.sizes["time"] - 1
+    else:
+        record = max(record_at(history, time), 0)
+    touching = (history["contact_state"].values[record] != OPEN) & (
+        history["contact_counterface"].values == counterface
+    )
     if not touching.any():
         return None
     along = history["contact_position"].values[touching] @ slide_tangent(history, counterface)
@@ -105,13 +111,6 @@ def tangential_acceleration(history: xr.Dataset, rows: Rows) -> Floats:
         velocity = np.asarray(history["velocity"].values[:, rows] @ slide_tangent(history), dtype=float)
         over_steps[1:] = np.diff(velocity, axis=0) / np.diff(history["time"].values)[:, None]
     return over_steps
-
-
-def _record(history: xr.Dataset, time: float | None) -> int:
-    if time is None:
-        window = slide_window(history)
-        return window.first if window else history.sizes["time"] - 1
-    return max(record_at(history, time), 0)
 
 
 # Turns the median absolute deviation of normally distributed noise into its standard deviation.
