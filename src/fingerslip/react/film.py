@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -63,37 +63,27 @@ class _Run:
         return self.grasp.held.first_grip if self.response is None else self.response.force(time)
 
 
-def film_frames(
-    grasp: Grasp, detector: str, reactions: Mapping[str, Reaction], film: Film = SHOWN_FILM
-) -> Iterator[Frame]:
-    """Yield the frames (height, width, 3) of a film of one object under some reactions, by name, to a detector."""
+def write_film(path: Path, grasp: Grasp, detector: str, reactions: Mapping[str, Reaction]) -> bytes:
+    """Film one object under some reactions, by name, to a detector, for browsers; return the last frame as PNG."""
     runs = _runs_of(grasp, detector, reactions)
     last = max(run.outcome.end for run in runs) + _AFTER
-    count = max(round(film.seconds * film.frame_rate), 2)
+    count = max(round(SHOWN_FILM.seconds * SHOWN_FILM.frame_rate), 2)
     still = round(_LAST * count)
-    figure, views = _figure(runs, film)
+    figure, views = _figure(runs)
     canvas: Any = FigureCanvasAgg(figure)
-    for number, moment in enumerate([*np.linspace(-_BEFORE, last, count - still).tolist(), *[last] * still]):
-        for view in views:
-            view.show(moment)
-        yield pixels(canvas)
-        if number == 0:
-            # Nothing moves from frame to frame, and a layout costs more than a frame.
-            figure.set_layout_engine("none")
 
+    def frames() -> Iterator[Frame]:
+        for number, moment in enumerate([*np.linspace(-_BEFORE, last, count - still).tolist(), *[last] * still]):
+            for view in views:
+                view.show(moment)
+            yield pixels(canvas)[..., ::-1]
+            if number == 0:
+                # Nothing moves from frame to frame, and a layout costs more than a frame.
+                figure.set_layout_engine("none")
 
-def write_film(path: Path, frames: Iterable[Frame], film: Film = SHOWN_FILM) -> bytes:
-    """Write frames (height, width, 3), red first, as a file that browsers play; return the last of them as PNG."""
-    last = np.zeros((1, 1, 3), np.uint8)
-
-    def bgr() -> Iterator[Frame]:
-        nonlocal last
-        for last in frames:
-            yield last[..., ::-1]
-
-    write_video(path, bgr(), film.frame_rate, codec=_CODEC)
+    write_video(path, frames(), SHOWN_FILM.frame_rate, codec=_CODEC)
     stream = io.BytesIO()
-    Image.fromarray(last).save(stream, "PNG")
+    Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3]).save(stream, "PNG")
     return stream.getvalue()
 
 
@@ -116,8 +106,8 @@ def _runs_of(grasp: Grasp, detector: str, reactions: Mapping[str, Reaction]) -> 
 
 
 @with_style
-def _figure(runs: Sequence[_Run], film: Film) -> tuple[Figure, list[_View]]:
-    width, height = (side / _DOTS_PER_INCH for side in film.size)
+def _figure(runs: Sequence[_Run]) -> tuple[Figure, list[_View]]:
+    width, height = (side / _DOTS_PER_INCH for side in SHOWN_FILM.size)
     figure = Figure(figsize=(width, height), dpi=_DOTS_PER_INCH, layout="constrained")
     grid = figure.add_gridspec(2, len(runs), height_ratios=(1.7, 1.0))
     most = max(float(np.percentile(run.history["snapshot_von_mises"], _MOST)) for run in runs)

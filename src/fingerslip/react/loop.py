@@ -330,15 +330,12 @@ class Grasp:
                 break
             observation = simulation.step()
         self._open_slip = float((observation["slip_distance"] - slips).max())
-        columns = np.array(rows)
-        is_lost = bool(columns[-1, 1] > held.travel_limit)
-        times, slides = columns[:, 0], columns[:, 4] > 0.0
-        sticking = np.flatnonzero(~slides)
+        times, travel, speeds, slipped, slides = np.array(rows).T
+        lost = float(times[-1]) if travel[-1] > held.travel_limit else None
+        sticking = np.flatnonzero(slides == 0.0)
         first = int(sticking[-1]) + 1 if sticking.size else 0
-        gross = float(times[first]) if is_lost and first < times.size else None
-        lost = float(times[-1]) if is_lost else None
-        history = simulation.history()
-        return OpenLoop(times, columns[:, 1], columns[:, 2], columns[:, 3], alarms, gross, lost, history)
+        gross = float(times[first]) if lost is not None and first < times.size else None
+        return OpenLoop(times, travel, speeds, slipped, alarms, gross, lost, simulation.history())
 
     def _save(self, simulation: Simulation, time: float) -> None:
         if self._saved and self._saved[-1][0] >= time:

@@ -42,10 +42,9 @@ def compute_reactions(
         filmed = filmed_reactions(result, settings)
         # A film shows sections; OpenCV, of the extra `vision`, writes it.
         if len(filmed) == 2 and settings.reactions and model.mesh.dim() == 2 and find_spec("cv2"):
-            from fingerslip.react.film import SHOWN_FILM, film_frames, write_film
+            from fingerslip.react.film import write_film
 
-            frames = film_frames(grasp, settings.detector, filmed, SHOWN_FILM)
-            write_bytes(folder / STILL, write_film(folder / FILM, frames, SHOWN_FILM))
+            write_bytes(folder / STILL, write_film(folder / FILM, grasp, settings.detector, filmed))
         return grasp.open_loop.history
 
 

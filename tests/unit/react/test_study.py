@@ -101,6 +101,7 @@ def test_reactions_save_within_the_critical_latency_and_quick_loads_leave_less_t
     trials = reactions.result.trials
     assert {trial.saved for trial in trials} == {True, False}
     assert all(trial.saved == (trial.spare is not None and trial.spare >= 0.0) for trial in trials)
+    assert all((trial.chance is None) == (trial.critical is None) for trial in trials)
     assert sum(bool(result.trials) for result in reactions.results) == 1
 
     travels = list(reactions.result.travels.values())

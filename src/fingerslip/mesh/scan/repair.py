@@ -97,8 +97,12 @@ def _find_inward(surface: Surface) -> NDArray[np.bool_]:
 
     Every triangle is there twice, as it is and turned round, and joined to those of its neighbours that face its way.
     """
-    (first, other), opposed = _neighbours(surface.triangles)
-    count = len(surface.triangles)
+    count, edges = len(surface.triangles), edges_of(surface.triangles)
+    _, number, uses = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True, return_counts=True)
+    # The pairs of triangles at edges of two of them, and which pairs face opposite ways.
+    shared = np.flatnonzero(uses[number.ravel()] == 2)
+    pairs = shared[np.argsort(number.ravel()[shared], kind="stable")].reshape(-1, 2).T
+    (first, other), opposed = pairs % count, edges[pairs[0], 0] == edges[pairs[1], 0]
     as_it_is = np.stack([first, other + count * opposed])
     turned_round = np.stack([first + count, other + count * ~opposed])
     sides = connected_pieces(2 * count, np.hstack([as_it_is, turned_round])).reshape(2, count)
@@ -117,15 +121,6 @@ def _turn(triangles: Integers, chosen: NDArray[np.bool_]) -> Integers:
     return np.where(chosen[:, None], triangles[:, ::-1], triangles)
 
 
-def _neighbours(triangles: Integers) -> tuple[Integers, NDArray[np.bool_]]:
-    """Return the pairs of triangles at edges of two of them, shape (2, k), and which pairs face opposite ways."""
-    edges = edges_of(triangles)
-    _, number, count = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True, return_counts=True)
-    shared = np.flatnonzero(count[number.ravel()] == 2)
-    pairs = shared[np.argsort(number.ravel()[shared], kind="stable")].reshape(-1, 2).T
-    return pairs % len(triangles), edges[pairs[0], 0] == edges[pairs[1], 0]
-
-
 def _diameter(points: Floats) -> float:
     return float(2 * np.linalg.norm(points - points.mean(axis=0), axis=1).max())
 
@@ -134,7 +129,11 @@ def _with_lids(surface: Surface, loops: list[Integers]) -> Surface:
     """Close each loop by triangles around a lifted middle point."""
     if not loops:
         return surface
-    normals, first = _point_normals(surface), len(surface.points)
+    # The normals of the points are means over their triangles weighted by area.
+    normals, first = np.zeros_like(surface.points), len(surface.points)
+    for corner in range(3):
+        np.add.at(normals, surface.triangles[:, corner], surface.normals)
+    normals /= np.maximum(np.linalg.norm(normals, axis=1), np.finfo(float).tiny)[:, None]
     middles = [_middle(surface.points[loop], normals[loop]) for loop in loops]
     lids = [
         np.column_stack([loop, np.roll(loop, -1), np.full(len(loop), middle)])
@@ -153,12 +152,3 @@ def _middle(rim: Floats, normals: Floats) -> Floats:
         return centre
     lift: Floats = centre + outwards / length * float(np.sum((rim - centre) * normals, axis=1).mean()) / 2
     return lift
-
-
-def _point_normals(surface: Surface) -> Floats:
-    """Return the unit normals of the points, means over their triangles weighted by area."""
-    normals = np.zeros_like(surface.points)
-    for corner in range(3):
-        np.add.at(normals, surface.triangles[:, corner], surface.normals)
-    unit: Floats = normals / np.maximum(np.linalg.norm(normals, axis=1), np.finfo(float).tiny)[:, None]
-    return unit

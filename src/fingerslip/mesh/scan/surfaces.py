@@ -159,23 +159,19 @@ def join_points(points: Floats, triangles: Integers) -> tuple[Floats, Integers]:
 
 def boundary_loops(surface: Surface) -> tuple[Integers, ...]:
     """Return the points around each hole of consistent triangles, in the order of the edges that a lid would have."""
+    edges = edges_of(surface.triangles)
+    sign = np.where(edges[:, 0] < edges[:, 1], 1, -1)
+    unique, number = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True)
+    balance = np.bincount(number.ravel(), weights=sign, minlength=len(unique)).astype(int)
+    directed = np.where(balance[:, None] < 0, unique[:, ::-1], unique)
     following: dict[int, list[int]] = {}
-    for start, end in _open_edges(surface.triangles).tolist():
+    # The edges that no triangle has the other way round.
+    for start, end in np.repeat(directed, np.abs(balance), axis=0).tolist():
         following.setdefault(end, []).append(start)
     loops = []
     while following:
         loops.append(_walk(following))
     return tuple(loops)
-
-
-def _open_edges(triangles: Integers) -> Integers:
-    """Return the directed edges that no triangle has the other way round, shape (k, 2)."""
-    edges = edges_of(triangles)
-    sign = np.where(edges[:, 0] < edges[:, 1], 1, -1)
-    unique, number = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True)
-    balance = np.bincount(number.ravel(), weights=sign, minlength=len(unique)).astype(int)
-    directed = np.where(balance[:, None] < 0, unique[:, ::-1], unique)
-    return np.repeat(directed, np.abs(balance), axis=0)
 
 
 def edges_of(triangles: Integers) -> Integers:

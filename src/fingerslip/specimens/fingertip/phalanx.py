@@ -8,7 +8,6 @@ cut x = 0 the transverse one.
 from __future__ import annotations
 
 import dataclasses
-import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -259,16 +258,12 @@ def _shape(fingertip: FingertipNumbers) -> tuple[Floats, Floats]:
     across = half[:, 0] / half[:, 0].max()
     up = 2 * (half[:, 1] - palmar) / (dorsal - palmar) - 1.0
     widest = int(across.argmax())
-    across, up = _evenly(across, up, [0, widest, len(across) - 1])
+    # In equal parts between bottom, widest point and top, a quarter of the columns each.
+    length = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(across), np.diff(up)))])
+    lower, upper = (np.linspace(length[a], length[b], _QUARTER + 1) for a, b in ((0, widest), (widest, -1)))
+    wanted = np.concatenate([lower, upper[1:]])
+    across, up = np.interp(wanted, length, across), np.interp(wanted, length, up)
     return np.concatenate([across, -across[-2:0:-1]]), np.concatenate([up, up[-2:0:-1]])
-
-
-def _evenly(x: Floats, y: Floats, stops: list[int]) -> tuple[Floats, Floats]:
-    """Divide a curve into equal parts between stops, a quarter of the columns each."""
-    length = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
-    pieces = [np.linspace(length[a], length[b], _QUARTER + 1) for a, b in itertools.pairwise(stops)]
-    wanted = np.concatenate([pieces[0], *(piece[1:] for piece in pieces[1:])])
-    return np.interp(wanted, length, x), np.interp(wanted, length, y)
 
 
 def _rows(fingertip: FingertipNumbers) -> _Rows:
@@ -314,19 +309,15 @@ def _scaled_rows(fingertip: FingertipNumbers) -> _Rows:
     if not first < -fingertip.phalanx.corner_radius < fingertip.phalanx.corner_radius < last:
         fault = f"reaches from x = {millimetres(first)} to {millimetres(last)}"
         raise InputError("phalanx", fault, "needs to reach to both sides of x = 0", "write a smaller tissue_thickness")
-    x = _closing(first, last, reaches_cut(contour))
+    # Positions from first to last, close to each other where the phalanx closes.
+    count, is_open = int(np.ceil((last - first) / _ROW_SPACING)) + 1, reaches_cut(contour)
+    sine = np.sin(np.linspace(0.0, np.pi / 2, count))
+    behind = np.linspace(0.0, first, count) if is_open else first * sine
+    x = np.concatenate([behind[:0:-1], last * sine])
     low, high = _heights(contour, x)
     across = phalanx_contour(dataclasses.replace(fingertip, section="transverse"))
-    width = across[:, 0].max() * _planform(fingertip, x, (first, last), reaches_cut(contour))
-    return _Rows(x, low, high, width, reaches_cut(contour))
-
-
-def _closing(first: float, last: float, is_open: bool) -> Floats:
-    """Return positions from first to last, close to each other where the phalanx closes."""
-    count = int(np.ceil((last - first) / _ROW_SPACING)) + 1
-    ahead = last * np.sin(np.linspace(0.0, np.pi / 2, count))
-    behind = np.linspace(0.0, first, count) if is_open else first * np.sin(np.linspace(0.0, np.pi / 2, count))
-    return np.concatenate([behind[:0:-1], ahead])
+    width = across[:, 0].max() * _planform(fingertip, x, (first, last), is_open)
+    return _Rows(x, low, high, width, is_open)
 
 
 def _heights(contour: Floats, x: Floats) -> tuple[Floats, Floats]:

@@ -110,6 +110,7 @@ def test_a_section_stays_the_same_when_all_unused_values_change(changes, groups)
         (change(), ModelUse(2), "transverse.half_width", "of the transverse section only"),
         (change(), ModelUse(2), "receptors.fa_ii_depth", "no FA-II receptors are recorded"),
         (change(), ModelUse(2, groups=EVERYTHING), "receptors.fa_ii_depth", ""),
+        (change(), ModelUse(2, groups=frozenset({"SA-I"})), "receptors.fa_ii_depth", "no FA-II receptors are recorded"),
         (change(), ModelUse(2, held=False), "phalanx.rigid", "the study gives its own supports"),
         (change(), ModelUse(2, meshed=False), "layers.skin_thickness", "the mesh comes from a file"),
         (change(), ModelUse(2), "layers.skin_thickness", ""),

@@ -8,19 +8,8 @@ from scipy.spatial import cKDTree
 
 import fingerslip as fs
 from fingerslip.specimens.fingertip import at_depth, interface_depth, outline_curve, phalanx_contour, surface_depth
-from fingerslip.specimens.fingertip.meshing import section as section_module
-from fingerslip.specimens.fingertip.meshing.section import (
-    DERMIS,
-    EPIDERMIS,
-    NAIL,
-    PHALANX,
-    TISSUE,
-    mesh_core,
-    mesh_ring,
-    mesh_section,
-    sweep_skin,
-    with_names,
-)
+from fingerslip.specimens.fingertip.meshing import section as meshing
+from fingerslip.specimens.fingertip.meshing.section import DERMIS, EPIDERMIS, NAIL, PHALANX, TISSUE
 from fingerslip.specimens.fingertip.outline import arc_length_at_cut
 from unit.fingers import SECTIONS, change, shoelace
 
@@ -45,7 +34,7 @@ def test_number_of_cells_is_foreseen(section, element, sizes):
 
 
 def swept(fingertip, **sizes):
-    return sweep_skin(fingertip, fs.MeshSizes(**sizes), phalanx_contour(fingertip))
+    return meshing.sweep_skin(fingertip, fs.MeshSizes(**sizes), phalanx_contour(fingertip))
 
 
 def depths(curve, points):
@@ -118,7 +107,7 @@ def test_gmsh_is_closed_after_success_failure_and_interruption(monkeypatch):
         def fail(*_, error=error):
             raise error
 
-        monkeypatch.setattr(section_module.pygmsh.geo.Geometry, "generate_mesh", lambda *_, fail=fail, **__: fail())
+        monkeypatch.setattr(meshing.pygmsh.geo.Geometry, "generate_mesh", lambda *_, fail=fail, **__: fail())
         with pytest.raises(seen):
             fs.build_section(fs.preset("wang2014-2d"))
         assert not gmsh.isInitialized()
@@ -143,7 +132,7 @@ def test_tissue_and_phalanx_fill_the_inside_without_overlap(element, section, va
     curve = outline_curve(fingertip)
     s = np.linspace(*arc_length_at_cut(fingertip, curve, 1.5e-3), 161)
     border, contour = at_depth(curve, s[: 160 if curve.closed else 161], 1.5e-3), phalanx_contour(fingertip)
-    core = mesh_core(contour, border, curve.closed, fs.MeshSizes(element=element, bulk_size=bulk))
+    core = meshing.mesh_core(contour, border, curve.closed, fs.MeshSizes(element=element, bulk_size=bulk))
     phalanx, tissue = (cell_areas(core, name) for name in ("phalanx", "tissue"))
     assert phalanx.min() > 0.0
     assert tissue.min() > 0.0
@@ -164,13 +153,13 @@ def test_ring_is_filled_and_keeps_its_nodes():
     angle = np.linspace(0.0, 2 * np.pi, 49)[:-1]
     outer = 4e-3 * np.column_stack([np.cos(angle), np.sin(angle)])
     inner = 0.5 * outer[::2]
-    core = mesh_ring(outer, inner, 1e-3)
+    core = meshing.mesh_ring(outer, inner, 1e-3)
     areas = {name: cell_areas(core, name).sum() for name in core.cells}
     assert areas["phalanx"] == pytest.approx(shoelace(inner), rel=1e-9)
     assert areas["tissue"] == pytest.approx(shoelace(outer) - shoelace(inner), rel=1e-9)
     rings = np.vstack([outer, inner])
     assert np.linalg.norm(rings[:, None] - core.points, axis=2).min(axis=1).max() < 1e-12
-    whole = mesh_ring(outer, None, 1e-3)
+    whole = meshing.mesh_ring(outer, None, 1e-3)
     assert set(whole.cells) == {"tissue"}
     assert cell_areas(whole, "tissue").sum() == pytest.approx(shoelace(outer), rel=1e-9)
 
@@ -183,7 +172,7 @@ COARSE = {"contact_size": 0.5e-3, "bulk_size": 1e-3}
 @pytest.mark.parametrize("element", ["Q4", "T3", "T6"])
 def test_coarse_section_has_all_names_and_the_same_mesh_again(element, capfd):
     mesh = fs.build_section(PLAIN, **COARSE, element=element)
-    again = mesh_section(PLAIN, fs.MeshSizes(**COARSE, element=element))
+    again = meshing.mesh_section(PLAIN, fs.MeshSizes(**COARSE, element=element))
     assert capfd.readouterr() == ("", "")
     assert list(mesh.subdomains) == ["epidermis", "dermis", "tissue", "phalanx"]
     assert {"skin", "pad", "base", "phalanx_base", "dermis_tissue", "phalanx_dorsal"} < set(mesh.boundaries)
@@ -193,7 +182,7 @@ def test_coarse_section_has_all_names_and_the_same_mesh_again(element, capfd):
 
 
 def test_poor_cells_are_refused_with_their_place(monkeypatch):
-    good = section_module.mesh_core
+    good = meshing.mesh_core
 
     def spoilt(*arguments):
         core = good(*arguments)
@@ -201,7 +190,7 @@ def test_poor_cells_are_refused_with_their_place(monkeypatch):
         core.points[core.cells["phalanx"][30][0]] = corners[2]
         return core
 
-    monkeypatch.setattr(section_module, "mesh_core", spoilt)
+    monkeypatch.setattr(meshing, "mesh_core", spoilt)
     place = r"phalanx cell \d+ at x = .* mm, y = .* mm: .*, needs > .*; write a smaller bulk"
     with pytest.raises(fs.MeshError, match=place):
         fs.build_section(PLAIN, **COARSE)
@@ -228,7 +217,7 @@ def strip(dim):
 def test_names_of_a_strip(dim):
     """Regions and interfaces, the skin first and the rest of the outside the cut, faces of the phalanx."""
     mesh, region, fine = strip(dim)
-    named = with_names(mesh, region, fine)
+    named = meshing.with_names(mesh, region, fine)
     at = {name: named.p[:, named.facets[:, facets]] for name, facets in named.boundaries.items()}
     assert list(named.subdomains) == ["epidermis", "dermis", "tissue", "phalanx"]
     for name, height in (("skin", 0.0), ("epidermis_dermis", 1.0), ("dermis_tissue", 2.0), ("phalanx_surface", 3.0)):
@@ -240,9 +229,8 @@ def test_names_of_a_strip(dim):
     assert np.all(at["phalanx_base"][1] >= 3.0)
     np.testing.assert_array_equal(named.boundaries["phalanx_palmar"], named.boundaries["phalanx_surface"])
     assert "phalanx_dorsal" not in named.boundaries
-    upside_down = with_names(mesh, np.array([PHALANX, TISSUE, DERMIS, EPIDERMIS])[region], fine)
+    upside_down = meshing.with_names(mesh, np.array([PHALANX, TISSUE, DERMIS, EPIDERMIS])[region], fine)
     np.testing.assert_array_equal(upside_down.boundaries["phalanx_dorsal"], upside_down.boundaries["phalanx_surface"])
-
-    nailed = with_names(mesh, np.where(region == EPIDERMIS, NAIL, region), fine)
+    nailed = meshing.with_names(mesh, np.where(region == EPIDERMIS, NAIL, region), fine)
     assert set(nailed.subdomains) == {"dermis", "tissue", "phalanx", "nail"}, "a nail has its part of the skin"
     np.testing.assert_array_equal(nailed.boundaries["nail"], nailed.boundaries["skin"])

@@ -11,15 +11,6 @@ from fingerslip.errors import MeshError
 from fingerslip.mesh.gmsh_session import mesh_surface
 from fingerslip.specimens.fingertip import depth_below_skin, onto_skin, phalanx_surface
 from fingerslip.specimens.fingertip.meshing import solid
-from fingerslip.specimens.fingertip.meshing.solid import (
-    graded_sizes,
-    mesh_phalanx,
-    mesh_solid_core,
-    rim,
-    solid_cells,
-    sweep_solid_skin,
-    tetrahedra,
-)
 from fingerslip.specimens.fingertip.meshing.sources import SolidSizes
 from fingerslip.specimens.fingertip.skin import below_skin, skin_grid
 from fingerslip.study.definition.spec import read_study
@@ -31,7 +22,7 @@ SIZES = SolidSizes("T4", contact_size=0.8e-3, bulk_size=1.6e-3)
 
 
 def swept(fingertip, sizes=SIZES):
-    return sweep_solid_skin(fingertip, sizes, phalanx_surface(fingertip).points.reshape(-1, 3))
+    return solid.sweep_solid_skin(fingertip, sizes, phalanx_surface(fingertip).points.reshape(-1, 3))
 
 
 @pytest.fixture(scope="module")
@@ -56,7 +47,7 @@ def test_rows_lie_at_their_depths_end_on_the_cut_and_are_as_fine_as_wanted_at_th
 
 
 def test_tetrahedra_fill_the_rows_and_conform(skin):
-    cells, row = tetrahedra(skin)
+    cells, row = solid.tetrahedra(skin)
     points = skin.points.reshape(-1, 3)
     corners = points[cells]
     volume = np.linalg.det(corners[:, 1:] - corners[:, :1]) / 6.0
@@ -77,7 +68,7 @@ def test_triangles_are_fine_near_the_contact_and_never_wider_than_the_tissue(mon
     skin = skin_grid(finger).reshape(-1, 3)
     inner = below_skin(finger, skin, finger.layers.skin_thickness)
     surface = phalanx_surface(finger)
-    mesh_phalanx(finger, surface, sizes, SimpleNamespace(points=inner[None]))
+    solid.mesh_phalanx(finger, surface, sizes, SimpleNamespace(points=inner[None]))
     grid, is_open, divide_at, wanted = mesher.call_args.args
     assert is_open
     assert grid is surface.points
@@ -108,11 +99,11 @@ def shell(is_open, scale=1.0, shift=0.0):
 @pytest.mark.parametrize("reaching", [True, False])
 def test_cells_fill_the_hull_whose_rim_runs_round_once(reaching):
     skin = shell(True)
-    ring = rim(skin)
+    ring = solid.rim(skin)
     assert np.array_equal(np.sort(ring), np.flatnonzero(np.abs(skin.points[:, 0]) < 1e-9))
     assert np.linalg.norm(skin.points[ring] - skin.points[np.roll(ring, 1)], axis=1).max() < 1.6e-3
     phalanx = shell(True, 0.5) if reaching else shell(False, 0.3, 2.2e-3)
-    core = mesh_solid_core(skin, phalanx, 1.2e-3)
+    core = solid.mesh_solid_core(skin, phalanx, 1.2e-3)
     inner = enclosed(phalanx)
     assert volume(core, "phalanx") == pytest.approx(inner, rel=1e-6)
     assert volume(core, "tissue") == pytest.approx(enclosed(skin) - inner, rel=1e-6)
@@ -130,8 +121,8 @@ def test_sizes_have_defaults_are_refined_together_and_foresee_the_number_of_cell
     assert type(mesh) is skfem.MeshTet1
     assert 0.2 * mesh.t.shape[1] < SIZES.estimated_cells(finger) < mesh.t.shape[1]
     points = np.array([[0.0, 0.0, 0.0], [1e-3, 0.0, 0.0], [9e-3, 0.0, 0.0]])
-    assert graded_sizes(points, points[:1], 0.3e-3, 1e-3) == pytest.approx([0.3e-3, 0.5e-3, 1e-3])
-    coarse, fine = (solid_cells(finger, SolidSizes("T4", size, size)) for size in (1e-3, 0.5e-3))
+    assert solid.graded_sizes(points, points[:1], 0.3e-3, 1e-3) == pytest.approx([0.3e-3, 0.5e-3, 1e-3])
+    coarse, fine = (solid.solid_cells(finger, SolidSizes("T4", size, size)) for size in (1e-3, 0.5e-3))
     assert fine == pytest.approx(8 * coarse)
 
 
@@ -139,4 +130,4 @@ def test_failure_of_gmsh_is_ours(monkeypatch):
     skin, phalanx = shell(True), shell(True, 0.5)
     monkeypatch.setattr(solid.gmsh.model.mesh, "optimize", Mock(side_effect=RuntimeError("no")))
     with pytest.raises(MeshError, match="tissue and phalanx: Gmsh says 'no'"):
-        mesh_solid_core(skin, phalanx, 1.2e-3)
+        solid.mesh_solid_core(skin, phalanx, 1.2e-3)

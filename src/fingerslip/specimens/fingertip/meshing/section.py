@@ -14,13 +14,7 @@ from numpy.typing import NDArray
 
 from fingerslip.errors import InputError, MeshError
 from fingerslip.mesh.facets import Mesh, are_between, outward_normals, with_groups
-from fingerslip.mesh.gmsh_session import (
-    MILLIMETRES,
-    gmsh_errors,
-    gmsh_session,
-    node_positions,
-    sizes_from_fields_alone,
-)
+from fingerslip.mesh.gmsh_session import MILLIMETRES, gmsh_errors, gmsh_session, node_positions, sizes_from_fields_alone
 from fingerslip.mesh.quality import check_quality
 from fingerslip.mesh.repair import smooth
 from fingerslip.mesh.source import GROWTH, GradedMesh, grade, size_at, subdivide
@@ -146,7 +140,10 @@ def mesh_core(contour: Floats, border: Floats, closed: bool, sizes: GradedMesh) 
     quadrilaterals = sizes.element == "Q4"
     factor = 2 if quadrilaterals else 1
     skin, largest = border[::factor], factor * sizes.bulk_size
-    spacing = factor * _spacing(border, closed)[::factor]
+    # At each node of the border the mean length of its neighbouring segments.
+    length = np.linalg.norm(np.diff(np.vstack([border[-1:], border, border[:1]]) if closed else border, axis=0), axis=1)
+    around = length if closed else np.concatenate([length[:1], length, length[-1:]])
+    spacing = factor * ((around[1:] + around[:-1]) / 2)[::factor]
 
     def divide(line: Floats) -> Floats:
         return subdivide(line, size_at(line, skin, spacing, largest), factor * _TURN)
@@ -177,14 +174,6 @@ def mesh_ring(outer: Floats, inner: Floats | None, largest: float) -> CoreMesh:
         else:
             surfaces = _draw(geometry, outer, np.vstack([inner, inner[:1]]), [])
         return _generate(geometry, surfaces, largest, quadrilaterals=False)
-
-
-def _spacing(border: Floats, closed: bool) -> Floats:
-    """Return at each node of the border the mean length of its neighbouring segments."""
-    ring = np.vstack([border[-1:], border, border[:1]]) if closed else border
-    length = np.linalg.norm(np.diff(ring, axis=0), axis=1)
-    around = length if closed else np.concatenate([length[:1], length, length[-1:]])
-    return np.asarray((around[1:] + around[:-1]) / 2)
 
 
 _Points = Sequence[pygmsh.common.point.Point]

@@ -90,8 +90,15 @@ def _mesh_section(sensor: TacTipNumbers, sizes: GradedMesh, rod_size: float) -> 
 
 def mesh_sensor_solid(sensor: TacTipNumbers, sizes: GradedMesh, rod_size: float) -> skfem.Mesh3D:
     """Build the mesh of a half or the whole of a sensor; the whole is its half and the mirror image of it."""
-    half = _mesh_half(dataclasses.replace(sensor, part="half"), sizes, rod_size)
-    result = half if sensor.part == "half" else _with_mirror_image(half)
+    result = _mesh_half(dataclasses.replace(sensor, part="half"), sizes, rod_size)
+    if sensor.part != "half":
+        # Mirror images share the nodes at z = 0.
+        beside, number = np.flatnonzero(result.points[:, 2] != 0.0), np.arange(len(result.points))
+        number[beside] = len(result.points) + np.arange(len(beside))
+        points = np.vstack([result.points, result.points[beside] * [1.0, 1.0, -1.0]])
+        # Two corners change places, so that mirror images are not inside out.
+        cells = np.vstack([result.cells, number[result.cells][:, [1, 0, 2, 3]]])
+        result = Fragments(points, cells, np.tile(result.region, 2))
     mesh = skfem.MeshTet1(np.ascontiguousarray(result.points.T), np.ascontiguousarray(result.cells.T.astype(np.int32)))
     mesh = skfem.MeshTet2.from_mesh(mesh) if sizes.element == "T10" else mesh
     mesh = with_names(mesh, result.region, sensor.part == "half")
@@ -111,17 +118,6 @@ def _mesh_half(sensor: TacTipNumbers, sizes: GradedMesh, rod_size: float) -> Fra
     points = fragments.points.copy()
     points[np.abs(points[:, 2]) < _ON_PLANE, 2] = 0.0
     return dataclasses.replace(fragments, points=points)
-
-
-def _with_mirror_image(half: Fragments) -> Fragments:
-    """Return cells at z >= 0 together with their mirror images, which share the nodes at z = 0."""
-    beside = np.flatnonzero(half.points[:, 2] != 0.0)
-    number = np.arange(len(half.points))
-    number[beside] = len(half.points) + np.arange(len(beside))
-    points = np.vstack([half.points, half.points[beside] * [1.0, 1.0, -1.0]])
-    # Two corners change places, so that mirror images are not inside out.
-    cells = np.vstack([half.cells, number[half.cells][:, [1, 0, 2, 3]]])
-    return Fragments(points, cells, np.tile(half.region, 2))
 
 
 def with_names(mesh: Mesh, region: Integers, half: bool) -> Mesh:
@@ -221,8 +217,12 @@ def _draw_section(sensor: TacTipNumbers, feet: Floats, ends: Floats) -> dict[str
 def _draw_half(sensor: TacTipNumbers, feet: Floats, ends: Floats) -> dict[str, list[int]]:
     """Draw all regions of a half, one over the other; return their tags in Gmsh."""
     lines, top = skin_lines(sensor.dome, sensor.skin, sensor.markers.spacing), sensor.dome.height
-    rods = [_rod(foot, end, sensor.rods.radius) for foot, end in zip(feet, ends, strict=True)]
+    rods = [(3, _rod(foot, end, sensor.rods.radius)) for foot, end in zip(feet, ends, strict=True)]
     half, over = float(lines.outer[-1, 0]), top + sensor.window.thickness
+    # What of the rods is on the side z >= 0.
+    extent = 3.0 * MILLIMETRES * (sensor.dome.radius + sensor.dome.flat_radius + sensor.dome.height)
+    box = gmsh.model.occ.addBox(-extent, -extent, 0.0, 2 * extent, 2 * extent, extent)
+    in_front, _ = gmsh.model.occ.intersect(rods, [(3, box)])
 
     def inside(line: Floats) -> int:
         """Return the volume between a line that starts on the axis, turned about it, and the plane of its end."""
@@ -234,7 +234,7 @@ def _draw_half(sensor: TacTipNumbers, feet: Floats, ends: Floats) -> dict[str, l
     return {
         "skin": [inside(lines.outer)],
         "gel": [inside(lines.inner)],
-        "rods": _front_of_plane(sensor, rods),
+        "rods": [tag for _, tag in in_front],
         "window": [_turn(polygon(np.array([[0.0, top], [half, top], [half, over], [0.0, over]])))],
     }
 
@@ -290,11 +290,3 @@ def _rod(foot: Floats, end: Floats, radius: float) -> int:
     face = polygon(np.array([foot + reach * corner for corner in around]))
     entities = gmsh.model.occ.extrude([(2, face)], *(MILLIMETRES * (end - foot)))
     return next(int(tag) for dim, tag in entities if dim == 3)
-
-
-def _front_of_plane(sensor: TacTipNumbers, rods: list[int]) -> list[int]:
-    """Return what of the rods is on the side z >= 0."""
-    extent = 3.0 * MILLIMETRES * (sensor.dome.radius + sensor.dome.flat_radius + sensor.dome.height)
-    box = gmsh.model.occ.addBox(-extent, -extent, 0.0, 2 * extent, 2 * extent, extent)
-    entities, _ = gmsh.model.occ.intersect([(3, rod) for rod in rods], [(3, box)])
-    return [tag for _, tag in entities]
