@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -11,6 +13,11 @@ from unit.study.conftest import reports, write_study
 __all__ = ["reports", "write_study"]
 
 FOLDER = Path(__file__).parent
+
+
+def cases(values: Iterable[tuple[str, ...]], fast: Collection[tuple[str, ...]]) -> list[Any]:
+    """Return the cases of a test, those that are not in the fast ones marked as slow."""
+    return [pytest.param(*value, marks=[pytest.mark.slow] * (value not in fast)) for value in values]
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -1,5 +1,7 @@
 """Nodes that stand for the receptors of a section."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -7,20 +9,14 @@ from fingerslip.mesh.facets import site_nodes
 from fingerslip.specimens.fingertip import preset
 from fingerslip.specimens.fingertip.meshing.sources import build_section
 from fingerslip.specimens.fingertip.sites import receptor_sites
+from integration.conftest import cases
 from unit.fingers import SECTIONS, change
 
 # All elements and both sections are in the fast cases.
 FAST = (("sagittal", "T3"), ("sagittal", "T6"), ("transverse", "Q4"))
 
 
-@pytest.mark.parametrize(
-    ("section", "element"),
-    [
-        pytest.param(section, element, marks=[pytest.mark.slow] * ((section, element) not in FAST))
-        for section in SECTIONS
-        for element in ("Q4", "T3", "T6")
-    ],
-)
+@pytest.mark.parametrize(("section", "element"), cases(itertools.product(SECTIONS, ("Q4", "T3", "T6")), FAST))
 def test_nodes_are_near_their_sites_and_in_their_region(element, section):
     fingertip = change(section=section)
     mesh, sites = build_section(fingertip, element=element), receptor_sites(fingertip)

@@ -1,6 +1,7 @@
 """The mesh of a section: names, areas, sizes, quality, and the same mesh every time."""
 
 import functools
+import itertools
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ import skfem
 from fingerslip.mesh.quality import quality_table
 from fingerslip.specimens.fingertip import at_depth, interface_depth, outline_curve, phalanx_contour, preset
 from fingerslip.specimens.fingertip.meshing.sources import build_section
+from integration.conftest import cases
 from unit.fingers import SECTIONS, VARIANTS, change, shoelace
 
 ELEMENTS = ("Q4", "T3", "T6")
@@ -57,17 +59,11 @@ def test_interfaces_are_shared_by_the_cells_of_both_sides(element):
 
 
 # Every section and every variant of the phalanx is in a fast case.
+PAIRS = list(itertools.product(SECTIONS, VARIANTS))
 FAST = (("sagittal", "original"), ("transverse", "flattened"), ("sagittal", "scaled"))
 
 
-@pytest.mark.parametrize(
-    ("section", "variant"),
-    [
-        pytest.param(section, variant, marks=[pytest.mark.slow] * ((section, variant) not in FAST))
-        for variant in VARIANTS
-        for section in SECTIONS
-    ],
-)
+@pytest.mark.parametrize(("section", "variant"), cases(PAIRS, FAST))
 def test_areas_of_the_regions_are_those_of_the_curves(section, variant):
     fingertip = change(section=section, phalanx={"variant": variant})
     mesh = build_section(fingertip, contact_size=0.1e-3, bulk_size=0.25e-3)
@@ -84,14 +80,7 @@ def test_areas_of_the_regions_are_those_of_the_curves(section, variant):
     assert areas(mesh).sum() == pytest.approx(levels[0], rel=5e-4)
 
 
-@pytest.mark.parametrize(
-    ("section", "variant"),
-    [
-        pytest.param(section, variant, marks=[pytest.mark.slow] * (variant != VARIANTS[number]))
-        for number, section in enumerate(SECTIONS)
-        for variant in VARIANTS
-    ],
-)
+@pytest.mark.parametrize(("section", "variant"), cases(PAIRS, set(zip(SECTIONS, VARIANTS, strict=False))))
 def test_all_variants_mesh_with_good_cells(section, variant):
     cases = [(c, e, True) for c in (0.08e-3, 0.15e-3) for e in ("Q4", "T3")]
     cases += [(0.6e-3, "Q4", False), (0.3e-3, "T6", False)]

@@ -146,29 +146,21 @@ def few(trials):
     return replace(trials, names=trials.names[::2])
 
 
-@pytest.fixture(scope="module")
-def base(few):
-    """Return what comes out where nothing is changed."""
-    return ask(few, AS_IT_IS)[0]
-
-
-def test_what_is_left_as_it_is_gives_the_evaluation_by_condition_and_higher_thresholds_make_labels_late(few, base):
+def test_what_is_left_as_it_is_gives_the_evaluation_by_condition_and_higher_thresholds_make_labels_late(few):
+    # Markers of analytic trials jump by tens of pixels.
+    higher = replace(AS_IT_IS, labels=LabelSettings(30.0, 1.0, rest_frames=20))
+    gross = replace(AS_IT_IS, labels=LabelSettings(2.0, 30.0, rest_frames=20))
+    base, first, second = ask(few, AS_IT_IS, higher, gross)
+    assert (first.incipient > base.incipient, first.gross) == (True, base.gross)
+    assert (second.incipient, second.gross > base.gross) == (base.incipient, True)
     samples = samples_of(few, few.onsets(), FeatureSettings(CLOCK.sets, MOTION), SAMPLING)
-    folds = [
-        fit_fold(samples, few.onsets(), CLOCK, test, window=MOTION.window).frames
-        for test in grouped_folds(few.names, 3, 0)
-    ]
+    tests = grouped_folds(few.names, 3, 0)
+    folds = [fit_fold(samples, few.onsets(), CLOCK, test, window=MOTION.window).frames for test in tests]
     assert np.array_equal(base.matrices["time_threshold"], matrices_of(samples, folds))
     by_depth = base.of_condition(few, "indentation")
     assert list(by_depth) == ["0.003", "0.004"]
     values = [accuracies["time_threshold"].value for accuracies in by_depth.values()]
     assert min(values) <= base.accuracies["time_threshold"].value <= max(values)
-    # Markers of analytic trials jump by tens of pixels.
-    higher = replace(AS_IT_IS, labels=LabelSettings(30.0, 1.0, rest_frames=20))
-    gross = replace(AS_IT_IS, labels=LabelSettings(2.0, 30.0, rest_frames=20))
-    first, second = ask(few, higher, gross)
-    assert (first.incipient > base.incipient, first.gross) == (True, base.gross)
-    assert (second.incipient, second.gross > base.gross) == (base.incipient, True)
 
 
 @pytest.mark.parametrize(

@@ -9,20 +9,7 @@ import pytest
 
 from fingerslip.errors import DamagedError, InputError, ResultError, TruncatedVideoError
 from fingerslip.storage.files import write_json
-from fingerslip.vision.video import (
-    DARK,
-    DUPLICATED,
-    FINE,
-    OVEREXPOSED,
-    frame_rate_of,
-    frame_state,
-    open_frames,
-    opencv,
-    read_frames,
-    rest_exposure,
-    video_info,
-    write_video,
-)
+from fingerslip.vision import video
 
 NOISE = np.random.default_rng(0).integers(0, 255, (4, 32, 48)).astype(np.uint8)
 COLOUR = np.stack([NOISE, NOISE // 2, NOISE // 4], axis=3)
@@ -39,45 +26,45 @@ def clip(count=12, colour=False):
 
 
 def test_missing_opencv_is_told_with_the_repair(monkeypatch):
-    assert callable(opencv().imread)
+    assert callable(video.opencv().imread)
     monkeypatch.setitem(sys.modules, "cv2", None)
     with pytest.raises(InputError, match=r'OpenCV is missing .*; pip install "fingerslip\[vision\]"'):
-        opencv()
+        video.opencv()
 
 
 @pytest.mark.parametrize(("name", "error"), [("a.mkv", 0), ("frames", 0), ("a.avi", 30), ("a.mp4", 30)])
 @pytest.mark.parametrize("colour", [False, True])
 def test_frames_come_back_in_colour_in_grey_and_in_part(tmp_path, name, error, colour):
     path = tmp_path / name
-    assert write_video(path, clip(colour=colour), 29.97) == 12
-    info = video_info(path)
+    assert video.write_video(path, clip(colour=colour), 29.97) == 12
+    info = video.video_info(path)
     assert (info.width, info.height, info.frame_count) == (64, 48, 12)
     assert info.frame_rate == pytest.approx(29.97, rel=1e-6)
-    back = list(read_frames(path, colour="bgr" if colour else "grey"))
+    back = list(video.read_frames(path, colour="bgr" if colour else "grey"))
     for frame, original in zip(back, clip(colour=colour), strict=True):
         assert (frame.dtype, frame.shape) == (np.uint8, original.shape)
         assert np.abs(frame.astype(int) - original).mean() <= error / 4
         # Colours are stored in coarser squares, and in steps, by formats that keep grey levels.
         assert np.abs(frame.astype(int) - original).max() <= (error + 2 if not colour else 150)
-    assert next(read_frames(path, colour="grey" if colour else "bgr")).shape == (48, 64, 3)[: 2 if colour else 3]
-    again = list(read_frames(path, start=3, stop=6, colour="bgr" if colour else "grey"))
+    assert next(video.read_frames(path, colour="grey" if colour else "bgr")).shape == (48, 64, 3)[: 2 if colour else 3]
+    again = list(video.read_frames(path, start=3, stop=6, colour="bgr" if colour else "grey"))
     np.testing.assert_array_equal(again, back[3:6])
     assert sorted(entry.name for entry in tmp_path.iterdir()) == [name]
 
 
 def test_folders_sort_their_images_take_any_size_and_replace_their_like_and_nothing_else(tmp_path):
     for number in (10, 2, 1):
-        opencv().imwrite(str(tmp_path / f"frame_{number}.png"), np.full((4, 4), number, dtype=np.uint8))
-    assert [int(frame[0, 0]) for frame in read_frames(tmp_path)] == [1, 2, 10]
+        video.opencv().imwrite(str(tmp_path / f"frame_{number}.png"), np.full((4, 4), number, dtype=np.uint8))
+    assert [int(frame[0, 0]) for frame in video.read_frames(tmp_path)] == [1, 2, 10]
     frames = np.full((3, 5, 7), 7, dtype=np.uint8)
-    write_video(tmp_path / "mine", frames, 25.0)
-    write_video(tmp_path / "mine", frames[:2], 25.0)
-    np.testing.assert_array_equal(list(read_frames(tmp_path / "mine")), frames[:2])
+    video.write_video(tmp_path / "mine", frames, 25.0)
+    video.write_video(tmp_path / "mine", frames[:2], 25.0)
+    np.testing.assert_array_equal(list(video.read_frames(tmp_path / "mine")), frames[:2])
     theirs = tmp_path / "theirs"
     theirs.mkdir()
     (theirs / "notes.txt").write_text("theirs")
     with pytest.raises(InputError, match=r"holds files, but no video\.json, needs a new folder"):
-        write_video(theirs, frames, 25.0)
+        video.write_video(theirs, frames, 25.0)
     assert [path.name for path in theirs.iterdir()] == ["notes.txt"]
 
 
@@ -86,8 +73,8 @@ def test_frames_stream(tmp_path):
 
     def peak(count):
         tracemalloc.start()
-        write_video(tmp_path / "a.avi", clip(count), 30)
-        assert sum(1 for _ in read_frames(tmp_path / "a.avi")) == count
+        video.write_video(tmp_path / "a.avi", clip(count), 30)
+        assert sum(1 for _ in video.read_frames(tmp_path / "a.avi")) == count
         peak = tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
         return peak
@@ -102,16 +89,16 @@ def cut(path):
 
 def test_a_truncated_video_gives_its_frames_and_then_says_so(tmp_path):
     path, found = tmp_path / "a.avi", []
-    write_video(path, clip(20), 30)
+    video.write_video(path, clip(20), 30)
     cut(path)
     with pytest.raises(TruncatedVideoError, match=r"a.avi: ends after \d+ of 20 frames; copy") as caught:
-        found.extend(read_frames(path))
+        found.extend(video.read_frames(path))
     assert 0 < len(found) == caught.value.found < 20
-    assert len(list(read_frames(path, stop=5))) == 5
+    assert len(list(video.read_frames(path, stop=5))) == 5
 
 
 def test_what_cannot_be_read_is_told(tmp_path):
-    write_video(tmp_path / "cut.mp4", clip(20), 30)
+    video.write_video(tmp_path / "cut.mp4", clip(20), 30)
     cut(tmp_path / "cut.mp4")
     (tmp_path / "empty.avi").touch()
     (tmp_path / "text.avi").write_text("no video")
@@ -123,37 +110,40 @@ def test_what_cannot_be_read_is_told(tmp_path):
         "cut.mp4": "an mp4 file that was cut off cannot be read",
         "none": "has no images",
     }.items():
-        for read in (video_info, lambda path: list(read_frames(path))):
+        for read in (video.video_info, lambda path: list(video.read_frames(path))):
             with pytest.raises(InputError, match=said):
                 read(tmp_path / name)
-    write_video(tmp_path / "frames", clip(3), 30)
+    video.write_video(tmp_path / "frames", clip(3), 30)
     odd = tmp_path / "frames" / "frame_000001.png"
-    opencv().imwrite(str(odd), SQUARE)
+    video.opencv().imwrite(str(odd), SQUARE)
     with pytest.raises(InputError, match=r"frame_000001.png: is 4 x 4 px, needs 64 x 48 px"):
-        list(read_frames(tmp_path / "frames"))
+        list(video.read_frames(tmp_path / "frames"))
     odd.write_bytes(b"")
     with pytest.raises(InputError, match="cannot be read as an image"):
-        list(read_frames(tmp_path / "frames"))
+        list(video.read_frames(tmp_path / "frames"))
     for values in ({"start": -1}, {"start": 3, "stop": 2}, {"colour": "rgb"}):
         with pytest.raises(InputError, match="needs"):
-            read_frames(tmp_path, **values)
+            video.read_frames(tmp_path, **values)
 
 
 def test_a_folder_without_a_rate_needs_one(tmp_path):
-    write_video(tmp_path / "frames", clip(1), 60)
-    assert frame_rate_of(video_info(tmp_path / "frames")) == 60
+    video.write_video(tmp_path / "frames", clip(1), 60)
+    assert video.frame_rate_of(video.video_info(tmp_path / "frames")) == 60
     for values in ({}, {"frame_rate": None}, {"frame_rate": "x"}, {"frame_rate": 10**400}):
         write_json(tmp_path / "frames" / "video.json", values)
         with pytest.raises(DamagedError, match=r"video\.json: has the frame rate .*write the images again"):
-            video_info(tmp_path / "frames")
+            video.video_info(tmp_path / "frames")
     (tmp_path / "frames" / "video.json").unlink()
-    info = video_info(tmp_path / "frames")
+    info = video.video_info(tmp_path / "frames")
     assert info.frame_rate is None
     with pytest.raises(InputError, match="states no frame rate, needs one; give the frames a second"):
-        frame_rate_of(info)
-    assert frame_rate_of(info, 25) == 25
+        video.frame_rate_of(info)
+    assert video.frame_rate_of(info, 25) == 25
     for rate in (0.0, -30.0, float("nan"), float("inf"), 90000.0):
-        for act in (lambda rate: frame_rate_of(info, rate), partial(write_video, tmp_path / "a.avi", clip())):
+        for act in (
+            lambda rate: video.frame_rate_of(info, rate),
+            partial(video.write_video, tmp_path / "a.avi", clip()),
+        ):
             with pytest.raises(InputError, match="frame_rate: got"):
                 act(rate)
 
@@ -181,31 +171,31 @@ FRAMES = (
 def test_what_cannot_be_written_is_told_and_nothing_is_left(tmp_path, name, frames, codec, said):
     kind = ResultError if said.startswith("cannot be written") else InputError
     with pytest.raises(kind, match=said):
-        write_video(tmp_path / name, frames, 30, codec=codec)
+        video.write_video(tmp_path / name, frames, 30, codec=codec)
     assert list(tmp_path.iterdir()) == []
 
 
 def test_frames_in_memory_and_in_files_can_be_read_again_of_any_depth_and_channel(tmp_path):
-    frames = open_frames(NOISE, 30.0)
+    frames = video.open_frames(NOISE, 30.0)
     for _ in range(2):
         assert np.array_equal(list(frames.read()), NOISE)
     assert frames.frame_rate == 30.0
-    assert np.array_equal(next(open_frames(NOISE.astype(np.uint16) * 256, 30.0).read()), NOISE[0])
-    assert np.array_equal(next(open_frames(NOISE[..., None], 30.0).read()), NOISE[0])
-    assert np.array_equal(list(open_frames(COLOUR, 30.0, "green").read()), NOISE // 2)
-    grey = next(open_frames(COLOUR, 30.0).read()).astype(float)
+    assert np.array_equal(next(video.open_frames(NOISE.astype(np.uint16) * 256, 30.0).read()), NOISE[0])
+    assert np.array_equal(next(video.open_frames(NOISE[..., None], 30.0).read()), NOISE[0])
+    assert np.array_equal(list(video.open_frames(COLOUR, 30.0, "green").read()), NOISE // 2)
+    grey = next(video.open_frames(COLOUR, 30.0).read()).astype(float)
     assert np.abs(grey - (0.114 * NOISE[0] + 0.587 * (NOISE[0] // 2) + 0.299 * (NOISE[0] // 4))).max() <= 1.0
     for name in ("clip.mkv", "images"):
-        write_video(tmp_path / name, NOISE, 25.0)
-        frames = open_frames(tmp_path / name)
+        video.write_video(tmp_path / name, NOISE, 25.0)
+        frames = video.open_frames(tmp_path / name)
         assert np.array_equal(list(frames.read()), NOISE)
-        assert (frames.frame_rate, open_frames(tmp_path / name, 50.0).frame_rate) == (25.0, 50.0)
-    write_video(tmp_path / "colour", COLOUR, 25.0)
-    assert np.array_equal(next(open_frames(tmp_path / "colour", channel="red").read()), NOISE[0] // 4)
+        assert (frames.frame_rate, video.open_frames(tmp_path / name, 50.0).frame_rate) == (25.0, 50.0)
+    video.write_video(tmp_path / "colour", COLOUR, 25.0)
+    assert np.array_equal(next(video.open_frames(tmp_path / "colour", channel="red").read()), NOISE[0] // 4)
 
 
 @pytest.mark.parametrize(
-    ("video", "rate", "channel", "words"),
+    ("source", "rate", "channel", "words"),
     [
         (NOISE, None, "grey", "video: states no frame rate, needs frames a second > 0; give frame_rate"),
         (NOISE, -3.0, "grey", "got the frame rate -3.0"),
@@ -215,18 +205,18 @@ def test_frames_in_memory_and_in_files_can_be_read_again_of_any_depth_and_channe
         (NOISE.astype(float), 30.0, "grey", "a frame has the type float64"),
     ],
 )
-def test_what_cannot_be_opened_is_told(video, rate, channel, words):
+def test_what_cannot_be_opened_is_told(source, rate, channel, words):
     with pytest.raises(InputError, match=words):
-        next(open_frames(video, rate, channel).read())
+        next(video.open_frames(source, rate, channel).read())
 
 
 def test_states_of_frames():
     frame = np.random.default_rng(0).integers(80, 160, (64, 96)).astype(np.uint8)
-    rest, other, bright = rest_exposure(frame), frame.copy(), np.full((64, 96), 253, dtype=np.uint8)
+    rest, other, bright = video.rest_exposure(frame), frame.copy(), np.full((64, 96), 253, dtype=np.uint8)
     other[3, 5] += 1
-    assert frame_state(frame, None, rest) == frame_state(frame, frame[::-1], rest) == FINE
-    assert frame_state(other, frame, rest) == FINE, "one other pixel is another frame"
-    assert frame_state(frame // 8, None, rest) == DARK
-    assert frame_state(np.full_like(frame, 255), None, rest) == OVEREXPOSED
-    assert frame_state(frame.copy(), frame, rest) == DUPLICATED
-    assert frame_state(bright, None, rest_exposure(bright)) == FINE, "bright at rest"
+    assert video.frame_state(frame, None, rest) == video.frame_state(frame, frame[::-1], rest) == video.FINE
+    assert video.frame_state(other, frame, rest) == video.FINE, "one other pixel is another frame"
+    assert video.frame_state(frame // 8, None, rest) == video.DARK
+    assert video.frame_state(np.full_like(frame, 255), None, rest) == video.OVEREXPOSED
+    assert video.frame_state(frame.copy(), frame, rest) == video.DUPLICATED
+    assert video.frame_state(bright, None, video.rest_exposure(bright)) == video.FINE, "bright at rest"
