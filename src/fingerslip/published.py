@@ -17,6 +17,8 @@ from fingerslip.units import parse_quantity, split_quantity
 
 Kind = Literal["published", "derived", "qualitative"]
 
+_FOLDER: Traversable = resources.files("fingerslip").joinpath("data", "published")
+
 
 @dataclass(frozen=True)
 class PublishedValue:
@@ -122,17 +124,13 @@ def _same(value: object, needed: object) -> bool:
         return False
 
 
-def _folder() -> Traversable:
-    return resources.files("fingerslip").joinpath("data", "published")
-
-
 def _papers() -> tuple[str, ...]:
-    names = (file.name for file in _folder().iterdir())
+    names = (file.name for file in _FOLDER.iterdir())
     return tuple(sorted(name.removesuffix(".yaml") for name in names if name.endswith(".yaml")))
 
 
 @functools.cache
 def _document(paper: str) -> dict[str, Any]:
-    text = _folder().joinpath(f"{paper}.yaml").read_text(encoding="utf-8")
+    text = _FOLDER.joinpath(f"{paper}.yaml").read_text(encoding="utf-8")
     document: dict[str, Any] = parse_document(text, f"{paper}.yaml").content
     return document

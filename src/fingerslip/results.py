@@ -140,17 +140,12 @@ def quantities(result: RunResult) -> dict[str, Quantity]:
         for time in TIMES
         if defines_time(reading, time) and result.events.reading(reading).recorded
     }
-    numbers = {
-        measure.key: Quantity(measure.label, measure.unit.si if measure.unit else "", _float(result, measure.key))
-        for measure in measures.MEASURES
-        if measure.mechanical and (not measure.reading or result.events.reading(measure.reading).recorded)
-    }
+    numbers = {}
+    for measure in measures.MEASURES:
+        if measure.mechanical and (not measure.reading or result.events.reading(measure.reading).recorded):
+            number, unit = result.numbers.get(measure.key), measure.unit.si if measure.unit else ""
+            numbers[measure.key] = Quantity(measure.label, unit, None if number is None else float(number))
     return {**times, **numbers}
-
-
-def _float(result: RunResult, key: str) -> float | None:
-    value = result.numbers.get(key)
-    return None if value is None else float(value)
 
 
 #: Files in the folder of a run.

@@ -1,9 +1,10 @@
 """What slides of the sensor cost, how much they depend on the mesh, on large strain and on its half: docs/tactip.md.
 
-    OMP_NUM_THREADS=1 python tests/benchmarks/bench_sensor.py [--cases section meshes large whole]
+    OMP_NUM_THREADS=1 python tests/benchmarks/bench_sensor.py [--cases section pressed meshes large whole]
         [--skins smooth ridged] [--sizes coarse shipped fine] [--depths 2 3] [--travel 1.5] [--part 0.25]
 
-`section` is the slide of 47 s in 2D. `meshes` slides the ridged half in 3D over 14 mm on meshes of which all
+`section` is the slide of 47 s in 2D. `pressed` slides the section at large strain as small motions about states of a
+slide, beside the same slide step by step. `meshes` slides the ridged half in 3D over 14 mm on meshes of which all
 sizes have a common factor, with the surface in patches of one size, by the first of the depths and the others.
 `large` presses the half in 3D by the last depth and slides it, at small and at large strain (`--strains`); a run that
 ends early says where, also by Ctrl-C, which ends it after the step; the error stream has the forces of each step.
@@ -14,6 +15,7 @@ is the largest so far.
 """
 
 import dataclasses
+import itertools
 import resource
 import signal
 import sys
@@ -21,17 +23,20 @@ import time
 from pathlib import Path
 
 import numpy as np
-from models import run_of
+from models import model_of, run_of
 from rows import line, options_of, table
+from scipy.interpolate import interp1d
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 import fingerslip as fs
 from fingerslip.dynamics.statics.body import static_body
 from fingerslip.dynamics.statics.motion import static_motion
+from fingerslip.dynamics.statics.pressed import pressed_body
 from fingerslip.errors import FingerslipError
 from fingerslip.linear.resources import limited_threads
 from fingerslip.marker_tracks import marker_tracks
+from fingerslip.slip import stick_ratio
 from fingerslip.specimens.tactip import PRESETS
 from fingerslip.specimens.tactip.meshing.sources import SensorSolidSizes
 from fingerslip.specimens.tactip.sites import modelled_places
@@ -41,7 +46,7 @@ from problems.whole_sensors import half_of, slid_beside_half
 
 #: Sizes at the contact, in the gel and at rods [mm].
 SIZES = {"coarse": (1.5, 4.0, 0.5), "shipped": (1.0, 3.0, 0.35), "fine": (0.75, 2.2, 0.25)}
-PATCH, HIDDEN = 0.8e-3, 1e-3
+PATCH, HIDDEN, SPACING = 0.8e-3, 1e-3, 0.7e-3
 TRAVELS = (0.5e-3, 1e-3, 2e-3)
 SPEED = 5e-3
 # Distance over which a ring has slipped, and over which the centre has: 2 px and 1 px of 0.07 mm.
@@ -65,6 +70,48 @@ def section(_given):
     history, stepping = timed(lambda: fs.simulate(model, threads=1))
     table("nodes", "steps", "simulated [s]", "mesh [CPU s]", "stepping [CPU s]")
     line(mesh.p.shape[1], history.sizes["time"] - 1, float(history["time"][-1]), meshing, stepping)
+
+
+def pressed(given):
+    """Print how far small motions about states at large strain are from whole slides of the section."""
+    forces = ("normal, friction force at 1 mm", "largest friction force", "mean normal, friction force from 6 mm on")
+    errors = [f"error of {name} [%]" for name in forces]
+    slips = [f"{share} of the contact slips: whole, condensed [mm]" for share in ("half", "all")]
+    table("skin", "depth [mm]", *errors, "of markers until slip [mm]", *slips, "body, slide, whole [CPU s]", "states")
+    for skin, depth in itertools.product(given.skins, given.depths):
+        line(skin, depth, *pressed_row(skin, depth))
+
+
+def pressed_row(skin, depth):
+    """Return errors, travels at which the contact slips, and costs of a slide."""
+    model = model_of("ridged_vs_smooth_large", f"ridges-{skin == 'ridged'}_depth-{depth:g}mm".lower())
+    (contact,), (press, hold, along) = model.contacts, model.programme
+    steady = dataclasses.replace(contact, friction=fs.Coulomb(0.85))
+    way = (fs.Press(press.depth, 1e-3), fs.Slide(along.distance, 1e-3))
+    sheared = dataclasses.replace(model, contacts=(steady,), programme=way, time=fs.QuasiStatic(0.1))
+    body, *costs = timed(lambda: pressed_body(sheared, spacing=SPACING, near=HIDDEN))
+    motion, cost = timed(lambda: static_motion(body, contact, model.programme, model.time.step))
+    history, whole_cost = timed(lambda: fs.simulate(model, threads=1))
+    begin = press.depth / press.speed + hold.duration
+    history = history.sel(time=slice(begin, motion.time[-1]))
+    travel, ratio = 1e3 * along.speed * (history["time"].values - begin), stick_ratio(history).values
+    force, moved = (
+        interp1d(motion.time, each, axis=0)(history["time"]) for each in (motion.force, motion.displacement)
+    )
+    ratios, first, late = (
+        (ratio, np.interp(history["time"], motion.time, motion.stick_ratio)),
+        travel >= 1.0,
+        travel > 6.0,
+    )
+    slips = [[round(float(travel[np.argmax(each < share)]), 2) for each in ratios] for share in (0.5, 0.02)]
+    own, other = (
+        np.concatenate([each[first][0, ::-1], [each[:, 0].max()], each[late].mean(axis=0)[::-1]])
+        for each in (force, history["counterface_force"].values[:, 0])
+    )
+    errors = (100.0 * (own / other - 1.0)).round(2).tolist()
+    apart = np.linalg.norm(moved - history["displacement"].values, axis=2)[travel < min(slips[1])].max()
+    costs = [round(each, 2) for each in (*costs, cost, whole_cost)]
+    return errors[:2], errors[2], errors[3:], 1e3 * float(apart), *slips, costs, len(body.answers)
 
 
 def solid_mesh(sensor, sizes):
@@ -210,7 +257,7 @@ def whole(given):
         sys.stdout.flush()
 
 
-CASES = {"section": section, "meshes": meshes, "large": large, "whole": whole}
+CASES = {"section": section, "pressed": pressed, "meshes": meshes, "large": large, "whole": whole}
 
 
 def main():

@@ -49,9 +49,9 @@ def times(basis, workers):
 
 _RUN = """
 import sys
-from fingerslip.study.running import pictures, runner
-assert runner.write_report and pictures.drawings_of
-pictures.drawings_of, runner.write_report = lambda *_: {}, lambda *_: None
+from fingerslip.study.running import compute, runner
+assert runner.write_report and compute.drawings_of
+compute.drawings_of, runner.write_report = lambda *_: {}, lambda *_: None
 folder, workers = sys.argv[1:]
 print(len(runner.run_study(f"{folder}/study.yaml", results_dir=f"{folder}/results", workers=int(workers)).runs))
 """

@@ -24,22 +24,25 @@ pytestmark = pytest.mark.slow
 FRICTIONS = [round(0.2 + 0.02 * number, 2) for number in range(24)]
 
 
-class Killer(StudyProgress):
-    """Kills a worker that computes when the third run is done, and keeps the outcomes of all runs."""
+class Meanwhile(StudyProgress):
+    """Does something when the third run is done, and keeps the outcomes of all runs and what is said."""
 
-    def __init__(self, cluster):
-        self.cluster, self.outcomes = cluster, []
-        self.killed = None
+    def __init__(self, act):
+        self.act, self.said, self.outcomes = act, list[str](), list[tuple[str, str]]()
+
+    def say(self, message):
+        self.said.append(message)
 
     def finish(self, name, outcome):
         self.outcomes.append((name, outcome))
         if len(self.outcomes) == 3:
-            with distributed.Client(self.cluster, set_as_default=False) as client:
-                processing = client.processing()
-                pids = client.run(os.getpid)
-                busy = next(worker for worker, tasks in processing.items() if tasks)
-                self.killed = pids[busy]
-            os.kill(self.killed, signal.SIGKILL)
+            self.act()
+
+
+def kill_a_busy_worker(scheduler):
+    with distributed.Client(scheduler, set_as_default=False) as client:
+        processing, pids = client.processing(), client.run(os.getpid)
+    os.kill(pids[next(worker for worker, tasks in processing.items() if tasks)], signal.SIGKILL)
 
 
 @pytest.fixture
@@ -63,10 +66,9 @@ def write_sweep(folder):
 @pytest.mark.filterwarnings("ignore")
 def test_a_killed_worker_loses_nothing_and_nothing_is_done_twice(tmp_path, cluster):
     path = write_sweep(tmp_path)
-    killer = Killer(cluster.scheduler_address)
-    result = run_study(path, results_dir=tmp_path / "results", scheduler=cluster.scheduler_address, progress=killer)
-    assert killer.killed is not None
-    assert sorted(killer.outcomes) == sorted((f"friction_coefficient-{one:g}", "done") for one in FRICTIONS)
+    meanwhile = Meanwhile(lambda: kill_a_busy_worker(cluster.scheduler_address))
+    result = run_study(path, results_dir=tmp_path / "results", scheduler=cluster.scheduler_address, progress=meanwhile)
+    assert sorted(meanwhile.outcomes) == sorted((f"friction_coefficient-{one:g}", "done") for one in FRICTIONS)
     assert len(result.computed) == len(FRICTIONS)
     for run in result.runs:
         assert stored_result(result.folder / run.name).identity == run.identity
@@ -81,21 +83,6 @@ def test_a_killed_worker_loses_nothing_and_nothing_is_done_twice(tmp_path, clust
         here, there = (read_history(one.folder / run.name / "history.nc") for one in (local, result))
         for name in ("counterface_force", "contact_displacement"):
             np.testing.assert_allclose(there[name].values, here[name].values, rtol=1e-12, atol=1e-15)
-
-
-class Meanwhile(StudyProgress):
-    """Does something when the third run is done, and keeps what is said."""
-
-    def __init__(self, act):
-        self.act, self.said, self.outcomes = act, list[str](), list[str]()
-
-    def say(self, message):
-        self.said.append(message)
-
-    def finish(self, _, outcome):
-        self.outcomes.append(outcome)
-        if len(self.outcomes) == 3:
-            self.act()
 
 
 class Processes:
@@ -140,14 +127,12 @@ def processes(tmp_path):
 @pytest.mark.filterwarnings("ignore")
 def test_what_is_finished_is_kept_when_the_scheduler_is_killed(tmp_path, processes, capfd):
     meanwhile = Meanwhile(processes.started[0].kill)
-    with pytest.raises(
-        StudyFailedError, match=r"is lost: finished runs are kept.*run the same command again"
-    ) as failed:
-        run_study(
-            write_sweep(tmp_path), results_dir=tmp_path / "results", scheduler=processes.address, progress=meanwhile
-        )
+    options = {"results_dir": tmp_path / "results", "scheduler": processes.address, "progress": meanwhile}
+    lost = r"is lost: finished runs are kept.*run the same command again"
+    with pytest.raises(StudyFailedError, match=lost) as failed:
+        run_study(write_sweep(tmp_path), **options)
     assert len(set(map(str, failed.value.errors.values()))) == 1
-    done = meanwhile.outcomes.count("done")
+    done = sum(outcome == "done" for _, outcome in meanwhile.outcomes)
     assert 3 <= done < len(FRICTIONS) == len(meanwhile.outcomes)
     folder = tmp_path / "results" / "block"
     assert len([stored_result(path.parent) for path in folder.glob("*/events.json")]) == done
@@ -160,7 +145,7 @@ def test_what_is_finished_is_kept_when_the_scheduler_is_killed(tmp_path, process
 def test_a_worker_of_another_version_that_joins_later_fails_no_run(tmp_path, processes):
     meanwhile = Meanwhile(processes.add_worker_of_another_version)
     run_study(write_sweep(tmp_path), results_dir=tmp_path / "results", scheduler=processes.address, progress=meanwhile)
-    assert meanwhile.outcomes == ["done"] * len(FRICTIONS)
+    assert [outcome for _, outcome in meanwhile.outcomes] == ["done"] * len(FRICTIONS)
     (said,) = meanwhile.said
     assert re.fullmatch(r"worker tcp://\S+: has fingerslip 0\.0, this process .*; it is sent away; install .*", said)
     assert processes.started[2].wait(60.0) == 0
@@ -210,10 +195,8 @@ def test_the_documented_script_runs_a_study_where_sbatch_starts_its_jobs(tmp_pat
         (tmp_path / name).write_text(text)
         (tmp_path / name).chmod(0o755)
     environment = {**os.environ, "PYTHONPATH": str(ROOT / "src"), "PATH": f"{tmp_path}:{os.environ['PATH']}"}
-    command = [sys.executable, "cluster.py"]
-    done = subprocess.run(
-        command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False, timeout=300
-    )
+    options = {"cwd": tmp_path, "env": environment, "capture_output": True, "text": True, "timeout": 300}
+    done = subprocess.run([sys.executable, "cluster.py"], check=False, **options)
     assert done.returncode == 0, done.stderr
     assert len((tmp_path / "jobs").read_text().split()) == 2
     folder = tmp_path / "results" / "study"

@@ -1,9 +1,7 @@
 """Signorini's and Coulomb's conditions, one by one and to the stated residual, on problems of every kind.
 
-The solver states how far its forces r are from their projection, e relative to the largest force F. What that means
-for gaps and slips y = W r + q follows here from the conditions themselves, without the projection: with the
-compliance w of a node's own direction, min(r_n, y_n / w_n) is zero up to e F, and so on. An answer that is not
-solved may be anything, but its stated residual must say so: then :func:`advance` raises.
+What the residual means for gaps and slips is in :mod:`problems.contact`. An answer that is not solved may be anything,
+but its stated residual must say so: then a step raises.
 """
 
 import contextlib

@@ -21,31 +21,17 @@ SPEED = 5e-3
 
 @dataclass(frozen=True)
 class Slid:
-    """A slide of a whole sensor beside that of its half along x, mirrored and turned.
+    """A slide of a whole sensor beside that of its half along x, mirrored and turned."""
 
-    Parameters
-    ----------
-    markers, forces : float
-        Largest distance of a marker from where the half has it, and of the force from that of the half, at any time,
-        over the largest displacement and force [-].
-    force : (3,) array
-        Along the slide, up and across it, at the end [N].
-    """
-
-    markers: float
-    forces: float
-    force: np.ndarray
+    markers: float  # largest distance of a marker from where the half has it, over the largest displacement [-]
+    forces: float  # the same of the force, over the largest force [-]
+    force: np.ndarray  # (3,), along the slide, up and across it, at the end [N]
 
 
 def slid_beside_half(sensor, mesh, friction, *, depth, travel, part):
     """Press a whole sensor, slide it along x and at 45 degrees in steps of `part`, and do the same with its half.
 
-    Returns
-    -------
-    straight, aside : Slid
-        The slides of the whole, along x and at 45 degrees.
-    of_half, of_whole : float
-        Processor seconds of the half, and of both slides of the whole together.
+    Returns both slides, and the processor seconds of the half and of both slides of the whole together.
     """
     half, whole = (dataclasses.replace(sensor, part=name) for name in ("half", "whole"))
 

@@ -8,21 +8,7 @@ import pytest
 import xarray as xr
 
 import fingerslip as fs
-from fingerslip.errors import ResultError
-from fingerslip.history import (
-    VARIABLES,
-    full_tensors,
-    is_solid,
-    make_history,
-    nearest_record,
-    nearest_snapshot,
-    phase_times,
-    read_history,
-    site_kinds,
-    site_rows,
-    sites_of_kinds,
-    write_history,
-)
+from fingerslip import history as records
 from problems.pushed import push_and_slide
 from unit import synthetic
 
@@ -33,30 +19,25 @@ def history():
     return fs.simulate(push_and_slide(record=fs.Recording(sites, snapshots_every=0.1)))
 
 
-def test_round_trip_through_netcdf_keeps_every_bit(history, tmp_path):
+def test_round_trip_through_netcdf_keeps_every_bit_also_without_sites_and_contacts(history, tmp_path):
     path = tmp_path / "history.nc"
-    write_history(history, path)
-    back = read_history(path)
+    fs.write_history(history, path)
+    back = fs.read_history(path)
     xr.testing.assert_identical(back.drop_attrs(), history.drop_attrs())
     assert set(back.coords) == set(history.coords)
-    for name in VARIABLES:
+    for name in records.VARIABLES:
         assert back[name].dtype == history[name].dtype
         assert back[name].attrs == history[name].attrs
     for name, value in history.attrs.items():
         assert back.attrs[name] == value
     assert [entry.name for entry in tmp_path.iterdir()] == ["history.nc"]
+    time = fs.TimeStepping(5e-3, end=0.05)
+    plain = fs.simulate(push_and_slide(contacts=(), programme=(), tractions={"left": (5.0, 0.0)}, time=time))
+    fs.write_history(plain, tmp_path / "h.nc")
+    xr.testing.assert_identical(fs.read_history(tmp_path / "h.nc").drop_attrs(), plain.drop_attrs())
 
 
-def test_a_history_without_sites_or_contacts_round_trips(tmp_path):
-    model = push_and_slide(
-        contacts=(), programme=(), tractions={"left": (5.0, 0.0)}, time=fs.TimeStepping(5e-3, end=0.05)
-    )
-    plain = fs.simulate(model)
-    write_history(plain, tmp_path / "h.nc")
-    xr.testing.assert_identical(read_history(tmp_path / "h.nc").drop_attrs(), plain.drop_attrs())
-
-
-def test_a_failed_write_leaves_the_old_file_and_nothing_else(history, tmp_path, monkeypatch):
+def test_a_failed_write_leaves_the_old_file_and_names_that_no_history_has_are_refused(history, tmp_path, monkeypatch):
     path = tmp_path / "history.nc"
     path.write_bytes(b"old")
 
@@ -66,10 +47,14 @@ def test_a_failed_write_leaves_the_old_file_and_nothing_else(history, tmp_path, 
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(Path, "write_bytes", full_disk)
-    with pytest.raises(ResultError, match=r"history.nc: cannot be written .*No space left.*; free some space"):
-        write_history(history, path)
+    with pytest.raises(fs.ResultError, match=r"history.nc: cannot be written .*No space left.*; free some space"):
+        fs.write_history(history, path)
     assert [entry.name for entry in tmp_path.iterdir()] == ["history.nc"]
     assert path.read_bytes() == b"old"
+    with pytest.raises(KeyError, match="pressure"):
+        records.make_history({"pressure": np.zeros(3)}, {})
+    with pytest.raises(fs.ResultError, match="cannot be written"):
+        fs.write_history(history, tmp_path / "missing" / "history.nc")
 
 
 OTHER = xr.Dataset({"x": ("n", np.zeros(3))})
@@ -81,69 +66,67 @@ OTHER = xr.Dataset({"x": ("n", np.zeros(3))})
         (lambda *_: None, r"other.nc: cannot be read as a history .*; run the study again"),
         (lambda _, path: path.write_text("no netCDF at all"), "cannot be read as a history"),
         (lambda _, path: OTHER.to_netcdf(path, engine="h5netcdf"), "is no history"),
-        (lambda whole, path: [write_history(whole, path), path.write_bytes(path.read_bytes()[:1000])], ""),
+        (lambda whole, path: [fs.write_history(whole, path), path.write_bytes(path.read_bytes()[:1000])], ""),
         (
-            lambda whole, path: write_history(whole.drop_vars("snapshot_displacement"), path),
+            lambda whole, path: fs.write_history(whole.drop_vars("snapshot_displacement"), path),
             r"other.nc: is no history \(it has no snapshot_displacement\)",
         ),
     ],
 )
 def test_a_file_that_is_missing_damaged_or_another_is_a_result_error(history, tmp_path, make, message):
     make(history, tmp_path / "other.nc")
-    with pytest.raises(ResultError, match=message or None):
-        read_history(tmp_path / "other.nc")
-
-
-def test_names_that_no_history_has_and_folders_that_are_not_there_are_refused(history, tmp_path):
-    with pytest.raises(KeyError, match="pressure"):
-        make_history({"pressure": np.zeros(3)}, {})
-    with pytest.raises(ResultError, match="cannot be written"):
-        write_history(history, tmp_path / "missing" / "history.nc")
+    with pytest.raises(fs.ResultError, match=message or None):
+        fs.read_history(tmp_path / "other.nc")
 
 
 def test_times_of_phases_and_the_nearest_record_and_snapshot_are_found(history):
-    assert phase_times(history, "slide") == [(pytest.approx(0.12), pytest.approx(0.22))]
-    assert phase_times(history, "lift") == []
+    assert records.phase_times(history, "slide") == [(pytest.approx(0.12), pytest.approx(0.22))]
+    assert records.phase_times(history, "lift") == []
     even = synthetic.make(synthetic.Process(step=5e-3))
-    assert (nearest_record(even, 0.0126), nearest_record(even, 99.0)) == (3, even.sizes["time"] - 1)
+    assert (records.nearest_record(even, 0.0126), records.nearest_record(even, 99.0)) == (3, even.sizes["time"] - 1)
     shown = even.assign_coords(snapshot_time=("snapshot_time", [0.0, 0.5, 2.0]))
-    assert [nearest_snapshot(shown, time) for time in (None, 0.0, 0.3, 9.0)] == [2, 0, 1, 2]
+    assert [records.nearest_snapshot(shown, time) for time in (None, 0.0, 0.3, 9.0)] == [2, 0, 1, 2]
 
 
 def test_sites_are_found_by_kind_and_by_name_and_dimensions_are_told_apart():
     history = synthetic.make(synthetic.Process())
-    kinds = site_kinds(history)
-    rows = sites_of_kinds(history, ["SA-I", "FA-II"])
+    kinds = records.site_kinds(history)
+    rows = records.sites_of_kinds(history, ["SA-I", "FA-II"])
     assert set(kinds[rows]) == {"SA-I", "FA-II"}
     assert len(rows) == 50
     assert (np.diff(rows) > 0).all()
-    assert site_rows(history, history["site"].values[[7, 3]].tolist()).tolist() == [7, 3]
+    assert records.site_rows(history, history["site"].values[[7, 3]].tolist()).tolist() == [7, 3]
     with pytest.raises(KeyError, match="nowhere"):
-        site_rows(history, ["nowhere"])
+        records.site_rows(history, ["nowhere"])
     bare = history.drop_dims("site")
-    assert site_kinds(bare).size == sites_of_kinds(bare, ["SA-I"]).size == site_rows(bare, []).size == 0
-    assert not is_solid(history)
-    assert is_solid(history.drop_dims("component").assign_coords(component=["x", "y", "z"]))
+    assert (
+        records.site_kinds(bare).size
+        == records.sites_of_kinds(bare, ["SA-I"]).size
+        == records.site_rows(bare, []).size
+        == 0
+    )
+    assert not records.is_solid(history)
+    assert records.is_solid(history.drop_dims("component").assign_coords(component=["x", "y", "z"]))
 
 
 @pytest.mark.parametrize("seed", range(8))
 def test_a_damaged_file_is_no_history(tmp_path, seed):
     path = tmp_path / "h.nc"
-    write_history(synthetic.make(synthetic.Process()), path)
+    fs.write_history(synthetic.make(synthetic.Process()), path)
     content = bytearray(path.read_bytes())
     start = seed * len(content) // 8
     content[start : start + 600] = bytes(600)
     path.write_bytes(bytes(content))
-    with contextlib.suppress(ResultError):  # damage may lie in what nothing reads
-        read_history(path)
+    with contextlib.suppress(fs.ResultError):  # damage may lie in what nothing reads
+        fs.read_history(path)
 
 
 def test_full_tensors_are_symmetric_and_put_each_component_in_its_place():
     names = ["xx", "yy", "zz", "xy", "yz", "xz"]
     values = xr.DataArray(np.arange(12.0).reshape(2, 6), {"stress_component": names}, ("cell", "stress_component"))
-    full = full_tensors(values)
+    full = records.full_tensors(values)
     np.testing.assert_array_equal(full, full.transpose(0, 2, 1))
     for name in names:
         i, j = ("xyz".index(axis) for axis in name)
         np.testing.assert_array_equal(full[:, i, j], values.sel(stress_component=name))
-    assert not full_tensors(values.isel(stress_component=[0, 1, 2, 3]))[:, 2, :2].any()
+    assert not records.full_tensors(values.isel(stress_component=[0, 1, 2, 3]))[:, 2, :2].any()

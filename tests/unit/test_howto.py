@@ -11,33 +11,17 @@ from fingerslip.contact.states import OPEN
 from places import DOCS, ROOT
 
 PAGES = sorted(path for path in (DOCS / "howto").glob("*.md") if path.name != "index.md")
-LONG = {
-    "results",
-    "clusters",
-    "own-mesh",
-    "afferent-model",
-    "held-object",
-    "grip-controller",
-}  # studies of their own, in other processes; seconds
 TUTORIALS = sorted(path for path in (DOCS / "tutorials").glob("*.md") if path.name != "index.md")
+# Studies of their own, in other processes; seconds.
+LONG = {"results", "clusters", "own-mesh", "afferent-model", "held-object", "grip-controller"}
+SLOW = [page for page in (*PAGES, *TUTORIALS) if page.stem in LONG or page in TUTORIALS]
 
 
 @pytest.mark.parametrize(
     "page",
-    [pytest.param(page, marks=[pytest.mark.slow] * (page.stem in LONG)) for page in PAGES],
-    ids=lambda page: page.stem,
+    [pytest.param(page, marks=[pytest.mark.slow] * (page in SLOW), id=page.stem) for page in (*PAGES, *TUTORIALS)],
 )
 def test_page_runs(page, tmp_path, monkeypatch):
-    run_page(page, tmp_path, monkeypatch)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("page", TUTORIALS, ids=lambda page: page.stem)
-def test_tutorial_runs(page, tmp_path, monkeypatch):
-    run_page(page, tmp_path, monkeypatch)
-
-
-def run_page(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     blocks = re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
     assert blocks, "a page has code"
@@ -94,7 +78,7 @@ def test_example_of_slip_detection_finds_slip_and_says_that_it_is_no_result(tmp_
     assert sorted(path.name for path in tmp_path.iterdir()) == ["detector", "slides", "submission.csv"]
 
 
-def test_example_of_cameras_films_and_measures(capsys, tmp_path, monkeypatch):
+def test_examples_of_cameras_and_tracking_film_follow_and_measure(capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     names = names_of("docs/vision.md")
     assert (tmp_path / "slide.mkv").is_file()
@@ -103,9 +87,6 @@ def test_example_of_cameras_films_and_measures(capsys, tmp_path, monkeypatch):
     # Markers that spread by 5 % in both directions.
     assert names["spread"] == pytest.approx(0.1, abs=1e-3)
     assert "61 frames, positions to 0.0" in capsys.readouterr().out
-
-
-def test_example_of_tracking_follows_markers():
     last = names_of("docs/tracking.md")["displacement"].isel(time=-1)
     assert last.sel(axis="x").values == pytest.approx(np.full(6, 14.0), abs=0.1)
     assert last.sel(axis="y").values == pytest.approx(np.zeros(6), abs=0.1)

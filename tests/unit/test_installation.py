@@ -36,13 +36,11 @@ def test_what_is_missing_is_named_with_its_packages_and_nothing_where_everything
     assert "sudo dnf install mesa-libGLU libXft\n" in err
     monkeypatch.setattr(installation.sys, "platform", "darwin")
     assert missing_libraries() == (), "other systems bring their own libraries"
-
-
-def test_commands_are_one_for_each_family_and_every_library_is_named_once():
-    assert install_line(LIBRARIES).splitlines() == [
+    commands = [
         "  Debian, Ubuntu:  sudo apt-get install liba1 libb2",
         "  Fedora, RHEL:    sudo dnf install a-libs b-libs",
     ]
+    assert install_line(LIBRARIES).splitlines() == commands, "one for each family"
     needed = installation._NEEDED
     assert len({library.file for library in needed}) == len(needed)
     for library in needed:
@@ -63,14 +61,11 @@ def test_check_runs_before_anything_is_installed():
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode in {0, 2}, done.stderr
     assert "Traceback" not in done.stderr
-
-
-@pytest.mark.parametrize("caller", ["Makefile", ".ci/run"])
-def test_set_up_calls_the_file_itself(caller):
-    """As a module of the package it would need what the package imports."""
-    text = (ROOT / caller).read_text(encoding="utf-8")
-    assert "src/fingerslip/installation.py" in text
-    assert "-m fingerslip" not in text
+    for caller in ("Makefile", ".ci/run"):
+        # As a module of the package it would need what the package imports.
+        text = (ROOT / caller).read_text(encoding="utf-8")
+        assert "src/fingerslip/installation.py" in text
+        assert "-m fingerslip" not in text
 
 
 @pytest.mark.skipif(not Path("/proc").is_dir(), reason="needs folders that nobody can write")

@@ -63,7 +63,7 @@ def history():
     )
 
 
-def test_positions_rings_and_directions():
+def test_positions_rings_and_directions_of_both_kinds_of_one_and_of_none():
     tracks = marker_tracks(history())
     assert tracks["position"].attrs["units"] == "m"
     assert tracks["position"].values[1, 0] == pytest.approx([5.5e-3, 6e-3])
@@ -71,9 +71,6 @@ def test_positions_rings_and_directions():
     assert tracks["kind"].values.tolist() == ["internal", "external"]
     assert tracks["direction"].values[:, 0] == pytest.approx(np.array([[0.0, 1.0], [np.sqrt(0.5), np.sqrt(0.5)]]))
     assert np.isnan(tracks["direction"].values[:, 1]).all()
-
-
-def test_one_kind_of_markers_and_none():
     tracks = marker_tracks(history(), ("external",))
     assert tracks.sizes["marker"] == 1
     assert "direction" not in tracks

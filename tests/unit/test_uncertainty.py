@@ -71,7 +71,7 @@ def test_what_gives_no_limit_is_called_by_its_name(values, behaviour):
         assert not found.converges
 
 
-def test_an_order_beyond_the_elements_is_not_trusted():
+def test_an_order_beyond_the_elements_is_not_trusted_and_a_small_change_has_settled():
     """h^4 fits the values, but the limit is taken with the second order, and the misfit is added."""
     values = tuple(1.0 + size**4 for size in SIZES)
     found = refine(series(*values), 2.0)
@@ -81,9 +81,7 @@ def test_an_order_beyond_the_elements_is_not_trusted():
     misfit = abs(values[1] - (limit + slope * SIZES[1] ** 2))
     assert found.limit == pytest.approx(limit)
     assert found.uncertainty == pytest.approx(1.25 * slope + misfit)
-
-
-def test_a_small_change_has_settled_whatever_its_way():
+    # A small change has settled, whatever its way.
     found = refine(series(1.000, 1.001, 1.0005), 2.0)
     assert found.behaviour == "oscillatory"
     assert found.settled

@@ -6,8 +6,6 @@ the next moves by 1.2 ms (results/reference/convergence.md and validation.json, 
 `fingerslip validate`).
 """
 
-from __future__ import annotations
-
 import dataclasses
 import json
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from types import MappingProxyType
 
 import numpy as np
 import xarray as xr
@@ -78,17 +77,15 @@ def _length(name: str) -> Callable[[xr.Dataset], Array]:
 
 
 #: Name of each stimulus with its SI unit, its meaning, and how a history gives it.
-STIMULI: Mapping[str, tuple[str, str, Callable[[xr.Dataset], Array]]] = MappingProxyType(
-    {
-        "strain_energy_density": ("J/m^3", "strain energy density", lambda at: at["strain_energy_density"].values),
-        "equivalent_strain": ("1", "equivalent strain, sqrt(2/3 e:e) of the deviator", _equivalent_strain),
-        "largest_strain": ("1", "largest principal strain", lambda at: _principal(at, 2)),
-        "smallest_strain": ("1", "smallest principal strain", lambda at: _principal(at, 0)),
-        "pressure": ("Pa", "hydrostatic pressure", lambda at: -at["stress"].values[..., :3].mean(axis=-1)),
-        "speed": ("m/s", "speed of the tissue", _length("velocity")),
-        "acceleration": ("m/s^2", "acceleration of the tissue", _length("acceleration")),
-    }
-)
+STIMULI: Mapping[str, tuple[str, str, Callable[[xr.Dataset], Array]]] = {
+    "strain_energy_density": ("J/m^3", "strain energy density", lambda at: at["strain_energy_density"].values),
+    "equivalent_strain": ("1", "equivalent strain, sqrt(2/3 e:e) of the deviator", _equivalent_strain),
+    "largest_strain": ("1", "largest principal strain", lambda at: _principal(at, 2)),
+    "smallest_strain": ("1", "smallest principal strain", lambda at: _principal(at, 0)),
+    "pressure": ("Pa", "hydrostatic pressure", lambda at: -at["stress"].values[..., :3].mean(axis=-1)),
+    "speed": ("m/s", "speed of the tissue", _length("velocity")),
+    "acceleration": ("m/s^2", "acceleration of the tissue", _length("acceleration")),
+}
 
 
 ORDER = 3  # of low passes and high passes

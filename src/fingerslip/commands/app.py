@@ -90,15 +90,6 @@ def _verbs() -> Iterator[tuple[Callable[..., Any], Sequence[Callable[..., Any]]]
             yield getattr(file, module.name), getattr(file, "ACTIONS", ())
 
 
-def _group(verb: Callable[..., Any], actions: Sequence[Callable[..., Any]]) -> typer.Typer:
-    """Return a verb that has verbs below it; its own function says what they have in common."""
-    group = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False)
-    group.callback()(verb)
-    for action in actions:
-        group.command()(action)
-    return group
-
-
 def command_line() -> typer.Typer:
     """Return the command line, with a verb for each file of this folder."""
     verbs = typer.Typer(
@@ -112,7 +103,12 @@ def command_line() -> typer.Typer:
     verbs.callback()(_options)
     for verb, actions in _verbs():
         if actions:
-            verbs.add_typer(_group(verb, actions), name=verb.__name__)
+            # The function of a verb that has verbs below it says what they have in common.
+            group = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False)
+            group.callback()(verb)
+            for action in actions:
+                group.command()(action)
+            verbs.add_typer(group, name=verb.__name__)
         else:
             verbs.command()(verb)
     return verbs

@@ -40,8 +40,8 @@ class Candidates:
     counterface: Indices  # (n_c,), index of the counterface that each may touch
     positions: Array  # (n_c, dim), reference positions [m]
     area: Array  # (n_c,), tributary areas [m^2]
-    normal_stiffness: Array  # (n_c,), penalties times areas [N/m]
-    tangential_stiffness: Array  # (n_c,), penalties times areas [N/m]
+    normal_stiffness: Array  # (n_c,), normal penalties times areas [N/m]
+    tangential_stiffness: Array  # (n_c,), tangential penalties times areas [N/m]
 
     @property
     def dim(self) -> int:

@@ -152,12 +152,7 @@ def material(name: str) -> AnyMaterial:
     Parameters
     ----------
     name : str
-        One of :func:`material_names`.
-
-    Raises
-    ------
-    InputError
-        Where no material has that name.
+        One of :func:`material_names`; any other is refused with an InputError.
 
     Examples
     --------

@@ -147,7 +147,10 @@ def from_mapping(cls: type[T], values: Mapping[str, Any], where: str = "") -> T:
     try:
         return _adapter(cls).validate_python(dict(values), context=_FROM_TEXT)  # type: ignore[arg-type, no-any-return]
     except pydantic.ValidationError as error:
-        raise _together(in_order(mistakes_in(error, cls), walk(values)), _front(where)) from None
+        front = (
+            f"{where}{'.' if ': ' in where else ': '}" if where else ""
+        )  # such as `x.yaml: ` or `x.yaml: fingertip.`
+        raise _together(in_order(mistakes_in(error, cls), walk(values)), front) from None
 
 
 def valid_fields(cls: type, values: Mapping[str, Any]) -> dict[str, Any]:
@@ -163,22 +166,16 @@ def valid_fields(cls: type, values: Mapping[str, Any]) -> dict[str, Any]:
     return fields
 
 
-def _front(where: str) -> str:
-    """Return what stands in front of a path inside `where`, such as ``x.yaml: `` or ``x.yaml: fingertip.``."""
-    return f"{where}{'.' if ': ' in where else ': '}" if where else ""
-
-
 def _together(mistakes: Iterable[InputError], front: str) -> InputError:
     """Return mistakes as one error, with `front` before each path, or without its separator where there is none."""
     alone = front.removesuffix(": ").removesuffix(".")
     return Mistakes([mistake.moved(lambda path: f"{front}{path}" if path else alone) for mistake in mistakes]).error()
 
 
-def as_mapping(instance: object) -> Any:
+def as_mapping(instance: Any) -> Any:
     """Turn a parameter set into plain data, quantities as text with units: the inverse of :func:`from_mapping`."""
-    if dataclasses.is_dataclass(instance) and not isinstance(instance, type):
-        return plain_fields(type(instance), {f.name: getattr(instance, f.name) for f in dataclasses.fields(instance)})
-    return _plain(instance, None, None)
+    values = {field.name: getattr(instance, field.name) for field in dataclasses.fields(instance)}
+    return plain_fields(type(instance), values)
 
 
 def plain_fields(cls: type, values: Mapping[str, Any]) -> dict[str, Any]:

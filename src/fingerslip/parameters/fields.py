@@ -179,20 +179,13 @@ _PLAIN_NEEDS = MappingProxyType(
     {
         "multiple_argument_values": "needs its value once, by place or by name",
         "unexpected_positional_argument": "needs fewer values, or their names",
-        "dataclass_type": "needs keys and values",
-        "dict_type": "needs keys and values",
-        "mapping_type": "needs keys and values",
-        "tuple_type": "needs a list",
-        "list_type": "needs a list",
+        **dict.fromkeys(("dataclass_type", "dict_type", "mapping_type"), "needs keys and values"),
+        **dict.fromkeys(("tuple_type", "list_type"), "needs a list"),
         "string_type": "needs text",
-        "float_type": "needs a number",
-        "float_parsing": "needs a number",
+        **dict.fromkeys(("float_type", "float_parsing"), "needs a number"),
         "finite_number": "needs a finite number",
-        "int_type": "needs a whole number",
-        "int_parsing": "needs a whole number",
-        "int_from_float": "needs a whole number",
-        "bool_type": "needs true or false",
-        "bool_parsing": "needs true or false",
+        **dict.fromkeys(("int_type", "int_parsing", "int_from_float"), "needs a whole number"),
+        **dict.fromkeys(("bool_type", "bool_parsing"), "needs true or false"),
     }
 )
 

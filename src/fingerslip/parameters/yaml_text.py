@@ -45,30 +45,21 @@ class _Kind:
     read: Callable[[str], object]
 
 
-def _whole(text: str) -> int:
-    return int(text, 0) if text[:2] in ("0o", "0x") else int(text)
-
-
-def _number(text: str) -> float:
-    return float(text.lower().replace(".inf", "inf").replace(".nan", "nan"))
-
-
+_INTEGER, _FLOAT = r"[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+", r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?"
 # YAML 1.2.2, section 10.3.2: 'no', 'on' and '1:30' are text, '1e-3' is a number.
 _KINDS: Mapping[str, _Kind] = MappingProxyType(
     {
-        f"{_CORE}bool": _Kind(
-            re.compile(r"(?:true|True|TRUE|false|False|FALSE)\Z"), tuple("tTfF"), lambda text: text.lower() == "true"
-        ),
-        f"{_CORE}int": _Kind(re.compile(r"(?:[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+)\Z"), tuple("-+0123456789"), _whole),
-        f"{_CORE}float": _Kind(
-            re.compile(
-                r"(?:[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?|[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN))\Z"
+        f"{_CORE}{name}": _Kind(re.compile(rf"(?:{pattern})\Z", re.DOTALL), tuple(first), read)
+        for name, pattern, first, read in (
+            ("bool", "true|True|TRUE|false|False|FALSE", "tTfF", lambda text: text.lower() == "true"),
+            ("int", _INTEGER, "-+0123456789", lambda text: int(text, 0 if text[:2] in ("0o", "0x") else 10)),
+            (
+                *("float", rf"{_FLOAT}|[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN)", "-+.0123456789"),
+                lambda text: float(text.lower().replace(".inf", "inf").replace(".nan", "nan")),
             ),
-            tuple("-+.0123456789"),
-            _number,
-        ),
-        f"{_CORE}null": _Kind(re.compile(r"(?:~|null|Null|NULL|)\Z"), ("~", "n", "N", ""), lambda _: None),
-        f"{_CORE}str": _Kind(re.compile(""), (), str),
+            ("null", "~|null|Null|NULL|", ("~", "n", "N", ""), lambda _: None),
+            ("str", ".*", (), str),
+        )
     }
 )
 

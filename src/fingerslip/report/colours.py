@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping, Sequence
-from types import MappingProxyType
 
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.sites import RECEPTOR_KINDS
@@ -20,33 +19,33 @@ YELLOW, BLUE, VERMILLION, PURPLE = "#F0E442", "#0072B2", "#D55E00", "#CC79A7"
 GREY = "#6e6e6e"
 
 #: States of the contact.
-STATE_COLOURS: Mapping[int, str] = MappingProxyType({OPEN: "#eef0f2", STICK: "#8fbfe0", SLIP: "#f2b04e"})
-STATE_NAMES: Mapping[int, str] = MappingProxyType({OPEN: "open", STICK: "stick", SLIP: "slip"})
+STATE_COLOURS: Mapping[int, str] = {OPEN: "#eef0f2", STICK: "#8fbfe0", SLIP: "#f2b04e"}
+STATE_NAMES: Mapping[int, str] = {OPEN: "open", STICK: "stick", SLIP: "slip"}
 
 #: Slip events: from light to dark as they follow each other, and a dash pattern each (on, off, ... in points).
-EVENT_COLOURS: Mapping[str, str] = MappingProxyType(
-    dict(zip(EVENTS, ("#d6499a", "#a02c8a", "#6a1b7a", "#22093a"), strict=True))
-)
-EVENT_DASHES: Mapping[str, tuple[float, ...]] = MappingProxyType(
-    dict(zip(EVENTS, ((1.2, 1.6), (3, 1.5, 1, 1.5), (4, 2), (9, 1.5)), strict=True))
+EVENT_COLOURS: Mapping[str, str] = dict(zip(EVENTS, ("#d6499a", "#a02c8a", "#6a1b7a", "#22093a"), strict=True))
+EVENT_DASHES: Mapping[str, tuple[float, ...]] = dict(
+    zip(EVENTS, ((1.2, 1.6), (3, 1.5, 1, 1.5), (4, 2), (9, 1.5)), strict=True)
 )
 
 #: Types of receptors: a colour and a mark each.
-RECEPTOR_COLOURS: Mapping[str, str] = MappingProxyType(
-    dict(zip(RECEPTOR_KINDS, (BLUE, VERMILLION, GREEN, SKY), strict=True))
-)
-RECEPTOR_MARKS: Mapping[str, str] = MappingProxyType(dict(zip(RECEPTOR_KINDS, ("o", "^", "s", "D"), strict=True)))
+RECEPTOR_COLOURS: Mapping[str, str] = dict(zip(RECEPTOR_KINDS, (BLUE, VERMILLION, GREEN, SKY), strict=True))
+RECEPTOR_MARKS: Mapping[str, str] = dict(zip(RECEPTOR_KINDS, ("o", "^", "s", "D"), strict=True))
 
 #: The two edges of the contact.
-AREA_COLOURS: Mapping[str, str] = MappingProxyType({"A": BLUE, "B": VERMILLION})
+AREA_COLOURS: Mapping[str, str] = {"A": BLUE, "B": VERMILLION}
 
 #: The readings of slip events.
-READING_COLOURS: Mapping[str, str] = MappingProxyType(dict(zip(READINGS, (BLUE, GREEN, ORANGE), strict=True)))
+READING_COLOURS: Mapping[str, str] = dict(zip(READINGS, (BLUE, GREEN, ORANGE), strict=True))
 
 #: Layers, from outside inwards.
-REGION_COLOURS: Mapping[str, str] = MappingProxyType(
-    {"epidermis": "#e3a57c", "dermis": "#f2cfae", "skin": "#ecc09b", "tissue": "#faeedd", "phalanx": "#c9ced3"}
-)
+REGION_COLOURS: Mapping[str, str] = {
+    "epidermis": "#e3a57c",
+    "dermis": "#f2cfae",
+    "skin": "#ecc09b",
+    "tissue": "#faeedd",
+    "phalanx": "#c9ced3",
+}
 _OTHER_COLOURS = ("#d9e6f2", "#dcefe2", "#efe2f0", "#f4f0d8")
 
 #: Name of the map of fields from little to much: lightness rises evenly, for any colour vision.

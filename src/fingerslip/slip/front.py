@@ -167,16 +167,10 @@ def reference_events(
     window = slide_window(history, slide)
     if window is None:
         return SlipEvents()
-    # How far sites have moved along the plate, relative to it, (n_times, n_sites) [m].
-    skin = history["displacement"].values[window.records][:, site_rows(history, sites)]
-    plate = history["counterface_displacement"].values[window.records][:, [counterface]]
-    relative, normal = (skin - skin[0]) - (plate - plate[0]), windows.counterface_normal(history, counterface)
-    lags, times = (
-        np.linalg.norm(windows.split_along(relative, normal)[1], axis=-1),
-        history["time"].values[window.records],
-    )
-    level, sustained = settings.displacement_tolerance, settings.sustained
-    return events_of_leaving(sustained_crossings(times, lags, level, sustained), settings)
+    moved, times = history["displacement"].values[:, site_rows(history, sites)], history["time"].values[window.records]
+    lags = windows.lags(history, window, moved, [counterface])
+    crossings = sustained_crossings(times, lags, settings.displacement_tolerance, settings.sustained)
+    return events_of_leaving(crossings, settings)
 
 
 # Contact within so many facets of a free edge is taken to reach it.

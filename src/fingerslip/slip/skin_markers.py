@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fingerslip.contact.states import OPEN
 from fingerslip.history import sites_of_kinds
 from fingerslip.slip.settings import EventSettings
-from fingerslip.slip.windows import Floats, contact_forces, slide_window, split_along, sustained_crossings
+from fingerslip.slip.windows import Floats, contact_forces, lags, slide_window, sustained_crossings
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -39,26 +39,32 @@ def skin_marker_slips(history: xr.Dataset, settings: EventSettings | None = None
     rows = sites_of_kinds(history, [EXTERNAL])
     if window is None or not rows.size or not history.sizes.get("contact_node", 0):
         return None
-    rest = history["site_position"].values[rows]
-    touching = _touching(history, rest, window.first)
-    rows, rest = rows[touching], rest[touching]
-    # Displacement relative to the counterface, along its surface [m].
-    relative = history["displacement"].values[:, rows] - history["counterface_displacement"].values[:, :1]
-    _, lag = split_along(relative[window.records], history["counterface_normal"].values[0])
-    lag = np.linalg.norm(lag - lag[0], axis=2)
+    rows = rows[touching_markers(history)]
+    lag = lags(history, window, history["displacement"].values[:, rows], [0])
     times = history["time"].values[window.records]
     crossings = sustained_crossings(times, lag, settings.displacement_tolerance, settings.sustained)
     names = tuple(map(str, history["site"].values[rows]))
-    distance = np.linalg.norm(np.delete(rest, 1, axis=1), axis=1)
+    distance = np.linalg.norm(np.delete(history["site_position"].values[rows], 1, axis=1), axis=1)
     return MarkerSlips(names, distance, np.array(crossings, dtype=float))
 
 
 def touching_markers(history: xr.Dataset) -> NDArray[np.bool_]:
-    """Tell of each marker of the skin, in the order of the sites, whether it touches when the first slide begins."""
+    """Tell of each marker of the skin, in the order of the sites, whether it touches when the first slide begins.
+
+    It is at, or on quadratic facets beside, a node that is in contact then.
+    """
     rows, window = sites_of_kinds(history, [EXTERNAL]), slide_window(history)
-    if window is None or not rows.size or not history.sizes.get("contact_node", 0):
+    if window is None or not rows.size or history.sizes.get("contact_node", 0) < 2:
         return np.zeros(rows.size, dtype=bool)
-    return _touching(history, history["site_position"].values[rows], window.first)
+    # Slow to import as well, see `stick_slip_cycles`.
+    from scipy.spatial import cKDTree
+
+    nodes, state = history["contact_position"].values, history["contact_state"].values[window.first]
+    tree = cKDTree(nodes)
+    away, nearest = tree.query(history["site_position"].values[rows])
+    # The corners of quadratic facets bear no contact force, the nodes between them do.
+    beside: float = _BESIDE * float(np.median(tree.query(nodes, k=2)[0][:, 1]))
+    return np.asarray((away < beside) & (state[nearest] != OPEN))
 
 
 def share_before_centre(slips: MarkerSlips | None) -> float | None:
@@ -99,18 +105,3 @@ def stick_slip_cycles(history: xr.Dataset) -> int | None:
         elif friction[peak] > friction[last]:
             last = peak
     return count
-
-
-def _touching(history: xr.Dataset, rest: Floats, record: int) -> NDArray[np.bool_]:
-    """Tell which markers are at, or on quadratic facets beside, a node that is in contact at a record."""
-    nodes, state = history["contact_position"].values, history["contact_state"].values[record]
-    if len(nodes) < 2:
-        return np.zeros(len(rest), dtype=bool)
-    # Slow to import as well, see `stick_slip_cycles`.
-    from scipy.spatial import cKDTree
-
-    tree = cKDTree(nodes)
-    away, nearest = tree.query(rest)
-    # The corners of quadratic facets bear no contact force, the nodes between them do.
-    beside: float = _BESIDE * float(np.median(tree.query(nodes, k=2)[0][:, 1]))
-    return np.asarray((away < beside) & (state[nearest] != OPEN))

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from fingerslip.contact.states import OPEN, SLIP
 from fingerslip.errors import InputError
@@ -103,9 +102,12 @@ def sustained_crossings(times: Floats, values: Floats, level: float, sustained: 
 
 
 #: The slip events in order of time: name in files, and in words.
-EVENTS: Mapping[str, str] = MappingProxyType(
-    {"incipient": "incipient", "noticed": "48 %", "three_quarter": "three-quarter", "overall": "overall"}
-)
+EVENTS: Mapping[str, str] = {
+    "incipient": "incipient",
+    "noticed": "48 %",
+    "three_quarter": "three-quarter",
+    "overall": "overall",
+}
 #: What stands below tables that have the second of them.
 NOTICED_NOTE = "48 %: the share of the contact that slips when people notice it (Barrea et al. 2018)."
 #: The events that every reading gives; figures mark these.
@@ -116,13 +118,13 @@ LATENCY = "latency"
 TIMES = (*EVENTS, LATENCY)
 
 #: The readings: name in files, and in words.
-READINGS: Mapping[str, str] = MappingProxyType(
-    {"slip": "accumulated slip", "displacement": "displacement", "acceleration": "acceleration peaks"}
-)
+READINGS: Mapping[str, str] = {
+    "slip": "accumulated slip",
+    "displacement": "displacement",
+    "acceleration": "acceleration peaks",
+}
 #: The readings where there is little room.
-READING_HEADINGS: Mapping[str, str] = MappingProxyType(
-    {"slip": "slip", "displacement": "displ.", "acceleration": "peaks"}
-)
+READING_HEADINGS: Mapping[str, str] = {"slip": "slip", "displacement": "displ.", "acceleration": "peaks"}
 
 
 def event_label(time: str) -> str:
@@ -269,11 +271,18 @@ def accumulated_slip(history: xr.Dataset, window: SlideWindow) -> Floats:
 
 def relative_displacement(history: xr.Dataset, window: SlideWindow) -> Floats:
     """Return how far contact nodes have moved relative to the plate since the slide began, (n_times, n_nodes) [m]."""
-    counterface = history["contact_counterface"].values
-    node = history["contact_displacement"].values[window.records]
-    plate = history["counterface_displacement"].values[window.records][:, counterface]
-    relative = (node - node[0]) - (plate - plate[0])
-    _, tangential = split_along(relative, history["counterface_normal"].values[counterface])
+    return lags(history, window, history["contact_displacement"].values, history["contact_counterface"].values)
+
+
+def lags(history: xr.Dataset, window: SlideWindow, moved: Floats, counterface: ArrayLike) -> Floats:
+    """Return how far points lag their counterfaces along the surface since the slide began, (n_times, n) [m].
+
+    `moved` (n_records, n, dim) are their displacements in the whole history [m]; all may have one counterface.
+    """
+    numbers, points = np.asarray(counterface), moved[window.records]
+    plates = history["counterface_displacement"].values[window.records][:, numbers]
+    relative = (points - points[0]) - (plates - plates[0])
+    _, tangential = split_along(relative, history["counterface_normal"].values[numbers])
     return np.asarray(np.linalg.norm(tangential, axis=-1), dtype=float)
 
 

@@ -99,13 +99,27 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """A table as data: of an empty cell the value is None, of one without a value for a reason :class:`Missing`."""
+    """A table as data.
 
-    title: str  # what it shows
-    columns: tuple[Column, ...]  # its columns
-    rows: tuple[tuple[Cell, ...], ...]  # a cell for each column
-    note: str = ""  # what a reader has to know
-    marked: tuple[int, ...] = ()  # numbers of the rows that stand out
+    Parameters
+    ----------
+    title : str
+        What it shows.
+    columns : tuple of Column
+        Its columns.
+    rows : tuple of tuple
+        A cell for each column; None for an empty cell, :class:`Missing` where a value is missing for a reason.
+    note : str
+        What a reader has to know.
+    marked : tuple of int
+        Numbers of the rows that stand out.
+    """
+
+    title: str
+    columns: tuple[Column, ...]
+    rows: tuple[tuple[Cell, ...], ...]
+    note: str = ""
+    marked: tuple[int, ...] = ()
 
     @property
     def legend(self) -> str:

@@ -6,7 +6,6 @@ Whether the statement holds says the rule at the end of its `check` in ``data/pu
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -112,20 +111,18 @@ def _lost_peaks(first: int, second: int) -> Callable[[Evidence], tuple[int, int]
 
 
 #: The checks that look at the three phalanges only, by id of the published statement.
-PHALANX_CHECKS: Mapping[str, Check] = MappingProxyType(
-    {
-        "overall-order": lambda evidence: np.diff(_times(_phalanges(evidence), "overall")).min(),
-        "latency-order": lambda evidence: np.diff(_times(_phalanges(evidence), "latency")).min(),
-        "overall-peak-order": lambda evidence: np.diff(_heights(_phalanges(evidence))[::-1]).min(),
-        "surface-receptors-feel-more": _surface_over_deep,
-        "edges-first": lambda evidence: _numbers(_phalanges(evidence), "centre_after_edge").min(),
-        "density-rises": _of_densities(lambda densities: min(densities.growth.values())),
-        "density-then-stays": _of_densities(lambda densities: max(densities.range_after.values())),
-        "density-larger-in-b": _of_densities(_larger_at_one_edge),
-        "flattened-without-middle-peaks": _lost_peaks(0, 1),
-        "scaled-middle-peaks-merge": _lost_peaks(0, 2),
-    }
-)
+PHALANX_CHECKS: Mapping[str, Check] = {
+    "overall-order": lambda evidence: np.diff(_times(_phalanges(evidence), "overall")).min(),
+    "latency-order": lambda evidence: np.diff(_times(_phalanges(evidence), "latency")).min(),
+    "overall-peak-order": lambda evidence: np.diff(_heights(_phalanges(evidence))[::-1]).min(),
+    "surface-receptors-feel-more": _surface_over_deep,
+    "edges-first": lambda evidence: _numbers(_phalanges(evidence), "centre_after_edge").min(),
+    "density-rises": _of_densities(lambda densities: min(densities.growth.values())),
+    "density-then-stays": _of_densities(lambda densities: max(densities.range_after.values())),
+    "density-larger-in-b": _of_densities(_larger_at_one_edge),
+    "flattened-without-middle-peaks": _lost_peaks(0, 1),
+    "scaled-middle-peaks-merge": _lost_peaks(0, 2),
+}
 
 
 def _noise(evidence: Evidence) -> float:
@@ -157,22 +154,20 @@ def _friction_ratio(
 
 
 #: All checks by id of the published statement.
-CHECKS: Mapping[str, Check] = MappingProxyType(
-    {
-        **PHALANX_CHECKS,
-        "linear-in-friction": _straightness,
-        "latency-grows-with-friction": _friction_ratio(lambda runs: _times(runs, "latency"), 0.6, 0.2),
-        "latency-flattens-with-friction": _flattening,
-        "fingerprint-adds-noise": _noise,
-        "fingerprint-hides-incipient": _hidden_peaks,
-        "fingerprint-leaves-overall": lambda evidence: float(np.isfinite(_heights(_fingerprint(evidence, True))).sum()),
-        "fingerprint-flattened-peak": _flattened_over_others,
-        "fingerprint-scaled-vibrates": _scaled_vibration,
-        "low-friction-vibrates": _friction_ratio(lambda runs: _numbers(runs, "rms_after"), 0.2, 0.6),
-        "high-friction-loses-middle-peaks": lambda evidence: (
-            _frictions(evidence)[2].middle_peaks,
-            _frictions(evidence)[3].middle_peaks,
-        ),
-        "high-friction-smaller-peaks": _friction_ratio(_heights, 0.8, 0.6),
-    }
-)
+CHECKS: Mapping[str, Check] = {
+    **PHALANX_CHECKS,
+    "linear-in-friction": _straightness,
+    "latency-grows-with-friction": _friction_ratio(lambda runs: _times(runs, "latency"), 0.6, 0.2),
+    "latency-flattens-with-friction": _flattening,
+    "fingerprint-adds-noise": _noise,
+    "fingerprint-hides-incipient": _hidden_peaks,
+    "fingerprint-leaves-overall": lambda evidence: float(np.isfinite(_heights(_fingerprint(evidence, True))).sum()),
+    "fingerprint-flattened-peak": _flattened_over_others,
+    "fingerprint-scaled-vibrates": _scaled_vibration,
+    "low-friction-vibrates": _friction_ratio(lambda runs: _numbers(runs, "rms_after"), 0.2, 0.6),
+    "high-friction-loses-middle-peaks": lambda evidence: (
+        _frictions(evidence)[2].middle_peaks,
+        _frictions(evidence)[3].middle_peaks,
+    ),
+    "high-friction-smaller-peaks": _friction_ratio(_heights, 0.8, 0.6),
+}

@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 from fingerslip.errors import InputError, shorten
@@ -60,12 +59,12 @@ def validate(work: Work, *, papers: Sequence[str] = PAPERS) -> tuple[Row, ...]:
 def rows_of(evidence: Evidence) -> tuple[Row, ...]:
     """Return the rows, calibrated ones first."""
     table, statements = (published_set(f"wang2014-{name}").values for name in ("table2", "qualitative"))
-    middle = [value for value in published_set("wang2014-peaks").values if value.quantity == "three_quarter"]
+    times = (*table, *(value for value in published_set("wang2014-peaks").values if value.quantity == "three_quarter"))
     overall = [value for value in table if value.quantity == "overall"]
     finite = evidence.at_large_strain()
     rows = (
-        *(_time_row(evidence, value, basis=_basis(value)) for value in (*table, *middle)),
-        *(_time_row(evidence, value, "acceleration") for value in (*table, *middle)),
+        *(_time_row(evidence, value, basis="calibrated" if value.calibrated else "predicted") for value in times),
+        *(_time_row(evidence, value, "acceleration") for value in times),
         *_travel_rows(evidence),
         *_height_rows(evidence),
         *(_time_row(evidence, value, study=FORMULATION, model="plane strain") for value in overall),
@@ -105,7 +104,8 @@ def _travel_rows(evidence: Evidence) -> Iterator[Row]:
         error = ours.run.uncertainty.get("slip.overall")
         uncertainty = None if error is None else error * _TRAVEL_PER_SECOND
         name = f"travel of the plate at overall slip / (friction x depth), {variant} (accumulated slip)"
-        yield number_row(name, value, ours.travel, uncertainty, resolution=_TRAVEL_RESOLUTION, basis=_basis(value))
+        basis: Basis = "calibrated" if value.calibrated else "predicted"
+        yield number_row(name, value, ours.travel, uncertainty, resolution=_TRAVEL_RESOLUTION, basis=basis)
 
 
 def _height_rows(evidence: Evidence) -> Iterator[Row]:
@@ -147,10 +147,6 @@ def _statement_row(evidence: Evidence, value: PublishedValue, basis: Basis) -> R
     return statement_row(value, outcome_of(value.id, evidence), uncertainty, basis=basis, comparable=comparable)
 
 
-def _basis(value: PublishedValue) -> Basis:
-    return "calibrated" if value.calibrated else "predicted"
-
-
 def _words(quantity: str) -> str:
     """Name a published quantity in words: 'three-quarter slip', 'latency', 'overall slip' for its peak too."""
     plain = quantity.removesuffix("_peak").replace("_", "-")
@@ -158,12 +154,8 @@ def _words(quantity: str) -> str:
 
 
 #: Parts that take so long that they are stored, and the paper that each of them is compared with.
-PARTS: Mapping[str, str] = MappingProxyType(
-    {"geometry": "wang2014", "pouring": "bulens2023", "detection": "bulens2023"}
-)
-_ROWS: Mapping[str, Callable[..., Stored[Row]]] = MappingProxyType(
-    {"pouring": pouring_rows, "detection": detection_rows}
-)
+PARTS: Mapping[str, str] = {"geometry": "wang2014", "pouring": "bulens2023", "detection": "bulens2023"}
+_ROWS: Mapping[str, Callable[..., Stored[Row]]] = {"pouring": pouring_rows, "detection": detection_rows}
 
 
 @dataclass(frozen=True)

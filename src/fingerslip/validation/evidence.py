@@ -27,17 +27,15 @@ LARGE_STRAIN = "finite_strain"
 #: Names of the shipped studies that `validate` runs.
 STUDIES = (TABLE2, "wang2014_friction", "wang2014_fingerprint", FORMULATION, SECTION, SOLID, LARGE_STRAIN)
 # The value that runs at large strain have in their study.
-_FINITE: Mapping[str, object] = MappingProxyType({"kinematics": "finite"})
+_FINITE: Mapping[str, object] = {"kinematics": "finite"}
 #: What it refines for the uncertainties: studies, and the value that their runs have.
-REFINED: Mapping[str, Mapping[str, object]] = MappingProxyType(
-    {
-        TABLE2: {},
-        FORMULATION: {"fingertip.formulation": "plane_strain"},
-        SECTION: {"fingertip.section": "transverse"},
-        SOLID: {},
-        LARGE_STRAIN: _FINITE,
-    }
-)
+REFINED: Mapping[str, Mapping[str, object]] = {
+    TABLE2: {},
+    FORMULATION: {"fingertip.formulation": "plane_strain"},
+    SECTION: {"fingertip.section": "transverse"},
+    SOLID: {},
+    LARGE_STRAIN: _FINITE,
+}
 VARIANT = "fingertip.phalanx.variant"
 FINGERPRINT = "fingertip.fingerprint.enabled"
 FRICTION = "contact.friction_coefficient"

@@ -41,13 +41,11 @@ REFERENCE_NODES = tuple(f"skin-{line}{number}" for line in "hv" for number in (2
 #: Distances from which a node may be said to have left the plate's line [m]; the middle one is in use.
 NODE_TOLERANCES = (20e-6, 50e-6, 100e-6)
 #: How the readings of a run in 3D are made, in words.
-SOLID_READINGS: Mapping[str, str] = MappingProxyType(
-    {
-        "slip": "slip map: accumulated slip of a tenth and of all of the area",
-        "displacement": "eight reference nodes leave the plate's line by 50 um",
-        "acceleration": "acceleration peaks at the eight reference nodes",
-    }
-)
+SOLID_READINGS: Mapping[str, str] = {
+    "slip": "slip map: accumulated slip of a tenth and of all of the area",
+    "displacement": "eight reference nodes leave the plate's line by 50 um",
+    "acceleration": "acceleration peaks at the eight reference nodes",
+}
 
 # The release itself lasts a few steps and is no vibration after it [s].
 _RELEASE = 0.02

@@ -13,11 +13,11 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, Generic, Literal, TypeVar
 
 from fingerslip.errors import FingerslipError, ResultError
 from fingerslip.published import PublishedValue, published_set
+from fingerslip.report.tables.compare import difference_from, span_of
 from fingerslip.report.tables.samples import INTERVAL_COLUMNS
 from fingerslip.results import StudyResult
 from fingerslip.sampling.sensitivity import PublishedInterval, published_intervals
@@ -86,7 +86,7 @@ def number_row(
     """Compare a number with the published one."""
     if value.value is None:
         raise ValueError(f"{value.id} is no number")
-    difference = None if ours is None else difference_from(ours, value.span or (value.value, value.value))
+    difference = None if ours is None else difference_from(ours, span_of(value))
     verdict = _verdict(difference, uncertainty, resolution) if comparable else "not comparable"
     published = value.span or value.value
     return Row(quantity, value.source, published, ours, difference, uncertainty, verdict, basis, value.unit)
@@ -113,17 +113,6 @@ def statement_row(
             raise ValueError(f"{value.id}: no rule of the kind 'holds above 1' in '{value.check}'")
         verdict = "holds" if _RULES[match[1]](outcome, float(match[2])) else "fails"
     return Row(value.check, value.source, None, number, None, uncertainty, verdict, basis, value.unit, value.statement)
-
-
-def difference_from(ours: float, span: tuple[float, float]) -> float:
-    """Return how much `ours` lies above (positive) or below a published range; 0 within it.
-
-    Examples
-    --------
-    >>> difference_from(1.64, (1.63, 1.65))
-    0.0
-    """
-    return ours - min(max(ours, span[0]), span[1])
 
 
 def rows_mapping(rows: Sequence[Any]) -> list[dict[str, Any]]:
@@ -242,7 +231,7 @@ def _inputs(file: RowFile[Any], studies: Path) -> dict[str, str]:
 
 
 #: The studies that sample the unknown dimensions, and what their models are called.
-GEOMETRY: Mapping[str, str] = MappingProxyType({"wang2014_geometry": "section", "wang2014_geometry_3d": "in 3D"})
+GEOMETRY: Mapping[str, str] = {"wang2014_geometry": "section", "wang2014_geometry_3d": "in 3D"}
 _GEOMETRY_NOTE = (
     "Over samples of all dimensions that the paper does not print (studies wang2014_geometry and wang2014_geometry_3d, "
     "docs/geometry.md): 5 % of the samples are earlier than the time below '5 %', and a published time 'within, at "

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -124,14 +123,12 @@ def _smooth_over_ridged(measured: Sequence[SensorMeasures]) -> float | None:
     return max(ratios) if ratios and len(ratios) == len(pairs) else None
 
 
-_CHECKS: Mapping[str, Callable[[Sequence[SensorMeasures]], float | None]] = MappingProxyType(
-    {
-        "centre-last": _least_of_ridges("before_centre"),
-        "repeated-stick-slip": _least_of_ridges("cycles"),
-        "central-marker-ahead": _least_of_ridges("ahead"),
-        "smooth-skin-hides": _smooth_over_ridged,
-    }
-)
+_CHECKS: Mapping[str, Callable[[Sequence[SensorMeasures]], float | None]] = {
+    "centre-last": _least_of_ridges("before_centre"),
+    "repeated-stick-slip": _least_of_ridges("cycles"),
+    "central-marker-ahead": _least_of_ridges("ahead"),
+    "smooth-skin-hides": _smooth_over_ridged,
+}
 
 
 #: The study to learn from, and the one to be tested on: sections, and sensors in 3D.
@@ -149,15 +146,13 @@ POURING_FILE = RowFile(
 
 _NUMBERS, _STATEMENTS = "bulens2023_pouring-numbers", "bulens2023_pouring-statements"
 #: Name of each published number in the scores, and one unit of its last printed digit; None where it is not judged.
-_SCORES: Mapping[str, tuple[str, float | None]] = MappingProxyType(
-    {
-        "pouring-onset-error": ("error", 1e-3),
-        "pouring-onset-error-spread": ("error_spread", None),
-        "pouring-lead": ("lead", 10e-3),
-        "pouring-lead-spread": ("lead_spread", None),
-        "pouring-before-gross": ("before_gross", 0.0),
-    }
-)
+_SCORES: Mapping[str, tuple[str, float | None]] = {
+    "pouring-onset-error": ("error", 1e-3),
+    "pouring-onset-error-spread": ("error_spread", None),
+    "pouring-lead": ("lead", 10e-3),
+    "pouring-lead-spread": ("lead_spread", None),
+    "pouring-before-gross": ("before_gross", 0.0),
+}
 
 
 def pouring_rows(work: Work, *, compute: bool = False) -> Stored[Row]:
@@ -254,13 +249,11 @@ DETECTION_FILE = RowFile(
 
 _FOLDS = 5
 #: Conditions that are left out, and how that is called.
-_LEFT_OUT: Mapping[str, str] = MappingProxyType(
-    {
-        "direction": "a direction not seen",
-        "indentation": "an indentation not seen",
-        "friction_coefficient": "a quarter of the frictions not seen",
-    }
-)
+_LEFT_OUT: Mapping[str, str] = {
+    "direction": "a direction not seen",
+    "indentation": "an indentation not seen",
+    "friction_coefficient": "a quarter of the frictions not seen",
+}
 _MACHINES = ("svm_linear", "svm_rbf")
 #: Classifiers that the paper has not: they stand beside its forest, and are not judged by it.
 _OTHERS = ("boosting", "logistic")
@@ -268,18 +261,16 @@ _COMPARED = ("forest", *_MACHINES, *_OTHERS)
 _DETECTION_NUMBERS, _DETECTION_STATEMENTS = "bulens2023_detection-numbers", "bulens2023_detection-statements"
 _CLASSES = ("no-slip", "incipient", "gross")
 #: One unit of the last printed digit of each published number.
-_RESOLUTIONS: Mapping[str, float] = MappingProxyType(
-    {
-        "forest-accuracy": 1e-4,
-        "svm-accuracy": 1e-3,
-        "forest-no-slip-precision": 1e-2,
-        "forest-no-slip-recall": 1e-2,
-        "forest-incipient-precision": 1e-2,
-        "forest-incipient-recall": 1e-4,
-        "forest-gross-precision": 1e-3,
-        "forest-gross-recall": 1e-4,
-    }
-)
+_RESOLUTIONS: Mapping[str, float] = {
+    "forest-accuracy": 1e-4,
+    "svm-accuracy": 1e-3,
+    "forest-no-slip-precision": 1e-2,
+    "forest-no-slip-recall": 1e-2,
+    "forest-incipient-precision": 1e-2,
+    "forest-incipient-recall": 1e-4,
+    "forest-gross-precision": 1e-3,
+    "forest-gross-recall": 1e-4,
+}
 
 _ACCURACIES = ("forest-accuracy", "svm-accuracy")
 

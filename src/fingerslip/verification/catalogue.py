@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Mapping, Sequence
-from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from fingerslip.errors import InputError
@@ -16,26 +15,24 @@ if TYPE_CHECKING:
     from fingerslip.verification.problem import Problem
 
 #: The names of all problems, by the file of this folder that has them, in the order of the table.
-FILES: Mapping[str, tuple[str, ...]] = MappingProxyType(
-    {
-        "elements": ("patch", "rigid-modes", "convergence-2d", "convergence-3d", "locking-2d", "locking-3d"),
-        "dynamics": ("hht-order", "hht-damping", "bar", "rod", "driven-plate"),
-        "blocks": ("dragged-block", "coulomb-oscillator", "sliding-block", "stick-slip"),
-        "rolling": ("rolling-cylinder", "cylinder-on-incline", "ball-between-plates", "travelling-plate"),
-        "viscoelastic": (
-            "relaxation",
-            "retardation",
-            "complex-modulus",
-            "viscous-vibration",
-            "viscous-limits",
-            "viscous-hertz",
-        ),
-        "line": ("hertz-line", "hertz-line-3d", "cattaneo", "ciavarella-jaeger"),
-        "sphere": ("hertz-sphere", "mindlin", "tangential-cycle"),
-        "holding": ("rigid-pads", "no-creep"),
-        "large_bodies": ("rivlin-cube", "large-tube", "cook", "elastica"),
-    }
-)
+FILES: Mapping[str, tuple[str, ...]] = {
+    "elements": ("patch", "rigid-modes", "convergence-2d", "convergence-3d", "locking-2d", "locking-3d"),
+    "dynamics": ("hht-order", "hht-damping", "bar", "rod", "driven-plate"),
+    "blocks": ("dragged-block", "coulomb-oscillator", "sliding-block", "stick-slip"),
+    "rolling": ("rolling-cylinder", "cylinder-on-incline", "ball-between-plates", "travelling-plate"),
+    "viscoelastic": (
+        "relaxation",
+        "retardation",
+        "complex-modulus",
+        "viscous-vibration",
+        "viscous-limits",
+        "viscous-hertz",
+    ),
+    "line": ("hertz-line", "hertz-line-3d", "cattaneo", "ciavarella-jaeger"),
+    "sphere": ("hertz-sphere", "mindlin", "tangential-cycle"),
+    "holding": ("rigid-pads", "no-creep"),
+    "large_bodies": ("rivlin-cube", "large-tube", "cook", "elastica"),
+}
 
 
 def known_names() -> tuple[str, ...]:

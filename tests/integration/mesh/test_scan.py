@@ -51,15 +51,9 @@ def test_the_example_repairs_and_meshes_a_scan_that_slips(example):
 
 
 SKIN = ellipsoid(points=250, name="skin.stl")
-
 PHALANX = ellipsoid((7e-3, 3e-3, 3e-3), points=120, name="phalanx.stl")
-
-SIZES = LayerSizes(
-    skin_thickness=1.2e-3, contact_size=2e-3, bulk_size=4e-3, contact_reach=3e-3, tolerance=0.2e-3, cut=14e-3
-)
-
+SIZES = LayerSizes(1.2e-3, contact_size=2e-3, bulk_size=4e-3, contact_reach=3e-3, tolerance=0.2e-3, cut=14e-3)
 COARSE = dataclasses.replace(SIZES, contact_size=4e-3, bulk_size=6e-3, tolerance=0.3e-3)
-
 CUT = 12e-3 - 14e-3
 
 
@@ -142,10 +136,10 @@ def test_phalanx_as_a_hole():
 @pytest.mark.slow
 def test_surface_that_crosses_itself_is_its_union():
     bump = ellipsoid((3e-3, 3e-3, 3e-3), (0.0, -7e-3, 0.0), 200)
-    sizes = dataclasses.replace(SIZES, cut=None)
-    plain, bumpy = (
-        sum(volumes(build_from_surfaces(skin, None, sizes)).values()) for skin in (SKIN, together(SKIN, bump))
+    meshes = (
+        build_from_surfaces(skin, None, dataclasses.replace(SIZES, cut=None)) for skin in (SKIN, together(SKIN, bump))
     )
+    plain, bumpy = (sum(volumes(mesh).values()) for mesh in meshes)
     ball = np.random.default_rng(1).uniform(-3e-3, 3e-3, (200_000, 3))
     ball = ball[np.linalg.norm(ball, axis=1) < 3e-3] + [0.0, -7e-3, 0.0]
     outside = np.mean(np.linalg.norm(ball / [12e-3, 8e-3, 7e-3], axis=1) > 1)

@@ -8,14 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fingerslip.contact.counterfaces import Plane
-from fingerslip.contact.friction import Coulomb
-from fingerslip.materials.elastic import Elastic, RayleighDamping
-from fingerslip.mesh.joining import join_meshes
-from fingerslip.model.model import Contact, Model, SupportMotion
-from fingerslip.model.programme import Hold, Press, Ramp
-from fingerslip.model.rigid_bodies import BodyLoad, BodyVelocity, Dampers, RigidBody, Springs
-from fingerslip.model.timing import QuasiStatic, TimeStepping
+import fingerslip as fs
 from fingerslip.verification.meshes import axes_of, box, components, formulation_of
 from fingerslip.verification.problem import Problem, absolute, each, relative, solve_problem
 
@@ -32,7 +25,7 @@ def _pad(element, modulus, along, height):
     """Return what a model of a pad that is held at its lower side and along its surface consists of."""
     return {
         "mesh": box(element, along, along, height),
-        "materials": {"bulk": Elastic(modulus, 0.0, 1.0)},
+        "materials": {"bulk": fs.Elastic(modulus, 0.0, 1.0)},
         "supports": {"bottom": axes_of(element), "bulk": axes_of(element)[:-1]},
         **_plane(element),
     }
@@ -59,14 +52,14 @@ def _slide(element):
     stop by 0.5 % of 0.2 s.
     """
     speed, mass = 1.0, 0.1
-    block = RigidBody(mass, free=("x", axes_of(element)[-1]), initial_velocity=BodyVelocity(x=speed))
-    face = Plane(_downwards(element))
-    model = Model(
+    block = fs.RigidBody(mass, free=("x", axes_of(element)[-1]), initial_velocity=fs.BodyVelocity(x=speed))
+    face = fs.Plane(_downwards(element))
+    model = fs.Model(
         **_pad(element, 1e9, np.linspace(0.0, _SIZE, 3), np.linspace(0.0, 2e-3, 2)),
-        contacts=(Contact("top", face, Coulomb(_MU), _PENALTY, _PENALTY, rigid_body="block"),),
+        contacts=(fs.Contact("top", face, fs.Coulomb(_MU), _PENALTY, _PENALTY, rigid_body="block"),),
         bodies={"block": block},
         gravity=_weight(element),
-        time=TimeStepping(2e-4, end=0.22),
+        time=fs.TimeStepping(2e-4, end=0.22),
     )
     history = solve_problem(model)
     time, moved = history["time"].values, history["rigid_body_displacement"].values[:, 0, 0]
@@ -91,26 +84,26 @@ def _gripped(element, body, **changes):
     """Return the history of a body between two fingers that close on it in 20 ms; all are held along its surface."""
     axes, high = axes_of(element), np.linspace(-_SIZE / 2, _SIZE / 2, 3)
     sides = {"left": np.linspace(-3 * _SIZE / 2, -_SIZE / 2, 3), "right": np.linspace(_SIZE / 2, 3 * _SIZE / 2, 3)}
-    closing = Ramp((0.0, _CLOSED), (0.0, 1.0))
+    closing = fs.Ramp((0.0, _CLOSED), (0.0, 1.0))
 
     def across(value):
         return components(element, value, 0.0, 0.0)
 
-    model = Model(
-        mesh=join_meshes({name: box(element, along, high, high) for name, along in sides.items()}),
-        materials=dict.fromkeys(("left_bulk", "right_bulk"), Elastic(_MODULUS, 0.0, 100.0)),
+    model = fs.Model(
+        mesh=fs.join_meshes({name: box(element, along, high, high) for name, along in sides.items()}),
+        materials=dict.fromkeys(("left_bulk", "right_bulk"), fs.Elastic(_MODULUS, 0.0, 100.0)),
         **_plane(element),
         supports={"left_left": ("x",), "right_right": ("x",), "left_bulk": axes[1:], "right_bulk": axes[1:]},
         support_motions={
-            "left_left": SupportMotion(across(_SQUEEZE), closing),
-            "right_right": SupportMotion(across(-_SQUEEZE), closing),
+            "left_left": fs.SupportMotion(across(_SQUEEZE), closing),
+            "right_right": fs.SupportMotion(across(-_SQUEEZE), closing),
         },
         contacts=tuple(
-            Contact(side, Plane(across(sign)), Coulomb(_MU), _PENALTY, _PENALTY, rigid_body="body")
+            fs.Contact(side, fs.Plane(across(sign)), fs.Coulomb(_MU), _PENALTY, _PENALTY, rigid_body="body")
             for side, sign in (("left_right", -1.0), ("right_left", 1.0))
         ),
         bodies={"body": body},
-        damping=RayleighDamping(mass=2e3),
+        damping=fs.RayleighDamping(mass=2e3),
         **changes,
     )
     return solve_problem(model)
@@ -123,8 +116,8 @@ def _jug(element):
     2e-3 of itself: 0.5 %. Once it is full, it slides on at a constant acceleration.
     """
     mass, filled, end = 1.25 * _GRIP / _GRAVITY, 0.55, 0.65
-    jug = RigidBody(mass, free=("x", axes_of(element)[-1]), filling=Ramp((0.05, filled), (0.0, 1.0)))
-    history = _gripped(element, jug, gravity=_weight(element), time=TimeStepping(5e-4, end=end))
+    jug = fs.RigidBody(mass, free=("x", axes_of(element)[-1]), filling=fs.Ramp((0.05, filled), (0.0, 1.0)))
+    history = _gripped(element, jug, gravity=_weight(element), time=fs.TimeStepping(5e-4, end=end))
     time, used = history["time"].values, history["friction_utilisation"].values
     slides = float(time[np.argmax(used.min(axis=1) > 1.0 - 1e-6)])
     weight = mass * _GRAVITY * (slides - 0.05) / (filled - 0.05)
@@ -146,8 +139,8 @@ _STIFFNESS = _TANGENTIAL / 1e3
 def _pulled(element, mass, pull, ramp, time):
     """Return the history of a block on a spring between two fingers, under a load [N] along its spring."""
     up = axes_of(element)[-1]
-    loads, springs = (BodyLoad(**{up: pull}, ramp=ramp),), Springs(**{up: _STIFFNESS})
-    return _gripped(element, RigidBody(mass, free=(up,), springs=springs, loads=loads), time=time)
+    loads, springs = (fs.BodyLoad(**{up: pull}, ramp=ramp),), fs.Springs(**{up: _STIFFNESS})
+    return _gripped(element, fs.RigidBody(mass, free=(up,), springs=springs, loads=loads), time=time)
 
 
 def _sprung(element):
@@ -158,9 +151,9 @@ def _sprung(element):
     When the block stops, they throw it back by up to 1e-2 F/k: 2 %. Of the period in stick 100 steps leave 1e-3.
     """
     drop = _GRIP / _STIFFNESS
-    ramp = Ramp((0.0, 0.1, 0.3, 0.4, 0.4002), (0.0, 0.0, 1.0, 1.0, 0.0))
+    ramp = fs.Ramp((0.0, 0.1, 0.3, 0.4, 0.4002), (0.0, 0.0, 1.0, 1.0, 0.0))
     mass = _STIFFNESS / (2 * np.pi / 0.1) ** 2
-    history = _pulled(element, mass, 7.3 * _GRIP, ramp, TimeStepping(2e-4, -0.01, end=0.8))
+    history = _pulled(element, mass, 7.3 * _GRIP, ramp, fs.TimeStepping(2e-4, -0.01, end=0.8))
     time, moved = history["time"].values, history["rigid_body_displacement"].values[:, 0, -1]
     rate = history["rigid_body_velocity"].values[:, 0, -1]
     turns = np.flatnonzero((np.diff(np.sign(rate)) != 0) & (time[:-1] > 0.41))[:3]
@@ -173,8 +166,8 @@ def _sprung(element):
     yield absolute("rest, error / (F / k)", 0.0, left - abs(peaks[-1] / drop - 2.0), 0.02)
     # In stick the friction springs of both fingers and the block's own spring act together.
     mass = (_TANGENTIAL + _STIFFNESS) / (2 * np.pi / 0.02) ** 2
-    ramp = Ramp((0.0, 0.05, 0.0502), (0.0, 0.0, 1.0))
-    stuck = _pulled(element, mass, 0.2 * _GRIP, ramp, TimeStepping(2e-4, 0.0, end=0.16))
+    ramp = fs.Ramp((0.0, 0.05, 0.0502), (0.0, 0.0, 1.0))
+    stuck = _pulled(element, mass, 0.2 * _GRIP, ramp, fs.TimeStepping(2e-4, 0.0, end=0.16))
     above = stuck["rigid_body_displacement"].values[:, 0, -1] - 0.2 * _GRIP / (_TANGENTIAL + _STIFFNESS)
     period = float(np.diff(_crossings(above, stuck["time"].values)).mean())
     yield relative("period in stick [s]", 0.02, period, 2e-3)
@@ -187,11 +180,11 @@ def _fall(element):
     """
     mass, coefficient, up = 0.3, 6.0, axes_of(element)[-1]
     constant, grid = mass / coefficient, np.linspace(0.0, _SIZE, 2)
-    model = Model(
+    model = fs.Model(
         **_pad(element, _MODULUS, grid, grid),
-        bodies={"body": RigidBody(mass, free=(up,), dampers=Dampers(**{up: coefficient}))},
+        bodies={"body": fs.RigidBody(mass, free=(up,), dampers=fs.Dampers(**{up: coefficient}))},
         gravity=_weight(element),
-        time=TimeStepping(constant / 200, 0.0, end=20 * constant),
+        time=fs.TimeStepping(constant / 200, 0.0, end=20 * constant),
     )
     history = solve_problem(model)
     rate = -history["rigid_body_velocity"].values[:, 0, -1]
@@ -210,11 +203,13 @@ def _turn(element):
     """
     about = "rz" if element == "Q4" else "ry"
     inertia = (2e-5,) * (1 if element == "Q4" else 3)
-    body = RigidBody(1.0, free=(about,), centre=components(element, 0.0, 0.0, 0.0), inertia=inertia)
+    body = fs.RigidBody(1.0, free=(about,), centre=components(element, 0.0, 0.0, 0.0), inertia=inertia)
     pad = _pad(element, 1e14 * 2e-3, np.linspace(-_SIZE / 2, _SIZE / 2, 5), np.linspace(-2e-3, 0.0, 2))
-    sprung = replace(body, springs=Springs(**{about: 5.0}), initial_velocity=BodyVelocity(**{about: 10.0}))
+    sprung = replace(body, springs=fs.Springs(**{about: 5.0}), initial_velocity=fs.BodyVelocity(**{about: 10.0}))
     period = 2 * np.pi * np.sqrt(2e-5 / 5.0)
-    alone = solve_problem(Model(**pad, bodies={"plate": sprung}, time=TimeStepping(period / 500, 0.0, end=4 * period)))
+    alone = solve_problem(
+        fs.Model(**pad, bodies={"plate": sprung}, time=fs.TimeStepping(period / 500, 0.0, end=4 * period))
+    )
     exact = 10.0 * period / (2 * np.pi) * np.sin(2 * np.pi * alone["time"].values / period)
     error = float(np.abs(_rotation(alone, about) - exact).max() / exact.max())
     yield absolute("on a spring, largest error / amplitude", 0.0, error, 1e-3)
@@ -228,10 +223,12 @@ def _rotation(history, about):
 def _rocking(element, body, pad):
     """Press a plate on the pad, and turn it by a moment at rest and by a blow."""
     (about,), depth = body.free, 20e-6
-    contact = Contact("top", Plane(_downwards(element)), Coulomb(0.0), _PENALTY, rigid_body="plate")
-    moment, pressed = 2e-3, (Press(depth, depth / 0.01), Hold(0.09))
-    loaded = replace(body, programme=pressed, loads=(BodyLoad(**{about: moment}, ramp=Ramp((0.02, 0.05), (0.0, 1.0))),))
-    still = solve_problem(Model(**pad, contacts=(contact,), bodies={"plate": loaded}, time=QuasiStatic(0.01)))
+    contact = fs.Contact("top", fs.Plane(_downwards(element)), fs.Coulomb(0.0), _PENALTY, rigid_body="plate")
+    moment, pressed = 2e-3, (fs.Press(depth, depth / 0.01), fs.Hold(0.09))
+    loaded = replace(
+        body, programme=pressed, loads=(fs.BodyLoad(**{about: moment}, ramp=fs.Ramp((0.02, 0.05), (0.0, 1.0))),)
+    )
+    still = solve_problem(fs.Model(**pad, contacts=(contact,), bodies={"plate": loaded}, time=fs.QuasiStatic(0.01)))
     arms, areas = still["contact_position"].values[:, 0], still["contact_area"].values
     stiffness = float(_PENALTY * areas @ arms**2)
     period = 2 * np.pi * np.sqrt(2e-5 / stiffness)
@@ -239,10 +236,12 @@ def _rocking(element, body, pad):
     # Pressed within one step, so that the blow meets the whole stiffness from the first step on.
     struck = replace(
         body,
-        programme=(Press(depth, depth / step), Hold(4 * period)),
-        initial_velocity=BodyVelocity(**{about: 1e-3 * 2 * np.pi / period}),
+        programme=(fs.Press(depth, depth / step), fs.Hold(4 * period)),
+        initial_velocity=fs.BodyVelocity(**{about: 1e-3 * 2 * np.pi / period}),
     )
-    rocked = solve_problem(Model(**pad, contacts=(contact,), bodies={"plate": struck}, time=TimeStepping(step, -0.01)))
+    rocked = solve_problem(
+        fs.Model(**pad, contacts=(contact,), bodies={"plate": struck}, time=fs.TimeStepping(step, -0.01))
+    )
     swing = float(np.diff(_crossings(_rotation(rocked, about), rocked["time"].values)).mean())
     at_contact = float(still["rigid_body_moment"].sel(rotation_axis=about[1]).values[-1, 0])
     yield relative("on a pad, rotation [rad]", moment / stiffness, _rotation(still, about)[-1], 1e-4)

@@ -9,12 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fingerslip.contact.counterfaces import Plane
-from fingerslip.contact.friction import Coulomb
-from fingerslip.materials.elastic import Elastic
+import fingerslip as fs
 from fingerslip.model.model import Component, Contact, Model, Traction
 from fingerslip.model.programme import Hold, Phase, Press, Ramp, Slide
-from fingerslip.model.timing import TimeStepping
 from fingerslip.verification.meshes import axes_of, box, components, formulation_of
 from fingerslip.verification.problem import Problem, absolute, relative, solve_problem
 
@@ -50,16 +47,16 @@ class _Block:
     def history(self):
         """Return what happens until an hour after the ramp."""
         length, width, height = np.linspace(0, _LENGTH, 6), np.linspace(0, _LENGTH, 3), np.linspace(0, _HEIGHT, 3)
-        up = Plane(components(self.element, 0.0, 0.0, 1.0))
+        up = fs.Plane(components(self.element, 0.0, 0.0, 1.0))
         model = Model(
             mesh=box(self.element, length, width, height),
-            materials={"bulk": Elastic(_MODULUS, 0.0, self.density)},
+            materials={"bulk": fs.Elastic(_MODULUS, 0.0, self.density)},
             formulation=formulation_of(self.element),
             supports=self.supports,
             tractions=self.tractions,
-            contacts=(Contact("bottom", up, Coulomb(_MU), _PENALTY, _PENALTY),),
+            contacts=(Contact("bottom", up, fs.Coulomb(_MU), _PENALTY, _PENALTY),),
             programme=self.programme,
-            time=TimeStepping(_STEP, self.alpha, end=10 * _STEP + _RAMP + _HOUR),
+            time=fs.TimeStepping(_STEP, self.alpha, end=10 * _STEP + _RAMP + _HOUR),
         )
         return solve_problem(model)
 

@@ -2,11 +2,7 @@
 
 import numpy as np
 
-from fingerslip.contact.counterfaces import Plane
-from fingerslip.contact.friction import Coulomb
-from fingerslip.materials.elastic import Elastic
-from fingerslip.model.model import Contact, Model
-from fingerslip.model.timing import TimeStepping
+import fingerslip as fs
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Problem, absolute, solve_problem
 
@@ -24,15 +20,17 @@ def _thrown(alpha, penalty):
     mesh = box("Q4", np.array([0.0, size]), np.linspace(0.0, _LENGTH, _CELLS + 1))
     mesh = mesh.with_subdomains({"soft": lambda x: x[1] < _LENGTH / 2, "stiff": lambda x: x[1] > _LENGTH / 2})
     step = 0.5 * size * (_DENSITY / _MODULUS) ** 0.5
-    contact = Contact("bottom", Plane((0.0, 1.0), -1e-4), Coulomb(0.0), normal_penalty=penalty * _MODULUS / size)
+    contact = fs.Contact(
+        "bottom", fs.Plane((0.0, 1.0), -1e-4), fs.Coulomb(0.0), normal_penalty=penalty * _MODULUS / size
+    )
     return solve_problem(
-        Model(
+        fs.Model(
             mesh=mesh,
-            materials={name: Elastic(modulus, 0.0, _DENSITY) for name, modulus in _MODULI.items()},
+            materials={name: fs.Elastic(modulus, 0.0, _DENSITY) for name, modulus in _MODULI.items()},
             formulation="plane_stress",
             contacts=(contact,),
             initial_velocity=(0.0, -_SPEED),
-            time=TimeStepping(step, alpha, end=8 * _CELLS * step),
+            time=fs.TimeStepping(step, alpha, end=8 * _CELLS * step),
         ),
         penetration=_LENGTH,
     )

@@ -124,16 +124,8 @@ class FullSystem:
     def step(self, before, plates, time, scale):
         """Take one step, again without the forces at its start that must not count, as long as there are more of them.
 
-        Parameters
-        ----------
-        before : FullMotion
-            The motion at its start.
-        plates : tuple of (dim,) array
-            Displacement of the plate at the start and at the end of the step [m].
-        time : float
-            Its end [s].
-        scale : float
-            The largest acceleration of the motion [m/s^2].
+        The plate's displacements (dim,) [m] are those at both ends of the step, which ends at a `time` [s]; `scale` is
+        the largest acceleration of the motion [m/s^2].
         """
         alpha, remainder = self.time.alpha, 1.0 - 1.0 / self.gamma
         dropped = np.zeros(before.forces.shape, dtype=bool)

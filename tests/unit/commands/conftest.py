@@ -13,9 +13,9 @@ from typer.testing import CliRunner
 from fingerslip.commands.app import app
 from fingerslip.mesh.io import write_mesh
 from unit.study.block import block_mesh, block_values
-from unit.study.conftest import fails
+from unit.study.conftest import fails, settled
 
-__all__ = ["fails"]
+__all__ = ["fails", "settled"]
 
 
 @pytest.fixture

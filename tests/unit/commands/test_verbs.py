@@ -25,14 +25,31 @@ from unit.commands.conftest import contents
 from unit.report.scenes import block_history
 
 
-def test_check_counts_runs_steps_and_unknowns(invoke, block, tmp_path):
+@pytest.mark.usefixtures("no_report")
+def test_a_study_is_checked_run_compared_exported_drawn_and_reported(invoke, block, tmp_path, monkeypatch):
     path = block(sweep={"contact.friction_coefficient": [0.2, 0.4]})
     before = contents(tmp_path)
-    result = invoke("check", path)
-    assert "2 runs" in result.output
+    checked = invoke("check", path).output
+    assert "2 runs" in checked
     # 9 x 5 nodes with two unknowns; 60 ms in steps of 2 ms.
-    assert re.search(r"friction_coefficient-0.2 +to do +90 +30 ", result.output)
+    assert re.search(r"friction_coefficient-0.2 +to do +90 +30 ", checked)
     assert contents(tmp_path) == before
+    invoke("run", "--workers", "1", path)
+    compared = invoke("diff", *(f"results/block/friction_coefficient-{friction}" for friction in (0.2, 0.4))).output
+    assert re.search(r"contact\.friction_coefficient +0\.2 +0\.4", compared)
+    assert re.search(r"friction over normal force at the end of the slide +0\.2 +0\.4 +0\.2", compared)
+    written = invoke("export", "results/block", "--format", "mat").output.strip()
+    assert Path(written).joinpath("runs.mat").is_file()
+    invoke("export", "results/block", "--format", "xls", code=2)
+    written = invoke("figure", "results/block", "--kind", "slip-maps", "-o", str(tmp_path / "e.svg")).output.strip()
+    assert Path(written).read_bytes().startswith(b"<?xml")
+    assert "film: a film, as MP4" in invoke("figure", "results/block").output
+    invoke("figure", "results/block", "--kind", "x", code=2)
+    made = []
+    monkeypatch.setattr(reporting, "write_report", lambda stored: made.append(stored.folder))
+    monkeypatch.delattr("fingerslip.dynamics.simulation.simulate")
+    assert "Slip events from accumulated slip" in invoke("report", "results/block").output
+    assert made == [Path("results/block")]
 
 
 @pytest.mark.parametrize(
@@ -60,26 +77,6 @@ def test_converge_gives_the_events_their_uncertainty(invoke, block, tmp_path):
     assert again.stdout.startswith("## Numerical uncertainty, run")
     assert "computed" not in again.stderr
     assert "After ±" in invoke("show", tmp_path / "r" / "block").stdout
-
-
-@pytest.mark.usefixtures("no_report")
-def test_diff_shows_what_differs_and_by_how_much(invoke, block):
-    invoke("run", "--workers", "1", block(sweep={"contact.friction_coefficient": [0.2, 0.4]}))
-    result = invoke("diff", *(f"results/block/friction_coefficient-{friction}" for friction in (0.2, 0.4)))
-    assert re.search(r"contact\.friction_coefficient +0\.2 +0\.4", result.output)
-    assert re.search(r"friction over normal force at the end of the slide +0\.2 +0\.4 +0\.2", result.output)
-
-
-@pytest.mark.usefixtures("no_report")
-def test_export_and_figure_say_where_they_wrote_and_list_the_kinds(invoke, block, tmp_path):
-    invoke("run", "--workers", "1", block())
-    written = invoke("export", "results/block", "--format", "mat").output.strip()
-    assert Path(written).joinpath("runs.mat").is_file()
-    invoke("export", "results/block", "--format", "xls", code=2)
-    written = invoke("figure", "results/block", "--kind", "slip-maps", "-o", str(tmp_path / "e.svg")).output.strip()
-    assert Path(written).read_bytes().startswith(b"<?xml")
-    assert "film: a film, as MP4" in invoke("figure", "results/block").output
-    invoke("figure", "results/block", "--kind", "x", code=2)
 
 
 def test_a_mesh_a_new_study_and_an_example_are_written(invoke, block, tmp_path):
@@ -114,16 +111,6 @@ def test_what_is_asked_for_is_passed_on_and_printed(invoke, monkeypatch, argumen
     monkeypatch.setattr(inspection, asked, lambda *own: calls.append(own) or answer)
     assert json.loads(invoke(*arguments, "--json").output)[0]["rows"] == [["latency"]]
     assert [str(calls[0][0]), *calls[0][1:]] == ["results/x", *expected]
-
-
-@pytest.mark.usefixtures("no_report")
-def test_report_is_made_again_without_computing(invoke, block, tmp_path, monkeypatch):
-    invoke("run", block())
-    made = []
-    monkeypatch.setattr(reporting, "write_report", lambda stored: made.append(stored.folder))
-    monkeypatch.delattr("fingerslip.dynamics.simulation.simulate")
-    assert "Slip events from accumulated slip" in invoke("report", "results/block").output
-    assert made == [Path("results/block")]
 
 
 def test_folder_has_tracks_overlay_and_page(invoke, tmp_path):

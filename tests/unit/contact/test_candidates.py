@@ -5,7 +5,6 @@ import pytest
 
 from fingerslip.contact.candidates import (
     Counterfaces,
-    automatic_penalty,
     check_outsiders,
     find_candidates,
     join_candidates,
@@ -109,7 +108,3 @@ def test_outsiders_that_touch_are_refused_with_their_position_and_a_remedy():
         check_outsiders(np.array([0.1, -1e-6]), np.array([0, 4]), POSITIONS[[0, 4]], 0.25)
     check_outsiders(np.array([0.1, 0.0]), np.array([0, 4]), POSITIONS[[0, 4]], 0.25)
     check_outsiders(np.zeros(0), np.zeros(0, dtype=int), np.zeros((0, 2)), 0.25)
-
-
-def test_the_automatic_penalty_is_ten_times_the_stiffness_of_a_row_of_cells():
-    assert automatic_penalty(136e3, 0.15e-3) == pytest.approx(10 * 136e3 / 0.15e-3)

@@ -1,6 +1,7 @@
 """Classifiers, and how their chances become events and alarms."""
 
 import dataclasses
+import functools
 
 import numpy as np
 import pytest
@@ -28,30 +29,32 @@ VALUES = (CLASSES[:, None] * 2.0 + DRAW.normal(size=(240, 6))).astype(np.float32
 GROUPS = np.repeat(np.arange(12), 20)
 
 
+@functools.cache
+def fitted(name):
+    return fit(CLASSIFIERS[name], VALUES[:, :1] if name.endswith("threshold") else VALUES, CLASSES, GROUPS)
+
+
 @pytest.mark.parametrize("name", CLASSIFIERS)
 def test_every_classifier_learns_what_is_plain(name):
-    one = CLASSIFIERS[name]
     values = VALUES[:, :1] if name.endswith("threshold") else VALUES
-    estimator = fit(one, values, CLASSES, GROUPS)
-    found = probabilities(estimator, values)
+    found = probabilities(fitted(name), values)
     assert found.shape == (240, 3)
     assert found.sum(axis=1) == pytest.approx(1.0)
     assert (found.argmax(axis=1) == CLASSES).mean() > 0.7
-    assert found[:5] == pytest.approx(probabilities(estimator, values[:5]), abs=1e-6)
+    assert found[:5] == pytest.approx(probabilities(fitted(name), values[:5]), abs=1e-6)
 
 
 def test_classifiers_are_those_published_or_chosen_from_the_grid():
-    forest = CLASSIFIERS["forest"].make(0)
+    forest = fitted("forest")
     assert (forest.max_depth, forest.min_samples_leaf, forest.n_estimators) == (20, 5, 50)
     assert CLASSIFIERS["forest"].sets == ("displacement", "speed")
-    estimator = fit(CLASSIFIERS["forest"], VALUES, CLASSES, GROUPS)
-    assert probabilities(estimator, VALUES) == pytest.approx(estimator.predict_proba(VALUES), abs=1e-12)
-    estimator = fit(CLASSIFIERS["svm_rbf"], VALUES, CLASSES, GROUPS)
-    assert estimator.get_params()["linearsvc__C"] in SVM_GRID["C"]
-    assert estimator.get_params()["nystroem__gamma"] in [gamma / 6 for gamma in SVM_GRID["gamma"]]
+    assert probabilities(forest, VALUES) == pytest.approx(forest.predict_proba(VALUES), abs=1e-12)
+    chosen = fitted("svm_rbf").get_params()
+    assert chosen["linearsvc__C"] in SVM_GRID["C"]
+    assert chosen["nystroem__gamma"] in [gamma / 6 for gamma in SVM_GRID["gamma"]]
     alone = fit(CLASSIFIERS["svm_linear"], VALUES, CLASSES, np.zeros(240, dtype=np.intp))
     assert alone.get_params()["linearsvc__C"] == 0.1
-    assert fit(CLASSIFIERS["time_threshold"], VALUES[:, :1], CLASSES, GROUPS).get_n_leaves() == 3
+    assert fitted("time_threshold").get_n_leaves() == 3
 
 
 def test_columns_of_sets_and_sets_of_several_classifiers():

@@ -94,9 +94,15 @@ def test_a_folder_that_was_changed_is_refused(damage, error, message, folder):
         read_detector(folder)
 
 
-def test_files_that_are_too_large_are_refused(folder, monkeypatch):
-    monkeypatch.setattr(model_file, "LARGEST", 100)
-    with pytest.raises(InputError, match=r"has 0 MB, needs at most 0 MB"):
+def test_no_detector_another_classifier_and_files_that_are_too_large_are_refused(folder, learned, monkeypatch):
+    with pytest.raises(InputError, match=r"has no detector\.json"):
+        read_detector(folder.parent)
+    with monkeypatch.context() as small:
+        small.setattr(model_file, "LARGEST", 100)
+        with pytest.raises(InputError, match=r"has 0 MB, needs at most 0 MB"):
+            read_detector(folder)
+    write_detector(dataclasses.replace(learned("forest"), classifier="boosting"), folder)
+    with pytest.raises(DamagedError, match="is not the classifier boosting"):
         read_detector(folder)
 
 
@@ -159,11 +165,6 @@ def test_an_estimator_that_was_taken_apart_is_refused(classifier, change_estimat
     change_estimator(detector.estimator)
     write_detector(detector, tmp_path / "d")
     with pytest.raises(DamagedError, match=message):
-        read_detector(tmp_path / "d")
-    with pytest.raises(InputError, match=r"has no detector\.json"):
-        read_detector(tmp_path)
-    write_detector(dataclasses.replace(learned("forest"), classifier="boosting"), tmp_path / "d")
-    with pytest.raises(DamagedError, match="is not the classifier boosting"):
         read_detector(tmp_path / "d")
 
 

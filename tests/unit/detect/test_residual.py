@@ -34,11 +34,11 @@ def trial(direction: float = 0.0, friction: float = 0.8, seed: int = 0, indentat
     return synthetic_trial("slide", slide, SENSOR)
 
 
-def moved(displacement: np.ndarray, rate: float = 30.0) -> xr.Dataset:
+def moved(displacement: np.ndarray, noise: float = 0.03) -> xr.Dataset:
     """Return tracks of a grid of 49 markers, 20 px apart, that go through displacements (n_times, 49, 2) [px]."""
     grid = np.stack(np.meshgrid(np.arange(7.0), np.arange(7.0)), axis=-1).reshape(-1, 2)
-    noise = np.random.default_rng(0).normal(0.0, 0.03, displacement.shape)
-    return make_tracks(100 + 20 * grid + displacement + noise, np.arange(len(displacement)) / rate, units="px")
+    noisy = displacement + np.random.default_rng(0).normal(0.0, noise, displacement.shape)
+    return make_tracks(100 + 20 * grid + noisy, np.arange(len(displacement)) / 30.0, units="px")
 
 
 def path(*levels: tuple[int, float]) -> np.ndarray:
@@ -67,6 +67,10 @@ def test_nothing_is_found_where_all_sticks():
     assert findings[-1].onsets.first is None
     assert max(entry.share for entry in findings) < 0.1
     assert findings[-1].displacement > 10.0
+    # How the sensor yields to a motion is no slip.
+    yielding = path((20, 0.0), (60, 12.0), (20, 12.0))[:, None, None] * (ALONG + 0.1 * SPREAD)
+    (slide,) = slides_of(detect_residual(moved(yielding, noise=0.002), SETTINGS))
+    assert (slide.is_press, slide.onsets.first) == (False, None)
 
 
 def test_a_press_is_not_judged_and_a_slide_behind_it_is():
@@ -131,7 +135,7 @@ def test_the_page_says_when_and_how_sure_and_shows_it(tmp_path, monkeypatch):
     (row,) = slide_table(clip).rows
     assert row[2] == "slide"
     assert (row[3], row[4]) == pytest.approx((1.0, case.labels["contact"].gross), abs=0.15)
-    assert 90 <= row[5] <= 99
+    assert row[5] == 99, "nothing is sure"
     (answer,) = answer_of(clip)
     assert answer.startswith("Slip begins at 1.1")
     assert answer.endswith("% sure.")
@@ -167,13 +171,13 @@ def replace_kind(finding):
 
 def test_a_camera_is_watched_and_events_are_told_as_they_come():
     field = clips.field()
-    moved_by = path((30, 0.0), (40, 14.0), (2, 5.0), (8, 5.0))[:, None, None] * np.array([1.0, 0.0])
+    moved_by = path((22, 0.0), (34, 14.0), (2, 5.0), (8, 5.0))[:, None, None] * np.array([1.0, 0.0])
     frames = list(clips.filmed(field + moved_by, clips.DEFAULT, seed=0))
     told: list[str] = []
     rows = ((number / 30.0, frame) for number, frame in enumerate(frames) if number != 50)
     table = watch_camera(rows, "residual", {"n_markers": 81}, 20, told.append)
     assert [line.partition(": ")[2].partition(" since")[0] for line in told] == ["slip", "gross slip"]
-    assert float(told[1].partition(" s:")[0]) == pytest.approx(71 / 30, abs=0.1)
+    assert float(told[1].partition(" s:")[0]) == pytest.approx(57 / 30, abs=0.1)
     assert [row[0].split(" [")[0] for row in table.rows[-4:]] == [*LATENCIES, "frames a second"]
     assert table.note.endswith("1 frames were dropped.")
 

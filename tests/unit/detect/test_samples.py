@@ -90,13 +90,7 @@ def test_every_trial_is_tested_once(folds, seed):
 GROUPS = {f"{letter}{number}": letter for letter in "abcd" for number in range(3)}
 
 
-def test_groups_are_in_one_fold():
-    folds = grouped_folds(list(GROUPS), 2, 0, GROUPS)
-    assert sorted(name for fold in folds for name in fold) == sorted(GROUPS)
-    assert all(len(fold) == 6 and len({GROUPS[name] for name in fold}) == 2 for fold in folds)
-
-
-def test_test_trials_are_the_same_for_ever_and_conditions_are_left_out_one_by_one_or_in_ranges():
+def test_test_trials_and_groups_are_the_same_for_ever_and_conditions_are_left_out():
     found = benchmark_test_trials(NAMES)
     assert found == ("t01", "t05", "t06", "t08", "t17")
     assert benchmark_test_trials(NAMES[::-1]) == found
@@ -109,6 +103,9 @@ def test_test_trials_are_the_same_for_ever_and_conditions_are_left_out_one_by_on
     assert len(ranges) == 4
     assert sorted(name for names in ranges.values() for name in names) == sorted(NAMES)
     assert left_out({"a": {"s": "wet"}, "b": {"s": "dry"}}, "s") == {"dry": ("b",), "wet": ("a",)}
+    folds = grouped_folds(list(GROUPS), 2, 0, GROUPS)
+    assert sorted(name for fold in folds for name in fold) == sorted(GROUPS)
+    assert all(len(fold) == 6 and len({GROUPS[name] for name in fold}) == 2 for fold in folds)
 
 
 LAYOUT = ring_layout(20.0, (1, 6))
@@ -146,14 +143,11 @@ def test_external_markers_give_the_published_onsets():
     assert labels_from_external_markers(tracks, REST) == Onsets(None, None)
 
 
-def test_the_stick_ratio_gives_onsets():
+def test_the_stick_ratio_and_a_plate_that_falls_give_onsets():
     ratio = np.array([np.nan, 1.0, 0.99, 0.9, 0.5, 0.0, 0.3])
     assert labels_from_contact(np.arange(7.0), ratio) == Onsets(3.0, 5.0)
     assert labels_from_contact(np.arange(7.0), ratio, sustained=2) == Onsets(3.0, None)
     assert labels_from_contact(np.arange(7.0), ratio, slipping=0.4, overall=0.5) == Onsets(4.0, 4.0)
-
-
-def test_a_plate_that_falls_with_and_then_from_the_skin():
     skin = ramps(outer=50, central=4, frames=16)
     frame = np.arange(16.0)
     fall = 1.5 * np.maximum(frame - 3, 0.0) + 3.0 * np.maximum(frame - 9, 0.0)

@@ -1,5 +1,7 @@
 """Small models that several tests of this folder compute."""
 
+import contextlib
+
 import numpy as np
 
 import fingerslip as fs
@@ -14,6 +16,24 @@ ROUNDING = {"contact_iterations", "contact_residual", "energy_imbalance"}
 # Of the block that rests on a plate; how deep the pad in 3D is pressed.
 SIDE, HEIGHT, GRAVITY, MODULUS, DENSITY = 10e-3, 5e-3, 9.81, 1e5, 1000.0
 DEPTH = 0.4e-3
+
+
+class Memory:
+    """A store of bases in memory that counts what it is asked."""
+
+    def __init__(self):
+        self.arrays, self.loads, self.saves = {}, 0, 0
+
+    def load(self, key):
+        self.loads += 1
+        return self.arrays.get(key)
+
+    def save(self, key, arrays):
+        self.saves += 1
+        self.arrays[key] = dict(arrays)
+
+    def alone(self, key):  # noqa: ARG002
+        return contextlib.nullcontext()
 
 
 class Watched(fs.Coulomb):

@@ -15,7 +15,7 @@ from unit.dynamics.models import contact, error_of
 SOLVERS = [pytest.param(EXACT, marks=needs_mkl, id="pardiso"), pytest.param(SuperLU(), id="superlu")]
 
 
-@pytest.mark.parametrize("element", ["Q4", "T3", pytest.param("T6", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("element", ["Q4", *(pytest.param(other, marks=pytest.mark.slow) for other in ("T3", "T6"))])
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_condensed_solution_is_the_full_solution(element, solver):
     """Which Newton's method finds on all degrees of freedom, to rounding: open, sticking and slipping nodes."""

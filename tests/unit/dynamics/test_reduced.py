@@ -1,6 +1,5 @@
 """A reduced basis moves as the mesh does, with as many modes as the tolerance needs, or leaves it to the mesh."""
 
-import contextlib
 import dataclasses
 import logging
 
@@ -12,7 +11,7 @@ from fingerslip.dynamics.reduced import basis as bases
 from fingerslip.history import VARIABLES
 from problems.pushed import push_and_slide
 from problems.reduced import REDUCED, SITES, deep_push_and_slide, difference, random_model
-from unit.dynamics.models import ROUNDING, Watched, assert_same_history, contact, error_of
+from unit.dynamics.models import ROUNDING, Memory, Watched, assert_same_history, contact, error_of
 
 # What shows the acceleration that few normal modes give.
 COARSE = {"velocity", "acceleration", "contact_velocity", "contact_acceleration", "snapshot_velocity"}
@@ -189,24 +188,6 @@ def test_the_more_normal_modes_the_nearer(monkeypatch):
     assert moved[0] > 2.0 * moved[1] > 2.0 * moved[2]
     assert moved[2] < 1e-5
     assert difference(reduced, full, "contact_acceleration") < 1e-3
-
-
-class Memory:
-    """A store that counts what it is asked."""
-
-    def __init__(self):
-        self.arrays, self.loads, self.saves = {}, 0, 0
-
-    def load(self, key):
-        self.loads += 1
-        return self.arrays.get(key)
-
-    def save(self, key, arrays):
-        self.saves += 1
-        self.arrays[key] = dict(arrays)
-
-    def alone(self, key):  # noqa: ARG002
-        return contextlib.nullcontext()
 
 
 def test_the_first_of_several_motions_tries_a_basis_out_for_all(monkeypatch):

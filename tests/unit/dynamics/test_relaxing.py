@@ -46,7 +46,7 @@ def test_in_the_end_the_springs_alone_are_left(formulation):
         modulus = 9 * bulk * left * shear / (3 * bulk + left * shear)
         poisson = modulus / (2 * left * shear) - 1
         along = modulus / (1 - poisson**2) if formulation == "plane_strain" else modulus
-        history = drawn(formulation, 3.0, materials={"bulk": fs.Elastic(MODULUS, POISSON, 1000.0, prony=prony)})
+        history = drawn(formulation, 2.5, materials={"bulk": fs.Elastic(MODULUS, POISSON, 1000.0, prony=prony)})
         assert history.stress.values[-1, 0, 0] == pytest.approx(along * STRETCH, rel=1e-5)
         assert float(history.strain_energy[-1]) == pytest.approx(0.5 * along * STRETCH**2 * 8e-9, rel=1e-5)
         assert (float(history.viscous_dissipation[-1]) > 0.0) == bool(prony)

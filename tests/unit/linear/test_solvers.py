@@ -228,12 +228,8 @@ def fill(matrix: sparse.csr_matrix, order: np.ndarray) -> int:
 @pytest.mark.parametrize(
     "matrix",
     [
-        grid(9),
-        grid(40, 30),
-        grid(9, 8, 7, components=3),
-        sparse.identity(500),
-        sparse.csr_matrix((0, 0)),
-        sparse.block_diag([grid(15, 15), grid(14, 14)]),
+        *(grid(9), grid(40, 30), grid(9, 8, 7, components=3), sparse.block_diag([grid(15, 15), grid(14, 14)])),
+        *(sparse.identity(500), sparse.csr_matrix((0, 0))),
     ],
 )
 def test_every_unknown_is_eliminated_once(matrix):

@@ -1,1 +1,1 @@
-"""Tests of fingerslip.parameters, module by module."""
+"""Tests of fingerslip.parameters."""

@@ -1,7 +1,5 @@
 """A check of HTML pages: every tag closed, every link and picture inside."""
 
-from __future__ import annotations
-
 from html.parser import HTMLParser
 
 VOID = {"meta", "img", "br", "link", "input"}

@@ -1,19 +1,10 @@
 """A history in 3D whose fields are known: a block of two layers pressed flat, pushed sideways."""
 
-from __future__ import annotations
-
 import functools
 
 import numpy as np
 
-from fingerslip.contact.counterfaces import Plane
-from fingerslip.contact.friction import Coulomb
-from fingerslip.dynamics.simulation import simulate
-from fingerslip.materials.elastic import Elastic
-from fingerslip.model.model import Contact, Model, Recording
-from fingerslip.model.programme import Press, Slide
-from fingerslip.model.timing import TimeStepping
-from fingerslip.sites import Site
+import fingerslip as fs
 from fingerslip.verification.meshes import box
 
 
@@ -30,18 +21,18 @@ def _block_history(element):
     dim = mesh.dim()
     up = (0.0,) * (dim - 1) + (1.0,)
     solid = dim == 3
-    return simulate(
-        Model(
+    return fs.simulate(
+        fs.Model(
             mesh=mesh,
-            materials={name: Elastic(youngs_modulus=50e3, poisson_ratio=0.3, density=1000.0) for name in layers},
+            materials={name: fs.Elastic(youngs_modulus=50e3, poisson_ratio=0.3, density=1000.0) for name in layers},
             formulation="solid" if solid else "plane_strain",
             supports={"top": ("x", "y", "z")[:dim]},
-            contacts=(Contact("bottom", Plane(normal=up), Coulomb(0.5)),),
+            contacts=(fs.Contact("bottom", fs.Plane(normal=up), fs.Coulomb(0.5)),),
             programme=(
-                Press(0.5e-3, 10e-3),
-                Slide(distance=1e-3, speed=20e-3, direction=(1.0,) + (0.0,) * (dim - 1) if solid else None),
+                fs.Press(0.5e-3, 10e-3),
+                fs.Slide(distance=1e-3, speed=20e-3, direction=(1.0,) + (0.0,) * (dim - 1) if solid else None),
             ),
-            time=TimeStepping(10e-3),
-            record=Recording((Site("deep", "FA-II", (5e-3,) * dim),), snapshots_every=50e-3),
+            time=fs.TimeStepping(10e-3),
+            record=fs.Recording((fs.Site("deep", "FA-II", (5e-3,) * dim),), snapshots_every=50e-3),
         )
     )

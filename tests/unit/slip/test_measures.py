@@ -52,7 +52,7 @@ def test_the_slip_margin_is_what_is_left_of_the_largest_force_ratio_at_incipient
 
 def test_the_slip_margin_leaves_out_records_without_pressure_and_is_none_without_a_slide_slip_friction_or_pressure():
     times, none = HISTORY["time"].values, np.zeros(HISTORY.sizes["time"])
-    forces = np.where(times < 1.9, 1.0, 0.0), 0.5 * np.clip(times - 1.0, 0.0, 0.6)
+    forces = np.where(times < 1.9, 1.0, 0.0), 0.5 * np.clip(times - 1.0, 0.0, 0.6) * np.where(times < 1.8, 1.0, 0.9)
     found = read_measures(with_forces(HISTORY, *forces))["slip_margin_incipient"]
     assert found == pytest.approx(1.0 - (find_events(HISTORY).incipient - 1.0) / 0.6, rel=1e-9)
     pressed = make(Process(phases=(("press", 0.0, 1.0), ("hold", 1.0, 2.0))))

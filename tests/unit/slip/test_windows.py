@@ -7,20 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fingerslip import slip
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import InputError
-from fingerslip.slip import (
-    contact_area,
-    contact_forces,
-    relative_displacement,
-    slide_tangent,
-    slide_window,
-    slipped_fraction,
-    slipping_fraction,
-    stick_ratio,
-    sustained_crossing,
-    sustained_crossings,
-)
 from fingerslip.slip import windows as counterface
 from fingerslip.slip.windows import ContactForces, accumulated_slip, area_fraction, counterface_normal, split_along
 from unit.report.scenes import block_history
@@ -43,7 +32,7 @@ PRESS, TWO_SLIDES = ("press", 0.0, 1.0), (("slide", 1.0, 1.4), ("hold", 1.4, 1.5
     ],
 )
 def test_window_of_a_slide(phases, slide, records):
-    window = slide_window(make(Process(phases=phases)), slide)
+    window = slip.slide_window(make(Process(phases=phases)), slide)
     assert (window and (window.first, window.last)) == records
 
 
@@ -52,10 +41,10 @@ def test_a_slide_that_turns_back_is_another_one_and_one_that_is_not_there_is_ref
     plate = history["counterface_displacement"].copy()
     plate[320:, 0, 0] = 2.0 * plate[320, 0, 0] - plate[320:, 0, 0]
     there_and_back = history.assign(counterface_displacement=plate)
-    windows = [slide_window(there_and_back, slide) for slide in (0, 1)]
+    windows = [slip.slide_window(there_and_back, slide) for slide in (0, 1)]
     assert [(window.start, window.end) for window in windows] == [(1.0, 1.6), (1.6, 2.0)]
     with pytest.raises(InputError, match=r"slide: got 2, the programme has 2 slide"):
-        slide_window(make(Process(phases=(PRESS, *TWO_SLIDES))), 2)
+        slip.slide_window(make(Process(phases=(PRESS, *TWO_SLIDES))), 2)
 
 
 @pytest.mark.parametrize(
@@ -70,14 +59,14 @@ def test_a_slide_that_turns_back_is_another_one_and_one_that_is_not_there_is_ref
 )
 def test_crossings_that_last(values, level, sustained, crossing):
     times = np.arange(len(values), dtype=float)
-    assert sustained_crossing(times, np.array(values), level, sustained) == pytest.approx(crossing)
+    assert slip.sustained_crossing(times, np.array(values), level, sustained) == pytest.approx(crossing)
 
 
 @given(SIGNALS, st.floats(0.01, 1.0), st.floats(0.01, 1.0), st.floats(0.0, 5.0))
 def test_higher_level_is_never_reached_earlier(values, one, other, sustained):
     times, signal = np.arange(len(values), dtype=float), np.array(values)
-    low = sustained_crossing(times, signal, min(one, other), sustained)
-    high = sustained_crossing(times, signal, max(one, other), sustained)
+    low = slip.sustained_crossing(times, signal, min(one, other), sustained)
+    high = slip.sustained_crossing(times, signal, max(one, other), sustained)
     assert high is None or (low is not None and low <= high + 1e-9)
 
 
@@ -94,8 +83,8 @@ def first_lasting(times, above, sustained):
 @given(st.lists(st.lists(st.floats(0.0, 1.0), min_size=9, max_size=9), min_size=0, max_size=6), st.floats(0.0, 5.0))
 def test_several_signals_are_looked_at_as_one_by_one(signals, sustained):
     times, values = np.array([0.0, 0.5, 1.0, 2.0, 2.5, 4.0, 5.0, 6.5, 7.0]), np.array(signals).reshape(-1, 9).T
-    found = sustained_crossings(times, values, 0.5, sustained)
-    assert found == [sustained_crossing(times, own, 0.5, sustained) for own in values.T]
+    found = slip.sustained_crossings(times, values, 0.5, sustained)
+    assert found == [slip.sustained_crossing(times, own, 0.5, sustained) for own in values.T]
     for own, crossing in zip(values.T, found, strict=True):
         start = first_lasting(times, own >= 0.5, sustained)
         assert (crossing is None) == (start is None)
@@ -117,7 +106,7 @@ def test_forces_of_a_turned_plate_are_those_of_the_level_one_and_a_second_one_ha
     turn, force = np.array([[0.8, -0.6], [0.6, 0.8]]), HISTORY["counterface_force"]
     turned = HISTORY.assign_coords(counterface_normal=(("counterface", "component"), [turn @ [0.0, 1.0]]))
     turned = turned.assign(counterface_force=force.copy(data=force.values @ turn.T))
-    level, inclined = contact_forces(HISTORY), contact_forces(turned)
+    level, inclined = slip.contact_forces(HISTORY), slip.contact_forces(turned)
     np.testing.assert_allclose(inclined.normal, level.normal, atol=1e-12)
     np.testing.assert_allclose(inclined.friction, level.friction, atol=1e-12)
     force = HISTORY["counterface_force"].values
@@ -125,31 +114,31 @@ def test_forces_of_a_turned_plate_are_those_of_the_level_one_and_a_second_one_ha
     of_two = (("time", "counterface", "component"), np.concatenate([force, 2.0 * force], axis=1))
     normals = (("counterface", "component"), np.array([[0.0, 1.0]] * 2))
     two = HISTORY.drop_dims("counterface").assign(counterface_force=of_two).assign_coords(counterface_normal=normals)
-    np.testing.assert_allclose(contact_forces(two, 1).normal, 2.0 * contact_forces(two, 0).normal)
+    np.testing.assert_allclose(slip.contact_forces(two, 1).normal, 2.0 * slip.contact_forces(two, 0).normal)
     forces = ContactForces(np.array([0.0, 1e-12, 0.5, 1.0]), np.array([[0.1, 0.0], [0.1, 0.0], [0.3, 0.4], [0.2, 0.0]]))
     np.testing.assert_allclose(forces.ratio(), [np.nan, np.nan, 1.0, 0.2], err_msg="missing without pressure")
     np.testing.assert_allclose(forces.ratio(0.6), [np.nan, np.nan, np.nan, 0.2])
 
 
 def test_tangent_is_the_normal_turned_clockwise_and_in_3d_the_furthest_travel_along_the_surface():
-    assert slide_tangent(HISTORY).tolist() == [1.0, 0.0]
+    assert slip.slide_tangent(HISTORY).tolist() == [1.0, 0.0]
     tilted = HISTORY.assign_coords(counterface_normal=(("counterface", "component"), [[0.6, 0.8]]))
-    assert slide_tangent(tilted) == pytest.approx([0.8, -0.6])
+    assert slip.slide_tangent(tilted) == pytest.approx([0.8, -0.6])
     assert counterface_normal(tilted).tolist() == [0.6, 0.8]
     history = block_history()
-    assert slide_tangent(history) == pytest.approx([1.0, 0.0, 0.0])
+    assert slip.slide_tangent(history) == pytest.approx([1.0, 0.0, 0.0])
     travel = history["counterface_displacement"].copy()
     travel[:, 0] = np.linspace(0.0, 1.0, history.sizes["time"])[:, None] * [0.0, 3.0, 4.0]
     sideways = history.assign(counterface_displacement=travel)
-    assert slide_tangent(sideways) == pytest.approx([0.0, 1.0, 0.0]), "the normal is z"
+    assert slip.slide_tangent(sideways) == pytest.approx([0.0, 1.0, 0.0]), "the normal is z"
     at_rest = history.assign(counterface_displacement=0.0 * travel)
-    assert slide_tangent(at_rest) == pytest.approx([1.0, 0.0, 0.0])
+    assert slip.slide_tangent(at_rest) == pytest.approx([1.0, 0.0, 0.0])
 
 
 HISTORY = make(Process())
 
 
-def three_nodes(states, slip):
+def three_nodes(states, way):
     """Return a slide of three nodes with areas 1, 2 and 5 mm2, recorded every 0.1 s."""
     times = 0.1 * np.arange(len(states))
     return HISTORY.isel(time=slice(len(states)), contact_node=slice(3)).assign_coords(
@@ -160,37 +149,37 @@ def three_nodes(states, slip):
         phase_end=("phase", [0.0, times[-1]]),
     ).assign(
         contact_state=(("time", "contact_node"), np.array(states)),
-        slip_distance=(("time", "contact_node"), 1e-6 * np.array(slip)),
+        slip_distance=(("time", "contact_node"), 1e-6 * np.array(way)),
     )  # fmt: skip
 
 
 def test_fractions_follow_the_annular_slip_and_weigh_nodes_by_their_areas():
     fine = make(Process(nodes=401, jump=False, open_nodes=3))
-    slipping = slipping_fraction(fine).sel(time=[1.2, 1.505, 1.9], method="nearest").values
+    slipping = slip.slipping_fraction(fine).sel(time=[1.2, 1.505, 1.9], method="nearest").values
     assert slipping == pytest.approx([0.0, 0.5, 1.0], abs=0.01)
-    late = slipped_fraction(fine, slide_window(fine), 30e-6).sel(time=1.505 + 0.01, method="nearest")
+    late = slip.slipped_fraction(fine, slip.slide_window(fine), 30e-6).sel(time=1.505 + 0.01, method="nearest")
     assert float(late) == pytest.approx(0.5, abs=0.01)
-    fractions = slipping_fraction(HISTORY), slipped_fraction(HISTORY, slide_window(HISTORY), 50e-6)
+    fractions = slip.slipping_fraction(HISTORY), slip.slipped_fraction(HISTORY, slip.slide_window(HISTORY), 50e-6)
     assert [float(one.sel(time=PRESS_END + 5e-3, method="nearest")) for one in fractions] == [1.0, 0.0]
     states = [[STICK, STICK, STICK], [SLIP, STICK, STICK], [STICK, SLIP, SLIP], [OPEN, SLIP, STICK], [OPEN] * 3]
     history = three_nodes(states, np.zeros((5, 3)).tolist())
     shares = [0.0, 1 / 8, 7 / 8, 2 / 7, np.nan]
-    assert slipping_fraction(history).values == pytest.approx(shares, nan_ok=True)
-    assert stick_ratio(history).values == pytest.approx(1.0 - np.array(shares), nan_ok=True)
-    assert contact_area(history).values == pytest.approx([8e-6, 8e-6, 8e-6, 7e-6, 0.0])
+    assert slip.slipping_fraction(history).values == pytest.approx(shares, nan_ok=True)
+    assert slip.stick_ratio(history).values == pytest.approx(1.0 - np.array(shares), nan_ok=True)
+    assert slip.contact_area(history).values == pytest.approx([8e-6, 8e-6, 8e-6, 7e-6, 0.0])
 
 
 def test_slip_counts_beyond_the_tolerance_from_the_start_of_the_slide_on():
     """The first node slipped before the slide, the second lands during it, the third slips last."""
     states = [[SLIP, OPEN, STICK], [STICK, STICK, STICK], [STICK, SLIP, SLIP], [SLIP, SLIP, SLIP], [OPEN, SLIP, SLIP]]
-    slip = [[50, 0, 0], [50, 0, 0], [60, 30, 21], [75, 60, 40], [75, 90, 60]]
-    history = three_nodes(states, slip)
-    window = slide_window(history)
+    way = [[50, 0, 0], [50, 0, 0], [60, 30, 21], [75, 60, 40], [75, 90, 60]]
+    history = three_nodes(states, way)
+    window = slip.slide_window(history)
     assert accumulated_slip(history, window)[:, 0] * 1e6 == pytest.approx([0, 0, 10, 25, 25])
-    fraction = slipped_fraction(history, window, 20e-6)
+    fraction = slip.slipped_fraction(history, window, 20e-6)
     # Areas 1 and 5 were there from the start; the first lifts off at the end.
     assert fraction.values == pytest.approx([0.0, 0.0, 5 / 6, 1.0, 1.0])
-    assert slipped_fraction(history, window, 22e-6).values[2] == 0.0
+    assert slip.slipped_fraction(history, window, 22e-6).values[2] == 0.0
 
 
 @given(st.lists(st.tuples(st.booleans(), st.booleans(), st.floats(1e-9, 1e-3)), min_size=1, max_size=20))
@@ -206,7 +195,7 @@ def test_a_fraction_is_between_nothing_and_all(nodes):
 @pytest.mark.parametrize("normal", [(0.0, 1.0), (0.6, 0.8), (0.0, -1.0)])
 def test_way_off_the_plates_line_is_along_the_plate_whatever_its_inclination(normal):
     tangent = np.array([normal[1], -normal[0]])
-    window = slide_window(HISTORY)
+    window = slip.slide_window(HISTORY)
     count = HISTORY.sizes["contact_node"]
     plate, lift = HISTORY["counterface_displacement"].values[:, 0].T
     along = HISTORY["contact_displacement"].values[..., 0]
@@ -218,9 +207,9 @@ def test_way_off_the_plates_line_is_along_the_plate_whatever_its_inclination(nor
         counterface_displacement=(("time", "counterface", "component"), counterface[:, None]),
     )
     expected = np.abs((along - along[window.first]) - (plate - plate[window.first])[:, None])[window.records]
-    assert relative_displacement(inclined, window).shape == (window.last - window.first + 1, count)
-    np.testing.assert_allclose(relative_displacement(inclined, window), expected, atol=1e-15)
+    assert slip.relative_displacement(inclined, window).shape == (window.last - window.first + 1, count)
+    np.testing.assert_allclose(slip.relative_displacement(inclined, window), expected, atol=1e-15)
     ideal = make(Process(jump=False))
     way = SPEED * np.clip(2.0 - slip_times(Process(), np.linspace(-HALF_WIDTH, HALF_WIDTH, 41)), 0.0, None)
-    for distance in (relative_displacement, accumulated_slip):
-        np.testing.assert_allclose(distance(ideal, slide_window(ideal))[-1, :41], way, atol=1e-12)
+    for distance in (slip.relative_displacement, accumulated_slip):
+        np.testing.assert_allclose(distance(ideal, slip.slide_window(ideal))[-1, :41], way, atol=1e-12)

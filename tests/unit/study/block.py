@@ -1,13 +1,15 @@
-"""The study of a block under a plate, and its mesh."""
+"""The study of a block under a plate, its mesh, and a progress that keeps what it is told."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import skfem
+
+from fingerslip.study.running.progress import StudyProgress
 
 FRICTIONS = [0.2, 0.4, 0.6]
 #: The runs of the study.
@@ -64,3 +66,26 @@ def block_mesh(curvature: float = 0.0) -> skfem.MeshQuad:
     bottom, top = (mesh.facets_satisfying(lambda x, y=y: np.isclose(x[1], y), True) for y in (0.0, 5e-3))
     mesh = skfem.MeshQuad(points, mesh.t)
     return mesh.with_boundaries({"bottom": bottom, "top": top}).with_subdomains({"block": np.arange(mesh.t.shape[1])})
+
+
+class Told(StudyProgress):
+    """Keeps what it is told, in order; a message is a tuple of one text."""
+
+    def __init__(self) -> None:
+        self.told: list[tuple[Any, ...]] = []
+
+    def begin(self, names: Sequence[str]) -> None:
+        self.told.append(("begin", *names))
+
+    def advance(self, name: str, fraction: float) -> None:
+        self.told.append((name, fraction))
+
+    def finish(self, name: str, outcome: str) -> None:
+        self.told.append((name, outcome))
+
+    def say(self, message: str) -> None:
+        self.told.append((message,))
+
+    @property
+    def messages(self) -> list[str]:
+        return [entry[0] for entry in self.told if len(entry) == 1]

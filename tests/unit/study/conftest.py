@@ -23,6 +23,11 @@ from unit import synthetic
 from unit.study.block import block_mesh, block_values
 
 
+def all_is_compiled(patch: pytest.MonkeyPatch) -> None:
+    """Leave out what a fresh clone does first, with a simulation that may be replaced."""
+    patch.setitem(compiling_seconds.__globals__, "_has_cache", lambda _: True)
+
+
 @pytest.fixture(scope="session")
 def finished_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the folder of a study and its results, without a report; tests copy it."""
@@ -31,6 +36,7 @@ def finished_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = folder / "block.yaml"
     path.write_text(yaml.safe_dump(block_values() | {"compare": ["wang2014-table2"]}, sort_keys=False))
     with pytest.MonkeyPatch.context() as patch:
+        all_is_compiled(patch)
         patch.setattr("fingerslip.dynamics.simulation.simulate", known_history)
         patch.setattr(runner, "write_report", lambda *_: None)
         runner.run_study(path, results_dir=folder / "results", workers=1)
@@ -74,8 +80,8 @@ NOT_SOLVED = ConvergenceError(0.5, 7, 1e-3, 1e-9, "use a smaller step")
 
 @pytest.fixture(autouse=True)
 def settled(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let all be compiled already, which a fresh clone would say that it does first, and ask git but once."""
-    monkeypatch.setitem(compiling_seconds.__globals__, "_has_cache", lambda _: True)
+    """Let all be compiled already, and ask git but once."""
+    all_is_compiled(monkeypatch)
     monkeypatch.setattr(store, "commit", commit)
 
 

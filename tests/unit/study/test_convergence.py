@@ -22,6 +22,7 @@ from fingerslip.units import Unit
 from places import ROOT
 from unit import synthetic
 from unit.study.block import NAMES, block_mesh, block_values, changed, finger_values
+from unit.study.conftest import all_is_compiled
 
 FINGER = finger_values(time={"step": "2 ms", "alpha": -0.05})
 
@@ -112,6 +113,7 @@ def known(tmp_path_factory):
     path = folder / "block.yaml"
     path.write_text(yaml.safe_dump(plain(), sort_keys=False))
     with pytest.MonkeyPatch.context() as patch:
+        all_is_compiled(patch)
         patch.setattr("fingerslip.dynamics.simulation.simulate", later_with_longer_steps)
         patch.setattr(runner, "write_report", lambda *_: None)
         return refined(path), path

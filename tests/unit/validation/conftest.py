@@ -1,7 +1,5 @@
 """Evidence from synthetic histories, for tests of the validation."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

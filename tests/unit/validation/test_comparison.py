@@ -183,6 +183,8 @@ def test_spread_is_the_range_over_the_refinements_where_all_have_the_number(evid
     assert Evidence(evidence.measured).spread_of(lambda _: 1.0) is None
     first = evidence.measured["wang2014_table2"]
     assert evidence.spread_of(lambda one: 1.0 if one.measured["wang2014_table2"] is first else None) is None
+    counts = evidence.spread_of(lambda one: (3, 1) if one.measured["wang2014_table2"] is first else (2, 2))
+    assert counts == 2.0, "counts before and after count as their difference"
     finite = evidence.at_large_strain()
     times = [one.run.events.slip.overall for one in finite.phalanges("wang2014_table2")]
     assert times == pytest.approx([1.91, 1.92, 1.97], abs=5e-3)

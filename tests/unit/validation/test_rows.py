@@ -1,7 +1,5 @@
 """Verdicts, the table, and the rows from evidence."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 from dataclasses import dataclass
@@ -13,6 +11,7 @@ from hypothesis import strategies as st
 
 from fingerslip.errors import DamagedError, ResultError
 from fingerslip.published import PublishedValue
+from fingerslip.report.tables.compare import difference_from
 from fingerslip.storage.files import write_json
 from fingerslip.study.definition.spec import read_study
 from fingerslip.tables.table import texts, to_markdown
@@ -53,7 +52,7 @@ def test_number_agrees_within_resolution_or_uncertainty(ours, uncertainty, resol
 @given(st.floats(0.0, 3.0))
 def test_difference_leads_back_to_the_range(ours):
     low, high = 1.63, 1.65
-    difference = module.difference_from(ours, (low, high))
+    difference = difference_from(ours, (low, high))
     assert low - 1e-12 <= ours - difference <= high + 1e-12
     assert (difference == 0.0) == (low <= ours <= high)
     row = module.number_row("q", RANGE, ours, None, resolution=0.01)

@@ -85,7 +85,7 @@ def test_a_rotation_is_rigid():
     assert float(np.abs(fields["strain"]).max()) < 1e-12
 
 
-def test_what_was_not_seen_is_nowhere():
+def test_what_was_not_seen_is_nowhere_and_rest_is_the_mean_of_what_was():
     fields = marker_fields(hide(moved(np.diag([0.1, 0.1])), slice(10, 20), 4))
     for name in ("displacement", "velocity", "rigid_residual"):
         lost = np.isnan(fields[name].values).any(axis=2)
@@ -94,6 +94,9 @@ def test_what_was_not_seen_is_nowhere():
     np.testing.assert_allclose(np.delete(fields["divergence"].values[15], 4), 2 * 0.1 * TIMES[15], atol=1e-12)
     rms = fields["rigid_residual_rms"].values
     np.testing.assert_allclose(rms[15], rms[14], rtol=0.1)
+    position = np.array([[[1.0, 2.0], [0.0, 0.0]], [[3.0, 2.0], [np.nan, np.nan]], [[9.0, 9.0], [9.0, 9.0]]])
+    np.testing.assert_array_equal(rest_positions(position, 2), [[2.0, 2.0], [0.0, 0.0]])
+    assert np.isnan(rest_positions(np.full((3, 1, 2), np.nan), 2)).all()
 
 
 def test_the_centroid_of_a_contact_is_where_markers_are_spread():
@@ -107,12 +110,6 @@ def test_the_centroid_of_a_contact_is_where_markers_are_spread():
     position = np.array([[[0.0, 0.0], [1.0, 0.0], [4.0, 4.0], [np.nan, np.nan]]])
     divergence = np.array([[0.2, 0.4, 0.05, np.nan]])
     np.testing.assert_allclose(contact_centroid(position, divergence, 0.1), [[0.75, 0.0]])
-
-
-def test_rest_is_the_mean_of_what_was_seen():
-    position = np.array([[[1.0, 2.0], [0.0, 0.0]], [[3.0, 2.0], [np.nan, np.nan]], [[9.0, 9.0], [9.0, 9.0]]])
-    np.testing.assert_array_equal(rest_positions(position, 2), [[2.0, 2.0], [0.0, 0.0]])
-    assert np.isnan(rest_positions(np.full((3, 1, 2), np.nan), 2)).all()
 
 
 @pytest.mark.parametrize("frames", [5, 7, 21])
@@ -203,7 +200,7 @@ def test_triangles_fill_the_layout_and_there_are_none_of_too_few_markers_or_a_li
     for points in (REST[:2], np.column_stack([np.arange(5.0), np.zeros(5)]), np.full((5, 2), np.nan)):
         assert marker_triangles(points).shape == (0, 3)
     assert triangle_gradients(REST, REST[None], np.empty((0, 3), dtype=int)).shape == (1, 0, 2, 2)
-    flat = np.array([[0.0, 0.0], [1.0, -0.001], [2.0, 0.0], [1.0, 1.0]])
+    flat = np.array([[0.0, 0.0], [1.0, 0.001], [2.0, 0.0], [1.0, 1.0]])
     assert sorted(map(sorted, marker_triangles(flat).tolist())) == [[0, 1, 3], [1, 2, 3]]
     rest = REST.copy()
     rest[3] = np.nan

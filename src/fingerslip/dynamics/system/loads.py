@@ -59,8 +59,8 @@ class Supports:
     """What acts on the degrees of freedom that m supports hold, summed up over each support and component."""
 
     rows: sparse.csr_matrix  # map that sums up forces on the mesh over each support and component [-]
-    stiffness: sparse.csr_matrix | Array  # [N/m]
-    mass: sparse.csr_matrix | Array  # [N/m]
+    stiffness: sparse.csr_matrix | Array  # (m * dim, n) [N/m]
+    mass: sparse.csr_matrix | Array  # (m * dim, n) [kg]
     contact: sparse.csr_matrix  # map from the contact forces to those that act on what is held at once
     loads: tuple[Load, ...]  # loads on what is held, (m * dim,) each [N]
     viscoelastic: tuple[ViscoelasticLayers, ...] = ()  # maps (m * dim, n) of the viscoelastic layers

@@ -54,13 +54,13 @@ class System:
     coordinates: Coordinates  # what the unknowns are and how fields are read from them
     # bodies with a rigid motion that inertia, supports and springs leave to the contact, as errors name them
     held_by_contact: tuple[str, ...]
-    stiffness: sparse.csr_matrix  # [N/m], [kg]
-    mass: sparse.csr_matrix  # [N/m], [kg]
+    stiffness: sparse.csr_matrix  # (n, n) [N/m]
+    mass: sparse.csr_matrix  # (n, n) [kg]
     loads: tuple[Load, ...]  # forces with their factors over time
     initial_velocity: Array  # (n,), [m/s]
     candidates: Candidates  # contact candidates of all counterfaces
     counterfaces: Counterfaces  # the counterfaces and the friction on them
-    relative: sparse.csr_matrix
+    relative: sparse.csr_matrix  # map (n_c * dim, n) to displacements of the candidates relative to their counterfaces
     outsiders: tuple[Outsiders, ...]  # for each counterface, the nodes of its boundary that are no candidates
     motions: tuple[Motion, ...]  # prescribed motion of each counterface
     site_nodes: NDArray[np.int64]  # (n_sites,), mesh nodes of the recorded sites

@@ -74,9 +74,9 @@ class Left:
     terms: Terms  # the terms for the step
     points: Array  # (n_p, k + 3), sums of s_i times the part of the dashpots at the end that the start gives
     groups: Array  # (n_groups, 2), the same of groups with a mean volume
-    moduli: Array  # (n_materials,) [Pa]
-    offsets: Array  # (n_p,), what it adds to its derivative by ln J [Pa]
-    group_offsets: Array  # (n_p,), what it adds to its derivative by ln J [Pa]
+    moduli: Array  # (n_materials,), what the step adds to the selective modulus [Pa]
+    offsets: Array  # (n_p,), what it adds to the derivative of the selective energy by ln J [Pa]
+    group_offsets: Array  # (n_groups,), the same of groups [Pa]
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ class Relaxation:
     constants: tuple[Constants, ...]  # constants of the materials
     formulation: Formulation  # the two-dimensional assumption, or `solid`
     points: Indices  # (n_p,), index of the material
-    groups: Indices  # (n_p,), index of the material
+    groups: Indices  # (n_groups,), index of the material
 
     @property
     def tensor(self) -> int:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from types import MappingProxyType
 
 import matplotlib as mpl
 import numpy as np
@@ -41,23 +40,19 @@ Floats = NDArray[np.float64]
 _ROUNDING = 1e-16
 # Below this share of the largest normal force the ratio of the forces is rounding.
 PRESSED = 0.02
-_LARGE_ENERGIES: Mapping[str, tuple[str, str]] = MappingProxyType(
-    {
-        "external_work": ("work of the plate", palette.BLACK),
-        "strain_energy": ("strain energy", palette.BLUE),
-        "friction_dissipation": ("friction", palette.ORANGE),
-        "viscous_dissipation": ("relaxation of the layers", palette.GREEN),  # where they relax
-    }
-)
-_SMALL_ENERGIES: Mapping[str, tuple[str, str]] = MappingProxyType(
-    {
-        "kinetic_energy": ("kinetic energy", palette.VERMILLION),
-        "numerical_dissipation": ("numerical damping", palette.PURPLE),
-        "damping_dissipation": ("material damping", palette.GREEN),
-        "contact_energy": ("contact penalty", palette.SKY),
-        "energy_imbalance": ("imbalance", palette.GREY),
-    }
-)
+_LARGE_ENERGIES: Mapping[str, tuple[str, str]] = {
+    "external_work": ("work of the plate", palette.BLACK),
+    "strain_energy": ("strain energy", palette.BLUE),
+    "friction_dissipation": ("friction", palette.ORANGE),
+    "viscous_dissipation": ("relaxation of the layers", palette.GREEN),  # where they relax
+}
+_SMALL_ENERGIES: Mapping[str, tuple[str, str]] = {
+    "kinetic_energy": ("kinetic energy", palette.VERMILLION),
+    "numerical_dissipation": ("numerical damping", palette.PURPLE),
+    "damping_dissipation": ("material damping", palette.GREEN),
+    "contact_energy": ("contact penalty", palette.SKY),
+    "energy_imbalance": ("imbalance", palette.GREY),
+}
 
 
 @style.with_style
@@ -316,13 +311,9 @@ def acceleration_overview_figure(
 @style.with_style
 def strain_energy_density_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, title: str = "") -> Figure:
     """Draw the strain energy density at the recorded receptor types, for both edges of the contact."""
-    time, kinds, heading = (
-        style.shown_time(history),
-        _recorded_kinds(history),
-        style.join_title("Strain energy density", title),
-    )
+    time, kinds, heading = style.shown_time(history), _recorded_kinds(history), "Strain energy density"
     labels = (time.label, "strain energy density [J/m³]")
-    figure, panels = style.figure_grid(len(kinds), 2, (3.6, 2.2), heading, labels, share="x")
+    figure, panels = style.figure_grid(len(kinds), 2, (3.6, 2.2), style.join_title(heading, title), labels, share="x")
     signals, events_read = receptor_signals(history), events.slip
     for axes, kind in zip(panels, kinds, strict=True):
         _draw_areas(axes, signals, "strain_energy_density", kind, time.values)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping, Sequence
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -44,9 +43,10 @@ Floats = NDArray[np.float64]
 
 _MILLIMETRES = 1e3
 _EDGE = "#7d6b5d"
-_SECTIONS: Mapping[Section, str] = MappingProxyType(
-    {"sagittal": "along the finger (sagittal, z = 0)", "transverse": "across the finger (transverse, x = 0)"}
-)
+_SECTIONS: Mapping[Section, str] = {
+    "sagittal": "along the finger (sagittal, z = 0)",
+    "transverse": "across the finger (transverse, x = 0)",
+}
 
 
 @with_style
@@ -157,7 +157,7 @@ def section_figure(
         _draw_to_scale(axes)
         for kind, values in positions.items():
             look: dict[str, Any] = {
-                "color": _receptor_colour(kind),
+                "color": RECEPTOR_COLOURS.get(kind, BLACK),
                 "markeredgecolor": "white",
                 "markeredgewidth": 0.15 * size / 2,
             }
@@ -170,20 +170,14 @@ def section_figure(
     whole.add_patch(Rectangle((left, bottom), width, 1.1 * width, fill=False, linewidth=0.9, zorder=6))
     keys = _layer_keys(colours, _EDGE, linewidth=0.4)
     for kind in positions:
-        mark, colour = RECEPTOR_MARKS.get(kind, "x"), _receptor_colour(kind)
+        mark, colour = RECEPTOR_MARKS.get(kind, "x"), RECEPTOR_COLOURS.get(kind, BLACK)
         keys[kind] = Line2D([], [], linestyle="", marker=mark, color=colour, markersize=5)
     add_legend(figure, {**keys, "plate": Line2D([], [], color=BLACK, linewidth=1.6)})
     return figure
 
 
-def _receptor_colour(kind: str) -> str:
-    return RECEPTOR_COLOURS.get(kind, BLACK)
-
-
 #: Colours of the regions of a sensor.
-SENSOR_COLOURS: Mapping[str, str] = MappingProxyType(
-    {"gel": "#d9e6f2", "skin": "#6b6b6b", "rods": "#f4f0d8", "window": "#d9d9d9"}
-)
+SENSOR_COLOURS: Mapping[str, str] = {"gel": "#d9e6f2", "skin": "#6b6b6b", "rods": "#f4f0d8", "window": "#d9d9d9"}
 _SENSOR_EDGE = "#4a4a4a"
 
 

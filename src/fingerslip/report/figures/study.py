@@ -26,14 +26,14 @@ from fingerslip.sampling.sensitivity import Fit
 from fingerslip.slip.windows import EVENTS, LATENCY, MAIN_EVENTS, READINGS, event_label
 from fingerslip.uncertainty import SETTINGS, Convergence, Refinement, Series
 
-_READING_MARKS: Mapping[str, str] = MappingProxyType({"slip": "o", "displacement": "^", "acceleration": "X"})
+_READING_MARKS: Mapping[str, str] = {"slip": "o", "displacement": "^", "acceleration": "X"}
 _WIDE = 4.6  # inch
 # Swept numbers that are written below an axis one by one.
 _MOST_TICKS = 8
 _MOST_PANELS = 12
-_PUBLISHED: Any = MappingProxyType({"marker": "D", "linestyle": "", "markerfacecolor": "none"})
+_PUBLISHED: Any = {"marker": "D", "linestyle": "", "markerfacecolor": "none"}
 # The readings stand beside each other where the axis has words.
-_SHIFTS: Mapping[str, float] = MappingProxyType({"slip": -0.2, "displacement": 0.0, "acceleration": 0.2})
+_SHIFTS: Mapping[str, float] = {"slip": -0.2, "displacement": 0.0, "acceleration": 0.2}
 
 
 @with_style

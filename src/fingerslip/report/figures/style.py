@@ -12,7 +12,6 @@ from contextvars import ContextVar
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, ParamSpec, TypeVar
 
 import matplotlib as mpl
@@ -68,13 +67,11 @@ class Look:
 
 
 #: Looks by name: pages, journal columns of 3.5 and 7.2 inches, and slides of 13.3 inches with room for a heading.
-LOOKS: Mapping[str, Look] = MappingProxyType(
-    {
-        "page": Look(),
-        "paper": Look(width=7.2, single=3.5, letters=0.85, lines=0.8, titled=False),
-        "slides": Look(width=12.0, single=9.0, letters=1.75, lines=1.7),
-    }
-)
+LOOKS: Mapping[str, Look] = {
+    "page": Look(),
+    "paper": Look(width=7.2, single=3.5, letters=0.85, lines=0.8, titled=False),
+    "slides": Look(width=12.0, single=9.0, letters=1.75, lines=1.7),
+}
 _look: ContextVar[Look] = ContextVar("look", default=LOOKS["page"])
 
 P = ParamSpec("P")

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from fingerslip.published import PublishedSet, PublishedValue
 from fingerslip.report.labels import number_and_unit, path_label, run_title
 from fingerslip.report.prose import prose
+from fingerslip.report.tables.compare import difference_from, span_of
 from fingerslip.report.tables.runs import differing_paths, time_digits
 from fingerslip.results import RunResult, StudyResult
 from fingerslip.slip import EventSettings
@@ -134,7 +135,7 @@ class _Pair:
     @property
     def change(self) -> float | None:
         """How much later ours is [ms], 0 within a published range."""
-        return None if self.ours is None else 1e3 * (self.ours - min(max(self.ours, self.span[0]), self.span[1]))
+        return None if self.ours is None else 1e3 * difference_from(self.ours, self.span)
 
 
 def published_rows_beside(runs: Sequence[RunResult], references: Sequence[PublishedSet]) -> tuple[str, ...]:
@@ -161,9 +162,8 @@ def _pairs(runs: Sequence[RunResult], references: Sequence[PublishedSet], quanti
             if value.quantity != quantity or value.reading not in ("", "slip") or value.value is None:
                 continue
             if value.holds_for(run.all_values):
-                span, ours = value.span or (value.value, value.value), run.events.slip.time(quantity)
-                pair = _Pair(value, span, ours, value.is_calibrated(run.all_values))
-                pairs[run.name, value.span or value.value] = pair
+                ours, is_calibrated = run.events.slip.time(quantity), value.is_calibrated(run.all_values)
+                pairs[run.name, span_of(value)] = _Pair(value, span_of(value), ours, is_calibrated)
     return list(pairs.values())
 
 

@@ -284,11 +284,16 @@ def surface_arrays(history: xr.Dataset, frames: Sequence[int]) -> Surface:
     starts = np.cumsum([0, *(mesh.n_points for _, _, mesh in layers)])
     count = [mesh.n_cells for _, _, mesh in layers]
     displacements = np.concatenate([mesh.point_data["displacement"] for _, _, mesh in layers])
+    # Those of a cut have no contact.
+    vertex_states = [
+        np.full((len(states), mesh.n_points), NO_CONTACT, np.uint8) if is_cut else states[:, mesh.point_data["node"]]
+        for _, is_cut, mesh in layers
+    ]
     return Surface(
         points=np.concatenate([mesh.points for _, _, mesh in layers]),
         displacements=displacements.reshape(-1, len(numbers), 3).swapaxes(0, 1),
         stress=np.concatenate([mesh.point_data["stress"].reshape(-1, len(numbers)) for _, _, mesh in layers]).T,
-        states=np.concatenate([_states(mesh, states, is_cut) for _, is_cut, mesh in layers], axis=1),
+        states=np.concatenate(vertex_states, axis=1),
         triangles=np.concatenate(
             [_triangles(mesh, is_cut) + start for (_, is_cut, mesh), start in zip(layers, starts, strict=False)]
         ),
@@ -335,11 +340,6 @@ def _triangles(mesh: Any, is_cut: bool) -> Integers:
         backward = np.cross(second - first, third - first)[:, 2] < 0.0
         corners[backward] = corners[backward][:, ::-1]
     return corners
-
-
-def _states(mesh: Any, states: NDArray[np.uint8], is_cut: bool) -> NDArray[np.uint8]:
-    """Return the states of the contact at the vertices of a layer; those of a cut have none."""
-    return np.full((len(states), mesh.n_points), NO_CONTACT, np.uint8) if is_cut else states[:, mesh.point_data["node"]]
 
 
 def _nodal_states(history: xr.Dataset, frames: list[int]) -> NDArray[np.uint8]:

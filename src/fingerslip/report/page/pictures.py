@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping
-from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import xarray as xr
@@ -31,34 +30,30 @@ if TYPE_CHECKING:
 
 MARKER_KINDS = ("internal marker", "external marker")
 
-_DRAW_STUDIES: Mapping[str, Callable[[StudySubject], Figure]] = MappingProxyType(
-    {
-        "latency": lambda s: study.latency_figure(s.runs, s.path, s.reference),
-        "events": lambda s: study.event_times_figure(s.runs, s.path, s.reference, s.starts or None),
-        "slip-onset": lambda s: bodies.slip_onset_figure(s.histories),
-        "stick-ratio": lambda s: bodies.stick_ratio_figure(s.histories),
-        "slip-maps": lambda s: signals.slip_maps_figure(s.histories, s.events),
-        "force-ratios": lambda s: signals.force_overview_figure(s.histories, s.events),
-        "acceleration-peaks": lambda s: signals.acceleration_overview_figure(s.histories, s.events, s.peaks),
-    }
-)
-_DRAW_RUNS: Mapping[str, Callable[[RunSubject], Figure]] = MappingProxyType(
-    {
-        "deformed": lambda r: bodies.deformed_figure(r.history, r.events, r.options, r.times or None),
-        "slip-map": lambda r: signals.slip_maps_figure({r.title: r.history}, {r.title: r.events}),
-        "displacement": lambda r: signals.contact_displacement_figure(r.history, r.events, r.title),
-        "slip-frames": lambda r: bodies.slip_frames_figure(r.history, r.events, r.times or None, r.title),
-        "stick-ratio": lambda r: bodies.stick_ratio_figure({r.title: r.history}, title=r.title),
-        "surface-strain": lambda r: bodies.surface_strain_figure(r.history, r.events, title=r.title),
-        "reference-nodes": lambda r: bodies.reference_nodes_figure(r.history, r.events, r.title),
-        "cut": lambda r: bodies.cut_frames_figure(r.history, r.events, r.title),
-        "markers": lambda r: markers.slide_tracks_figure(marker_tracks(r.history), r.history, r.title),
-        "forces": lambda r: signals.force_figure(r.history, r.events, r.title),
-        "acceleration": lambda r: signals.acceleration_figure(r.history, r.events, r.title),
-        "strain-energy-density": lambda r: signals.strain_energy_density_figure(r.history, r.events, r.title),
-        "energy": lambda r: signals.energy_figure(r.history, r.title),
-    }
-)
+_DRAW_STUDIES: Mapping[str, Callable[[StudySubject], Figure]] = {
+    "latency": lambda s: study.latency_figure(s.runs, s.path, s.reference),
+    "events": lambda s: study.event_times_figure(s.runs, s.path, s.reference, s.starts or None),
+    "slip-onset": lambda s: bodies.slip_onset_figure(s.histories),
+    "stick-ratio": lambda s: bodies.stick_ratio_figure(s.histories),
+    "slip-maps": lambda s: signals.slip_maps_figure(s.histories, s.events),
+    "force-ratios": lambda s: signals.force_overview_figure(s.histories, s.events),
+    "acceleration-peaks": lambda s: signals.acceleration_overview_figure(s.histories, s.events, s.peaks),
+}
+_DRAW_RUNS: Mapping[str, Callable[[RunSubject], Figure]] = {
+    "deformed": lambda r: bodies.deformed_figure(r.history, r.events, r.options, r.times or None),
+    "slip-map": lambda r: signals.slip_maps_figure({r.title: r.history}, {r.title: r.events}),
+    "displacement": lambda r: signals.contact_displacement_figure(r.history, r.events, r.title),
+    "slip-frames": lambda r: bodies.slip_frames_figure(r.history, r.events, r.times or None, r.title),
+    "stick-ratio": lambda r: bodies.stick_ratio_figure({r.title: r.history}, title=r.title),
+    "surface-strain": lambda r: bodies.surface_strain_figure(r.history, r.events, title=r.title),
+    "reference-nodes": lambda r: bodies.reference_nodes_figure(r.history, r.events, r.title),
+    "cut": lambda r: bodies.cut_frames_figure(r.history, r.events, r.title),
+    "markers": lambda r: markers.slide_tracks_figure(marker_tracks(r.history), r.history, r.title),
+    "forces": lambda r: signals.force_figure(r.history, r.events, r.title),
+    "acceleration": lambda r: signals.acceleration_figure(r.history, r.events, r.title),
+    "strain-energy-density": lambda r: signals.strain_energy_density_figure(r.history, r.events, r.title),
+    "energy": lambda r: signals.energy_figure(r.history, r.title),
+}
 
 
 def has_receptors(history: xr.Dataset) -> bool:
@@ -72,17 +67,15 @@ def has_markers(history: xr.Dataset) -> bool:
 
 
 # What figures need, by the words of their kinds.
-_HAS: Mapping[str, Callable[[xr.Dataset], bool]] = MappingProxyType(
-    {
-        "swept value": lambda _: False,
-        "motion": lambda history: not is_held(history),
-        "slide": lambda history: slide_window(history) is not None,
-        "snapshots": lambda history: history.sizes.get("snapshot_time", 0) > 0,
-        "receptors": has_receptors,
-        "markers": has_markers,
-        "reference nodes": lambda history: bool(bodies.reference_kinds(history)),
-    }
-)
+_HAS: Mapping[str, Callable[[xr.Dataset], bool]] = {
+    "swept value": lambda _: False,
+    "motion": lambda history: not is_held(history),
+    "slide": lambda history: slide_window(history) is not None,
+    "snapshots": lambda history: history.sizes.get("snapshot_time", 0) > 0,
+    "receptors": has_receptors,
+    "markers": has_markers,
+    "reference nodes": lambda history: bool(bodies.reference_kinds(history)),
+}
 
 
 def _fits(kind: FigureKind, history: xr.Dataset) -> bool:

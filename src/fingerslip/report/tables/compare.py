@@ -79,7 +79,7 @@ def _left_out(runs: Sequence[RunResult], values: Sequence[PublishedValue]) -> st
 
 def _event_cells(value: PublishedValue, unlike: Sequence[RunResult] = ()) -> tuple[Cell, ...]:
     """Return event and published time; beside the event what none of other runs has, but for their columns."""
-    low, high = _span(value)
+    low, high = span_of(value)
     unmet = min((value.unmet(run.all_values) for run in unlike), key=len, default={})
     columns = swept_paths(unlike)
     words = ", ".join(
@@ -89,9 +89,21 @@ def _event_cells(value: PublishedValue, unlike: Sequence[RunResult] = ()) -> tup
     return event, f"{low:.2f}" if low == high else f"{low:.2f} to {high:.2f}"
 
 
-def _span(value: PublishedValue) -> tuple[float, float]:
-    assert value.value is not None  # held by compare_table
+def span_of(value: PublishedValue) -> tuple[float, float]:
+    """Return the smallest and the largest of a published number."""
+    assert value.value is not None  # held by those who ask
     return value.span or (value.value, value.value)
+
+
+def difference_from(ours: float, span: tuple[float, float]) -> float:
+    """Return how much `ours` lies above (positive) or below a published range; 0 within it.
+
+    Examples
+    --------
+    >>> difference_from(1.64, (1.63, 1.65))
+    0.0
+    """
+    return ours - min(max(ours, span[0]), span[1])
 
 
 def _reading_cells(run: RunResult, value: PublishedValue) -> list[Cell]:
@@ -104,8 +116,7 @@ def _reading_cells(run: RunResult, value: PublishedValue) -> list[Cell]:
         elif time is None:
             cells += [cell, cell]
         else:
-            low, high = _span(value)
-            cells += [cell, 1e3 * (time - min(max(time, low), high))]
+            cells += [cell, 1e3 * difference_from(time, span_of(value))]
     return cells
 
 

@@ -203,17 +203,20 @@ def expand_mapping(mapping: Mapping[str, Any], source: Path, folder: Path = Path
 
 
 def _tried_at_centre(runs: list[Run], centre: Run) -> list[Run]:
-    """Return runs of which the one with the study's own values, if there is one, tries reactions alone."""
+    """Return runs of which the one with the study's own values, if there is one, tries reactions alone.
+
+    The others search for the critical latency alone.
+    """
     values = centre.flat_values | {"title": ""}
     if not any(run.flat_values | {"title": ""} == values for run in runs):
         return runs
-    return [run if run.flat_values | {"title": ""} == values else _search_of(run) for run in runs]
-
-
-def _search_of(run: Run) -> Run:
-    """Return a run that searches for the critical latency alone."""
-    reaction = run.study.reaction and run.study.reaction.without_trials()
-    return dataclasses.replace(run, study=dataclasses.replace(run.study, reaction=reaction))
+    searching = []
+    for run in runs:
+        reaction = run.study.reaction and run.study.reaction.without_trials()
+        is_centre = run.flat_values | {"title": ""} == values
+        search = dataclasses.replace(run, study=dataclasses.replace(run.study, reaction=reaction))
+        searching.append(run if is_centre else search)
+    return searching
 
 
 def _draws(plain: PlainStudy, swept: dict[str, Any]) -> Iterator[tuple[int, dict[str, Any], dict[str, Any]]]:

@@ -189,7 +189,12 @@ def _linear(study: StudyResult, output: str) -> tuple[Table, ...]:
 def predict_table(folder: Path, assignments: Sequence[str], outputs: Sequence[str]) -> Table:
     """Predict what a run between those of a study would come to."""
     study = open_study(folder).result
-    values = dict(map(_pair, assignments))
+    values: dict[str, object] = {}
+    for text in assignments:
+        path, equal, value = text.partition("=")
+        if not equal:
+            raise InputError("at", f"got '{text}'", "needs path=value, such as contact.friction_coefficient=0.5")
+        values[path.strip()] = parse_document(value, "at").content
     if not study.runs:
         raise InputError("study", "has no finished runs", "needs ten or more")
     fitted = [fit_surrogate(study.runs, output) for output in outputs]
@@ -198,10 +203,3 @@ def predict_table(folder: Path, assignments: Sequence[str], outputs: Sequence[st
         if path not in paths:
             raise InputError(path, "does not differ between the runs", f"needs {', '.join(sorted(paths))}")
     return prediction_table([(surrogate, surrogate.predict(values)) for surrogate in fitted], values)
-
-
-def _pair(text: str) -> tuple[str, object]:
-    path, equal, value = text.partition("=")
-    if not equal:
-        raise InputError("at", f"got '{text}'", "needs path=value, such as contact.friction_coefficient=0.5")
-    return path.strip(), parse_document(value, "at").content

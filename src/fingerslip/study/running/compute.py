@@ -1,7 +1,9 @@
 """Jobs computed, in this process or in several side by side, and their folders written.
 
 Each of several processes computes groups of runs. Workers do not import the user's script, and none outlives the
-process that started it.
+process that started it. The worker that has computed a run draws it, so that a study never uses more processes than it
+was given. What is drawn stays in memory until the report is written; a picture that cannot be drawn is left to the
+report, which then says why.
 """
 
 from __future__ import annotations
@@ -24,15 +26,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fingerslip.errors import FingerslipError
-from fingerslip.results import LOG
+from fingerslip.history import read_history
+from fingerslip.results import HISTORY, LOG
 from fingerslip.storage.files import new_folder, writing
+from fingerslip.study.definition.runs import Plan
 from fingerslip.study.running.build import Job, groups, name_errors
 from fingerslip.study.running.progress import StudyProgress
-from fingerslip.study.storage.store import BasisFolder, write_run
+from fingerslip.study.storage.store import BasisFolder, read_run, write_run
 
 if TYPE_CHECKING:
     from fingerslip.report.content import RunPictures
-    from fingerslip.study.running.pictures import Drawing
 
 #: Folder of the reduced bases in the results of a study.
 BASES = ".bases"
@@ -258,8 +261,6 @@ def _compute_in_worker(
     jobs: Sequence[Job], threads: int, drawings: Mapping[str, Drawing]
 ) -> tuple[Mapping[str, Exception], Mapping[str, Any]]:
     """Return what went wrong in jobs, and what was drawn of the others."""
-    from fingerslip.study.running.pictures import draw_runs
-
     errors = compute_group(jobs, _tell, threads)
     return errors, draw_runs([job for job in jobs if job.run.name not in errors], drawings, _stop.is_set)
 
@@ -301,3 +302,50 @@ def without_main_module() -> Iterator[None]:
         yield
     finally:
         sys.modules["__main__"] = main
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """What a report will show of a run alone."""
+
+    title: str  # title of the study
+    contact: bool  # whether the run is shown in detail
+    model: bool  # whether its model is shown at the start
+
+
+def drawings_of(plan: Plan, jobs: Sequence[Job]) -> dict[str, Drawing]:
+    """Return what to draw of runs that are to be computed, by their names; nothing of samples.
+
+    A report shows its first runs in detail, of many the first one, and the model of the first run with each mesh.
+    """
+    from fingerslip.report.content import detailed_of
+
+    if plan.study.sample or plan.study.reaction:
+        return {}
+    title, first = plan.study.title or plan.folder.name, {run.name for run in plan.runs[: detailed_of(len(plan.runs))]}
+    models = {id(job.model.mesh): job.run.name for job in reversed(jobs)}.values()
+    named = {job.run.name: Drawing(title, job.run.name in first, job.run.name in models) for job in jobs}
+    return {name: drawing for name, drawing in named.items() if drawing.contact or drawing.model}
+
+
+def draw_runs(
+    jobs: Sequence[Job], drawings: Mapping[str, Drawing], stopped: Callable[[], bool]
+) -> dict[str, RunPictures]:
+    """Draw finished runs from their folders, as the report would."""
+    pictures = {}
+    for job in jobs:
+        drawing = drawings.get(job.run.name)
+        if drawing is not None and not stopped():
+            # Whatever goes wrong here goes wrong in the report too, which tells the user.
+            with contextlib.suppress(Exception):
+                # What draws is slow to import, and a worker of a sweep mostly draws nothing.
+                from fingerslip.report.content import RunSubject
+                from fingerslip.report.labels import run_title
+                from fingerslip.report.page.pictures import draw_ahead
+
+                result, history = read_run(job.folder), read_history(job.folder / HISTORY)
+                title = run_title(result, drawing.title)
+                run = RunSubject(history, result.events, name=result.name, title=title)
+                mesh = job.model.mesh if drawing.model else None
+                pictures[job.run.name] = draw_ahead(run, mesh, contact=drawing.contact)
+    return pictures

@@ -24,8 +24,7 @@ from fingerslip.study.storage.store import read_manifest, read_uncertainties, re
 if TYPE_CHECKING:
     from fingerslip.report.content import RunPictures
     from fingerslip.study.running.build import Job
-    from fingerslip.study.running.compute import Outcome
-    from fingerslip.study.running.pictures import Drawing
+    from fingerslip.study.running.compute import Drawing, Outcome
 
 
 class StudyFailedError(FingerslipError):
@@ -202,7 +201,7 @@ def _execute(
     drawings: Mapping[str, Drawing] = {}
     # What draws and films is slow to import.
     if jobs:
-        from fingerslip.study.running.pictures import drawings_of
+        from fingerslip.study.running.compute import drawings_of
 
         drawings = drawings_of(plan, jobs)
     try:

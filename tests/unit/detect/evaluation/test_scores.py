@@ -97,7 +97,7 @@ def test_events_are_scored_and_the_bound_needs_19_trials():
     assert event_scores_of(onsets, labels, dict.fromkeys(labels, 0.5)).bound == pytest.approx(0.2)
 
 
-def test_the_labels_themselves_are_a_perfect_submission_and_others_have_to_fit(trials, tmp_path):
+def test_the_labels_are_a_perfect_submission_rest_ends_with_its_last_frame_and_others_have_to_fit(trials, tmp_path):
     tests, onsets = benchmark_test_trials(trials.names), trials.onsets()
     write_onsets({name: onsets[name] for name in tests}, tmp_path / "mine.csv")
     scores = score_submission(trials, tmp_path / "mine.csv", rest_frames=20)
@@ -114,9 +114,6 @@ def test_the_labels_themselves_are_a_perfect_submission_and_others_have_to_fit(t
         check_submission({"a": Onsets(3.0, 2.0)}, ("a",), "mine.csv")
     both = {"a": Onsets(2.0, 2.0), "b": Onsets(None, 2.0)}
     assert check_submission(both, ("a", "b"), "mine.csv") == both
-
-
-def test_rest_ends_with_its_last_frame(trials):
     ends, frame = rest_ends(trials, trials.names[:2], 20)
     assert ends[trials.names[0]] == pytest.approx(19 / 30)
     assert frame == pytest.approx(1 / 30)

@@ -4,10 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy import sparse
 
 from fingerslip.errors import FingerslipError, InputError, InvertedCellError
-from fingerslip.fe.finite.kernels import pattern_of_cells
 from fingerslip.fe.finite.thickness import Pulled, check_thickness, thickness_strain
 from fingerslip.fe.finite.volumes import selective_energy
 from fingerslip.fe.forms import stiffness_matrix
@@ -156,35 +154,6 @@ def test_densities_add_up_to_the_energy_and_volumes_are_determinants(element, in
     assert (bulk.volumes is None) == (integration == "full")
 
 
-@pytest.mark.parametrize("kind", KINDS, ids="-".join)
-def test_iterates_of_a_step_carry_what_its_start_left(kind):
-    bulk = relaxing_body(kind)
-    begun = bulk.begun(stepped(bulk), SMALL)
-    one = bulk.deformed(moved(bulk, 0.02), begun)
-    other = bulk.deformed(moved(bulk, 0.03), one)
-    assert begun.left is one.left is other.left
-    assert begun.history is one.history is other.history
-    assert not np.allclose(one.pulled, other.pulled)
-
-
-NODES = {2: np.array([[0, 1, 2], [2, 1, 3], [4, 3, 1]]), 3: np.array([[0, 1, 2, 3], [4, 2, 1, 3]])}
-
-
-@pytest.mark.parametrize("dim", [2, 3])
-def test_the_sum_of_cells_is_that_of_their_entries_zeros_included(dim):
-    nodes = NODES[dim]
-    matrices = np.random.default_rng(dim).normal(size=(len(nodes), nodes.shape[1] * dim, nodes.shape[1] * dim))
-    dofs = (dim * nodes[..., None] + np.arange(dim)).reshape(len(nodes), -1)
-    rows, columns = np.repeat(dofs, dofs.shape[1], axis=1).ravel(), np.tile(dofs, dofs.shape[1]).ravel()
-    # The last node has no cells.
-    expected = sparse.coo_matrix((matrices.ravel(), (rows, columns)), shape=(6 * dim, 6 * dim))
-    pattern = pattern_of_cells(nodes, 6, dim)
-    found = pattern.assemble(matrices)
-    np.testing.assert_allclose(found.toarray(), expected.toarray(), atol=1e-14)
-    assert found.has_canonical_format
-    assert pattern.assemble(0.0 * matrices).nnz == found.nnz == len(set(zip(rows, columns, strict=True)))
-
-
 def test_the_groups_of_quadrilaterals_are_their_cells_and_nodes_between_materials_have_one_for_each():
     """The mean of the ratios of areas is the ratio of the areas of the cell."""
     bulk = body("Q4")
@@ -201,18 +170,6 @@ def test_the_groups_of_quadrilaterals_are_their_cells_and_nodes_between_material
     between = np.intersect1d(*(two.nodes[two.materials.number == number] for number in (0, 1))).size
     assert one.volumes.size.size == nodes + between  # two regions of one law are still two materials
     assert np.bincount(two.volumes.material).sum() == nodes + between
-
-
-@EVERY_LAW
-@pytest.mark.parametrize("formulation", ["plane_strain", "plane_stress", "solid"])
-def test_selective_energy_has_its_derivatives_and_at_rest_the_modulus_of_small_strain(law, formulation):
-    at, step = np.linspace(-0.3, 0.4, 8), 1e-6
-    _, first, second = selective_energy(law, formulation, at)
-    ahead, back = (selective_energy(law, formulation, at + sign * step) for sign in (1, -1))
-    np.testing.assert_allclose((ahead[0] - back[0]) / (2 * step), first, atol=1e-7)
-    np.testing.assert_allclose((ahead[1] - back[1]) / (2 * step), second, rtol=1e-7)
-    rest = [float(part[0]) for part in selective_energy(law, formulation, np.zeros(1))]
-    assert rest == [0.0, 0.0, pytest.approx(law.at_rest().dilatational_modulus(formulation))]
 
 
 def test_selective_integration_does_not_lock_and_takes_no_mean_volumes_without_lateral_contraction():

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fingerslip.fe.finite.history import end_history, selective_excess, spring_excess
-from fingerslip.materials.prony import PronyTerm, recurrence
-from fingerslip.materials.relaxing import Constants, shape_energy
+from fingerslip.fe.finite.history import end_history, spring_excess
+from fingerslip.materials.prony import PronyTerm
+from fingerslip.materials.relaxing import shape_energy
 from problems.blocks import KINDS
 from problems.verification.large_relaxation import relaxed_law
-from unit.fe.finite.bodies import EVERY_LAW, RELAXING, SOFT, STEP, TERMS, body, moved, relaxing_body, stepped
+from unit.fe.finite.bodies import EVERY_LAW, RELAXING, SOFT, STEP, body, moved, relaxing_body, stepped
 
 EVERY_KIND = pytest.mark.parametrize("kind", KINDS, ids="-".join)
 
@@ -33,28 +33,6 @@ def test_an_elastic_body_or_layer_has_no_history_and_a_step_that_was_not_begun_h
         end_history(bulk.relaxation, bulk.materials.materials, bulk.deformed(moved(bulk, 0.01)))
 
 
-@EVERY_KIND
-def test_dashpots_follow_what_is_remembered_and_a_step_finds_their_share(kind):
-    """All that is remembered, of points and of groups, obeys the recurrence of its own material."""
-    other = (PronyTerm(0.1, 0.2), PronyTerm(0.4, 1.0))
-    bulk = relaxing_body(kind, beside=replace(SOFT, prony=other))
-    states = [stepped(bulk, steps) for steps in (1, 2, 3)]
-    history, left = states[-1].history, bulk.begun(states[-1], STEP).left
-    for number, terms in enumerate((TERMS, other)):
-        follow = recurrence(terms, STEP)
-        for name, dashpots, found in (
-            ("points", history.point_dashpots, left.points),
-            ("groups", history.group_dashpots, left.groups),
-        ):
-            members = getattr(bulk.relaxation, name) == number
-            values = [getattr(state.history, name)[members] for state in states]
-            followed = follow.follow(np.stack([np.zeros_like(values[0]), *values]))[:, -1]
-            np.testing.assert_allclose(dashpots[:, members], followed, atol=1e-12)
-            shared = np.tensordot(follow.shares * follow.decay, followed, axes=1)
-            shared += follow.shares @ follow.start * values[-1]
-            np.testing.assert_allclose(found[members], shared, atol=1e-12)
-
-
 def test_halved_steps_have_their_own_weights_and_the_state_keeps_its_history():
     """Strain is linear within a step: with the middle on the line, halves differ by what the law is nonlinear."""
     bulk = relaxing_body(("H8", "selective", "solid"))
@@ -72,17 +50,6 @@ def test_halved_steps_have_their_own_weights_and_the_state_keeps_its_history():
     halves = bulk.ended(bulk.deformed(at, bulk.begun(middle, STEP / 2)))
     scale = np.abs(bulk.force(whole)).max()
     np.testing.assert_allclose(bulk.force(halves), bulk.force(whole), atol=1e-3 * scale)
-
-
-def test_selective_excess_is_none_at_once_and_the_relaxed_energy_in_the_end():
-    """In 3D K x^2/2 - G/3 x^2 with what is left of G; in plane stress with the strain across eliminated."""
-    constants = Constants(2.0, 10.0, 0.4, TERMS)
-    along = np.array([[0.1, 0.0], [-0.2, 0.0]])
-    modulus, left = 10.0 - 4.0 / 3.0, 1.0 - sum(term.share for term in TERMS)
-    nothing = [np.zeros_like(along)] * len(TERMS)
-    np.testing.assert_allclose(selective_excess(constants, modulus, along, nothing), 0.0, atol=1e-15)
-    relaxed = selective_excess(constants, modulus, along, [along] * len(TERMS))
-    np.testing.assert_allclose(relaxed, (1.0 - left) * 2.0 / 3.0 * along[:, 0] ** 2)
 
 
 def strained_for(bulk, at, step, steps):

@@ -1,7 +1,5 @@
 """Histories and what is read off their figures, for tests of the figures."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from fingerslip.slip import find_events

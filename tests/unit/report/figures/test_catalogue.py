@@ -4,58 +4,38 @@ import numpy as np
 import pytest
 
 import fingerslip as fs
-from fingerslip.errors import InputError, ResultError
 from fingerslip.report.content import OF_RUNS, OF_STUDIES, RUN_FIGURES, STUDY_FIGURES, STYLES, RunSubject, StudySubject
 from fingerslip.report.figures.motion import Film, film_frames
 from fingerslip.report.figures.style import LOOKS
 from fingerslip.report.page.pictures import _DRAW_RUNS, _DRAW_STUDIES, _HAS, draw_of_run, draw_of_study
 from fingerslip.report.scene.options import SceneOptions
-from fingerslip.slip import Events, SlipEvents
-from unit.report.page.contents import two_runs
+from unit.report.figures.test_figures import FIGURES
 from unit.report.scenes import block_history
 from unit.synthetic import Process, make
 
-EVENTS = Events(slip=SlipEvents(incipient=0.06, overall=0.09))
+EVENTS = fs.Events(slip=fs.SlipEvents(incipient=0.06, overall=0.09))
 
 
-def test_kinds_are_those_that_can_be_drawn():
+def test_kinds_are_those_that_can_be_drawn_and_each_is_in_the_table_of_figures():
     assert list(RUN_FIGURES) == list(_DRAW_RUNS)
     assert list(STUDY_FIGURES) == list(_DRAW_STUDIES)
     assert {need for kind in (*RUN_FIGURES.values(), *STUDY_FIGURES.values()) for need in kind.needs} == {*_HAS}
     assert not OF_RUNS.keys() & OF_STUDIES.keys()
     assert all((*OF_RUNS.values(), *OF_STUDIES.values()))
+    assert {*RUN_FIGURES, *STUDY_FIGURES} <= FIGURES.keys()
     assert list(LOOKS) == list(STYLES)
 
 
-@pytest.mark.parametrize("kind", list(OF_RUNS))
-def test_figures_of_a_run_are_drawn_or_refused_with_those_that_fit(kind):
-    solid = kind in {"slip-frames", "cut", "surface-strain", "reference-nodes"}
-    history = block_history("T4" if solid else "Q4") if solid or kind == "deformed" else make(Process())
-    if kind == "reference-nodes":
-        with pytest.raises(ResultError, match="no reference nodes"):
-            draw_of_run(kind, RunSubject(history, Events()))
-        history = history.assign_coords(site_kind=("site", ["skin surface"]))
-    assert draw_of_run(kind, RunSubject(history, Events())).axes
-    if solid:
-        with pytest.raises(InputError, match=f"'{kind}' shows runs of three, this one has two dimensions, needs one"):
-            draw_of_run(kind, RunSubject(make(Process()), Events()))
-    elif RUN_FIGURES[kind].dimensions == 2:
-        with pytest.raises(InputError, match=f"'{kind}' shows runs of two, this one has three dimensions"):
-            draw_of_run(kind, RunSubject(block_history("T4"), Events()))
-
-
-@pytest.mark.parametrize("kind", list(OF_STUDIES))
-def test_figures_of_a_study_are_drawn(kind):
-    content, solid = two_runs(), kind in {"slip-onset", "stick-ratio"}
-    subject = StudySubject(
-        content.study.runs,
-        {"block": block_history("T4")} if solid else content.titled_histories(),
-        {"block": Events()} if solid else content.subject().events,
-        starts={"0.4": 1.0, "0.6": 1.0},
-        path="contact.friction_coefficient",
-    )
-    assert draw_of_study(kind, subject).axes
-    with pytest.raises(InputError, match="'latency' has nothing on its axis, needs a study with a sweep"):
+def test_figures_that_a_run_or_a_study_cannot_have_are_refused_with_those_that_fit():
+    flat, solid = (RunSubject(history, fs.Events()) for history in (make(Process()), block_history("T4")))
+    for kind, figure in RUN_FIGURES.items():
+        for subject, dimensions, words in ((flat, 3, "three, this one has two"), (solid, 2, "two, this one has three")):
+            if figure.dimensions == dimensions:
+                with pytest.raises(fs.InputError, match=f"'{kind}' shows runs of {words} dimensions, needs one"):
+                    draw_of_run(kind, subject)
+    with pytest.raises(fs.ResultError, match="no reference nodes"):
+        draw_of_run("reference-nodes", solid)
+    with pytest.raises(fs.InputError, match="'latency' has nothing on its axis, needs a study with a sweep"):
         draw_of_study("latency", StudySubject((), {}, {}))
 
 
@@ -88,7 +68,7 @@ def test_nothing_moves_when_the_name_of_an_event_appears(element):
     ],
 )
 def test_a_film_that_cannot_be_written_is_refused(values, words):
-    with pytest.raises(InputError, match=words):
+    with pytest.raises(fs.InputError, match=words):
         Film(**values)
 
 
@@ -107,5 +87,5 @@ def test_the_time_of_a_history_to_browse_decides_what_is_drawn(monkeypatch):
     page = plot._repr_html_()
     assert 'type="range"' in page, "notebooks get a slider that needs no kernel"
     assert page.count("data:image/png;base64") == 3
-    with pytest.raises(InputError, match="history: has no contact nodes"):
+    with pytest.raises(fs.InputError, match="history: has no contact nodes"):
         fs.plot(history.isel(contact_node=slice(0)))

@@ -9,24 +9,21 @@ import xarray as xr
 from matplotlib.collections import PolyCollection
 from matplotlib.quiver import Quiver
 
-from fingerslip.afferents.model import Spikes
+import fingerslip as fs
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.detect.evaluation.scores import Estimate
-from fingerslip.errors import ResultError
-from fingerslip.marker_layouts import ring_layout
 from fingerslip.marker_tracks import filmed_tracks, marker_tracks
 from fingerslip.published import published_set
+from fingerslip.report.content import RunSubject, StudySubject
 from fingerslip.report.figures import bodies, markers, signals, specimens, study, style
 from fingerslip.report.figures.style import figure_bytes
+from fingerslip.report.page.pictures import draw_of_run, draw_of_study
 from fingerslip.report.scene.options import SceneOptions
 from fingerslip.results import RunResult
 from fingerslip.sampling.sensitivity import fits_of
 from fingerslip.slip import Events, SlipEvents, contact_patch, slide_window
 from fingerslip.specimens.tactip import PRESETS
 from fingerslip.uncertainty import Convergence, Series
-from fingerslip.vision.cameras.camera import external_camera, true_tracks
-from fingerslip.vision.fields import marker_fields
-from fingerslip.vision.tracks import make_tracks
 from unit.filmed import NODES, filmed_history
 from unit.fingers import change, change_solid
 from unit.report.figures.made import (
@@ -55,7 +52,7 @@ ON_PEAKS = [PRESS_END, READING.incipient, READING.three_quarter, READING.overall
 TABLE2 = published_set("wang2014-table2")
 FRICTION, VARIANT = "contact.friction_coefficient", "fingertip.phalanx.variant"
 SLIPPED = Events(slip=SlipEvents(1.5, None, 1.6, 1.7))
-LAYOUT, TIMES = ring_layout(1e-3, (1, 8, 16)), np.arange(31) / 30
+LAYOUT, TIMES = fs.ring_layout(1e-3, (1, 8, 16)), np.arange(31) / 30
 
 
 def swept_runs():
@@ -84,12 +81,12 @@ def tracks(units="m", **more):
     """Return markers that move apart by a tenth in a second and shift by a millimetre along y."""
     position = LAYOUT.position * (1 + 0.1 * TIMES)[:, None, None] + TIMES[:, None, None] * (0.0, 1e-3)
     position[10:20, 24] = np.nan
-    return make_tracks(position * (1.0 if units == "m" else 1e5), TIMES, units=units, **more)
+    return fs.make_tracks(position * (1.0 if units == "m" else 1e5), TIMES, units=units, **more)
 
 
 def seen():
-    camera = external_camera(30e-3, 14e-3, frame_rate=100.0, exposure=1e-3)
-    return true_tracks(camera, filmed_tracks(filmed_history(), "external", 0.5))
+    camera = fs.external_camera(30e-3, 14e-3, frame_rate=100.0, exposure=1e-3)
+    return fs.true_tracks(camera, filmed_tracks(filmed_history(), "external", 0.5))
 
 
 def reference_nodes():
@@ -111,34 +108,47 @@ AT_EVENTS = Events(slip=SlipEvents(incipient=0.06, noticed=0.07, overall=0.1))
 LATER = Events(slip=SlipEvents(incipient=0.055, overall=0.085))
 ACROSS = [{VARIANT: name} for name in ("original", "scaled")]
 
+
+def of_run(kind, history=lambda: HISTORY, events=EVENTS, **more):
+    return lambda: draw_of_run(kind, RunSubject(history(), events, **more))
+
+
+def of_study(kind, histories=lambda: HISTORIES, runs=(), path="", reference=None):
+    return lambda: draw_of_study(kind, StudySubject(runs, histories(), ALL, reference, path=path))
+
+
 # fmt: off
 # How a figure is drawn, the titles of its panels, some of its words, and the times that its first panel marks, if any.
 FIGURES = {
-    "forces": (lambda: signals.force_figure(HISTORY, EVENTS), [], {"time [s]", "force [mN]"}, ON_SLIP),
-    "forces of runs": (lambda: signals.force_overview_figure(HISTORIES, ALL), list(HISTORIES), {"overall"}, ON_SLIP),
-    "energy": (lambda: signals.energy_figure(HISTORY, "a"), [], {"energy [µJ]", "Energy balance: a"}),
+    "forces": (of_run("forces"), [], {"time [s]", "force [mN]"}, ON_SLIP),
+    "force-ratios": (of_study("force-ratios"), list(HISTORIES), {"overall"}, ON_SLIP),
+    "energy": (of_run("energy", title="a"), [], {"energy [µJ]", "Energy balance: a"}),
     "held": (lambda: signals.held_figure({"one": NO_SLIDE, "other": NO_SLIDE}), [], {"normal force [mN]"}),
-    "slip maps": (
-        lambda: signals.slip_maps_figure(HISTORIES, ALL), list(HISTORIES),
+    "slip-map": (of_run("slip-map", title="a"), ["a"], {"time [s]", "open", "incipient"}, ON_SLIP),
+    "slip-maps": (
+        of_study("slip-maps"), list(HISTORIES),
         {"time [s]", "position along the plate [mm]", "open", "stick", "slip", "incipient"}, ON_SLIP),
     "displacement": (
-        lambda: signals.contact_displacement_figure(HISTORY, EVENTS), [], {"displacement since the slide began [mm]"},
+        of_run("displacement"), [], {"displacement since the slide began [mm]"},
         [EVENTS.displacement.incipient, EVENTS.displacement.three_quarter, EVENTS.displacement.overall]),
-    "peaks": (
-        lambda: signals.acceleration_overview_figure(HISTORIES, ALL), list(HISTORIES),
+    "acceleration-peaks": (
+        of_study("acceleration-peaks"), list(HISTORIES),
         {"acceleration along the plate [m/s²]", "peak that counts", "overall"}, ON_PEAKS),
     "acceleration": (
-        lambda: signals.acceleration_figure(HISTORY, EVENTS, "original"), list(KINDS),
+        of_run("acceleration", title="original"), list(KINDS),
         {"acceleration along the plate [m/s²]", "Acceleration at the receptors: original"}, ON_PEAKS),
-    "density": (
-        lambda: signals.strain_energy_density_figure(HISTORY, EVENTS), list(KINDS),
-        {"strain energy density [J/m³]"}, ON_SLIP),
+    "strain-energy-density": (
+        of_run("strain-energy-density"), list(KINDS), {"strain energy density [J/m³]"}, ON_SLIP),
     "events": (
-        lambda: study.event_times_figure([*swept_runs(), RunResult("other", {}, Events())], reference=TABLE2),
-        PHALANGES, {"friction coefficient", "time from the start of the run [s]", "published", "accumulated slip"}),
+        of_study("events", dict, [*swept_runs(), RunResult("other", {}, Events())], FRICTION, TABLE2), PHALANGES,
+        {"friction coefficient", "time from the start of the run [s]", "published", "accumulated slip"}),
     "latency": (
-        lambda: study.latency_figure(swept_runs(), reference=TABLE2),
+        of_study("latency", dict, swept_runs(), VARIANT, TABLE2),
         [f"friction coefficient {friction}" for friction in (0.2, 0.6, 0.8)], {"latency [ms]", "published"}),
+    "slip-onset": (of_study("slip-onset", lambda: {"a": block_history()}), ["a"], {"time into the slide [s]"}),
+    "stick-ratio": (
+        of_study("stick-ratio", lambda: dict.fromkeys(("one", "other"), block_history())), [],
+        {"tangential force / normal force"}),
     "tornado": (
         lambda: study.tornado_figure(overall_fits("original", "scaled"), {0: (1.71, 1.71), 1: (1.75, 1.77)}), PHALANGES,
         {"published", "at the smallest value", "5 to 95 % of the samples"}),
@@ -148,8 +158,8 @@ FIGURES = {
     "Morris": (
         lambda: study.indices_figure([sensitivity("morris")]), [],
         {"mean size", "standard deviation", "elementary effect [s]"}),
-    "section": (
-        lambda: bodies.deformed_figure(block_history("Q4"), AT_EVENTS),
+    "deformed": (
+        of_run("deformed", lambda: block_history("Q4"), AT_EVENTS),
         ["0.050 s, start of slide, 10 ms before incipient", "0.100 s, overall"],
         {"von Mises stress [kPa]", "x [mm]", "stick"}),
     "views": (
@@ -159,30 +169,33 @@ FIGURES = {
         lambda: bodies.deformed_figure(block_history(), options=VIEWED, times=[0.1]), ["0.100 s"],
         {"skin", "tissue", "stick", "slip"}),
     "cut": (
-        lambda: bodies.cut_frames_figure(block_history(), title="a"), ["0.050 s", "0.100 s"],
+        of_run("cut", block_history, Events(), title="a"), ["0.050 s", "0.100 s"],
         {"von Mises stress [kPa]", "Stress on a cut along the finger: a"}),
-    "slip frames": (
-        lambda: bodies.slip_frames_figure(block_history(), LATER, times=[0.05, 0.07, 0.1]),
+    "slip-frames": (
+        of_run("slip-frames", block_history, LATER, times=(0.05, 0.07, 0.1)),
         ["0.050 s", "0.070 s, after incipient", "0.100 s, after overall"],
         {"along the slide [mm]", "stick", "slip", "open"}),
-    "reference nodes": (
-        lambda: bodies.reference_nodes_figure(reference_nodes(), Events(SlipEvents(overall=0.09))),
+    "surface-strain": (
+        of_run("surface-strain", block_history, Events()), [], {"strain along the slide [%]", "its rate [%/s]"}),
+    "reference-nodes": (
+        of_run("reference-nodes", reference_nodes, Events(SlipEvents(overall=0.09))),
         ["h1, skin", "h2, skin", "v1, tissue"], {"displacement", "plate", "overall"}, [0.05, 0.09]),
     "marker tracks": (
         lambda: markers.marker_tracks_figure(tracks(ring=LAYOUT.ring), "slide"), ["along x", "along y"],
         {"Markers over time: slide", "displacement [mm]", "centre", "ring 2"}),
     "fields": (
-        lambda: markers.fields_figure(marker_fields(tracks()), 0.5, "slide"), FIELDS,
+        lambda: markers.fields_figure(fs.marker_fields(tracks()), 0.5, "slide"), FIELDS,
         {"Fields from markers at 0.5 s: slide", "x at rest [mm]"}),
-    "fields in an image": (lambda: markers.fields_figure(marker_fields(tracks("px")), 0.5), FIELDS, {"x at rest [px]"}),
+    "fields in an image": (
+        lambda: markers.fields_figure(fs.marker_fields(tracks("px")), 0.5), FIELDS, {"x at rest [px]"}),
     "robustness": (lambda: markers.robustness_figure(DISTURBED), ["lost", "noise"], {"share of positions lost"}),
     "markers at rest": (
         lambda: markers.marker_places_figure(marker_tracks(filmed_history()), "a run"),
         ["1 internal markers, from inside", "5 external markers, from below"],
         {"centre", "ring 1", "ring 2", "Markers at rest: a run"}),
-    "markers in the slide": (
-        lambda: markers.slide_tracks_figure(marker_tracks(filmed_history()), filmed_history()),
-        ["internal markers", "external markers"], {"travel of the plate [mm]"}),
+    "markers": (
+        of_run("markers", filmed_history, Events()), ["internal markers", "external markers"],
+        {"travel of the plate [mm]"}),
     "sensor": (
         lambda: specimens.tactip_figure(PRESETS.read("tactip-ridged-2d"), "ridged"),
         ["cut open along the axis", "81 internal markers, from inside", "81 external markers, from below"],
@@ -338,7 +351,7 @@ def test_receptors_that_were_recorded_have_a_panel_each_and_peaks_that_count_are
 def test_every_type_has_its_raster_with_a_row_for_each_afferent_and_rates_come_last():
     times = (np.array([0.1, 0.2]), np.array([0.3]), np.array([0.15, 0.35]))
     slow, fast, rates = signals.spike_figure(
-        Spikes(("a", "b", "c"), ("SA-I", "SA-I", "FA-I"), times, 0.0, 0.5), block_history()
+        fs.Spikes(("a", "b", "c"), ("SA-I", "SA-I", "FA-I"), times, 0.0, 0.5), block_history()
     ).axes
     assert [len(axes.collections) for axes in (slow, fast)] == [2, 1]
     assert (slow.get_ylabel(), rates.get_ylabel()) == ("SA-I\n2 afferents", "mean rate [1/s]")
@@ -448,7 +461,7 @@ def test_a_section_is_drawn_cell_by_cell_with_any_field_and_needs_snapshots():
         assert len(cells.get_paths()) == flat.sizes["cell"]
         assert min(np.ptp(axes.get_xlim()), np.ptp(axes.get_ylim())) > 10.0, "the whole body, in millimetres"
     assert not bodies.has_frames(make(Process()))
-    with pytest.raises(ResultError, match="no snapshots of the whole mesh; write record"):
+    with pytest.raises(fs.ResultError, match="no snapshots of the whole mesh; write record"):
         bodies.deformed_figure(make(Process()))
 
 
@@ -482,10 +495,10 @@ def test_frames_end_after_overall_slip_and_strains_and_stick_ratios_have_their_r
     events = SlipEvents(incipient=times[-4] - 1e-6, overall=times[-2] - 1e-6)
     expected = {f"{times[-4]:.3f} s, after incipient", f"{times[-2]:.3f} s, after overall"}
     assert expected <= set(titles(bodies.slip_frames_figure(history, Events(events))))
-    scales = [axes for axes in panels(bodies.surface_strain_figure(block_history())) if "[" in axes.get_ylabel()]
+    scales = [axes for axes in panels(drawn("surface-strain")) if "[" in axes.get_ylabel()]
     assert [axes.get_ylabel() for axes in scales] == ["strain along the slide [%]", "its rate [%/s]"]
     assert all(axes.get_ylim()[0] == pytest.approx(-axes.get_ylim()[1]) for axes in scales)
-    (axes,) = panels(bodies.stick_ratio_figure({"one": block_history(), "other": block_history()}))
+    (axes,) = panels(drawn("stick-ratio"))
     assert axes.lines[0].get_xdata().size == 6  # records of the slide, its start included
     assert np.nanmax(axes.lines[0].get_xdata()) <= 0.5 * (1.0 + 1e-9)
     assert [text.get_text() for text in axes.get_legend().get_texts()] == ["one", "other"]
@@ -549,7 +562,7 @@ def test_reference_nodes_are_drawn_with_the_plate_and_without_the_jerk_at_the_st
     history = block_history()
     assert bodies.reference_kinds(reference_nodes()) == ["skin surface", "tissue surface"]
     assert bodies.reference_kinds(history) == bodies.reference_kinds(history.drop_dims("site")) == []
-    figure = drawn("reference nodes")
+    figure = drawn("reference-nodes")
     dotted = [item.get_ydata() for item in panels(figure)[0].lines if (item.get_linestyle(), item.get_color()) == PLATE]
     assert dotted[0][-1] == pytest.approx(1.0)
     assert "incipient" not in words(figure), "it did not happen"
@@ -571,18 +584,18 @@ def test_markers_are_lines_in_the_colours_of_their_rings_with_gaps_where_they_ar
     gaps = [int(np.isnan(np.asarray(item.get_ydata(), dtype=float)).sum()) for item in panels(figure)[0].lines]
     assert sorted(gaps) == [0] * 24 + [10]
     assert "centre" not in words(figure), "without rings there is no key"
-    assert len(panels(markers.marker_tracks_figure(make_tracks(np.empty((0, 2, 2)), [], units="px")))[0].lines) == 2
+    assert len(panels(markers.marker_tracks_figure(fs.make_tracks(np.empty((0, 2, 2)), [], units="px")))[0].lines) == 2
 
 
 def test_the_longest_arrow_is_stated_and_lost_markers_are_marked():
     # The outermost marker moves by 0.2 mm away from the centre and by 1 mm along y.
-    first = panels(markers.fields_figure(marker_fields(tracks()), 1.0))
+    first = panels(markers.fields_figure(fs.marker_fields(tracks()), 1.0))
     assert "longest 1.2 mm" in texts(first[0])
     assert sum(isinstance(artist, Quiver) for axes in first for artist in axes.get_children()) == 3
-    crosses = panels(markers.fields_figure(marker_fields(tracks()), 0.5))[1].collections[-1].get_offsets()
+    crosses = panels(markers.fields_figure(fs.marker_fields(tracks()), 0.5))[1].collections[-1].get_offsets()
     np.testing.assert_allclose(crosses, [1e3 * LAYOUT.position[24]], atol=1e-9)
-    row = make_tracks(np.tile(np.column_stack([np.arange(4.0), np.zeros(4)]), (31, 1, 1)), TIMES, units="px")
-    image = panels(markers.fields_figure(marker_fields(row), 0.0))
+    row = fs.make_tracks(np.tile(np.column_stack([np.arange(4.0), np.zeros(4)]), (31, 1, 1)), TIMES, units="px")
+    image = panels(markers.fields_figure(fs.marker_fields(row), 0.0))
     assert image[0].yaxis_inverted()
     assert [texts(axes) for axes in image[3:6]] == [["no triangle of markers"]] * 3
 
@@ -591,7 +604,7 @@ def test_quality_is_counted_lost_intervals_noise_at_rest_and_jumps():
     rest = np.array([[10.0, 10.0], [30.0, 10.0], [10.0, 30.0], [30.0, 30.0]])
     position = rest + np.random.default_rng(0).normal(0, 0.1, (12, 4, 2))
     position[4:6, 2] = np.nan
-    bare = make_tracks(position, np.arange(12) / 10.0, units="px", attributes={"rest_frames": 3, "frame_rate": 10.0})
+    bare = fs.make_tracks(position, np.arange(12) / 10.0, units="px", attributes={"rest_frames": 3, "frame_rate": 10.0})
     noise, state = np.full((4, 2), 0.1), np.eye(12, dtype=np.int8)[5]
     still = bare.assign(
         frame_state=("time", state), reference=(("marker", "axis"), rest), rest_noise=(("marker", "axis"), noise)
@@ -623,7 +636,7 @@ def test_figures_of_detectors_draw_estimates_with_their_intervals():
 
 
 def test_the_order_of_slip_is_read_from_when_markers_leave_their_position_in_the_image():
-    figure = drawn("markers in the slide")
+    figure = drawn("markers")
     ends = [float(item.get_ydata()[-1]) for item in panels(figure)[1].lines[:5]]
     assert ends[-1] == pytest.approx(max(ends)), "the centre is drawn last and slips last"
     with pytest.raises(ValueError, match="has no slide"):

@@ -49,17 +49,13 @@ def test_grid_has_as_many_panels_as_asked_for(count, columns, rows):
     # The lowest panel of every column says what is on its horizontal axis.
     assert sum(panel.get_xlabel() == "x [mm]" for panel in axes) == min(columns, count)
     assert axes[-1].get_xlabel() == "x [mm]"
+    for share, shared in {"all": (True, True), "x": (True, False), "none": (False, False)}.items():
+        _, (first, second) = style.figure_grid(2, 1, (3.0, 2.0), "", ("", ""), share=share)
+        first.set(xlim=(0.0, 7.0), ylim=(0.0, 9.0))
+        assert ((second.get_xlim() == (0.0, 7.0)), (second.get_ylim() == (0.0, 9.0))) == shared
+    style.say(axes[0], "nothing here", 0.3)
+    assert (axes[0].texts[0].get_text(), axes[0].texts[0].get_position()[1]) == ("nothing here", 0.3)
     assert [style.columns_for(count) for count in (0, 1, 2, 3, 4, 5, 12)] == [1, 1, 2, 3, 2, 3, 3]
-
-
-@pytest.mark.parametrize(("share", "x", "y"), [("all", True, True), ("x", True, False), ("none", False, False)])
-def test_an_empty_panel_says_why_and_panels_share_what_they_are_asked_to(share, x, y):
-    _, (first, second) = style.figure_grid(2, 1, (3.0, 2.0), "", ("", ""), share=share)
-    first.set(xlim=(0.0, 7.0), ylim=(0.0, 9.0))
-    assert ((second.get_xlim() == (0.0, 7.0)), (second.get_ylim() == (0.0, 9.0))) == (x, y)
-    _, axes = single_panel()
-    style.say(axes, "nothing here", 0.3)
-    assert (axes.texts[0].get_text(), axes.texts[0].get_position()[1]) == ("nothing here", 0.3)
 
 
 def test_legends_take_the_columns_that_fit_and_no_height_of_the_panels():

@@ -1,7 +1,5 @@
 """Contents of reports that tests share."""
 
-from __future__ import annotations
-
 import dataclasses
 from pathlib import Path
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from fingerslip.errors import InputError, ResultError
+import fingerslip as fs
 from fingerslip.published import published_set
 from fingerslip.report.content import ReportContent
 from fingerslip.report.page import samples
@@ -18,11 +18,9 @@ from fingerslip.report.page.sensor import quality_report, write_tracking
 from fingerslip.report.page.tracking import track_video
 from fingerslip.results import RefusedRun
 from fingerslip.sampling.sensitivity import fits_of
-from fingerslip.slip import Events, SlipEvents
 from fingerslip.storage.netcdf import read_netcdf
 from fingerslip.tables.table import Column, Measured, Missing, Table
 from fingerslip.vision.overlay import SHOWN_FIELDS
-from fingerslip.vision.tracking.track import track_markers
 from fingerslip.vision.video import open_frames, read_frames, write_video
 from problems import clips
 from unit.report.pages import checked
@@ -126,7 +124,7 @@ def test_page_is_well_formed_needs_no_other_file_begins_with_the_answer_and_is_w
     write_page(report(), tmp_path / "report.html")
     assert "caption of" in (tmp_path / "report.html").read_text(encoding="utf-8")
     assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
-    with pytest.raises(ResultError, match="cannot be written"):
+    with pytest.raises(fs.ResultError, match="cannot be written"):
         write_page(Report("r", ()), tmp_path / "missing" / "report.html")
 
 
@@ -179,7 +177,7 @@ def test_the_middle_and_both_ends_of_overall_slip_are_chosen_or_of_an_earlier_ev
     late = study.runs[0].name
     assert samples.representatives(study, {**starts_of(study), late: -10.0})[-1].run.name == late
     partly = tuple(
-        dataclasses.replace(run, events=Events(SlipEvents(incipient=run.events.incipient))) for run in study.runs
+        dataclasses.replace(run, events=fs.Events(fs.SlipEvents(incipient=run.events.incipient))) for run in study.runs
     )
     found = samples.representatives(dataclasses.replace(study, runs=partly), starts_of(study))
     assert [one.title for one in found][1:] == ["earliest incipient slip", "latest incipient slip"]
@@ -203,26 +201,22 @@ def test_the_page_shows_them_by_what_they_are_with_their_values_and_without_name
     assert samples.samples_in_motion(dataclasses.replace(made, representatives={})).is_empty
 
 
-def test_page_says_what_is_wrong_and_a_failure_leaves_nothing(tmp_path):
-    frames = list(clips.filmed(clips.still(clips.field(), 6)))
-    tracks = track_markers(frames, n_markers=81, rest_frames=4, frame_rate=30.0)
+def test_folder_stands_beside_the_video_its_page_says_what_is_wrong_and_a_failure_leaves_nothing(tmp_path):
+    frames = list(clips.filmed(clips.still(clips.field(), 5)))
+    write_video(tmp_path / "a.mkv", frames, 30.0)
+    assert list(track_video(tmp_path / "a.mkv", None, {"rest_frames": 3})) == [
+        "tracks of 81 markers in 5 frames, 100.00 % of the positions found",
+        f"quality: {tmp_path / 'a_tracks' / 'quality.html'}",
+    ]
+    tracks = fs.read_tracks(tmp_path / "a_tracks" / "tracks.nc")
     tracks.attrs |= {"partial": 1, "warnings": "something is odd"}
     page = render_page(quality_report(tracks, frames[0]))
     for words in ("These tracks are partial.", "something is odd", "largest noise at rest", "No marker was lost"):
         assert words in page
     broken = open_frames([*frames[:3], frames[3][:100]], 30.0)
-    with pytest.raises(InputError, match="frame 3"):
+    with pytest.raises(fs.InputError, match="frame 3"):
         write_tracking(tracks, broken, tmp_path / "out")
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_folder_stands_beside_the_video(tmp_path):
-    write_video(tmp_path / "a.mkv", clips.filmed(clips.still(clips.field(), 5)), 30.0)
-    lines = list(track_video(tmp_path / "a.mkv", None, {"rest_frames": 3}))
-    assert lines == [
-        "tracks of 81 markers in 5 frames, 100.00 % of the positions found",
-        f"quality: {tmp_path / 'a_tracks' / 'quality.html'}",
-    ]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.mkv", "a_tracks"]
 
 
 @pytest.mark.slow

@@ -12,16 +12,14 @@ import pytest
 import pyvista
 from PIL import Image
 
-from fingerslip.errors import InputError, ResultError
-from fingerslip.history import write_history
+import fingerslip as fs
 from fingerslip.report.scene import viewer, web
 from fingerslip.report.scene.options import LOCAL, SceneOptions, Served
 from fingerslip.report.scene.web import serve
-from fingerslip.slip import Events, SlipEvents
 from unit.report.figures.made import panels
 from unit.report.scenes import block_history
 
-INCIPIENT = Events(slip=SlipEvents(incipient=0.06))
+INCIPIENT = fs.Events(slip=fs.SlipEvents(incipient=0.06))
 
 
 @pytest.fixture(scope="module")
@@ -44,23 +42,19 @@ def test_pictures_and_films_are_files_written_whole(history, tmp_path, monkeypat
     viewer.save_still(history, tmp_path / "block.png", 0.05)
     with Image.open(tmp_path / "block.png") as picture:
         assert picture.size == (1200, 900)
-    assert [path.name for path in tmp_path.iterdir()] == ["block.png"]
     whole = viewer.stills
     monkeypatch.setattr(viewer, "stills", lambda *asked: whole(*asked[:3], (160, 120)))
     viewer.save_movie(history, tmp_path / "block.gif", SceneOptions(cut="y"))
     with Image.open(tmp_path / "block.gif") as film:
         assert film.n_frames == history.sizes["snapshot_time"]
-    with pytest.raises(ResultError, match="cannot be written"):
+    with pytest.raises(fs.ResultError, match="cannot be written"):
         viewer.save_still(history, tmp_path / "nowhere" / "block.png")
-
-
-@pytest.mark.parametrize("save", [viewer.save_still, viewer.save_movie])
-def test_an_ending_that_cannot_be_written_is_refused(history, tmp_path, save):
-    with pytest.raises(InputError, match=r"ends in '\.bmp', needs one of"):
-        save(history, tmp_path / "block.bmp")
-    with pytest.raises(ResultError, match="snapshots_every"):
-        save(history.drop_dims("snapshot_time"), tmp_path / "block.webp")
-    assert list(tmp_path.iterdir()) == []
+    for save in (viewer.save_still, viewer.save_movie):
+        with pytest.raises(fs.InputError, match=r"ends in '\.bmp', needs one of"):
+            save(history, tmp_path / "other.bmp")
+        with pytest.raises(fs.ResultError, match="snapshots_every"):
+            save(history.drop_dims("snapshot_time"), tmp_path / "other.webp")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["block.gif", "block.png"]
 
 
 @pytest.fixture
@@ -146,7 +140,7 @@ def bare(monkeypatch):
 
 def test_the_first_way_that_draws_is_taken_and_with_a_display_nothing_is_tried(bare):
     bare.setattr(viewer, "_draws", lambda _: False)
-    with pytest.raises(ResultError, match=r"libegl1.*ParaView"):
+    with pytest.raises(fs.ResultError, match=r"libegl1.*ParaView"):
         viewer.prepare_rendering()
     bare.setattr(viewer, "_draws", lambda window: window == "vtkOSOpenGLRenderWindow")
     viewer.prepare_rendering()
@@ -174,14 +168,14 @@ CHROMIUM = shutil.which("chromium")
 
 def test_without_a_display_trame_or_snapshots_no_window_opens_and_nothing_is_served(history, monkeypatch):
     monkeypatch.setattr(viewer, "has_display", lambda: False)
-    with pytest.raises(InputError, match="--screenshot"):
+    with pytest.raises(fs.InputError, match="--screenshot"):
         viewer.open_window(history)
     monkeypatch.setitem(sys.modules, "trame.app", None)
-    with pytest.raises(ResultError, match=r"pip install 'fingerslip\[web\]'"):
+    with pytest.raises(fs.ResultError, match=r"pip install 'fingerslip\[web\]'"):
         web._server()
     history = block_history("Q4").drop_dims("snapshot_time")
-    with pytest.raises(ResultError, match="snapshots_every"):
-        serve(history, Events(), SceneOptions(), "t", Served(opened=False))
+    with pytest.raises(fs.ResultError, match="snapshots_every"):
+        serve(history, fs.Events(), SceneOptions(), "t", Served(opened=False))
 
 
 @pytest.mark.parametrize("opened", [True, False])
@@ -201,7 +195,7 @@ def test_a_browser_is_opened_where_that_is_wanted_and_nothing_but_the_address_is
 def address(tmp_path_factory):
     """Serve a block from a process of its own, as the command does."""
     folder = tmp_path_factory.mktemp("run")
-    write_history(block_history(), folder / "history.nc")
+    fs.write_history(block_history(), folder / "history.nc")
     command = [sys.executable, "-m", "fingerslip", "view", str(folder / "history.nc"), "--web", "--no-browser"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as served:
         assert served.stdout is not None

@@ -1,7 +1,5 @@
 """Results of runs and sensitivities that tests of tables share."""
 
-from __future__ import annotations
-
 from fingerslip.published import published_set
 from fingerslip.results import RunResult
 from fingerslip.sampling.indices import Index, Sensitivity

@@ -199,6 +199,10 @@ def test_frames_have_numbers_words_and_quantities_in_si_whose_unit_is_known():
     mixed = tuple(RunResult(text, {"x": text}, EVENTS) for text in ("1 mm", "auto", "1 s"))
     assert tables.runs_frame(StudyResult(Path("results/x"), (), mixed))["x"].tolist() == ["1 mm", "auto", "1 s"]
     assert len(tables.runs_frame(StudyResult(Path("results/x"), (), ()))) == 0
+    known = dataclasses.replace(RUNS[0], uncertainty={"slip.overall": 0.0123})
+    frame = tables.table_frame(tables.events_table([known, RUNS[1]]))
+    assert frame["overall"].tolist() == pytest.approx([1.75, np.nan], nan_ok=True), "numbers alone, or none"
+    assert frame.attrs["units"]["latency"] == "ms"
 
 
 def test_refused_samples_have_a_row_and_a_reason():

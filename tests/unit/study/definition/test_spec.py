@@ -387,17 +387,13 @@ def test_a_preset_in_space_is_meshed_in_space_unless_the_element_says_otherwise(
     assert parse_study(values, SOURCE).mesh.element == element
 
 
-def test_short_and_long_form_give_plate_and_law():
-    contact = ContactSettings(friction_coefficient=0.6, offset=-1e-3).contact(2)
-    assert contact.friction == Coulomb(0.6)
-    assert contact.counterface == fs.Plane((0.0, 1.0), -1e-3)
+def test_short_and_long_form_give_plate_and_law_and_values_in_every_choice_can_be_swept():
+    short = ContactSettings(friction_coefficient=0.6, offset=-1e-3).contact(2)
+    assert (short.friction, short.counterface) == (Coulomb(0.6), fs.Plane((0.0, 1.0), -1e-3))
     contacts = parse_study(everything(), SOURCE).contacts
     assert contacts[1].friction == Anisotropic(0.4, 0.6)
     assert contacts[1].counterface == fs.Sphere(5e-3, (0.0, 0.0, 1.0))
     assert contacts[2].counterface == fs.Plane((0.0, -1.0), 1e-3)
-
-
-def test_values_in_every_choice_whole_laws_and_laws_of_materials_can_be_swept():
     swept = {"contacts.0.friction.static_kinetic.kinetic": [0.8, 0.5], "contacts.1.counterface.sphere.radius": ["4 mm"]}
     runs = expand_mapping(everything() | {"sweep": swept}, SOURCE).runs
     laws = [run.study.contacts[0].friction for run in runs]
@@ -412,7 +408,7 @@ def test_values_in_every_choice_whole_laws_and_laws_of_materials_can_be_swept():
     assert [run.specimen.materials["tissue"].law for run in runs] == laws
 
 
-def test_fields_that_are_missing_together_come_with_mistakes_elsewhere():
+def test_fields_that_are_missing_together_come_with_mistakes_elsewhere_and_relations_where_all_are_known():
     values = block_values() | {"time": {"step": 3}, "contacts": [{"friction_coefficient": 0.1}]}
     for name in ("materials", "formulation", "depth"):
         del values[name]
@@ -421,9 +417,6 @@ def test_fields_that_are_missing_together_come_with_mistakes_elsewhere():
     missing = [(name, "is missing") for name in ("materials", "formulation", "depth")]
     faults = [(error.where.removeprefix("studies/x.yaml: "), error.found) for error in caught.value.all]
     assert faults == [("time.step", "'3' has no unit"), ("contacts", "is given with contact"), *missing]
-
-
-def test_relations_between_fields_are_checked_where_all_of_them_are_known():
     fields = {"contact": None, "contacts": (), "programme": (object(),)}
     (mistake,) = mistakes_between(fields)
     assert (mistake.where, mistake.found) == ("contact", "is missing, and the programme moves the plate")
@@ -436,7 +429,7 @@ def test_relations_between_fields_are_checked_where_all_of_them_are_known():
     assert [mistake.where for mistake in mistakes] == ["materials", "formulation", "depth"]
 
 
-def test_settings_of_time_decide_the_stepping_and_are_refined():
+def test_settings_of_time_decide_the_stepping_and_are_refined_and_those_of_cameras_have_defaults():
     assert TimeSettings(1e-3, alpha=-0.1, end=1.0).stepping == fs.TimeStepping(1e-3, -0.1, 1.0)
     assert TimeSettings(1e-3, scheme="quasi_static", end=1.0).stepping == fs.QuasiStatic(1e-3, 1.0)
     assert TimeSettings(1e-3).alpha == fs.TimeStepping(1e-3).alpha
@@ -449,9 +442,6 @@ def test_settings_of_time_decide_the_stepping_and_are_refined():
     assert TimeSettings(2e-3, alpha=-0.1).refined(0.25) == TimeSettings(0.5e-3, alpha=-0.1)
     finer = TimeSettings("auto", output=8e-3, tolerance=8e-3, smallest=1e-3).refined(0.5)
     assert finer.stepping == fs.Adaptive(4e-3, 1e-3, smallest=0.5e-3)
-
-
-def test_cameras_have_units_and_defaults_and_a_length_of_a_pixel():
     camera = from_mapping(CameraSettings, {"view_width": "30 mm", "frame_rate": "60 1/s", "exposure": "5 ms"})
     assert (camera.view_width, camera.frame_rate, camera.exposure) == (0.03, 60.0, 5e-3)
     assert (camera.tier, camera.markers, camera.light) == ("pixel", "bright", "even")

@@ -36,8 +36,8 @@ from fingerslip.study.running.runner import Engine, StudyFailedError, compute_jo
 from fingerslip.study.storage import store
 from fingerslip.study.storage.store import mesh_hash
 from problems.pushed import push_and_slide
+from unit.study.block import Told
 from unit.study.conftest import NOT_SOLVED
-from unit.study.told import Told
 
 
 def run(path):

@@ -19,8 +19,7 @@ from fingerslip.study.running.progress import BarProgress, LineProgress, StudyPr
 from fingerslip.study.running.runner import run_study
 from places import ROOT
 from problems.pushed import push_and_slide
-from unit.study.block import block_values
-from unit.study.told import Told
+from unit.study.block import Told, block_values
 
 
 def test_estimates_of_time_and_memory_grow_with_unknowns_steps_and_cells():

@@ -17,16 +17,15 @@ from fingerslip.study.definition.runs import plan_study
 from fingerslip.study.definition.settings import CameraSettings
 from fingerslip.study.running import runner
 from fingerslip.study.running.build import prepare
+from fingerslip.study.running.compute import Drawing, draw_runs, drawings_of
 from fingerslip.study.running.films import camera_of, film_history, film_runs
-from fingerslip.study.running.pictures import Drawing, draw_runs, drawings_of
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.running.runner import Engine, compute_jobs, write_up
 from fingerslip.study.storage.reporting import film_keys, read_films, report_again
 from fingerslip.vision.cameras.camera import pixels_of
 from fingerslip.vision.tracks import make_tracks, read_tracks
 from unit.filmed import filmed_history
-from unit.study.block import NAMES, block_values
-from unit.study.told import Told
+from unit.study.block import NAMES, Told, block_values
 
 
 def planned(path):

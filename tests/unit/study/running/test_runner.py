@@ -21,8 +21,7 @@ from fingerslip.study.running.runner import StudyFailedError, run_studies, run_s
 from fingerslip.study.storage.reporting import read_results
 from fingerslip.study.storage.store import read_manifest
 from fingerslip.units import parse_quantity
-from unit.study.block import FRICTIONS, NAMES, block_values, changed
-from unit.study.told import Told
+from unit.study.block import FRICTIONS, NAMES, Told, block_values, changed
 
 
 def test_plan_names_folder_and_runs_of_which_none_is_finished_and_one_mesh_is_shared(write_study, tmp_path):
@@ -135,10 +134,16 @@ def test_a_run_alone_is_the_one_that_tries_its_basis_out(write_study, tmp_path, 
     assert [steps for _, _, steps, _ in asked] == [30] * 2
 
 
-@pytest.mark.parametrize("basis", ["full", "reduced"])
-def test_what_a_study_says_is_done(write_study, tmp_path, asked, basis):
-    assert chosen(write_study(values(basis)), tmp_path) == [basis] * 3
+def test_what_a_study_says_is_done_and_decisions_leave_everything_else_as_it_was(write_study, tmp_path, asked):
+    for basis in ("full", "reduced"):
+        assert chosen(write_study(values(basis)), tmp_path) == [basis] * 3
     assert asked == []
+    plan = plan_study(write_study(values("automatic")), tmp_path)
+    jobs = prepare(plan, plan.runs)
+    assert asked
+    for job, run in zip(jobs, plan.runs, strict=True):
+        assert job.identity == plan.identities[run.name]
+        assert dataclasses.replace(job.run.study, dynamics=run.study.dynamics) == run.study
 
 
 @pytest.mark.slow
@@ -158,15 +163,6 @@ def test_a_basis_of_another_study_file_serves_no_other_body(write_study, tmp_pat
     path = write_study(values("reduced", sweep={"materials.block.density": ["900 kg/m^3", "1000 kg/m^3"]}))
     result = run_study(path, results_dir=tmp_path / "results", workers=1)
     assert len(list((result.folder / BASES).glob("*.basis"))) == 2
-
-
-def test_decisions_leave_everything_else_as_it_was(write_study, tmp_path, asked):
-    plan = plan_study(write_study(values("automatic")), tmp_path)
-    jobs = prepare(plan, plan.runs)
-    assert asked
-    for job, run in zip(jobs, plan.runs, strict=True):
-        assert job.identity == plan.identities[run.name]
-        assert dataclasses.replace(job.run.study, dynamics=run.study.dynamics) == run.study
 
 
 UNKNOWN = yaml.safe_load("""
@@ -315,14 +311,6 @@ def test_a_file_where_results_would_go_is_refused_first(write_study, simulated, 
     assert file.read_text() == "mine"
 
 
-def test_written_run_is_a_study_that_gives_the_same_run(finished, write_study):
-    (repeated,) = plan_study(finished / NAMES[1] / "run.yaml").runs
-    # The study leaves the basis open; the run says that it was computed on the mesh.
-    original = plan_study(write_study(block_values() | {"dynamics": {"basis": "full"}})).runs[1]
-    assert repeated.study.dynamics.basis == "full"
-    assert repeated.identity == original.identity
-
-
 def test_progress_is_told_in_order_and_workers_are_at_least_one(write_study, simulated, reports):
     told = Told()
     path = write_study(block_values() | {"sweep": {}})
@@ -358,11 +346,18 @@ def test_runs_that_are_known_to_be_whole_are_not_read_through_again(finished):
 
 
 @pytest.mark.usefixtures("simulated", "reports")
-@pytest.mark.parametrize("content", [b"", b"{}", b"\xff", b'{"runs": 3}'])
-def test_a_damaged_manifest_is_written_again(finished, content):
-    (finished / "manifest.json").write_bytes(content)
-    assert run(finished.parents[1] / "block.yaml").unchanged == tuple(NAMES)
-    assert list(read_manifest(finished)["runs"]) == NAMES
+def test_a_damaged_manifest_is_written_again_and_a_written_run_is_a_study_that_gives_the_same_run(
+    finished, write_study
+):
+    for content in (b"", b"{}", b"\xff", b'{"runs": 3}'):
+        (finished / "manifest.json").write_bytes(content)
+        assert run(finished.parents[1] / "block.yaml").unchanged == tuple(NAMES)
+        assert list(read_manifest(finished)["runs"]) == NAMES
+    (repeated,) = plan_study(finished / NAMES[1] / "run.yaml").runs
+    # The study leaves the basis open; the run says that it was computed on the mesh.
+    original = plan_study(write_study(block_values() | {"dynamics": {"basis": "full"}})).runs[1]
+    assert repeated.study.dynamics.basis == "full"
+    assert repeated.identity == original.identity
 
 
 def sampled(ranges, count=5):

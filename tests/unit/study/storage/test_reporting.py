@@ -144,16 +144,13 @@ def test_stored_runs_come_back_as_they_were_alone_and_with_their_study(finished,
     assert read_stored_run(finished / NAMES[1]).uncertainty == known
 
 
-@pytest.mark.parametrize("text", [None, "", "{broken", "{}"])
-def test_a_folder_without_a_manifest_holds_no_study(tmp_path, text):
-    if text is not None:
-        (tmp_path / "manifest.json").write_text(text)
-    assert read_manifest(tmp_path) == {}
-    with pytest.raises(ResultError, match="holds no results of a study; needs a folder that fingerslip run wrote"):
-        read_results(tmp_path)
-
-
-def test_a_folder_that_is_no_run_says_what_is_needed_and_a_run_that_has_gone_is_named(finished, tmp_path):
+def test_a_folder_that_is_no_study_or_no_run_says_what_is_needed_and_a_run_that_has_gone_is_named(finished, tmp_path):
+    for text in (None, "", "{broken", "{}"):
+        if text is not None:
+            (tmp_path / "manifest.json").write_text(text)
+        assert read_manifest(tmp_path) == {}
+        with pytest.raises(ResultError, match="holds no results of a study; needs a folder that fingerslip run wrote"):
+            read_results(tmp_path)
     with pytest.raises(ResultError, match=rf"holds a study; needs the folder of one of its runs: {', '.join(NAMES)}"):
         read_stored_run(finished)
     with pytest.raises(ResultError, match=r"holds no finished run"):

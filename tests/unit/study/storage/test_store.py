@@ -202,16 +202,13 @@ def test_a_damaged_file_is_not_used_and_replaced(bases, damage, caplog):
     assert bases.load("one") is not None
 
 
-def test_only_the_newest_are_kept(bases, monkeypatch):
+def test_only_the_newest_are_kept_and_a_folder_that_cannot_be_written_is_told(bases, tmp_path, monkeypatch, caplog):
     monkeypatch.setattr(store, "_MOST_BASES", 2)
     for age, key in enumerate(["a", "b", "c"]):
         bases.save(key, ARRAYS)
         os.utime(bases.folder / f"{key}.basis", (1e9 + age, 1e9 + age))
     bases.save("d", ARRAYS)
     assert sorted(path.name for path in bases.folder.iterdir()) == ["c.basis", "d.basis"]
-
-
-def test_a_folder_that_cannot_be_written_is_told_and_locks_nobody_out(tmp_path, caplog):
     (tmp_path / "file").write_text("")
     caplog.set_level(logging.WARNING, "fingerslip")
     with BasisFolder(tmp_path / "file" / "inside").alone("one"):

@@ -40,13 +40,10 @@ def test_cameras_above_and_below_see_the_picture_and_its_mirror_at_the_scale_of_
     assert pixels_per_metre(fisheye, np.zeros((2, 3))) == pytest.approx([1e4, 1e4])
 
 
-def test_frames_cover_the_tracks_at_the_rate_of_the_camera():
+def test_frames_cover_the_tracks_and_markers_move_straight_between_known_times():
     tracks = make_tracks(np.zeros((3, 1, 3)), [1.0, 1.4, 2.0], units="m")
     np.testing.assert_allclose(frame_times(Camera(LENS, FROM_ABOVE, frame_rate=10.0), tracks), 1.0 + np.arange(11) / 10)
     assert true_tracks(ABOVE, make_tracks(np.empty((0, 1, 3)), [], units="m")).sizes["time"] == 0
-
-
-def test_markers_move_straight_between_known_times():
     position = np.zeros((4, 2, 2))
     position[:, 0, 0] = [0.0, 1.0, 3.0, 4.0]
     position[2, 1] = np.nan

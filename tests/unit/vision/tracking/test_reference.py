@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 import pytest
 
@@ -20,8 +22,14 @@ SEEDS = (0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2)))
 
 
 def mean_frame(look: clips.Look = clips.DEFAULT, points: np.ndarray | None = None, seed: int = 0) -> np.ndarray:
-    positions = clips.still(clips.field(look) if points is None else points, 8)
-    return np.mean(list(clips.filmed(positions, look, seed=seed)), axis=0)
+    if points is None:
+        return mean_of_field(look, seed)
+    return np.mean(list(clips.filmed(clips.still(points, 8), look, seed=seed)), axis=0)
+
+
+@functools.cache
+def mean_of_field(look: clips.Look, seed: int) -> np.ndarray:
+    return mean_frame(look, clips.field(look), seed)
 
 
 def found_in(image: np.ndarray, count: int | None = None, layout: LayoutName = "auto") -> Reference:
