@@ -99,7 +99,7 @@ SKIN = holder(*(Site(f"FA-I-{number}", "FA-I", (x, 1e-3)) for number, x in enume
 def test_alarm_comes_with_the_spike_that_fills_the_window():
     detectors = {"few": SpikeCount(count=2), "more": SpikeCount(count=4), "many": SpikeCount(count=10_000)}
     with Grasp(held(30.0, 0.4e-3), SKIN, detectors) as grasp:
-        alarms, history, begins = grasp.open_loop.alarms, grasp.history(None), grasp.held.begins
+        alarms, history, begins = grasp.open_loop.alarms, grasp.open_loop.history, grasp.held.begins
     assert 0.0 < alarms["few"].time <= alarms["more"].time
     assert alarms["many"] is None
     # From rest at the start of the load on, as the detector begins.
@@ -147,7 +147,7 @@ class AsItIs:
 def detector():
     """Return a detector for which slip begins before the load does, gross slip after it."""
     with Grasp(HELD, SENSOR, {}) as grasp:
-        inside = markers_of(marker_tracks(grasp.history(None)), "internal")
+        inside = markers_of(marker_tracks(grasp.open_loop.history), "internal")
     motion = MotionSettings(rest_frames=10, window=3)
     moved = motion_of(inside.isel(time=slice(0, None, 2)), motion).displacement
     largest = np.linalg.norm(moved, axis=2).max(axis=1)
