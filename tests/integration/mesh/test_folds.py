@@ -50,7 +50,16 @@ BUILDERS: dict[str, Callable[[], Any]] = {
 
 
 # Seconds each; what is in them is in lighter meshes, too.
-LONG = ("solid T10", "scan", "half of a sensor", "whole sensor", "sensor section T3", "sensor section Q4", "section T3")
+LONG = (
+    "solid T10",
+    "scan",
+    "half of a sensor",
+    "whole sensor",
+    "sensor section T3",
+    "sensor section Q4",
+    "section T3",
+    "sensor section T6",
+)
 
 
 def folded(mesh: Any) -> Any:

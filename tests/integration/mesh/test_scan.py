@@ -80,6 +80,7 @@ def facet_areas(mesh, name: str) -> np.ndarray:
     return np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
 
 
+@pytest.mark.slow
 def test_layers_have_the_volumes_of_the_shapes_and_share_out_the_cells(mesh):
     found = volumes(mesh)
     whole, phalanx = cap((12e-3, 8e-3, 7e-3)), cap((7e-3, 3e-3, 3e-3))
@@ -92,6 +93,7 @@ def test_layers_have_the_volumes_of_the_shapes_and_share_out_the_cells(mesh):
     assert sorted(np.concatenate(list(mesh.subdomains.values()))) == list(range(mesh.t.shape[1]))
 
 
+@pytest.mark.slow
 def test_outside_is_skin_on_the_scan_and_interfaces_lie_between_their_regions(mesh):
     outside = np.concatenate([mesh.boundaries["skin"], mesh.boundaries["base"]])
     assert sorted(outside) == sorted(mesh.boundary_facets())

@@ -163,6 +163,7 @@ def test_random_fingers_are_meshed_or_refused_clearly(seed):
 RIPPLED = change_solid(fingerprint={"enabled": True, "pitch": "0.94 mm"})
 
 
+@pytest.mark.slow
 def test_fingerprint_is_on_the_contact_and_leaves_the_dermis_alone():
     sizes = SolidSizes("T4", contact_size=0.234e-3, bulk_size=1.6e-3, contact_reach=0.12e-3)
     skin = sweep_solid_skin(RIPPLED, sizes, phalanx_surface(RIPPLED).points.reshape(-1, 3))

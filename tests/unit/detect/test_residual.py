@@ -148,6 +148,7 @@ def test_the_page_says_when_and_how_sure_and_shows_it(tmp_path, monkeypatch):
     assert answer in text
 
 
+@pytest.mark.slow
 def test_pages_without_a_video_without_a_slide_and_of_trained_detectors():
     still = clip_of(moved(np.zeros((40, 49, 2))))
     assert answer_of(still) == ("No slide was found.",)

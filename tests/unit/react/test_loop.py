@@ -80,6 +80,7 @@ def test_quick_reflex_saves_and_slow_one_loses_and_one_that_counts_from_the_load
     assert (outcome.start, outcome.saved) == (30e-3, True)
 
 
+@pytest.mark.slow
 def test_object_is_held_in_3d_by_the_same_loop():
     with Grasp(HELD, pad(cells=4, dim=3), DETECTORS) as solid:
         # Friction across the load, against the pad's own spreading, takes a part of what there is.
@@ -117,6 +118,7 @@ def test_no_latency_saves_what_a_shorter_one_loses_nor_travels_less(grasp, laten
     assert short.travel < long.travel + 1e-9
 
 
+@pytest.mark.slow
 def test_critical_start_converges_with_step_and_mesh(grasp):
     def start(step, cells):
         with Grasp(replace(HELD, step=step), pad(cells=cells), DETECTORS) as other:

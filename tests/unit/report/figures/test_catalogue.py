@@ -39,7 +39,7 @@ def test_figures_that_a_run_or_a_study_cannot_have_are_refused_with_those_that_f
         draw_of_study("latency", StudySubject((), {}, {}))
 
 
-@pytest.mark.parametrize("element", [pytest.param("Q4", marks=pytest.mark.slow), "T4"])
+@pytest.mark.parametrize("element", ["Q4", pytest.param("T4", marks=pytest.mark.slow)])
 def test_frames_have_the_asked_size_and_number_and_change(element):
     film = Film(size=(480, 270), frame_rate=5.0, seconds=1.0)
     frames = list(film_frames(block_history(element), EVENTS, film=film))

@@ -78,6 +78,7 @@ def test_receptors_in_3d_are_those_of_the_section_on_a_plain_interface():
     assert [(site.name, site.position) for site in solid] == expected
 
 
+@pytest.mark.slow
 def test_sites_are_in_the_mesh_and_dots_are_nodes_of_the_skin():
     sites, mesh = (*reference_sites(FINGER), *solid_receptor_sites(FINGER)), coarse_solid()
     away = np.linalg.norm(mesh.p[:, site_nodes(mesh, sites)].T - [site.position for site in sites], axis=1)

@@ -104,6 +104,7 @@ def mesh(small):
     return SensorSolidSizes(1e-3, 2e-3).build(small)
 
 
+@pytest.mark.slow
 def test_half_of_a_dome(small, mesh):
     assert set(mesh.boundaries) == {"contact", "window_face", "symmetry"}
     assert mesh.p[2].min() == 0.0

@@ -119,7 +119,7 @@ def test_halves_that_part_by_a_whole_distance_between_markers_are_kept(layout: s
 
 
 @pytest.mark.filterwarnings("ignore:.*not seen in more than a tenth:fingerslip.vision.tracking.track.TrackingWarning")
-@pytest.mark.parametrize(("radius", "share"), [(9.0, 0.99), (11.0, 0.97)])
+@pytest.mark.parametrize(("radius", "share"), [pytest.param(9.0, 0.99, marks=pytest.mark.slow), (11.0, 0.97)])
 def test_markers_that_touch_or_overlap_are_themselves_when_they_part(radius: float, share: float) -> None:
     path, look = clips.pinch(clips.field(), 0.7, count=50, rest=REST), clips.with_look(clips.DEFAULT, radius=radius)
     assert 20.0 < np.linalg.norm(path[:, 1:5] - path[:, :1], axis=2).min() < 20.2
