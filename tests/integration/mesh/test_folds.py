@@ -50,16 +50,8 @@ BUILDERS: dict[str, Callable[[], Any]] = {
 
 
 # Seconds each; what is in them is in lighter meshes, too.
-LONG = (
-    "solid T10",
-    "scan",
-    "half of a sensor",
-    "whole sensor",
-    "sensor section T3",
-    "sensor section Q4",
-    "section T3",
-    "sensor section T6",
-)
+SECTIONS = ("sensor section T3", "sensor section Q4", "sensor section T6", "section T3")
+LONG = ("solid T10", "scan", "half of a sensor", "whole sensor", *SECTIONS)
 
 
 def folded(mesh: Any) -> Any:
