@@ -198,6 +198,32 @@ def test_the_states_of_a_slide_are_apart_by_the_spacing_and_go_until_all_slips(s
     assert ratios[-1] == pytest.approx(0.5, abs=0.1)
 
 
+def test_a_dome_in_3d_with_patches_under_a_tilted_plate_begins_in_balance_and_slides_as_step_by_step():
+    law = fs.Coulomb(0.6)
+    upright, tilted = (
+        pressed_dome(
+            normal,
+            kinematics="finite",
+            materials={"bulk": fs.NeoHookean(1e5, 0.45, 1000.0)},
+            programme=(fs.Press(0.9e-3, 1e-3), fs.Slide(0.6e-3, 0.3e-3)),
+        )
+        for normal in ((0.0, 1.0, 0.0), (0.02, 1.0, 0.0))
+    )
+    models = [
+        dataclasses.replace(model, contacts=(dataclasses.replace(model.contacts[0], friction=law),))
+        for model in (upright, tilted)
+    ]
+    reference = dataclasses.replace(models[0], time=fs.QuasiStatic(0.15))
+    fine, coarse = (pressed_body(reference, spacing=0.3e-3, near=1e-3, patch=patch) for patch in (0.0, 1.5e-3))
+    for body, model, bound in ((fine, models[0], 0.01), (fine, models[1], 0.02), (coarse, models[0], 0.04)):
+        history, motion = fs.simulate(model), marched(model, body)
+        begun = history["time"].values >= motion.time[0] - 1e-9
+        forces = history["counterface_force"].values[begun, 0]
+        assert np.abs(motion.force - forces).max() < bound * np.abs(forces).max()
+    steady = static_motion(coarse, models[0].contacts[0], (fs.Press(0.9e-3, 1e-3), fs.Hold(0.5)), 0.1)
+    assert steady.force == pytest.approx(np.tile(steady.force[0], (6, 1)), abs=1e-9 * steady.force.max())
+
+
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
@@ -205,6 +231,7 @@ def test_the_states_of_a_slide_are_apart_by_the_spacing_and_go_until_all_slips(s
         ({"time": fs.TimeStepping(0.05)}, "time: has inertia, needs scheme: quasi_static"),
         ({"programme": (fs.Hold(0.1), *pressed_pad().programme), "contacts": FAR}, r"programme\.0: does not touch"),
         ({"materials": {"bulk": RELAXING}}, "relax, needs elastic ones"),
+        ({"time": fs.QuasiStatic(0.3)}, r"time\.step: goes past the end of the press"),
     ],
 )
 def test_a_body_that_cannot_be_pressed_is_refused(changes, words):

@@ -7,10 +7,9 @@ sites, all that contact forces f do follows from few rows of K^-1::
     displacement of patches, sites and watched nodes   u = u_0 + A (f - f_0),   A = B K^-1 B_p^T
 
 so that a quasi-static step costs its contact problem, and no substitution. At small strain the body is linear about
-its rest. At large strain K is the tangent of a state with the forces f_0, and some states along a slide stand for all:
-the motion goes on from where it is with A of the nearest (:mod:`fingerslip.dynamics.statics.motion`). Where each patch
-is one node, and at small strain, the motion is that of any other simulation; larger patches are an approximation of
-the contact, and of nothing else.
+its rest. At large strain K is the tangent of a state with the forces f_0, and the nearest of some states along a slide
+stands for what is near it (:mod:`fingerslip.dynamics.statics.motion`). Where each patch is one node, and at small
+strain, the motion is that of any other simulation; larger patches are an approximation of the contact.
 """
 
 from __future__ import annotations
@@ -135,6 +134,8 @@ class StaticBody:
     answers: Floats  # (k, n, n_p * dim), A, symmetric in its first rows: of patches, sites, watched nodes [m/N]
     moved: Floats  # (k, n), u_0, the displacement of these [m]
     forces: Floats  # (k, n_p, dim), f_0, contact forces on the body [N]
+    skin: Floats  # (n_s, dim), the points at rest on the lowest of which a counterface is placed [m]
+    shift: Floats  # (dim,), displacement of the counterface in the first state [m]
 
     @property
     def compliance(self) -> Floats:
@@ -221,11 +222,9 @@ def surface(
         for rows in (nodes, system.site_nodes, others)
     )
     reads = [sparse.csr_matrix(sparse.kron(means, sparse.eye(dim)) @ of_nodes), at_sites, at_others]
-    none = np.zeros((0, 0))
-    body = StaticBody(
-        nodes[middles], means @ positions[nodes], sums @ area, positions[others], none[None], none, none[None]
-    )
-    return reads, sums, body
+    places, watched, none = means @ positions[nodes], positions[others], np.zeros((1, 0, 0))
+    skin, shift = np.vstack([places, watched]), np.zeros(dim)
+    return reads, sums, StaticBody(nodes[middles], places, sums @ area, watched, none, none[0], none, skin, shift)
 
 
 def check_kind(model: Model, *, is_finite: bool) -> None:

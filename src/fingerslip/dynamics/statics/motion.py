@@ -14,6 +14,7 @@ before left its patches.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -35,7 +36,7 @@ from fingerslip.dynamics.step.stepper import Stopwatch
 from fingerslip.dynamics.system.bodies import Motion, counterface_motion, largest_approach
 from fingerslip.errors import InputError
 from fingerslip.model.model import Contact
-from fingerslip.model.programme import Phase, Ramp, phase_duration
+from fingerslip.model.programme import Phase, Press, Ramp, phase_duration
 from fingerslip.model.rigid_bodies import DIRECTIONS, Direction, RigidBody
 
 __all__ = ["FreePlate", "StaticMotion", "free_plate", "prescribed_plate", "static_motion"]
@@ -142,10 +143,7 @@ class StaticMotion:
 
 @dataclass(frozen=True)
 class _Setting:
-    """What stays the same from step to step; `rows` are the contact nodes among those of the body.
-
-    A compliance for each state of the body has that of the plate where it is free.
-    """
+    """What stays the same from step to step; `rows` are the contact nodes among those of the body."""
 
     body: StaticBody
     rows: Integers
@@ -153,9 +151,15 @@ class _Setting:
     counterfaces: Counterfaces
     motion: Motion
     frames: Floats
-    compliances: tuple[Compliance, ...]
     plate: FreePlate
     begin: float  # [s]
+
+    def compliance(self, state: int) -> Compliance:
+        """Return the compliance of the contact nodes by a state of the body, with that of a free plate."""
+        springs, across = self.candidates, self.candidates.dim - 1
+        flexible = 1.0 / np.stack([springs.normal_stiffness, *[springs.tangential_stiffness] * across], 1)
+        element = np.ascontiguousarray(self.body.compliance[state][np.ix_(self.dofs, self.dofs)])
+        return Compliance(self.plate.added(element), flexible, self.frames, edition=(float(state),))
 
     @cached_property
     def dofs(self) -> Integers:
@@ -202,7 +206,7 @@ def _setting(
     body: StaticBody, contact: Contact, programme: Sequence[Phase], plate: RigidBody | None, step: float
 ) -> _Setting:
     """Return the contact nodes that a motion needs, and what stays the same in it."""
-    plane = contact.counterface.at_start(np.vstack([body.positions, body.watched]))
+    plane = contact.counterface.at_start(body.skin)
     if not plane.is_flat:
         raise InputError("contact.counterface", "is curved", "needs a plane", REPAIR)
     motion = counterface_motion(programme, plane)
@@ -220,15 +224,18 @@ def _setting(
     candidates = Candidates(nodes, none, body.positions[rows], area, *springs)
     counterfaces = Counterfaces((plane,), (contact.friction,))
     frames = counterfaces.frames(candidates.positions, candidates.counterface)
-    begin = phase_duration(programme[0]) if body.is_pressed else 0.0
-    setting = _Setting(body, rows, candidates, counterfaces, motion, frames, (), free, begin)
-    stiffness = [candidates.normal_stiffness, *[candidates.tangential_stiffness] * (candidates.dim - 1)]
-    elements = (np.ascontiguousarray(each[np.ix_(setting.dofs, setting.dofs)]) for each in body.compliance)
-    compliances = tuple(
-        Compliance(free.added(element), 1.0 / np.stack(stiffness, 1), frames, edition=(float(number),))
-        for number, element in enumerate(elements)
-    )
-    return replace(setting, compliances=compliances)
+    begin = _begin(body, programme)
+    return _Setting(body, rows, candidates, counterfaces, motion, frames, free, begin)
+
+
+def _begin(body: StaticBody, programme: Sequence[Phase]) -> float:
+    """Return when a motion begins [s]: at once, or at the end of the press that the body has behind it."""
+    if not body.is_pressed:
+        return 0.0
+    press, depth = programme[0], float(np.linalg.norm(body.shift))
+    if not isinstance(press, Press) or abs(press.depth - depth) > _ZERO * depth:
+        raise InputError("programme.0", f"is {press}", f"needs the press of the body, by {1e3 * depth:.6g} mm")
+    return phase_duration(press)
 
 
 @dataclass(frozen=True)
@@ -251,15 +258,18 @@ class _Steps:
 
     def __init__(self, setting: _Setting, step: float) -> None:
         self._setting, self._step = setting, step
+        # A motion comes near to some of many states.
+        self._compliance = functools.cache(setting.compliance)
 
     def start(self) -> dict[int, _State]:
         """Return the state at time zero, or at the end of the press."""
         setting, nodes, body = self._setting, self._setting.candidates, self._setting.body
         shift = setting.motion.displacement(np.array([setting.begin]))[0]
         forces = np.ascontiguousarray(body.forces[0, setting.rows])
-        moved = body.moved[0, setting.dofs].reshape(forces.shape) - shift
-        relative = np.einsum("cij,cj->ci", setting.frames, moved)
-        relative[:, 0] = setting.counterfaces.gaps(nodes.positions + moved, nodes.counterface)
+        moved = body.moved[0, setting.dofs].reshape(forces.shape)
+        # The state was pressed by an upright counterface: another one has dragged the skin by what it moved otherwise.
+        relative = np.einsum("cij,cj->ci", setting.frames, moved - body.shift)
+        relative[:, 0] = setting.counterfaces.gaps(nodes.positions + moved - shift, nodes.counterface)
         in_frames = np.einsum("cij,cj->ci", setting.frames, forces)
         interface = replace(rest_state(nodes, relative[:, 0]), forces=in_frames, relative=relative)
         if body.is_pressed:
@@ -278,7 +288,7 @@ class _Steps:
         free[:, 0] = counterfaces.gaps(nodes.positions + moved, nodes.counterface)
         # What the contact solver keeps belongs to one compliance.
         warm = interface.forces, before.working_set if nearest == before.nearest else None
-        problem = setting.compliances[nearest], setting.frames, free, interface
+        problem = self._compliance(nearest), setting.frames, free, interface
         contact = solve_law((nodes, counterfaces), *problem, over=(before.step, time), warm=warm, few=_FEW)
         settled = settle(
             nodes,

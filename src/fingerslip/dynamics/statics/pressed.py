@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import logging
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,11 +15,11 @@ from fingerslip.dynamics.finite.large import Large
 from fingerslip.dynamics.loop import Loop
 from fingerslip.dynamics.recording.steps import step_times
 from fingerslip.dynamics.state_checks import OutsideCheck, RotationCheck
-from fingerslip.dynamics.statics.body import StaticBody, answers_of, check_kind, sheared, surface
+from fingerslip.dynamics.statics.body import REPAIR, StaticBody, answers_of, check_kind, sheared, surface
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.stepper import Stopwatch
 from fingerslip.dynamics.system.system import System, build_system
-from fingerslip.errors import InputError
+from fingerslip.errors import FingerslipError, InputError
 from fingerslip.linear.resources import single_dense_thread
 from fingerslip.linear.solver import LinearSolver, preferred_solver
 from fingerslip.model.model import Model
@@ -27,12 +29,20 @@ __all__ = ["pressed_body"]
 
 Floats = NDArray[np.float64]
 
+_logger = logging.getLogger(__name__)
+
 # Share of the area that touches which sticks, below which the whole contact slips: the body is sheared no further.
 _SLIPS = 0.01
 
 
 def pressed_body(
-    model: Model, *, spacing: float, near: float, patch: float = 0.0, solver: LinearSolver | None = None
+    model: Model,
+    *,
+    spacing: float,
+    near: float,
+    patch: float = 0.0,
+    solver: LinearSolver | None = None,
+    progress: Callable[[float], None] | None = None,
 ) -> StaticBody:
     """Press and slide the body of a model at large strain, and compute what it answers to contact forces on the way.
 
@@ -45,12 +55,14 @@ def pressed_body(
     check_kind(model, is_finite=True)
     system, watch, chosen = build_system(model), Stopwatch(), solver or preferred_solver()
     if system.require_body().relaxes:
-        raise InputError("materials", "relax", "needs elastic ones", "simulate the model step by step")
+        raise InputError("materials", "relax", "needs elastic ones", REPAIR)
     states = _States(system, phase_duration(model.programme[0]), (spacing, near, patch), chosen)
     with single_dense_thread():
         loop = Loop(Large(model, system, chosen, watch, 0), [states], [step_times(model)], watch)
         while loop.taken < loop.last and not states.slips:
             loop.step()
+            if progress is not None:
+                progress(loop.taken / loop.last)
         loop.finish()
     return states.body()
 
@@ -87,13 +99,24 @@ class _States:
         if state.time < (1.0 - 1e-9) * self._begin:
             return
         self._skin = skin = self._skin or self._divided(state)
+        if np.delete(state.contact_forces, skin.rows, axis=0).any():
+            fault = f"got {1e3 * self._near:.4g} mm, and at t = {state.time:g} s skin further away touches"
+            raise InputError("near", fault, "needs more", "in a study, write a larger trials.hidden")
         moved = np.concatenate([read @ state.displacement for read in skin.reads])
         area, states = self._system.candidates.area, state.interface.state
         self.slips = bool(self._moved) and bool((states == STICK) @ area < _SLIPS * ((states != OPEN) @ area))
         if self._moved and self._shear(moved) < self._spacing:
             return
         tangent = self._system.require_body().tangent(state.large_body)
-        self._answers.append(answers_of(tangent, skin.reads, self._solver))
+        try:
+            answers = answers_of(tangent, skin.reads, self._solver)
+        except FingerslipError as error:
+            # Without the contact a body under much pressure may give way; the states before stand for this one.
+            if not self._answers:
+                raise
+            _logger.warning("no state is taken at t = %g s: %s", state.time, error)
+            return
+        self._answers.append(answers)
         self._moved.append(moved)
         self._forces.append(np.asarray(skin.sums @ state.contact_forces[skin.rows]))
 
@@ -110,6 +133,8 @@ class _States:
 
     def _divided(self, state: State) -> _Skin:
         """Divide the skin near the counterface into patches."""
+        if abs(state.time - self._begin) > 1e-6 * self._begin:
+            raise InputError("time.step", "goes past the end of the press", "needs whole steps in it")
         if not state.contact_forces.any():
             raise InputError("programme.0", "does not touch", "needs a press that does, and then a slide")
         candidates = self._system.candidates
@@ -117,6 +142,14 @@ class _States:
         is_near = self._system.counterfaces.gaps(points, candidates.counterface) <= self._near
         nodes, area = candidates.nodes[is_near], candidates.area[is_near]
         reads, sums, body = surface(self._system, nodes, area, candidates.nodes[~is_near], self._patch)
+        plane, shift = self._system.counterfaces.shapes[0], state.counterfaces[0]
+        pressing = sums @ (state.contact_forces[is_near] @ plane.unit_normal)
+        moved = (reads[0] @ state.displacement).reshape(body.positions.shape) - shift
+        gaps = plane.gap(body.positions + moved)
+        # A patch is as far from the counterface as its force says; the mean of its nodes is not.
+        wanted = np.where(pressing > 0.0, -pressing / (sums @ candidates.normal_stiffness[is_near]), gaps)
+        places = body.positions + (wanted - gaps)[:, None] * plane.unit_normal
+        body = replace(body, positions=places, skin=candidates.positions, shift=shift)
         return _Skin(np.flatnonzero(is_near), reads, sums, body)
 
     def _shear(self, moved: Floats) -> float:

@@ -155,6 +155,7 @@ class BasisFolder:
     """
 
     folder: Path  # the folder, which is made when the first basis is kept
+    most: int = _MOST_BASES  # how many are kept
 
     def load(self, key: str) -> Mapping[str, NDArray[np.float64]] | None:
         """Return the arrays of a basis; None where there is none, or where its file is damaged, which the log says."""
@@ -181,7 +182,7 @@ class BasisFolder:
             with writing(self.folder):
                 self.folder.mkdir(parents=True, exist_ok=True)
                 write_bytes(self.folder / f"{key}.basis", digest(content).encode() + content)
-                for old in sorted(self.folder.glob("*.basis"), key=lambda path: path.stat().st_mtime)[:-_MOST_BASES]:
+                for old in sorted(self.folder.glob("*.basis"), key=lambda path: path.stat().st_mtime)[: -self.most]:
                     old.unlink(missing_ok=True)
         except ResultError as error:
             _logger.warning("the basis is not kept: %s", error)

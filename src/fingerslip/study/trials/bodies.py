@@ -15,7 +15,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -24,12 +24,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.contact.counterfaces import Plane
-from fingerslip.contact.friction import Coulomb
+from fingerslip.contact.friction import Conditions, Coulomb
 from fingerslip.dynamics.statics.body import StaticBody, static_body
 from fingerslip.dynamics.statics.pressed import pressed_body
 from fingerslip.errors import InputError, ResultError
 from fingerslip.linear.resources import limited_threads
-from fingerslip.model.programme import Phase, Press, Slide
+from fingerslip.model.model import Contact
+from fingerslip.model.programme import Phase, Press, Slide, phase_duration
 from fingerslip.model.rigid_bodies import RigidBody
 from fingerslip.model.timing import QuasiStatic
 from fingerslip.specimens.tactip.profile import MarkerPlaces
@@ -37,17 +38,21 @@ from fingerslip.storage.files import digest
 from fingerslip.study.definition.runs import Run
 from fingerslip.study.definition.settings import TrialSettings
 from fingerslip.study.definition.spec import Study
-from fingerslip.study.running.build import build_mesh, build_model
+from fingerslip.study.running.build import build_mesh, build_model, name_errors
 from fingerslip.study.storage.store import BasisFolder
 
 Floats = NDArray[np.float64]
 
-_VERSION = 2
+_VERSION = 3
 # How far above the plate skin is watched, over the deepest press; and searched for contact at large strain.
 _REACH, _REACH_PRESSED = 1.5, 1.25
 # At large strain: steps of press and slide [m], the speed does not matter; what the skin is sheared by from state to
-# state, where forces are within 1 % until gross slip (tests/benchmarks/bench_pressed.py); and how far it is slid.
+# state (docs/tactip.md says what that costs in accuracy); and how far it is slid.
 _STEP, _SPEED, _SPACING, _FARTHEST = 0.25e-3, 1e-3, 0.7e-3, 14e-3
+# Where the largest friction is looked for: pressures [Pa], slip rates [m/s], slips [m], and how many times.
+_PRESSURES, _RATES, _SLIPS, _TIMES = np.geomspace(1e3, 1e6, 7), (0.0, 1e-4, 1e-2), (0.0, 1e-3, 1e-2), 11
+# Bodies are not made again for want of room: they may have taken a quarter of an hour.
+_MOST_BODIES = 1000
 # What a body depends on, of the values of a run.
 _OF_BODY = ("materials", "supports", "integration", "kinematics", "formulation", "record")
 # Of a turn, by which markers may be beside their places.
@@ -76,15 +81,13 @@ def load_rate(plate: RigidBody) -> float:
     return total
 
 
-def body_key(run: Run, settings: TrialSettings, reach: float, friction: float | None = None) -> str:
-    """Return what decides the body of a run, hashed: see :func:`shared_bodies` for `reach` [m] and friction."""
+def sensor_key(run: Run, settings: TrialSettings) -> str:
+    """Return what decides the sensor of a run, its mesh and its patches, hashed."""
     values = run.plain_values()
     values_of_body = {name: values.get(name) for name in _OF_BODY}
     specimen = values.get(run.study.specimen_kind or "", {})
-    contact = run.study.all_contacts[0]
-    pressed = [] if friction is None else [friction, contact.normal_penalty, contact.tangential_penalty]
-    shape = [settings.hidden, settings.patch, reach]
-    return digest(_VERSION, run.mesh_key, values_of_body, specimen, contact.boundary, *shape, *pressed)
+    boundary = run.study.all_contacts[0].boundary
+    return digest(_VERSION, run.mesh_key, values_of_body, specimen, boundary, settings.hidden, settings.patch)
 
 
 @dataclass(frozen=True)
@@ -97,44 +100,84 @@ class BodyPlan:
     depth: float  # of the press, the deepest of all runs at small strain [m]
     friction: float | None = None  # the largest coefficient of all runs; None at small strain
 
-    def make(self) -> StaticBody:
+    @property
+    def name(self) -> str:
+        """What a progress display calls it."""
+        return "sensor" if self.friction is None else f"sensor pressed by {1e3 * self.depth:g} mm"
+
+    def make(self, progress: Callable[[float], None] | None = None) -> StaticBody:
         """Condense the body under a plate that is square to the axis: what it answers does not depend on a free one."""
-        model = build_model(self.run, build_mesh(self.run))
-        reach = (_REACH if self.friction is None else _REACH_PRESSED) * self.depth
-        (contact,) = model.contacts
-        upright = dataclasses.replace(
-            contact, counterface=Plane((0.0, 1.0, 0.0)), search_distance=reach, rigid_body=None
-        )
-        programme = programme_of(self.run.study)
-        with limited_threads(1):
+        with name_errors(self.run), limited_threads(1):
+            model = build_model(self.run, build_mesh(self.run))
+            upright = dataclasses.replace(model.contacts[0], counterface=Plane((0.0, 1.0, 0.0)), rigid_body=None)
+            hidden, patch = self.settings.hidden, self.settings.patch
             if self.friction is None:
-                at_rest = dataclasses.replace(model, contacts=(upright,), bodies={}, programme=programme)
-                return static_body(at_rest, reach=reach, hidden=self.settings.hidden, patch=self.settings.patch)
+                reach = _REACH * self.depth
+                contact = dataclasses.replace(upright, search_distance=reach)
+                programme = programme_of(self.run.study)
+                at_rest = dataclasses.replace(model, contacts=(contact,), bodies={}, programme=programme)
+                return static_body(at_rest, reach=reach, hidden=hidden, patch=patch)
+            reach, step = _REACH_PRESSED * self.depth, self.depth / math.ceil(self.depth / _STEP - 1e-9)
+            contact = dataclasses.replace(
+                upright, search_distance=reach, friction=Coulomb(self.friction), programme=None
+            )
             slid = dataclasses.replace(
                 model,
-                contacts=(dataclasses.replace(upright, friction=Coulomb(self.friction)),),
+                contacts=(contact,),
                 bodies={},
                 programme=(Press(self.depth, _SPEED), Slide(_FARTHEST, _SPEED)),
-                time=QuasiStatic(_STEP / _SPEED),
+                time=QuasiStatic(step / _SPEED),
             )
-            return pressed_body(slid, spacing=_SPACING, near=self.settings.hidden, patch=self.settings.patch)
+            return pressed_body(slid, spacing=_SPACING, near=hidden, patch=patch, progress=progress)
 
 
 def shared_bodies(runs: Sequence[Run], settings: TrialSettings) -> dict[str, BodyPlan]:
     """Return the body of each run, by its name: one for all, or at large strain one for each depth of press."""
-    depths = {run.name: press_depth(run) for run in runs}
-    frictions = [run.study.all_contacts[0].contact(3).friction.coefficient for run in runs]
-    plans = {}
-    for run in runs:
-        is_finite = run.study.kinematics == "finite"
-        depth = depths[run.name] if is_finite else max(depths.values())
-        friction = max(frictions) if is_finite else None
-        plans[run.name] = BodyPlan(body_key(run, settings, depth, friction), run, settings, depth, friction)
-    count = len({plan.key for plan in plans.values()})
-    if count > len({plan.depth for plan in plans.values()}):
+    sensors = {run.name: sensor_key(run, settings) for run in runs}
+    if (count := len(set(sensors.values()))) > 1:
         fault = f"have {count} different sensors or meshes"
         raise InputError("sweep, sample", fault, "needs one in all trials of a data set", "make a study for each")
+    depths = {run.name: press_depth(run) for run in runs}
+    if runs[0].study.kinematics == "small":
+        deepest = max(depths.values())
+        plan = BodyPlan(digest(sensors[runs[0].name], deepest), runs[0], settings, deepest)
+        return dict.fromkeys(sensors, plan)
+    friction, plans = max(map(largest_friction, runs)), {}
+    for run in runs:
+        contact, depth = run.study.all_contacts[0].contact(3), depths[run.name]
+        with name_errors(run):
+            _check_large(run, contact)
+        penalties = contact.normal_penalty, contact.tangential_penalty
+        key = digest(sensors[run.name], depth, friction, *penalties)
+        plans[run.name] = BodyPlan(key, run, settings, depth, friction)
     return plans
+
+
+def _check_large(run: Run, contact: Contact) -> None:
+    """Refuse what a body that is pressed and slid along +x at large strain does not stand for."""
+    study, plate, repair = run.study, plate_of(run.study), "write kinematics: small"
+    if not isinstance(study.time.stepping, QuasiStatic):
+        raise InputError("time", "has inertia", "needs scheme: quasi_static in trials at large strain", repair)
+    if contact.clearance or getattr(contact.counterface, "offset", 0.0):
+        raise InputError("contact", "has an offset or a clearance", "needs a plate that touches at first", repair)
+    slides = [phase.direction for phase in programme_of(study) if isinstance(phase, Slide)]
+    if any(direction is not None and direction[0] <= 0.0 for direction in slides):
+        raise InputError(
+            "programme.slide.direction", f"is {slides}", "needs +x, in which the sensor is sheared", repair
+        )
+    if plate is not None and any(load.x < 0.0 for load in plate.loads):
+        raise InputError("bodies.loads", "pull along -x", "needs +x, in which the sensor is sheared", repair)
+
+
+def largest_friction(run: Run) -> float:
+    """Return the largest friction coefficient of a run over pressures, slip and the time of its programme [-]."""
+    law = run.study.all_contacts[0].contact(3).friction
+    end = sum(map(phase_duration, programme_of(run.study)))
+    pressure, rate, slip = (each.ravel() for each in np.meshgrid(_PRESSURES, _RATES, _SLIPS))
+    return max(
+        float(np.max(law.coefficients(Conditions(pressure, rate, slip, time))))
+        for time in np.linspace(0.0, end, _TIMES).tolist()
+    )
 
 
 def press_depth(run: Run) -> float:
@@ -142,12 +185,13 @@ def press_depth(run: Run) -> float:
     return sum(phase.depth for phase in programme_of(run.study) if isinstance(phase, Press))
 
 
-def make_body(plan: BodyPlan, folder: Path) -> None:
+def make_body(plan: BodyPlan, folder: Path, progress: Callable[[float], None] | None = None) -> None:
     """Make a body unless it is on disk, undamaged."""
-    store = BasisFolder(folder)
-    if store.load(plan.key) is None:
-        body = plan.make()
-        store.save(plan.key, {field.name: getattr(body, field.name) for field in dataclasses.fields(StaticBody)})
+    store = BasisFolder(folder, most=_MOST_BODIES)
+    with store.alone(plan.key):
+        if store.load(plan.key) is None:
+            body = plan.make(progress)
+            store.save(plan.key, {field.name: getattr(body, field.name) for field in dataclasses.fields(StaticBody)})
 
 
 @functools.lru_cache(maxsize=1)

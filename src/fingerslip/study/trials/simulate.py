@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import multiprocessing
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
@@ -61,10 +62,14 @@ def simulate_trials(
         raise InputError(f"{source}: repeats", "is given with trials", "needs samples in their place", repair)
     settings = study.trials
     # What simulates and films is slow to load: what is wrong with a study is said before.
+    from fingerslip.study.running.build import name_errors
     from fingerslip.study.trials.bodies import shared_bodies
-    from fingerslip.study.trials.trials import card_notes, trial_plans
+    from fingerslip.study.trials.trials import card_notes, check_plan, trial_plans
 
     plans = trial_plans(runs, settings, study.sample.count if study.sample else None)
+    for plan in plans:
+        with name_errors(plan.run):
+            check_plan(plan, settings)
     bodies = shared_bodies(runs, settings)
     keys = {}
     for plan in plans:
@@ -80,9 +85,9 @@ def simulate_trials(
         origin = {"study": source.name, "commit": commit() or ""}
         missing = [plan for plan in plans if not _is_there(work / plan.name, keys[plan.name])]
         with progress or StudyProgress() as reporter:
-            _make_bodies([bodies[plan.run.name] for plan in missing], final.with_name(_BODIES), reporter)
+            failed = _make_bodies([bodies[plan.run.name] for plan in missing], final.with_name(_BODIES), reporter)
             bodies_of_plans = {plan.name: bodies[plan.run.name].key for plan in plans}
-            _compute(missing, _Shared(settings, bodies_of_plans, origin, keys, work), workers, reporter)
+            _compute(missing, _Shared(settings, bodies_of_plans, origin, keys, work, failed), workers, reporter)
         notes = card_notes(study, settings)
         trials = gather_trials([work / plan.name for plan in plans], final, study.title, notes)
         shutil.rmtree(work, ignore_errors=True)
@@ -116,25 +121,32 @@ class _Shared:
     origin: Mapping[str, Any]  # what the provenance of each says
     keys: Mapping[str, str]  # what each is made of, hashed
     work: Path  # folder of unfinished data
+    failed: Mapping[str, FingerslipError]  # why some bodies are not there, by their keys
 
 
-def _make_bodies(plans: Sequence[BodyPlan], folder: Path, progress: StudyProgress) -> None:
-    """Make the bodies of trials, each once."""
+def _make_bodies(plans: Sequence[BodyPlan], folder: Path, progress: StudyProgress) -> dict[str, FingerslipError]:
+    """Make the bodies of trials, each once; return the errors of those that failed, by their keys."""
     from fingerslip.study.trials.bodies import make_body
 
-    names = {plan.key: f"sensor pressed by {1e3 * plan.depth:g} mm" for plan in plans}
-    progress.begin(list(names.values()))
-    for key, plan in {plan.key: plan for plan in plans}.items():
-        progress.advance(names[key], 0.0)
-        make_body(plan, folder)
-        progress.finish(names[key], "done")
+    alone = {plan.key: plan for plan in plans}
+    progress.begin([plan.name for plan in alone.values()])
+    errors = {}
+    for key, plan in alone.items():
+        progress.advance(plan.name, 0.0)
+        try:
+            make_body(plan, folder, functools.partial(progress.advance, plan.name))
+        except FingerslipError as error:
+            errors[key] = error
+        progress.finish(plan.name, "failed" if key in errors else "done")
+    return errors
 
 
 def _compute(plans: Sequence[TrialPlan], shared: _Shared, workers: int, progress: StudyProgress) -> None:
     """Compute trials; those that fail are told at the end."""
     progress.begin([plan.name for plan in plans])
-    errors: dict[str, FingerslipError] = {}
-    for name, error in _outcomes(plans, shared, workers):
+    keys = {plan.name: shared.bodies[plan.name] for plan in plans}
+    errors = {name: shared.failed[key] for name, key in keys.items() if key in shared.failed}
+    for name, error in _outcomes([plan for plan in plans if plan.name not in errors], shared, workers):
         progress.finish(name, "failed" if error else "done")
         if error:
             errors[name] = error

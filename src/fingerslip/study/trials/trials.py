@@ -108,7 +108,6 @@ def trial_plans(runs: tuple[Run, ...], settings: TrialSettings, samples: int | N
 
 def simulated_trial(plan: TrialPlan, settings: TrialSettings, body: StaticBody, origin: Mapping[str, Any]) -> Trial:
     """Simulate a trial and film it."""
-    _check(plan, settings)
     study, eyes = plan.run.study, drawn_eyes(settings, plan.number)
     contact = study.all_contacts[0].contact(3)
     step, plate = study.time.stepping.step, plate_of(study)
@@ -126,7 +125,7 @@ def simulated_trial(plan: TrialPlan, settings: TrialSettings, body: StaticBody, 
     return Trial(plan.name, tracks, labels, conditions, _provenance(plan, origin))
 
 
-def _check(plan: TrialPlan, settings: TrialSettings) -> None:
+def check_plan(plan: TrialPlan, settings: TrialSettings) -> None:
     """Refuse runs that are no trials."""
     _sensor(plan)
     _, hold, _ = _phases(plan)

@@ -203,7 +203,7 @@ def test_a_damaged_file_is_not_used_and_replaced(bases, damage, caplog):
 
 
 def test_only_the_newest_are_kept_and_a_folder_that_cannot_be_written_is_told(bases, tmp_path, monkeypatch, caplog):
-    monkeypatch.setattr(store, "_MOST_BASES", 2)
+    bases = dataclasses.replace(bases, most=2)
     for age, key in enumerate(["a", "b", "c"]):
         bases.save(key, ARRAYS)
         os.utime(bases.folder / f"{key}.basis", (1e9 + age, 1e9 + age))

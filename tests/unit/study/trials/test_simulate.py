@@ -69,6 +69,17 @@ def test_all_trials_of_the_small_data_set_slip(tmp_path):
         assert 1.5 < onsets.incipient < onsets.gross
 
 
+@pytest.mark.slow
+def test_trials_at_large_strain_slip_too_and_their_card_says_so(half, tmp_path):
+    path, depth = half.with_name("large.yaml"), "sweep: {programme.0.press.depth: [1.5 mm]}\n"
+    path.write_text(HALF + "kinematics: finite\n" + depth, encoding="utf-8")
+    trials = simulate_trials(path, tmp_path / "large", workers=1)
+    for onsets in trials.onsets("external_markers").values():
+        assert 1.5 < onsets.incipient < onsets.gross
+    assert trials.trial(trials.names[0]).provenance["strains"] == "large"
+    assert "**Strains are large.**" in (trials.folder / "README.md").read_text(encoding="utf-8")
+
+
 def test_finished_trials_are_kept_when_others_fail(half, made, tmp_path, monkeypatch):
     trials, _ = made
     work = tmp_path / "again.unfinished"
@@ -124,7 +135,7 @@ def test_a_whole_data_set_is_read_back_unless_it_is_damaged(half, made, tmp_path
     monkeypatch.setattr("fingerslip.study.trials.bodies.make_body", body)
     assert simulate_trials(half, tmp_path / "small").digest == made[0].digest
     (tmp_path / "small" / "trial-0003" / "labels.csv").unlink()
-    with pytest.raises(InputError, match="body: is made"):
+    with pytest.raises(TrialsFailedError, match="trial-0003: body: is made"):
         simulate_trials(half, tmp_path / "small")
 
 

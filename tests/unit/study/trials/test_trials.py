@@ -16,7 +16,7 @@ from fingerslip.study.definition.settings import TrialSettings
 from fingerslip.study.definition.spec import read_study
 from fingerslip.study.trials import bodies
 from fingerslip.study.trials.bodies import (
-    body_key,
+    largest_friction,
     load_rate,
     make_body,
     plate_of,
@@ -25,12 +25,14 @@ from fingerslip.study.trials.bodies import (
     stored_body,
     turned_whole,
 )
-from fingerslip.study.trials.trials import Eyes, card_notes, drawn_cameras, drawn_eyes, simulated_trial, trial_plans
+from fingerslip.study.trials.trials import Eyes, card_notes, check_plan, drawn_cameras, drawn_eyes, trial_plans
 from fingerslip.vision.cameras.point import pair_tracks
 from fingerslip.vision.tracks import make_tracks
 from places import ROOT
 
 STUDY = ROOT / "studies" / "bulens2023_dataset.yaml"
+PRESSED = [{"press": {"depth": "2 mm", "speed": "5 mm/s"}}, {"hold": {"duration": "1.6 s"}}]
+SLIDE = {"distance": "14 mm", "speed": "0.3 mm/s"}
 
 
 @pytest.fixture(scope="module")
@@ -75,12 +77,12 @@ def refused(study, runs, **changes):
 
 def test_other_programmes_records_and_plates_are_refused(study, runs):
     with pytest.raises(InputError, match="programme: has Press, Hold, trials need a press, a hold and a slide"):
-        simulated_trial(refused(study, runs, programme=study.programme[:2]), study.trials, None, {})
+        check_plan(refused(study, runs, programme=study.programme[:2]), study.trials)
     with pytest.raises(InputError, match=r"trials\.rest: films 2 s of rest, needs at most the hold, 1\.6 s"):
-        simulated_trial(refused(study, runs), dataclasses.replace(study.trials, rest=2.0), None, {})
+        check_plan(refused(study, runs), dataclasses.replace(study.trials, rest=2.0))
     record = dataclasses.replace(study.record, groups=())
     with pytest.raises(InputError, match=r"record\.groups: has none, needs internal_markers, external_markers"):
-        simulated_trial(refused(study, runs, record=record), study.trials, None, {})
+        check_plan(refused(study, runs, record=record), study.trials)
     path = ROOT / "studies" / "bulens2023_pouring_3d.yaml"
     pours = read_study(path)
     run = expand_mapping(as_mapping(pours), path).runs[0]
@@ -88,7 +90,7 @@ def test_other_programmes_records_and_plates_are_refused(study, runs):
     wrong = dataclasses.replace(run, study=dataclasses.replace(run.study, bodies={"plate": plate}))
     (plan,) = trial_plans((wrong,), pours.trials, 1)
     with pytest.raises(InputError, match=r"bodies\.plate\.free: is x, z, needs x"):
-        simulated_trial(plan, pours.trials, None, {})
+        check_plan(plan, pours.trials)
 
 
 SETTINGS = TrialSettings(frame_rate=20.0)
@@ -145,38 +147,55 @@ def test_the_card_names_every_range_and_the_strains(study):
         assert f"| `{path}` | {low} to {high} |" in notes
 
 
-def test_patches_materials_and_reach_need_another_body_and_friction_tilt_and_depth_none(study, runs):
-    assert len({body_key(run, study.trials, 2e-3) for run in runs}) == 1
+def test_all_trials_of_a_sensor_share_a_body_and_other_sensors_are_refused(study, runs):
+    plan, *others = shared_bodies(runs, study.trials).values()
+    assert all(other is plan for other in others)
+    assert (plan.depth, plan.friction, plan.name) == (5e-3, None, "sensor")
     finer = dataclasses.replace(study.trials, patch=0.5e-3)
-    other = body_key(runs[0], finer, 2e-3), body_key(runs[0], study.trials, 3e-3), body_key(runs[0], finer, 2e-3, 1.1)
-    assert len({*other, body_key(runs[0], study.trials, 2e-3)}) == 4
-    assert {(plan.depth, plan.friction) for plan in shared_bodies(runs, study.trials).values()} == {(5e-3, None)}
-
-
-def test_at_large_strain_each_depth_has_a_body_sheared_by_the_largest_friction(study):
-    few = dataclasses.replace(study.sample, count=2)
-    large = expand_mapping({**as_mapping(dataclasses.replace(study, sample=few)), "kinematics": "finite"}, STUDY)
-    plans = shared_bodies(large.runs, large.study.trials)
-    frictions = [run.study.all_contacts[0].contact(3).friction.coefficient for run in large.runs]
-    assert {(plan.depth, plan.friction) for plan in plans.values()} == {
-        (d, max(frictions)) for d in (2e-3, 3e-3, 4e-3, 5e-3)
-    }
-    assert len({plan.key for plan in plans.values()}) == 4
-
-
-def test_trials_of_different_sensors_are_refused(study, runs):
+    others = shared_bodies(runs[:1], study.trials), shared_bodies(runs, finer)
+    assert len({plan.key, *(other[runs[0].name].key for other in others)}) == 3
     dome = dataclasses.replace(runs[0].specimen.dome, radius=20.5e-3)
     other = dataclasses.replace(runs[1], specimen=dataclasses.replace(runs[1].specimen, dome=dome))
     with pytest.raises(InputError, match="have 2 different sensors or meshes"):
         shared_bodies((runs[0], other), study.trials)
 
 
+def large(study, **changes):
+    few = dataclasses.replace(study, sample=dataclasses.replace(study.sample, count=2))
+    return expand_mapping({**as_mapping(few), "kinematics": "finite", **changes}, STUDY)
+
+
+def test_at_large_strain_each_depth_has_a_body_sheared_by_the_largest_friction(study):
+    runs = large(study).runs
+    plans = shared_bodies(runs, study.trials).values()
+    frictions = [run.study.all_contacts[0].contact(3).friction.coefficient for run in runs]
+    assert [plan.friction for plan in plans] == pytest.approx([max(frictions)] * len(runs))
+    assert {plan.name for plan in plans} == {f"sensor pressed by {d} mm" for d in (2, 3, 4, 5)}
+    friction = {"time_dependent": {"times": ["0 s", "9 s"], "values": [0.3, 0.9]}}
+    contact = {**as_mapping(study)["contact"], "friction": friction}
+    plain = dataclasses.replace(study, sample=None)
+    later = expand_mapping({**as_mapping(plain), "kinematics": "finite", "contact": contact}, STUDY).runs
+    assert largest_friction(later[0]) == pytest.approx(0.9)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"time": {"step": "1 ms"}}, r"time: has inertia, needs scheme: quasi_static"),
+        ({"programme": [*PRESSED, {"slide": {**SLIDE, "direction": [-1, 0, 0]}}]}, "direction: is .*needs \\+x"),
+    ],
+)
+def test_what_a_body_at_large_strain_does_not_stand_for_is_refused(study, changes, message):
+    with pytest.raises(InputError, match=message):
+        shared_bodies(large(study, **changes).runs, study.trials)
+
+
 def test_a_body_is_made_once_and_a_damaged_one_again(study, runs, tmp_path, monkeypatch):
     draw = np.random.default_rng(0)
-    shapes = (2, 3), 2, (1, 3), (1, 9, 6), (1, 9), (1, 2, 3)
+    shapes = (2, 3), 2, (1, 3), (1, 9, 6), (1, 9), (1, 2, 3), (3, 3), 3
     body = StaticBody(np.arange(2), *(draw.standard_normal(shape) for shape in shapes))
     plan, made = shared_bodies(runs, study.trials)[runs[0].name], []
-    monkeypatch.setattr(bodies.BodyPlan, "make", lambda plan: made.append(plan) or body)
+    monkeypatch.setattr(bodies.BodyPlan, "make", lambda plan, _: made.append(plan) or body)
     make_body(plan, tmp_path)
     make_body(plan, tmp_path)
     assert made == [plan]
