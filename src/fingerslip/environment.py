@@ -34,7 +34,7 @@ from fingerslip.react.loads import RampLoad
 from fingerslip.react.loop import MemoryBases
 from fingerslip.react.moment import Moment
 from fingerslip.react.reflex import ForceRate
-from fingerslip.react.scenario import OBJECT, HeldObject, held_model, holder_of
+from fingerslip.react.scenario import HeldObject, held_model, holder_of
 from fingerslip.react.spikes import SpikeStream, stimulus_of
 from fingerslip.report.colours import BLACK, BLUE, VERMILLION
 from fingerslip.report.figures.style import with_style
@@ -244,7 +244,7 @@ class HoldEnv(gymnasium.Env[Sensed, NDArray[np.float32]]):
         counts, before = [0] * len(self._kinds), self._travels[-1][1]
         for _ in range(self._steps):
             time = self._simulation.time + held.step - held.begins
-            seen = self._simulation.step(Command(OBJECT, force=(0.0, self._grip(time) - held.first_grip)))
+            seen = self._simulation.step(Command(held.gripped, force=(0.0, self._grip(time) - held.first_grip)))
             for number, (kind, stream) in enumerate(self._streams.items()):
                 counts[number] += len(stream.advance(time, stimulus_of(seen, kind)))
             self._travels.append((time, self._travel(seen)))

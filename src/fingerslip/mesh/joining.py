@@ -12,6 +12,9 @@ from skfem.generic_utils import OrientedBoundary
 
 from fingerslip.errors import InputError
 
+#: The kinds of meshes with straight edges that those with curved ones are made of.
+STRAIGHT = {skfem.MeshTri2: skfem.MeshTri1, skfem.MeshTet2: skfem.MeshTet1, skfem.MeshQuad2: skfem.MeshQuad1}
+
 
 def join_meshes(meshes: Mapping[str, Any]) -> Any:
     """Return one mesh of several bodies, which stay apart even where they touch.
@@ -42,9 +45,7 @@ def join_meshes(meshes: Mapping[str, Any]) -> Any:
     """
     _check(meshes)
     bodies, kind = list(meshes.values()), type(next(iter(meshes.values())))
-    # The kind of mesh with straight edges that a kind with curved ones is made of.
-    straight = {skfem.MeshTri2: skfem.MeshTri1, skfem.MeshTet2: skfem.MeshTet1, skfem.MeshQuad2: skfem.MeshQuad1}
-    linear = straight.get(kind, kind)
+    linear = STRAIGHT.get(kind, kind)
     firsts = _firsts([mesh.nvertices for mesh in bodies])
     vertices = [mesh.p[:, : mesh.nvertices] for mesh in bodies]
     cells = np.hstack([mesh.t + first for mesh, first in zip(bodies, firsts, strict=True)])

@@ -202,7 +202,7 @@ def _finish_travels(axes: Axes, limit: float, title: str) -> None:
 
 
 _FILM_WORDS = (
-    "The object between two fingers; colours are stress, dots on the skin stick or slip. Below: what the load pulls,"
+    "The object and what holds it; colours are stress, dots on the skin stick or slip. Below: what the load pulls,"
     " and what friction bears; the object slides where the load is more. Slowed down."
 )
 

@@ -1,4 +1,4 @@
-"""Held objects in motion, side by side: two fingers, the object between them, and what load and grip do meanwhile."""
+"""Held objects in motion, side by side: what holds them on both sides, and what load and grip do meanwhile."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ from PIL import Image
 from fingerslip.contact.states import OPEN
 from fingerslip.history import nearest_record, nearest_snapshot
 from fingerslip.react.loop import Grasp, Outcome
+from fingerslip.react.plate import PLATE
 from fingerslip.react.reflex import Reaction, Response
 from fingerslip.report.colours import BLACK, BLUE, FIELD_MAP, SKY, STATE_COLOURS, VERMILLION, YELLOW
 from fingerslip.report.figures.motion import Film
@@ -42,7 +43,7 @@ SHOWN_FILM = Film(size=(1280, 800), frame_rate=10.0, seconds=8.0)
 _DOTS_PER_INCH = 100
 _CODEC = "vp09"  # what browsers play
 _BEFORE, _AFTER, _LAST = 20e-3, 10e-3, 0.12  # [s] shown before the load and after the decision; share of a still end
-_HALF_WIDTH, _LENGTH = 5.0, 26.0  # [mm] of the object
+_HALF_WIDTH, _LENGTH, _PLATE_WIDTH = 5.0, 26.0, 3.0  # [mm] of the object, and of a plate on its other side
 _MOST, _STRESS = 99.5, "von Mises stress [kPa]"  # share of the stresses within the colours [%]
 _ROOM, _ARROW = 6.0, 4.0  # [mm] around the fingers; length of an arrow for the first force
 
@@ -149,18 +150,26 @@ def _draw_forces(axes: Axes, run: _Run, last: float) -> Line2D:
 
 
 class _View:
-    """Two fingers and the object between them, at one time after another."""
+    """An object between two fingers, or a finger and a plate, at one time after another."""
 
     def __init__(self, run: _Run, axes: Axes, colours: ScalarMappable, now: Line2D) -> None:
         self.run, self.axes, self._now, self._colours = run, axes, now, colours
         history, held = run.history, run.grasp.held
-        self._cells = history["cell_nodes"].values[:, : CORNERS[history.attrs["element"]]]
-        self._nodes = history["contact_node"].values
+        self._skin = history["contact_counterface"].values == 0
+        self._nodes = history["contact_node"].values[self._skin]
+        # A plate is drawn as such, and not as the slab that stands for it.
+        regions = np.array([*str(history.attrs["regions"]).split(", "), ""])[history["cell_region"].values]
+        self._is_body = regions != f"{PLATE}_slab"
+        self._cells = history["cell_nodes"].values[self._is_body, : CORNERS[history.attrs["element"]]]
+        self._sides = (1.0, -1.0) if held.opposite == "mirror" else (1.0,)
         self._surface = float(history["node_position"].values[self._nodes, 1].min())
         self._object = Rectangle((-_HALF_WIDTH, 0.0), 2 * _HALF_WIDTH, _LENGTH, facecolor="#d9d9d9", edgecolor=BLACK)
         axes.add_patch(self._object)
-        self._bodies = [PolyCollection([], edgecolors="none", antialiaseds=False, zorder=3) for _ in range(2)]
-        self._skins = [axes.scatter([], [], s=14.0, zorder=4, edgecolors="none") for _ in range(2)]
+        if held.opposite == "plate":
+            corner = -_HALF_WIDTH - _PLATE_WIDTH, -0.5 * _LENGTH
+            axes.add_patch(Rectangle(corner, _PLATE_WIDTH, _LENGTH, facecolor="#8c8c8c", edgecolor=BLACK))
+        self._bodies = [PolyCollection([], edgecolors="none", antialiaseds=False, zorder=3) for _ in self._sides]
+        self._skins = [axes.scatter([], [], s=14.0, zorder=4, edgecolors="none") for _ in self._sides]
         for body in self._bodies:
             axes.add_collection(body)
         look: dict[str, Any] = {"arrowstyle": "-|>", "mutation_scale": 14.0, "linewidth": 2.0}
@@ -171,7 +180,7 @@ class _View:
         self._grip = axes.text(0.0, 1.0, "grip", ha="center", va="bottom", color=BLUE)
         self._load = axes.text(0.8, 0.0, "load", ha="left", va="center")
         self._words = axes.set_title("", fontsize=12.0)
-        places = self._places(0)
+        places = self._places(0)[np.unique(self._cells)]
         low, high = places.min(axis=0), places.max(axis=0)
         travel = 1e3 * held.travel_limit
         axes.set_xlim(-high[0] - 2.0 * _ROOM, high[0] + 2.0 * _ROOM)
@@ -197,10 +206,10 @@ class _View:
         number = nearest_snapshot(history, held.begins + time)
         record = nearest_record(history, held.begins + time)
         right = self._places(number)
-        stresses: Any = self._colours.to_rgba(1e-3 * history["snapshot_von_mises"].values[number])
-        states = history["contact_state"].values[record]
+        stresses: Any = self._colours.to_rgba(1e-3 * history["snapshot_von_mises"].values[number, self._is_body])
+        states = history["contact_state"].values[record, self._skin]
         touching, colours = self._nodes[states != OPEN], [STATE_COLOURS[state] for state in states[states != OPEN]]
-        for body, skin, side in zip(self._bodies, self._skins, (1.0, -1.0), strict=True):
+        for body, skin, side in zip(self._bodies, self._skins, self._sides, strict=True):
             places = right * (side, 1.0)
             body.set_verts(list(places[self._cells]))
             body.set_facecolor(stresses)
@@ -214,9 +223,10 @@ class _View:
         load, grip = held.total_load(time) / held.first_load, run.force(time) / held.first_grip
         self._arrows[0].set_positions((0.0, middle), (0.0, middle - _ARROW * load))
         self._load.set_y(middle - 0.5 * _ARROW * load)
-        self._grip.set_x(right[:, 0].max() + 1.0 + 0.5 * _ARROW * grip)
+        outside = right[self._cells, 0].max() + 1.0
+        self._grip.set_x(outside + 0.5 * _ARROW * grip)
         for arrow, side in zip(self._arrows[1:], (1.0, -1.0), strict=True):
-            tip = side * (right[:, 0].max() + 1.0)
+            tip = side * outside if side in self._sides else side * (_HALF_WIDTH + _PLATE_WIDTH + 1.0)
             arrow.set_positions((tip + side * _ARROW * grip, 0.0), (tip, 0.0))
         decided = f": {'saved' if run.outcome.saved else 'lost'}" if moment >= run.outcome.end else ""
         self._words.set_text(f"{run.name}{decided}\n{1e3 * time:.0f} ms, travel {max(travel, 0.0):.1f} mm")

@@ -26,7 +26,7 @@ from fingerslip.errors import InputError
 from fingerslip.model.model import Model
 from fingerslip.react.moment import Alarm, Detector, Moment, require_sites
 from fingerslip.react.reflex import Reaction, Response, require_whole_step
-from fingerslip.react.scenario import OBJECT, HeldObject, held_model
+from fingerslip.react.scenario import HeldObject, held_model
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -296,7 +296,7 @@ class Grasp:
         if response is None or time <= response.start:
             return simulation.step()
         added = response.force(time) - self.held.first_grip
-        return simulation.step(Command(OBJECT, force=(0.0, added, 0.0)[: self.model.mesh.dim()]))
+        return simulation.step(Command(self.held.gripped, force=(0.0, added, 0.0)[: self.model.mesh.dim()]))
 
     def _motion(self, observation: Observation) -> tuple[float, float]:
         """Return position [m] and speed [m/s] of the object along the load."""
@@ -308,7 +308,10 @@ class Grasp:
         held = self.held
         for _ in range(round(held.begins / held.step)):
             observation = simulation.step()
-        areas = simulation.history()["contact_area"].values
+        history = simulation.history()
+        # What a plate on the other side does is no concern of a detector.
+        self._skin = history["contact_counterface"].values == 0
+        areas = np.where(self._skin, history["contact_area"].values, 0.0)
         slips = self._first_slips = observation["slip_distance"].copy()
         self._origin = self._motion(observation)[0]
         self._save(simulation, 0.0)
@@ -329,7 +332,7 @@ class Grasp:
             if simulation.is_finished or rows[-1][1] > held.travel_limit:
                 break
             observation = simulation.step()
-        self._open_slip = float((observation["slip_distance"] - slips).max())
+        self._open_slip = float((observation["slip_distance"] - slips)[self._skin].max())
         times, travel, speeds, slipped, slides = np.array(rows).T
         lost = float(times[-1]) if travel[-1] > held.travel_limit else None
         sticking = np.flatnonzero(slides == 0.0)
@@ -363,5 +366,5 @@ class Grasp:
                 later += [knot for knot in held.load.series()[0] if knot > time]
                 if all(2.0 * held.friction * response.force(moment) > held.total_load(moment) for moment in later):
                     break
-        slip = float((observation["slip_distance"] - self._first_slips).max())
+        slip = float((observation["slip_distance"] - self._first_slips)[self._skin].max())
         return self._outcome(np.array(times), np.array(travels), slip, grip, response.start)

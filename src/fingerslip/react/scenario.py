@@ -1,8 +1,11 @@
-"""An object between a fingertip and its mirror image.
+"""An object between a fingertip and its mirror image, or a plate.
 
 By symmetry each fingertip holds half of it: a plate of half the mass that carries half the load along its surface, and
 is pressed by the whole grip force. The plane between the halves rests; seen from it the fingertip moves. Here the
 fingertip rests and the half object moves, so along the grip its inertia stands for that of the moving finger.
+
+A plate (:mod:`fingerslip.react.plate`) has a whole object before it, and is pressed by the grip force: it bears what it
+can before the skin has to shear.
 """
 
 from __future__ import annotations
@@ -26,6 +29,7 @@ from fingerslip.model.rigid_bodies import BodyLoad, RigidBody
 from fingerslip.model.timing import TimeStepping
 from fingerslip.parameters import Duration, Force, Mass, NonNegativeNumber, PositiveDuration, PositiveLength, parameters
 from fingerslip.react.loads import GRAVITY, LoadChoice, RampLoad
+from fingerslip.react.plate import PLATE, with_plate
 from fingerslip.specimens.protocol import Specimen
 
 #: Name of the rigid body.
@@ -59,6 +63,8 @@ class ObjectSettings:
         Grip force at first [N], in place of the margin.
     weight : float, optional
         Force along the faces at first [N]; without it the weight of the mass.
+    opposite : {'mirror', 'plate'}
+        What is on the other side: the mirror image of what holds it, or a flat plate with the same friction.
     direction : {1, -1}
         Whether weight and load act along +x or -x.
     travel_limit : float
@@ -76,6 +82,7 @@ class ObjectSettings:
     margin: NonNegativeNumber = 0.45
     grip: Annotated[Force, pydantic.Field(gt=0)] | None = None
     weight: Annotated[Force, pydantic.Field(ge=0)] | None = None
+    opposite: Literal["mirror", "plate"] = "mirror"
     direction: Literal[1, -1] = 1
     travel_limit: PositiveLength = 10e-3
     settle: PositiveDuration = 0.3
@@ -101,6 +108,8 @@ class HeldObject(ObjectSettings):
         Grip force at first [N], in place of the margin.
     weight : float, optional
         Force along the faces at first [N]; without it the weight of the mass.
+    opposite : {'mirror', 'plate'}
+        What is on the other side: the mirror image of what holds it, or a flat plate with the same friction.
     direction : {1, -1}
         Whether weight and load act along +x or -x.
     travel_limit : float
@@ -146,6 +155,11 @@ class HeldObject(ObjectSettings):
     def first_grip(self) -> float:
         """Grip force at first [N]."""
         return (1.0 + self.margin) * self.first_load / (2.0 * self.friction) if self.grip is None else self.grip
+
+    @property
+    def gripped(self) -> str:
+        """Name of the rigid body that the grip force acts on."""
+        return OBJECT if self.opposite == "mirror" else PLATE
 
     @property
     def begins(self) -> float:
@@ -227,16 +241,21 @@ def holder_of(
 
 
 def held_model(held: HeldObject, holder: Model) -> Model:
-    """Return the model of one fingertip and its half of the object, a rigid body that is free along x and y."""
+    """Return the model of one fingertip and its half of the object, or all of it and a plate.
+
+    The object is a rigid body that is free along x and y.
+    """
     if holder.damping.mass:
         fault = f"got {holder.damping.mass:g} 1/s"
         raise InputError("damping.mass", fault, "needs 0: it would brake the object", "damp by stiffness")
-    if len(holder.contacts) != 1:
+    # A model that holds an object already may hold another one.
+    if len(holder.contacts) != 1 and PLATE not in holder.bodies:
         raise InputError("contacts", f"got {len(holder.contacts)}", "needs one, which touches the object")
-    along, (times, forces) = 0.5 * held.direction, held.load.series()
+    share, (times, forces) = 0.5 if held.opposite == "mirror" else 1.0, held.load.series()
+    along = share * held.direction
     # Unit forces with newtons as factors: objects that differ in them alone share a reduced basis.
+    grip = BodyLoad(y=1.0, ramp=_settling(held.settle, held.first_grip))
     loads = (
-        BodyLoad(y=1.0, ramp=_settling(held.settle, held.first_grip)),
         BodyLoad(x=along, ramp=_settling(held.settle, held.first_load)),
         BodyLoad(x=along, ramp=Ramp(tuple(held.begins + time for time in times), forces)),
     )
@@ -246,12 +265,12 @@ def held_model(held: HeldObject, holder: Model) -> Model:
         friction=Coulomb(held.friction),
         rigid_body=OBJECT,
     )
-    return replace(
-        holder,
-        contacts=(contact,),
-        bodies={OBJECT: RigidBody(mass=0.5 * held.mass, free=("x", "y"), loads=loads)},
-        time=replace(holder.time, step=held.step, end=held.end),  # type: ignore[type-var]
-    )
+    body = RigidBody(mass=share * held.mass, free=("x", "y"), loads=loads)
+    time = replace(holder.time, step=held.step, end=held.end)  # type: ignore[type-var]
+    model = replace(holder, contacts=(contact,), bodies={OBJECT: body}, time=time)
+    if held.opposite == "plate":
+        return with_plate(model, Coulomb(held.friction), OBJECT, grip)
+    return replace(model, bodies={OBJECT: replace(body, loads=(grip, *loads))})
 
 
 def _settling(duration: float, force: float) -> Ramp:

@@ -198,13 +198,14 @@ def prepare(plan: Plan, runs: Sequence[Run]) -> tuple[Job, ...]:
 
 
 def _job(plan: Plan, run: Run, meshes: _Meshes) -> Job:
-    mesh, space = meshes.get(run.mesh_key, (None, None))
-    mesh = build_mesh(run) if mesh is None else mesh
+    # A plate on the other side of a held object is a part of the mesh.
+    key = f"{run.mesh_key} {run.study.reaction.opposite if run.study.reaction else ''}"
+    mesh, space = meshes.get(key, (None, None))
     model = build_model(run, mesh)
     with name_errors(run):
-        space = space or build_space(mesh)
+        space = space or build_space(model.mesh)
         checked_model = inspect_model(model, space)
-    meshes[run.mesh_key] = mesh, space
+    meshes[key] = model.mesh, space
     return Job(run, model, plan.identities[run.name], plan.folder / run.name, doubts(model, checked_model))
 
 
