@@ -8,17 +8,18 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import skfem
 
 from fingerslip.contact.counterfaces import Plane
 from fingerslip.contact.friction import Coulomb
 from fingerslip.materials.elastic import Elastic
-from fingerslip.mesh.joining import STRAIGHT, join_meshes
 from fingerslip.model.model import Contact, Model
 from fingerslip.model.rigid_bodies import BodyLoad, RigidBody
+
+if TYPE_CHECKING:
+    import skfem
 
 __all__ = ["PLATE", "slab_joined", "with_plate"]
 
@@ -62,6 +63,9 @@ def slab_joined(mesh: Any) -> Any:
 
     The names of the mesh stay.
     """
+    # Slow to load.
+    from fingerslip.mesh.joining import STRAIGHT, join_meshes
+
     kind, lowest = type(mesh), mesh.p[:, np.argmin(mesh.p[1])]
     along = np.linspace(-_HALF_WIDTH, _HALF_WIDTH, _CELLS + 1)
     # A half that is cut at z = 0 has a half of the slab.

@@ -115,7 +115,8 @@ def test_no_latency_saves_what_a_shorter_one_loses_nor_travels_less(grasp, laten
     short, long = (grasp.react(reaction(time, shape=shape), "force") for time in (latency, latency + more))
     assert short.saved or not long.saved
     assert short.largest_slip <= long.largest_slip + 1e-6
-    assert short.travel < long.travel + 1e-9
+    # A lost object is followed to the first step beyond the limit.
+    assert not long.saved or short.travel < long.travel + 1e-9
 
 
 @pytest.mark.slow
