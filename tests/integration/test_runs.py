@@ -12,6 +12,7 @@ import pytest
 
 from fingerslip.dynamics.step import sharing
 from fingerslip.history import read_history
+from fingerslip.study.convergence import converge
 from fingerslip.study.running import runner
 from fingerslip.study.running.runner import run_study
 from unit.study.block import FRICTIONS, block_values
@@ -35,6 +36,15 @@ def test_runs_side_by_side_give_the_same_as_one_after_another(write_study, repor
     assert grid.points.shape == (45, 3)
     # The plate has pressed the bottom upwards by its whole way, less some per cent of penetration.
     assert grid.point_data["displacement"][:, 1].max() == pytest.approx(0.1e-3, rel=0.05)
+
+
+def test_repetitions_are_computed_by_workers(write_study, reports):
+    path = write_study(block_values())
+    apart, here = (
+        converge(path, results_dir=path.parent / name, only=NAMES[:1], workers=count)
+        for name, count in (("apart", 2), ("here", 1))
+    )
+    assert apart.runs[0].quantities.keys() == here.runs[0].quantities.keys()
 
 
 def test_workers_draw_what_they_have_computed(write_study, monkeypatch):

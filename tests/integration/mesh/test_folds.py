@@ -51,7 +51,7 @@ BUILDERS: dict[str, Callable[[], Any]] = {
 
 # Seconds each; what is in them is in lighter meshes, too.
 SECTIONS = ("sensor section T3", "sensor section Q4", "sensor section T6", "section T3")
-LONG = ("solid T10", "scan", "half of a sensor", "whole sensor", *SECTIONS)
+LONG = ("solid T4", "solid T10", "scan", "half of a sensor", "whole sensor", *SECTIONS)
 
 
 def folded(mesh: Any) -> Any:

@@ -45,7 +45,7 @@ def test_stiff_faces_bear_the_same_friction_and_the_travel_is_that_of_the_equati
     load = fs.RampLoad(rate=4.0, force=margin + 4.0)
     held = replace(HELD, load=load, margin=0.25, rest=0.02, travel_limit=0.1, step=1e-3)
     reaction = fs.Reaction(fs.Reflex(gain=10.0), fs.Actuator(force_rate=20.0, largest_force=1e3))
-    with fs.Grasp(held, pad(modulus=1e9), {"at once": fs.AtOnce()}) as grasp:
+    with fs.Grasp(held, pad(modulus=1e9, cells=4), {"at once": fs.AtOnce()}) as grasp:
         outcome = grasp.branch(reaction.response(margin / 4.0 + 74e-3, held.first_grip))
     assert outcome.travel == pytest.approx(travel_after(held.mass, 74e-3, 20.0, load_rate=4.0), rel=0.01)
 

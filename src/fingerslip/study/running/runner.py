@@ -8,7 +8,6 @@ import os
 from collections.abc import Collection, Generator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from fingerslip.errors import DamagedError, FingerslipError, InputError, ResultError
@@ -220,7 +219,7 @@ def _execute(
 
 
 def compute_jobs(
-    plan: Plan, jobs: Sequence[Job], engine: Engine, drawings: Mapping[str, Drawing] = MappingProxyType({})
+    plan: Plan, jobs: Sequence[Job], engine: Engine, drawings: Mapping[str, Drawing] | None = None
 ) -> tuple[dict[str, FingerslipError], dict[str, RunPictures]]:
     """Compute jobs of a study, and return what went wrong and what was drawn, by the names of the runs.
 
@@ -242,7 +241,7 @@ def compute_jobs(
             pass
     try:
         if jobs:
-            with contextlib.closing(engine.compute(jobs, drawings)) as outcomes:
+            with contextlib.closing(engine.compute(jobs, drawings or {})) as outcomes:
                 engine.progress.begin([job.run.name for job in jobs])
                 for outcome in outcomes:
                     failures |= _report(outcome, engine.progress)

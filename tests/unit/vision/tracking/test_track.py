@@ -141,6 +141,7 @@ def test_marker_that_vanishes_for_ten_frames_is_found_again() -> None:
     assert (made.tracks["quality"].values[hidden] == 0).all()
 
 
+@pytest.mark.slow
 def test_trackpy_finds_the_same(clip: Clip) -> None:
     for t in (0, 30):
         with warnings.catch_warnings():
