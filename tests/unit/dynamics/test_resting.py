@@ -8,10 +8,19 @@ from unit.dynamics.models import DENSITY, GRAVITY, HEIGHT, MODULUS, SIDE, contac
 
 
 @pytest.mark.parametrize("dim", [2, 3])
-@pytest.mark.parametrize(("gap", "pull", "ratio"), [(0.0, 0.0, 0.0), (3e-3, 0.0, 0.0), (0.0, 40.0, 0.45)])
-def test_a_block_rests_on_the_springs_of_its_contact_and_friction_carries_a_pull_below_its_limit(dim, gap, pull, ratio):
+@pytest.mark.parametrize(
+    ("gap", "pull", "ratio", "supports"),
+    [
+        (0.0, 0.0, 0.0, {}),
+        (3e-3, 0.0, 0.0, {}),
+        (0.1e-3, 0.0, 0.0, {"left": ("x",)}),
+        (0.0, 40.0, 0.0, {}),
+        (0.0, 40.0, 0.45, {}),
+    ],
+)
+def test_a_block_rests_on_the_springs_of_its_contact_and_friction_carries_a_pull(dim, gap, pull, ratio, supports):
     """Without Poisson's effect, the pressure is uniform, and the plate gives way by pressure over penalty."""
-    history = fs.simulate(resting(dim, gap=gap, pull=pull, poisson_ratio=ratio))
+    history = fs.simulate(resting(dim, gap=gap, pull=pull, poisson_ratio=ratio, supports=supports))
     pressure, side = DENSITY * GRAVITY * HEIGHT, 1.0 if dim == 2 else SIDE
     force, weight = history["counterface_force"].values[1:, 0], pressure * SIDE * side
     np.testing.assert_allclose(force[:, -1], weight, rtol=1e-8 if pull else 1e-9)
