@@ -237,3 +237,8 @@ def test_a_dome_in_3d_with_patches_under_a_tilted_plate_begins_in_balance_and_sl
 def test_a_body_that_cannot_be_pressed_is_refused(changes, words):
     with pytest.raises(InputError, match=words):
         pressed_body(dataclasses.replace(pressed_pad(), **changes), spacing=0.2e-3, near=1e-3)
+
+
+def test_skin_that_touches_later_has_to_be_near_enough():
+    with pytest.raises(InputError, match=r"near: got 0\.02 mm, and at t = .* s skin further away touches, needs more"):
+        pressed_body(pressed_pad(), spacing=0.2e-3, near=2e-5)

@@ -101,7 +101,7 @@ class _States:
         self._skin = skin = self._skin or self._divided(state)
         if np.delete(state.contact_forces, skin.rows, axis=0).any():
             fault = f"got {1e3 * self._near:.4g} mm, and at t = {state.time:g} s skin further away touches"
-            raise InputError("near", fault, "needs more", "in a study, write a larger trials.hidden")
+            raise InputError("near", fault, "needs more")
         moved = np.concatenate([read @ state.displacement for read in skin.reads])
         area, states = self._system.candidates.area, state.interface.state
         self.slips = bool(self._moved) and bool((states == STICK) @ area < _SLIPS * ((states != OPEN) @ area))

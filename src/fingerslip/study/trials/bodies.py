@@ -128,7 +128,10 @@ class BodyPlan:
                 programme=(Press(self.depth, _SPEED), Slide(_FARTHEST, _SPEED)),
                 time=QuasiStatic(step / _SPEED),
             )
-            return pressed_body(slid, spacing=_SPACING, near=hidden, patch=patch, progress=progress)
+            try:
+                return pressed_body(slid, spacing=_SPACING, near=hidden, patch=patch, progress=progress)
+            except InputError as error:
+                raise error.moved(lambda where: "trials.hidden" if where == "near" else where) from None
 
 
 def shared_bodies(runs: Sequence[Run], settings: TrialSettings) -> dict[str, BodyPlan]:

@@ -37,7 +37,11 @@ class TrialsFailedError(FingerslipError):
         super().__init__(self.errors, total)
 
     def __str__(self) -> str:
-        lines = [f"{name}: {error}" for name, error in self.errors.items()]
+        # A sensor that cannot be pressed fails many trials for one reason.
+        names: dict[str, list[str]] = {}
+        for name, error in self.errors.items():
+            names.setdefault(str(error), []).append(name)
+        lines = [f"{first}{f' and {len(rest)} more' * bool(rest)}: {text}" for text, (first, *rest) in names.items()]
         text = f"{len(self.errors)} of {self.total} trials failed, the others are kept; no data set is written"
         return "\n".join([*lines, text])
 

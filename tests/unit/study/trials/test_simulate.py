@@ -100,6 +100,12 @@ def test_finished_trials_are_kept_when_others_fail(half, made, tmp_path, monkeyp
     assert not Path(tmp_path / "again").exists()
 
 
+def test_trials_that_fail_for_one_reason_share_a_line():
+    here, there = InputError("here", "is wrong", "needs more"), InputError("there", "is wrong", "needs less")
+    text = str(TrialsFailedError({"a": here, "b": there, "c": InputError("here", "is wrong", "needs more")}, 4))
+    assert text.splitlines()[:2] == ["a and 1 more: here: is wrong, needs more", "b: there: is wrong, needs less"]
+
+
 def test_who_makes_the_same_data_set_meanwhile_waits_for_it(half, made, tmp_path, monkeypatch):
     trials, _ = made
     work = tmp_path / "twice.unfinished"
@@ -135,7 +141,7 @@ def test_a_whole_data_set_is_read_back_unless_it_is_damaged(half, made, tmp_path
     monkeypatch.setattr("fingerslip.study.trials.bodies.make_body", body)
     assert simulate_trials(half, tmp_path / "small").digest == made[0].digest
     (tmp_path / "small" / "trial-0003" / "labels.csv").unlink()
-    with pytest.raises(TrialsFailedError, match="trial-0003: body: is made"):
+    with pytest.raises(TrialsFailedError, match="trial-0000 and 7 more: body: is made"):
         simulate_trials(half, tmp_path / "small")
 
 
