@@ -187,8 +187,7 @@ class HoldEnv(gymnasium.Env[Sensed, NDArray[np.float32]]):
     def _space(self) -> spaces.Dict:
         """Return the space of what is sensed; the number of nodes is that of a model."""
         with Simulation(held_model(self._domain.held, self._holder), threads=1, bases=_BASES) as simulation:
-            seen = simulation.observation
-        nodes = len(seen["contact_state"])
+            nodes = int((simulation.history()["contact_counterface"].values == 0).sum())
         markers = nodes if self._kinds else len(self._holder.record.sites)
         space: dict[str, spaces.Space[Any]] = {
             "markers": spaces.Box(-_FAR, _FAR, (markers, 2), np.float32),
@@ -220,7 +219,10 @@ class HoldEnv(gymnasium.Env[Sensed, NDArray[np.float32]]):
         for _ in range(round(self._held.begins / self._held.step)):
             seen = simulation.step()
         self._first = {name: seen[name].copy() for name in ("contact_displacement", "slip_distance", "displacement")}
-        self._areas = simulation.history()["contact_area"].values
+        history = simulation.history()
+        # A controller feels nothing of a plate on the other side.
+        self._skin = history["contact_counterface"].values == 0
+        self._areas = np.where(self._skin, history["contact_area"].values, 0.0)
         self._start = float(seen["rigid_body_displacement"][0, 0])
         self._streams = {
             kind: SpikeStream(AFFERENTS.read(kind.lower()), 0.0, stimulus_of(seen, kind)) for kind in self._kinds
@@ -262,12 +264,13 @@ class HoldEnv(gymnasium.Env[Sensed, NDArray[np.float32]]):
 
     def _sensed(self, seen: Observation, counts: list[int]) -> Sensed:
         """Return what the controller senses."""
-        moved = 1e3 * (seen["contact_displacement"] - self._first["contact_displacement"])
-        forces = seen["tangential_traction"] * self._areas[:, None]
-        forces[:, 1] += seen["normal_traction"] * self._areas
+        skin, areas = self._skin, self._areas[self._skin]
+        moved = 1e3 * (seen["contact_displacement"] - self._first["contact_displacement"])[skin]
+        forces = seen["tangential_traction"][skin] * areas[:, None]
+        forces[:, 1] += seen["normal_traction"][skin] * areas
         flat = np.zeros((len(moved), 1))
         pins = 1e3 * (seen["displacement"] - self._first["displacement"])
-        touching = (seen["contact_state"] != OPEN).astype(np.int8)
+        touching = (seen["contact_state"][skin] != OPEN).astype(np.int8)
         values: Sensed = {
             "markers": moved if self._kinds else pins,
             "mask": touching if self._kinds else np.ones(len(pins), np.int8),

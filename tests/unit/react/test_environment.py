@@ -33,10 +33,10 @@ def held_by():
 @pytest.fixture(scope="module")
 def make(tmp_path_factory):
     """Give what makes an environment with a pad."""
-    study = tmp_path_factory.mktemp("domain") / "domain.yaml"
-    study.write_text(STUDY)
+    usual = tmp_path_factory.mktemp("domain") / "domain.yaml"
+    usual.write_text(STUDY)
 
-    def made(**options):
+    def made(study=usual, **options):
         return gymnasium.make("fingerslip/HoldFinger2D-v0", study=study, disable_env_checker=True, **options).unwrapped
 
     with pytest.MonkeyPatch.context() as patch:
@@ -70,6 +70,17 @@ def test_object_is_lost_without_grip_and_saved_with_it(make):
     _, info, lost, over = episode(make(), 1.0)
     assert (lost, over) == (False, True)
     assert info["travel"] < 2e-3
+
+
+def test_a_controller_feels_nothing_of_a_plate(make, tmp_path):
+    study = tmp_path / "plate.yaml"
+    study.write_text(STUDY.replace("{mass", "{opposite: plate, mass"))
+    alone, beside = make(), make(study=study)
+    sensed, _ = beside.reset(seed=1, options={"friction": 0.6, "load_rate": 16.0})
+    assert beside.observation_space == alone.observation_space
+    assert beside.observation_space.contains(sensed)
+    assert episode(beside, 0.0)[2:] == (True, False)
+    assert episode(beside, 1.0)[2:] == (False, True)
 
 
 def test_action_takes_effect_after_the_latency_in_seconds(make):
