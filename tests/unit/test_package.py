@@ -16,6 +16,7 @@ import pytest
 
 import fingerslip as fs
 from fingerslip.commands.app import app
+from places import DOCS
 
 
 def test_every_public_name_can_be_loaded():
@@ -102,6 +103,13 @@ def mistakes(name):
 
 def test_public_names_have_docstrings_with_a_summary_all_parameters_and_what_is_returned():
     assert {name: found for name in PUBLIC if (found := list(mistakes(name)))} == {}
+
+
+def test_the_reference_has_every_public_name_once_and_nothing_else():
+    pages = "".join(path.read_text(encoding="utf-8") for path in (DOCS / "api").glob("*.md"))
+    lists = re.findall(r":toctree: generated\n\n((?:   \w+\n)+)", pages)
+    assert sorted("".join(lists).split()) == sorted(PUBLIC)
+    assert not re.search(r"\bauto(module|class|function)::", pages)
 
 
 def test_usage_names_the_command_and_not_the_file(monkeypatch, capsys):
