@@ -1,4 +1,4 @@
-"""Notebooks of tutorials: every block of a page, with what it prints and draws, without the marks of the documentation."""
+"""Notebooks of tutorials: every block of a page, with what it prints and draws, in words that need no documentation."""
 
 import base64
 import json
