@@ -42,6 +42,7 @@ exclude_patterns = ["_build", "_ext", "_templates"]
 html_theme = "furo"
 html_static_path = ["_static"]
 html_css_files = ["pages.css"]
+html_js_files = ["copy.js"]
 html_title = "fingerslip"
 
 
