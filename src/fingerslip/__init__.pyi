@@ -31,7 +31,12 @@ from .errors import (
     ResultError as ResultError,
     SlipOutsideContactError as SlipOutsideContactError,
 )
-from .export import export_history as export_history, history_tables as history_tables
+from .export import (
+    export_history as export_history,
+    history_tables as history_tables,
+    neo_block as neo_block,
+    write_nwb as write_nwb,
+)
 from .history import read_history as read_history, write_history as write_history
 from .materials.elastic import RayleighDamping as RayleighDamping
 from .materials.elastic import Elastic as Elastic
