@@ -7,6 +7,7 @@ import importlib
 import os
 import pkgutil
 import sys
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from typing import Annotated, Any
 
@@ -49,7 +50,9 @@ class _Verbs(TyperGroup):
         """Call a verb."""
         stop_on_termination()
         try:
-            return super().invoke(ctx)
+            with warnings.catch_warnings():
+                warnings.showwarning = lambda message, *_args, **_options: print_error(f"warning: {message}")
+                return super().invoke(ctx)
         except KeyboardInterrupt:
             print_error("stopped: what is finished is kept; the same command goes on with the rest")
             raise typer.Exit(130) from None

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fingerslip.afferents.model import Spikes, human_afferents, spikes_of
+from fingerslip.afferents.signals import record_bandwidth
 from fingerslip.errors import InputError
 from fingerslip.slip.events import find_events
 from fingerslip.slip.windows import EVENTS
@@ -100,6 +101,7 @@ def write_nwb(
         session_start_time=start or dt.datetime.now(dt.UTC),
         keywords=["simulation", "fingertip", "slip", "tactile afferents"],
         data_collection="No tissue was recorded from: thresholds of the models of afferents are assumed.",
+        notes="" if history is None else f"The records resolve {record_bandwidth(history):.3g} Hz.",
     )
     place = _places(history) if history is not None else {}
     file.add_unit_column("site", "name of the receptor")
@@ -123,6 +125,7 @@ def write_nwb(
 
 def write_history_nwb(history: xr.Dataset, folder: Path) -> None:
     """Write the spikes that the models of human afferents make of a history into ``spikes.nwb``."""
+    _optional("pynwb", "PyNWB")
     write_nwb(spikes_of(history, human_afferents()), folder / "spikes.nwb", history)
 
 

@@ -48,7 +48,12 @@ def study_report(content: ReportContent) -> Report:
         sections = [*_results(content), *_described(content), *_model(content), _values(content)]
         sections += [run_section(content, run) for run in content.detailed_runs]
     code = bibtex_entries(content.values, content.references)
-    citations = ReportSection("Citations", ("What these results rest on, as BibTeX.",), code=code, folded=True)
+    citations = ReportSection(
+        "Citations",
+        ("What these results rest on, as BibTeX. fingerslip cite adds a paragraph of methods.",),
+        code=code,
+        folded=True,
+    )
     return Report(
         content.title,
         tuple(section for section in (*sections, citations) if not section.is_empty),
