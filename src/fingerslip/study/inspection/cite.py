@@ -286,6 +286,7 @@ def _trust(facts: _Facts) -> Iterator[str]:
     if any(run.events.slip.recorded and run.events.slip.overall is not None for run in runs):
         words = definitions(EventSettings())
         yield f"{words['slip'].partition(': ')[2].capitalize()} {words['latency']}"
+        yield "At the second of these shares people notice slip (@barrea2018)."
     if (imbalance := facts.largest("energy_imbalance_over_work")) is not None:
         yield f"The balance of energy closed to {max(imbalance, 1e-16):.0e} of the work done."
     yield _error_bars(runs)

@@ -1,5 +1,6 @@
 """What a paper may say of a run: every sentence comes from what was run, and every paper named has its entry."""
 
+import dataclasses
 import re
 
 import pytest
@@ -13,6 +14,7 @@ from fingerslip.study.inspection import cite
 from fingerslip.study.inspection.cite import methods_and_papers
 from fingerslip.study.running.runner import run_study
 from unit.study.block import block_mesh, block_values, finger_values
+from unit.whole_result import WHOLE
 
 LIBRARIES = {"gustafsson2020", "harris2020", "virtanen2020", "lam2015", "hoyer2017", "geuzaine2009"}
 BLOCK = block_values() | {"sweep": {"contact.friction_coefficient": [0.2, 0.4]}}
@@ -51,7 +53,7 @@ CASES = {
             "has slipped by more than 20 µm since then",
             "Numerical uncertainty was not studied.",
         ),
-        {"alart1991", "malkus1978", "hilber1977", *LIBRARIES},
+        {"alart1991", "malkus1978", "hilber1977", "barrea2018", *LIBRARIES},
     ),
     "large strain": (
         LARGE,
@@ -100,6 +102,14 @@ def test_a_text_says_what_was_run_and_has_an_entry_for_each_paper_in_it(case, tm
     run = methods_and_papers(study.folder / study.runs[0].name)
     assert "runs differ in" not in run
     assert ("friction coefficient 0.2" in run) == (case == "block")
+
+
+def test_error_bars_are_the_largest_of_all_runs():
+    bars = ({"slip.overall": 2e-3, "slip.latency": 0.03, "displacement.overall": 1.0}, {"slip.overall": 4e-3}, {})
+    runs = [dataclasses.replace(WHOLE, uncertainty=uncertainty) for uncertainty in bars]
+    text = cite._error_bars(runs)
+    assert text.endswith("is at most: overall 4 ms and latency 30 ms.")
+    assert cite._error_bars(runs[2:]) == "Numerical uncertainty was not studied."
 
 
 def test_tolerances_are_those_of_the_solvers_and_what_is_no_result_is_refused(tmp_path):
