@@ -150,7 +150,8 @@ def _model(facts: _Facts) -> Iterator[str]:
         yield f"The specimen was a {shape} {_SPECIMENS[kind]} (preset {facts.text(f'{kind}.preset')}){across}."
         yield from _origins(facts, kind)
     else:
-        yield f"The specimen was the mesh {Path(facts.text('mesh.file')).name}{across}."
+        scan, file = facts.text("mesh.skin"), Path(facts.text("mesh.file")).name
+        yield f"The specimen was {f'a scan ({Path(scan).name})' if scan else f'the mesh {file}'}{across}."
     yield from _layers(facts, kind)
     if facts.supports:
         components = facts.below("supports")
@@ -204,12 +205,12 @@ def _layers(facts: _Facts, kind: str) -> Iterator[str]:
 def _mesh(facts: _Facts) -> Iterator[str]:
     """Yield a sentence on the mesh."""
     names = list(dict.fromkeys(str(values["element"]) for values in facts.attributes))
-    sizes = {path: text for path, text in facts.below("mesh").items() if path in ("contact_size", "bulk_size")}
+    sizes = {path: text for path, text in facts.below("mesh").items() if path.endswith(("contact_size", "bulk_size"))}
     size = f", {_named(sizes)}" if sizes else ""
     rule = facts.text("integration")
     integrated = _INTEGRATION.get(rule, "") if rule != "selective" or set(names) & set(_SELECTIVE) else ""
     elements = _listed(f"{_ELEMENTS.get(name, 'elements')} ({name})" for name in names)
-    made = ", meshed by fTetWild (@hu2020)" if any("surface" in path for path in facts.below("mesh")) else ""
+    made = ", meshed by fTetWild (@hu2020)" if facts.text("mesh.skin") else ""
     yield (
         f"The mesh had {facts.span('n_nodes')} nodes and {facts.span('n_degrees_of_freedom')} unknowns in "
         f"{elements}{size}{made}{integrated}."
@@ -266,12 +267,11 @@ def _motion(facts: _Facts) -> Iterator[str]:
         yield f"Inertia was left out: every one of the {steps} was in equilibrium."
     else:
         numbers = re.findall(r"-?\d[\d.]*", alpha)
-        beyond = (
-            " and beyond the range that its authors recommend" if any(float(a) < _LEAST_ALPHA for a in numbers) else ""
-        )
+        is_beyond = any(float(number) < _LEAST_ALPHA for number in numbers)
+        beyond = " and beyond the range that its authors recommend" if is_beyond else ""
         yield f"Motion was integrated by the HHT method (@hilber1977) with alpha = {alpha}{beyond}, in {steps}."
-    if "reduced" in facts.text("dynamics.basis") or any("basis_normal_modes" in values for values in facts.attributes):
-        constraint, normal = facts.span("basis_constraint_modes"), facts.span("basis_normal_modes")
+    if normal := facts.span("basis_normal_modes"):
+        constraint = facts.span("basis_constraint_modes")
         yield f"The basis (@craig1968) had {constraint} constraint modes and {normal} normal modes."
 
 
@@ -307,7 +307,11 @@ def _error_bars(runs: Sequence[RunResult]) -> str:
 def _software(facts: _Facts) -> Iterator[str]:
     """Yield a sentence on programs and their versions."""
     versions = facts.versions
-    commit = f" (commit {facts.commit[:12]}{'-dirty' * facts.commit.endswith('-dirty')})" if facts.commit else ""
+    commit = (
+        f" (commit {facts.commit[:12]}{', with changes' if facts.commit.endswith('-dirty') else ''})"
+        if facts.commit
+        else ""
+    )
     libraries = (f"{name} {versions[name]}{cited}" for name, cited in _LIBRARIES.items() if name in versions)
     solvers = dict.fromkeys(str(values.get("linear_solver", "")) for values in facts.attributes)
     solved = _listed(f"{name}{_SOLVERS.get(name, '')}" for name in solvers if name)
