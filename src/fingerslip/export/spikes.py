@@ -103,13 +103,13 @@ def write_nwb(
         data_collection="No tissue was recorded from: thresholds of the models of afferents are assumed.",
         notes="" if history is None else f"The records resolve {record_bandwidth(history):.3g} Hz.",
     )
-    place = _places(history) if history is not None else {}
+    places = _places(history) if history is not None else {}
     file.add_unit_column("site", "name of the receptor")
     file.add_unit_column("kind", "type of afferent")
-    if place:
+    if places:
         file.add_unit_column("position", "place of the receptor at rest [m]: along the slide, up, across")
     for name, kind, times in zip(spikes.names, spikes.kinds, spikes.times, strict=True):
-        where = {"position": place[name]} if place else {}
+        where = {"position": places[name]} if places else {}
         file.add_unit(spike_times=times, obs_intervals=[[spikes.start, spikes.end]], site=name, kind=kind, **where)
     if history is not None:
         for name, unit, values in _signals(history):

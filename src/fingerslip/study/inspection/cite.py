@@ -78,12 +78,12 @@ class _Facts:
         """Return a value as text; empty where there is none."""
         return self.values[path].value if path in self.values else ""
 
-    def below(self, group: str, *, given: bool = False) -> dict[str, str]:
+    def below(self, group: str, *, only_set: bool = False) -> dict[str, str]:
         """Return the values below a path, by what their paths have after it; only those of the study file if asked."""
         return {
             path.removeprefix(f"{group}."): value.value
             for path, value in self.values.items()
-            if path.startswith(f"{group}.") and not (given and value.source == DEFAULT)
+            if path.startswith(f"{group}.") and not (only_set and value.source == DEFAULT)
         }
 
     def span(self, name: str, unit: Unit | None = None) -> str:
@@ -100,7 +100,7 @@ class _Facts:
 
 def methods_and_papers(folder: Path, *, only_bibtex: bool = False) -> str:
     """Return a paragraph of methods on a run or a study, and the papers behind it as BibTeX."""
-    facts = _read(folder)
+    facts = _facts_of(folder)
     text = " ".join(
         filter(None, (*_model(facts), *_contact(facts), *_motion(facts), *_trust(facts), *_software(facts)))
     )
@@ -110,7 +110,7 @@ def methods_and_papers(folder: Path, *, only_bibtex: bool = False) -> str:
     return entries if only_bibtex else f"{readable}\n\n{entries}"
 
 
-def _read(folder: Path) -> _Facts:
+def _facts_of(folder: Path) -> _Facts:
     """Read what was run from the folder of a run or of a study."""
     manifest = read_manifest(folder)
     if manifest.get("runs"):
@@ -130,7 +130,7 @@ def _read(folder: Path) -> _Facts:
         supports=[str(name) for name in histories[0]["support"].values] if histories else [],
         study=study,
         versions={
-            name: _listed(dict.fromkeys(run.versions[name] for run in study.runs if name in run.versions))
+            name: _enumerate(dict.fromkeys(run.versions[name] for run in study.runs if name in run.versions))
             for name in {name: "" for run in study.runs for name in run.versions}
         },
         commit=str(manifest.get("commit") or ""),
@@ -156,7 +156,7 @@ def _model(facts: _Facts) -> Iterator[str]:
     if facts.supports:
         components = facts.below("supports")
         fixed = (f"{name} ({components[name]})" if name in components else name for name in facts.supports)
-        yield f"Fixed: {_listed(fixed)}."
+        yield f"Fixed: {_enumerate(fixed)}."
     yield "Strains and rotations were taken as " + {"small": "small.", "finite": "large."}.get(
         kinematics := facts.text("kinematics"), f"({kinematics})."
     )
@@ -167,19 +167,19 @@ def _origins(facts: _Facts, kind: str) -> Iterator[str]:
     """Yield sentences on where the values of a specimen are from: papers, the study, assumptions."""
     values = [value for path, value in facts.values.items() if path.startswith(f"{kind}.") and path != f"{kind}.preset"]
     if sources := source_keys(values):
-        yield f"Its values were taken from {_listed(f'@{key}' for key in sources)}."
+        yield f"Its values were taken from {_enumerate(f'@{key}' for key in sources)}."
     changed = {
         value.path: value.value
         for value in values
         if value.source.startswith(STUDY_FILE) and value.note != f"preset: {value.value}"
     }
     if changed:
-        yield f"Set differently from the preset: {_named(changed)}."
+        yield f"Set differently from the preset: {_in_words(changed)}."
     assumed = [value for value in values if value.source == ASSUMED]
     if assumed:
         # What was adjusted to results is no prediction.
         adjusted = [value.path for value in assumed if re.search("calibrated|chosen", value.note)]
-        seen = f"; with published results in view: {_listed(short_labels(adjusted).values())}" if adjusted else ""
+        seen = f"; with published results in view: {_enumerate(short_labels(adjusted).values())}" if adjusted else ""
         yield f"{len(assumed)} of its {len(values)} values are given by no source and were assumed{seen}."
 
 
@@ -191,7 +191,7 @@ def _layers(facts: _Facts, kind: str) -> Iterator[str]:
         values = facts.below(f"materials.{region}") or facts.below(f"{kind}.materials.{region}")
         law = values.pop("law", "elastic")
         words = _LAWS.get(law, law.replace("_", " "))
-        texts.append(f"{region}, {words} ({_named(values)})")
+        texts.append(f"{region}, {words} ({_in_words(values)})")
     if texts:
         yield f"Materials: {'; '.join(texts)}."
     if any(".prony." in path for path in facts.values):
@@ -199,21 +199,21 @@ def _layers(facts: _Facts, kind: str) -> Iterator[str]:
         yield f"Prony terms relax the deviatoric stress (@{key})."
     damping = facts.below("damping")
     if any(float(value.split()[0].rstrip(",")) for value in damping.values()):
-        yield f"Rayleigh damping was proportional to mass and stiffness ({_named(damping)})."
+        yield f"Rayleigh damping was proportional to mass and stiffness ({_in_words(damping)})."
 
 
 def _mesh(facts: _Facts) -> Iterator[str]:
     """Yield a sentence on the mesh."""
     names = list(dict.fromkeys(str(values["element"]) for values in facts.attributes))
     sizes = {path: text for path, text in facts.below("mesh").items() if path.endswith(("contact_size", "bulk_size"))}
-    size = f", {_named(sizes)}" if sizes else ""
+    size = f", {_in_words(sizes)}" if sizes else ""
     rule = facts.text("integration")
     integrated = _INTEGRATION.get(rule, "") if rule != "selective" or set(names) & set(_SELECTIVE) else ""
-    elements = _listed(f"{_ELEMENTS.get(name, 'elements')} ({name})" for name in names)
-    made = ", meshed by fTetWild (@hu2020)" if facts.text("mesh.skin") else ""
+    elements = _enumerate(f"{_ELEMENTS.get(name, 'elements')} ({name})" for name in names)
+    mesher = ", meshed by fTetWild (@hu2020)" if facts.text("mesh.skin") else ""
     yield (
         f"The mesh had {facts.span('n_nodes')} nodes and {facts.span('n_degrees_of_freedom')} unknowns in "
-        f"{elements}{size}{made}{integrated}."
+        f"{elements}{size}{mesher}{integrated}."
     )
 
 
@@ -227,11 +227,12 @@ def _contact(facts: _Facts) -> Iterator[str]:
     law = "" if any(".friction." in path for path in friction) else "Coulomb's, "
     boundaries = [value.value for path, value in facts.values.items() if re.match(r"contacts?\.(\d+\.)?boundary", path)]
     normal, tangential = facts.span("normal_penalty", _STIFFNESS), facts.span("tangential_penalty", _STIFFNESS)
-    parameters = _named({path: value.value for path, value in friction.items()})
+    parameters = _in_words({path: value.value for path, value in friction.items()})
     penalties = f"by penalties at the nodes ({normal} normal, {tangential} tangential)"
+    pair = f"{_enumerate(dict.fromkeys(boundaries))} with a rigid {_enumerate(bodies) or 'plane'}"
     yield (
-        f"Contact of the boundary {_listed(dict.fromkeys(boundaries))} with a rigid {_listed(bodies) or 'plane'} was "
-        f"unilateral, with friction ({law}{parameters}), {penalties}{_deviations(facts)}"
+        f"Contact of the boundary {pair} was unilateral, with friction ({law}{parameters}), "
+        f"{penalties}{_deviations(facts)}"
     )
     finite = "finite" in facts.text("kinematics")
     large = f"; at large strain the balance of forces to {_TOLERANCE_FINITE:g}" if finite else ""
@@ -253,14 +254,14 @@ def _deviations(facts: _Facts) -> str:
 def _motion(facts: _Facts) -> Iterator[str]:
     """Yield sentences on what was done to the specimen, and how time was integrated."""
     phases: dict[str, dict[str, str]] = {}
-    for path, text in facts.below("programme", given=True).items():
+    for path, text in facts.below("programme", only_set=True).items():
         number, verb, name = path.split(".", 2)
         phases.setdefault(f"{number} {verb}", {})[name] = text
     if phases:
-        listed = (f"{phase.split()[1]} ({_named(values)})" for phase, values in phases.items())
+        listed = (f"{phase.split()[1]} ({_in_words(values)})" for phase, values in phases.items())
         yield f"The counterface moved in phases: {', then '.join(listed)}."
-    if reaction := facts.below("reaction", given=True):
-        yield f"Held object and reaction: {_named(reaction)}."
+    if reaction := facts.below("reaction", only_set=True):
+        yield f"Held object and reaction: {_in_words(reaction)}."
     scheme, step, alpha = facts.text("time.scheme"), facts.text("time.step"), facts.text("time.alpha")
     steps = f"steps of {step}" if step != "auto" else f"steps that keep an error of {facts.text('time.tolerance')}"
     if scheme == "quasi_static":
@@ -282,7 +283,7 @@ def _trust(facts: _Facts) -> Iterator[str]:
         differ = {path: "" for run in runs for path in (*run.swept, *run.sampled)}
         drawn = facts.study.design
         design = f" ({drawn['count']} samples, {drawn['method']}, seed {drawn['seed']})" if drawn else ""
-        yield f"{len(runs)} runs{design} differ in {_listed(short_labels(list(differ)).values())}."
+        yield f"{len(runs)} runs{design} differ in {_enumerate(short_labels(list(differ)).values())}."
     if any(run.events.slip.recorded and run.events.slip.overall is not None for run in runs):
         words = definitions(EventSettings())
         yield f"{words['slip'].partition(': ')[2].capitalize()} {words['latency']}"
@@ -300,7 +301,7 @@ def _error_bars(runs: Sequence[RunResult]) -> str:
             bars[key] = max(bar, bars.get(key, 0.0))
     if not bars:
         return "Numerical uncertainty was not studied."
-    listed = _listed(f"{key.partition('.')[2]} {1e3 * bar:.2g} ms" for key, bar in bars.items())
+    listed = _enumerate(f"{key.partition('.')[2]} {1e3 * bar:.2g} ms" for key, bar in bars.items())
     return f"Numerical uncertainty over mesh, step, contact stiffness and damping is at most: {listed}."
 
 
@@ -314,18 +315,18 @@ def _software(facts: _Facts) -> Iterator[str]:
     )
     libraries = (f"{name} {versions[name]}{cited}" for name, cited in _LIBRARIES.items() if name in versions)
     solvers = dict.fromkeys(str(values.get("linear_solver", "")) for values in facts.attributes)
-    solved = _listed(f"{name}{_SOLVERS.get(name, '')}" for name in solvers if name)
+    solved = _enumerate(f"{name}{_SOLVERS.get(name, '')}" for name in solvers if name)
     program = f"fingerslip {versions.get('fingerslip', '')}{commit} on Python {versions.get('python', '')}"
-    yield f"Computed with {program}, with {_listed(libraries)}; linear systems were solved by {solved}."
+    yield f"Computed with {program}, with {_enumerate(libraries)}; linear systems were solved by {solved}."
 
 
-def _named(values: Mapping[str, str]) -> str:
+def _in_words(values: Mapping[str, str]) -> str:
     """Return values with the last parts of their paths in words; lists in brackets."""
     labels = short_labels(list(values))
     return ", ".join(f"{labels[path]} {f'({text})' if ',' in text else text}" for path, text in values.items())
 
 
-def _listed(texts: Iterable[str]) -> str:
+def _enumerate(texts: Iterable[str]) -> str:
     """Return texts as a list in a sentence."""
     *first, last = list(texts) or [""]
     return f"{', '.join(first)} and {last}" if first else last
