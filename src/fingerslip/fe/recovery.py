@@ -232,12 +232,14 @@ def _strain_map(space: Space, cells: Integers) -> sparse.csr_matrix:
 
 def cells_around(space: Space, nodes: Integers, regions: Sequence[str | None]) -> sparse.csr_matrix:
     """Return the weights (n_sites, n_cells) of the cells around nodes (n_sites,), each row summing to one."""
-    # The sizes of the cells [m^2 or m^3] that have a node.
     all_nodes = space.full.element_dofs
-    sizes = np.broadcast_to(space.full.dx.sum(axis=1), all_nodes.shape).ravel()
     columns = np.broadcast_to(np.arange(all_nodes.shape[1]), all_nodes.shape).ravel()
-    incidence = sparse.csr_matrix((sizes, (all_nodes.ravel(), columns)), (len(space.positions), all_nodes.shape[1]))
-    cells = sparse.csr_matrix(incidence[np.asarray(nodes, dtype=np.int64)])
+    ones = np.ones(all_nodes.size)
+    incidence = sparse.csr_matrix((ones, (all_nodes.ravel(), columns)), (len(space.positions), all_nodes.shape[1]))
+    # A cell counts once at a node that is two of its corners.
+    incidence.data[:] = 1.0
+    # The sizes of the cells [m^2 or m^3] that have a node.
+    cells = sparse.csr_matrix(incidence[np.asarray(nodes)] @ sparse.diags(space.full.dx.sum(axis=1)))
     for region in {element for element in regions if element is not None}:
         inside = np.zeros(space.mesh.nelements)
         inside[space.mesh.subdomains[region]] = 1.0

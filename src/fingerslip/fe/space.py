@@ -21,7 +21,7 @@ from scipy import spatial
 from skfem.quadrature import get_quadrature
 
 from fingerslip.errors import MeshError
-from fingerslip.mesh.facets import connected_pieces
+from fingerslip.mesh.facets import are_collapsed, connected_pieces
 from fingerslip.mesh.quality import check_folds, positive_tetrahedra
 from fingerslip.units import coordinates
 
@@ -196,6 +196,10 @@ def _orientation(mesh: Any, order: int) -> NDArray[np.bool_]:
     """
     inside, _ = get_quadrature(mesh.elem.refdom, order)
     jacobian = _jacobian(mesh, mesh.doflocs, np.hstack([inside, mesh.elem.refdom.p]))
+    # Where corners of a cell are one node (:mod:`fingerslip.mesh.mixed`), its mapping ends; inside it counts.
+    nodes, corners = mesh.t[: mesh.elem.refdom.nnodes], jacobian[:, inside.shape[1] :]
+    alike = (nodes[:, None] == nodes).sum(axis=1).T > 1
+    corners[alike] = np.broadcast_to(jacobian[:, :1], corners.shape)[alike]
     turn = np.sign(jacobian[:, :1]) if _is_simplicial(mesh) else np.sign(np.median(jacobian))
     bad = np.flatnonzero((jacobian * turn <= 0.0).any(axis=1))
     if bad.size:
@@ -226,7 +230,7 @@ def inverted_cells(space: Space, displacement: Array) -> NDArray[np.bool_]:
 
 def free_edge_nodes(space: Space, boundary: str, held: NDArray[np.bool_]) -> NDArray[np.int64]:
     """Return the nodes (n,) of a boundary that also lie on an outer facet that is free of supports (n_nodes, dim)."""
-    facets = np.asarray(space.mesh.boundaries[boundary])
+    facets = [*space.mesh.boundaries[boundary], *np.flatnonzero(are_collapsed(space.mesh))]
     others = np.setdiff1d(space.mesh.boundary_facets(), facets)
     if not others.size:
         return np.zeros(0, dtype=np.int64)

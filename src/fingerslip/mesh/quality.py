@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.errors import MeshError
+from fingerslip.mesh.facets import are_collapsed
+from fingerslip.mesh.mixed import is_collapsed
 from fingerslip.units import coordinates
 
 if TYPE_CHECKING:
@@ -111,7 +113,14 @@ def tetrahedron_margins(corners: Floats) -> Floats:
 
 
 def _cell_quality(mesh: skfem.Mesh) -> _Quality:
-    return _tetrahedra(mesh.p[:, mesh.t[:4]].transpose(2, 1, 0)) if mesh.dim() == 3 else _polygons(mesh)
+    if mesh.dim() == 3:
+        return _tetrahedra(mesh.p[:, mesh.t[:4]].transpose(2, 1, 0))
+    is_triangle = is_collapsed(mesh.t.T)
+    measures = np.empty((len(_Quality._fields), mesh.nelements))
+    for rows, corners in ((~is_triangle, mesh.t), (is_triangle, mesh.t[:3])):
+        if rows.any():
+            measures[:, rows] = _polygons(mesh.p[:, corners[:, rows]])
+    return _Quality(*measures)
 
 
 def _tetrahedra(corners: Floats) -> _Quality:
@@ -147,14 +156,15 @@ def turns(corners: Floats) -> tuple[Floats, Floats, Floats]:
     return ahead, back, ahead[0] * back[1] - ahead[1] * back[0]
 
 
-def _polygons(mesh: skfem.Mesh2D) -> _Quality:
-    ahead, back, cross = turns(mesh.p[:, mesh.t])
+def _polygons(corners: Floats) -> _Quality:
+    """Measure polygons (2, k, n) [m]."""
+    ahead, back, cross = turns(corners)
     length = np.linalg.norm(ahead, axis=0)
     # Files count corners either way round; a cell is folded over where it goes against most of the mesh.
     cross *= -1.0 if cross.sum() < 0.0 else 1.0
     angle = np.arctan2(cross, np.sum(ahead * back, axis=0))
     sine = np.sin(angle)
-    if len(mesh.t) == 3:
+    if corners.shape[1] == 3:
         # scikit-fem sorts the corners of triangles, so their direction says nothing.
         angle, sine = np.abs(angle), np.abs(sine) * 2 / np.sqrt(3.0)
     # A reflex corner has a negative angle here; all the way round it is more than 180 degrees.
@@ -179,6 +189,8 @@ def check_folds(mesh: skfem.Mesh, turned: Booleans, where: str = "mesh") -> None
     (n_cells,) tells which cells are mirror images of their reference cell.
     """
     sides = 2 * mesh.t2f + _is_in_front(mesh, turned)
+    nowhere = are_collapsed(mesh)[mesh.t2f]
+    sides[nowhere] = 2 * mesh.nfacets + np.arange(nowhere.sum())
     shared = np.flatnonzero(np.bincount(sides.ravel()) > 1)
     if not shared.size:
         return
@@ -206,8 +218,11 @@ def _is_in_front(mesh: skfem.Mesh, turned: Booleans) -> Booleans:
         runs_round = np.linalg.det(reference.p[:, corners[: mesh.dim()]] - centre) > 0.0
         nodes = mesh.t[corners]
         least = nodes.argmin(axis=0)
-        after = nodes[(least + 1) % len(nodes), cells]
-        runs_up = nodes[0] < nodes[1] if len(nodes) == 2 else after < nodes[least - 1, cells]
+        after, before = nodes[(least + 1) % len(nodes), cells], nodes[least - 1, cells]
+        # Of corners that are one node the least is the first, or the last where the others stand between.
+        after = np.where(after == nodes[least, cells], nodes[(least + 2) % len(nodes), cells], after)
+        before = np.where(before == nodes[least, cells], nodes[least - 2, cells], before)
+        runs_up = nodes[0] < nodes[1] if len(nodes) == 2 else after < before
         side[:] = runs_up ^ turned ^ runs_round
     return sides
 
