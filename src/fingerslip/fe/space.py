@@ -160,8 +160,8 @@ class _Mapping(skfem.MappingIsoparametric):  # type: ignore[misc]
 def nodal_areas(space: Space, name: str, depth: float) -> NDArray[np.float64]:
     """Return the tributary area [m^2] of every node on a boundary, shape (n_nodes,): integrals of shape functions."""
     if name not in space.areas_by_boundary:
-        facets = np.asarray(_group_facets(space.mesh.boundaries, name, "boundary"))
-        mesh = space.mesh
+        facets, mesh = _group_facets(space.mesh.boundaries, name, "boundary"), space.mesh
+        facets = facets[~are_collapsed(mesh)[facets]]
         mapping = mesh.mapping() if mesh.affine else _Mapping(mesh, mesh.elem(), mesh.bndelem)
         basis = skfem.FacetBasis(mesh, space.scalar_element, mapping, facets=facets)
         space.areas_by_boundary[name] = _shape_function.assemble(basis)

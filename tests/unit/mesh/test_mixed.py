@@ -18,9 +18,9 @@ LAW = fs.NeoHookean(50e3, 0.45, 1000.0)
 SIZE = 4
 
 
-def grid(dim, split=lambda i, j: (i + 2 * j) % 3):
+def grid(dim, split=lambda i, j: (i + 2 * j) % 3, seed=1):
     """Return points, quadrilaterals and triangles, in 3D what two layers over them make, all nodes shuffled."""
-    random = np.random.default_rng(1)
+    random = np.random.default_rng(seed)
     axis = np.linspace(0.0, 1.0, SIZE + 1)
     points = np.array([(x, y) for y in axis for x in axis])
     inside = ((points > 0.0) & (points < 1.0)).all(axis=1)
@@ -157,8 +157,10 @@ def test_files_may_have_triangles_as_quadrilaterals_with_two_corners_in_one_node
 
 @pytest.mark.parametrize("kinematics", ["small", "finite"])
 def test_a_mixed_pad_is_pressed_and_slides_like_one_of_quadrilaterals(tmp_path, kinematics):
-    mesh = read_mesh(saved(tmp_path / "a.msh", 2), "mm")
+    mesh = read_mesh(saved(tmp_path / "a.msh", 2, seed=2), "mm")
+    # Where two corners of a triangle are one node, there is a side without a size, which such a test may find.
     mesh = mesh.with_boundaries({"bottom": lambda x: x[1] < 1e-9})
+    assert mesh.boundaries["bottom"].size > SIZE
     same = skfem.MeshQuad1.init_tensor(*[np.linspace(0.0, 1e-3, SIZE + 1)] * 2)
     sides = {"bottom": lambda x: x[1] < 1e-9, "top": lambda x: x[1] > 1e-3 - 1e-9}
     same = same.with_subdomains({"pad": np.arange(SIZE**2)}).with_boundaries(sides)
