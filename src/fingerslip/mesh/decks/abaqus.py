@@ -139,11 +139,11 @@ class _Body:
             return
         ((kind, count),), rows, record = kinds, list[list[int]](), list[int]()
         for line, fields in keyword.data:
-            # An element may go on in the next line.
-            record += keyword.numbers(int, line, list(filter(None, fields)))
-            if len(record) <= count and line != keyword.data[-1][0]:
+            record += keyword.numbers(int, line, fields)
+            # Behind a comma an element goes on in the next line.
+            if len(record) <= count and not fields[-1] and line != keyword.data[-1][0]:
                 continue
-            label, *nodes = record or [0]
+            label, *nodes = record
             if len(nodes) != count:
                 raise keyword.error(f"element {label} has {len(nodes)} nodes", f"{name} needs {count}", line=line)
             missing = [node for node in nodes if node not in self.nodes.labels[scope]]
@@ -293,8 +293,8 @@ def _add_instance(
     """Put an instance of a part into the body: shifted first, then rotated about an axis through two points."""
     name, part = keyword.option("NAME"), keyword.option("PART")
     if part.casefold() not in parts:
-        names = [entry.options["NAME"] for entry, _ in parts.values()]
-        raise unknown_name(f"{keyword.file}: *Instance", part, names).moved(str, keyword.line)
+        error = unknown_name("", part, [entry.options["NAME"] for entry, _ in parts.values()])
+        raise keyword.error(error.found, error.allowed, error.repair)
     scope, first, first_cell = name.casefold(), len(body.points), body.count
     body.nodes.labels[scope], body.elements.labels[scope] = {}, {}
     body.add([*parts[part.casefold()][1], *content], scope)
@@ -303,7 +303,7 @@ def _add_instance(
     for (line, fields), needed in zip(keyword.data, (3, 7), strict=False):
         values = np.array(keyword.numbers(float, line, fields))
         axis = values[3:6] - values[:3] if len(values) == needed == 7 else np.ones(1)
-        if len(values) != needed or not np.isfinite(values).all() or not axis.any():
+        if len(values) != needed or not axis.any():
             allowed = f"needs {needed} numbers" + ", two points of an axis and an angle" * (needed == 7)
             raise keyword.error(f"got '{shorten(', '.join(fields))}'", allowed, line=line)
         if needed == 3:

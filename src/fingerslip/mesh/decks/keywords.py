@@ -13,6 +13,7 @@ from fingerslip.errors import MeshError, shorten
 Number = TypeVar("Number", int, float)
 
 _DEEPEST = 8  # files that include each other
+_LARGEST = 1e18
 
 
 @dataclass(frozen=True)
@@ -37,11 +38,15 @@ class Keyword:
 
     def numbers(self, kind: type[Number], line: int, fields: Sequence[str]) -> list[Number]:
         """Return the numbers of a line, those of nodes and elements as ``int``, coordinates as ``float``."""
+        needed = "needs numbers between commas" if kind is float else "needs whole numbers between commas"
         try:
-            return list(map(kind, fields))
+            values = list(map(kind, fields[:-1] if len(fields) > 1 and not fields[-1] else fields))
+            # What cannot be counted or measured is no number either.
+            if all(abs(value) < _LARGEST for value in values):
+                return values
         except ValueError:
-            needed = "needs numbers between commas" if kind is float else "needs whole numbers between commas"
-            raise self.error(f"got '{shorten(', '.join(fields))}'", needed, line=line) from None
+            pass
+        raise self.error(f"got '{shorten(', '.join(fields))}'", needed, line=line)
 
 
 def read_keywords(file: Path, depth: int = 0) -> list[Keyword]:
@@ -58,7 +63,7 @@ def read_keywords(file: Path, depth: int = 0) -> list[Keyword]:
                 continue
             keywords += _keyword(file, start, head, depth)
         elif keywords:
-            keywords[-1].data.append((number, [entry.strip() for entry in text.rstrip(",").split(",")]))
+            keywords[-1].data.append((number, [entry.strip() for entry in text.split(",")]))
         else:
             raise MeshError(str(file), f"begins with '{shorten(text)}'", "needs a keyword such as *Node", "", number)
     return keywords

@@ -106,3 +106,10 @@ Fixed, 1.
 Fixed, 1, 1
 *End Step
 """
+
+
+def flat(name, points, cells, more=""):
+    """Return a deck without parts, of points (n, 2 or 3) and of cells by their nodes, counted from 1."""
+    nodes = [f"{number}, {', '.join(map(str, point))}" for number, point in enumerate(points, start=1)]
+    elements = [f"{number}, {', '.join(map(str, cell))}" for number, cell in enumerate(cells, start=1)]
+    return "\n".join(["*NODE", *nodes, f"*ELEMENT, TYPE={name}, ELSET=body", *elements, more])
