@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -39,13 +40,11 @@ class Keyword:
     def numbers(self, kind: type[Number], line: int, fields: Sequence[str]) -> list[Number]:
         """Return the numbers of a line, those of nodes and elements as ``int``, coordinates as ``float``."""
         needed = "needs numbers between commas" if kind is float else "needs whole numbers between commas"
-        try:
+        with contextlib.suppress(ValueError):
             values = list(map(kind, fields[:-1] if len(fields) > 1 and not fields[-1] else fields))
             # What cannot be counted or measured is no number either.
             if all(abs(value) < _LARGEST for value in values):
                 return values
-        except ValueError:
-            pass
         raise self.error(f"got '{shorten(', '.join(fields))}'", needed, line=line)
 
 

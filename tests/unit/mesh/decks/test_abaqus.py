@@ -177,7 +177,7 @@ def test_a_damaged_deck_is_one_error_with_its_line(tmp_path, before, after, mess
         ),
         (
             "*Node\n1, nan, 0.\n2, 1., 0.\n3, 0., 1.\n*Element, type=CPE3, elset=a\n1, 1, 2, 3",
-            "no numbers, needs finite",
+            r"\*Node: got 'nan, 0.', needs numbers between commas \(line 2\)",
         ),
         ("**", "has no elements that can be taken"),
     ],
