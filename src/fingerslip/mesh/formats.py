@@ -17,6 +17,7 @@ import numpy as np
 from fingerslip.errors import MeshError, shorten
 from fingerslip.mesh.decks.abaqus import read_abaqus
 from fingerslip.mesh.decks.deck import Deck
+from fingerslip.mesh.decks.febio import read_febio
 from fingerslip.storage.files import new_files
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ _OPTIONS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
     {".msh": MappingProxyType({"file_format": "gmsh22"}), ".stl": MappingProxyType({"binary": True})}
 )
 # Decks that meshio knows nothing of, or little.
-_READERS: Mapping[str, Callable[[Path], Deck]] = MappingProxyType({".inp": read_abaqus})
+_READERS: Mapping[str, Callable[[Path], Deck]] = MappingProxyType({".inp": read_abaqus, ".feb": read_febio})
 
 
 def read_file(file: Path, needed: str) -> meshio.Mesh:

@@ -73,11 +73,12 @@ class _Raw:
 
 
 def read_mesh(path: str | Path, unit: LengthUnit = "m") -> skfem.Mesh:
-    """Read a mesh in 2D or in 3D with its named groups from any format that meshio reads.
+    """Read a mesh in 2D or in 3D with its named groups: a deck of Abaqus or FEBio, or any format that meshio reads.
 
     Named groups of cells become regions, named groups of lines (in 3D: triangles or quadrilaterals) become
-    boundaries, inside the mesh too. In a Gmsh file these are its physical groups. Plane cells drawn clockwise and
-    hexahedra inside out are turned round where the whole region is.
+    boundaries, inside the mesh too. In a Gmsh file these are its physical groups, in a deck sets of elements, and
+    surfaces and sets of nodes; what else a deck has is listed in the log. Plane cells drawn clockwise and hexahedra
+    inside out are turned round where the whole region is.
 
     Parameters
     ----------
@@ -89,13 +90,14 @@ def read_mesh(path: str | Path, unit: LengthUnit = "m") -> skfem.Mesh:
     Returns
     -------
     skfem.MeshQuad1, skfem.MeshTri1, skfem.MeshTri2, skfem.MeshTet1, skfem.MeshTet2 or skfem.MeshHex1
-        The mesh [m] with its `subdomains` and `boundaries`.
+        The mesh [m] with its `subdomains` and `boundaries`. Triangles among quadrilaterals and prisms among hexahedra
+        are such cells with two corners in one node; quadratic cells of these are taken by their corners.
 
     Raises
     ------
     MeshError
-        Where the file is missing, unreadable, of mixed or unknown cells, without named groups, or has an inverted or
-        flat cell, or one that folds over its neighbours.
+        Where the file is missing, unreadable, of unknown cells or of kinds that do not go together, without named
+        groups, or has an inverted or flat cell, or one that folds over its neighbours.
     InputError
         Where the unit is unknown.
     """
@@ -107,7 +109,7 @@ def read_mesh(path: str | Path, unit: LengthUnit = "m") -> skfem.Mesh:
 
 def read_mesh_and_rest(file: Path, unit: LengthUnit) -> tuple[skfem.Mesh, tuple[str, ...]]:
     """Read a mesh [m] with its named groups, and in words what of the file is left out."""
-    scale, deck = metres(unit), read_deck(file, "needs a mesh that meshio reads, or a deck of Abaqus")
+    scale, deck = metres(unit), read_deck(file, "needs a mesh that meshio reads, or a deck of Abaqus or FEBio")
     data, left_out = deck.data, deck.left_out
     data.points = scale * np.asarray(data.points, dtype=float)
     if not any(key.startswith("skfem:") for key in data.cell_data):

@@ -113,3 +113,102 @@ def flat(name, points, cells, more=""):
     nodes = [f"{number}, {', '.join(map(str, point))}" for number, point in enumerate(points, start=1)]
     elements = [f"{number}, {', '.join(map(str, cell))}" for number, cell in enumerate(cells, start=1)]
     return "\n".join(["*NODE", *nodes, f"*ELEMENT, TYPE={name}, ELSET=body", *elements, more])
+
+
+# Two layers of one hexahedron each, a shell as an indenter above them, and a prism beside, in mm and N.
+FEBIO = """\
+<?xml version="1.0" encoding="ISO-8859-1"?>
+<!-- pad -->
+<febio_spec version="4.0">
+	<Module type="solid">
+		<units>mm-N-s</units>
+	</Module>
+	<Control>
+		<analysis>STATIC</analysis>
+	</Control>
+	<Globals>
+		<Constants><T>0</T></Constants>
+	</Globals>
+	<Material>
+		<material id="1" name="gel" type="neo-Hookean">
+			<density>1</density>
+			<E>0.05</E>
+			<v>0.45</v>
+		</material>
+		<material id="2" name="skin" type="uncoupled viscoelastic">
+			<density>1.1e-09</density>
+			<g1>0.5</g1>
+			<t1>0.2</t1>
+			<k>2</k>
+			<elastic type="Mooney-Rivlin">
+				<c1>0.01</c1>
+				<c2>0.02</c2>
+			</elastic>
+		</material>
+		<material id="3" name="stamp" type="rigid body">
+			<density>1</density>
+		</material>
+	</Material>
+	<Mesh>
+		<Nodes name="Object1">
+			<node id="1">0,0,0</node>
+			<node id="2">1,0,0</node>
+			<node id="3">1,1,0</node>
+			<node id="4">0,1,0</node>
+			<node id="5">0,0,1</node>
+			<node id="6">1,0,1</node>
+			<node id="7">1,1,1</node>
+			<node id="8">0,1,1</node>
+			<node id="9">0,0,2</node>
+			<node id="10">1,0,2</node>
+			<node id="11">1,1,2</node>
+			<node id="12">0,1,2</node>
+			<node id="13">2,0,0</node>
+			<node id="14">2,0,1</node>
+			<node id="21">0,0,3</node>
+			<node id="22">1,0,3</node>
+			<node id="23">1,1,3</node>
+			<node id="24">0,1,3</node>
+		</Nodes>
+		<Elements type="hex8" name="Tissue">
+			<elem id="1">1,2,3,4,5,6,7,8</elem>
+		</Elements>
+		<Elements type="penta6" name="Tissue">
+			<elem id="2">2,13,3,6,14,7</elem>
+		</Elements>
+		<Elements type="hex8" name="Skin">
+			<elem id="3">5,6,7,8,9,10,11,12</elem>
+		</Elements>
+		<Elements type="quad4" name="Stamp">
+			<elem id="4">21,22,23,24</elem>
+		</Elements>
+		<NodeSet name="Fixed">1,2,3,
+			4,13</NodeSet>
+		<NodeSet name="Free">9, 10</NodeSet>
+		<Surface name="Top">
+			<quad4 id="1">9,10,11,12</quad4>
+		</Surface>
+		<Surface name="Beside">
+			<tri3 id="1">6,14,7</tri3>
+			<quad4 id="2">2,13,14,6</quad4>
+		</Surface>
+		<Surface name="Rigid">
+			<quad4 id="1">21,22,23,24</quad4>
+		</Surface>
+		<ElementSet name="Inner">1,3</ElementSet>
+		<SurfacePair name="Pair">
+			<primary>Top</primary>
+			<secondary>Rigid</secondary>
+		</SurfacePair>
+	</Mesh>
+	<MeshDomains>
+		<SolidDomain name="Tissue" mat="gel"/>
+		<SolidDomain name="Skin" mat="skin"/>
+		<ShellDomain name="Stamp" mat="stamp"/>
+	</MeshDomains>
+	<Boundary>
+		<bc name="Fix" node_set="Fixed" type="zero displacement"><x_dof>1</x_dof></bc>
+	</Boundary>
+	<Output><plotfile type="febio"/></Output>
+</febio_spec>
+"""
