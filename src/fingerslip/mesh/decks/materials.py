@@ -33,9 +33,9 @@ _YOUNG = MappingProxyType({"neo-Hookean": NeoHookean, "isotropic elastic": Elast
 def read_materials(path: str | Path, unit: LengthUnit = "m") -> dict[str, AnyMaterial]:
     '''Read the materials of a file of FEBio, region by region, where the law exists here.
 
-    These are `neo-Hookean`, `Mooney-Rivlin`, `Ogden`, `isotropic elastic` (which is small strain here) and `uncoupled
-    viscoelastic` around one of them. Moduli are in newtons per square of the unit of length, unless the file names
-    another system of units. A density that cannot be one of tissue is taken as 1000 kg/m^3.
+    These are `neo-Hookean`, `incomp neo-Hookean`, `Mooney-Rivlin`, `Ogden`, `isotropic elastic` (which is small strain
+    here) and `uncoupled viscoelastic` around one of them. Moduli are in newtons per square of the unit of length,
+    unless the file names another system of units. A density that cannot be one of tissue is taken as 1000 kg/m^3.
 
     Parameters
     ----------
@@ -78,11 +78,12 @@ def materials_and_rest(file: Path, unit: LengthUnit) -> tuple[dict[str, AnyMater
     laws: dict[str, AnyMaterial] = {}
     rest = []
     content = read_content(file)
-    tags = {tag.get(key, ""): tag for tag in content.root.iterfind("Material/material") for key in ("id", "name")}
+    tags = {tag.get(key): tag for tag in content.root.iterfind("Material/material") for key in ("id", "name")}
     domains = {tag.get("name"): tag.get("mat") for tag in content.root.iterfind("MeshDomains/*")}
     force = _FORCES.get((content.root.findtext("Module/units") or "").strip(), 1.0)
     for region, blocks in content.parts().items():
-        tag = tags.get(domains.get(region) or blocks[0].get("mat") or "")
+        names = (domains.get(region), blocks[0].get("mat"))
+        tag = next((tags[name] for name in names if name in tags), None)
         try:
             laws[region] = _law(ET.Element("") if tag is None else tag, force / scale**2, force / scale**4)
         except InputError as error:
@@ -117,7 +118,8 @@ def _law(tag: ET.Element, pressure: float, density: float) -> AnyMaterial:
     if kind in _YOUNG and inner is tag:
         values["youngs_modulus"] = f"{shape * _number(tag, 'E'):.12g} Pa"
         return from_mapping(_YOUNG[kind], values | {"poisson_ratio": _number(tag, "v")})
-    if kind not in {"Mooney-Rivlin", "Ogden"} or tag.find("pressure_model") is not None:
+    volumes = {(inner.findtext("pressure_model") or "default").strip(), (tag.findtext("pressure_model") or "0").strip()}
+    if kind not in {"Mooney-Rivlin", "incomp neo-Hookean", "Ogden"} or not volumes <= {"default", "0"}:
         raise InputError("", "has no law here", "needs one that read_materials names")
     # The bulk modulus does not relax.
     values["bulk_modulus"] = f"{pressure * _number(tag if tag.find('k') is not None else inner, 'k'):.12g} Pa"
@@ -125,7 +127,10 @@ def _law(tag: ET.Element, pressure: float, density: float) -> AnyMaterial:
         powers = _terms(inner, "c", "m")
         values["terms"] = [{"modulus": f"{shape * c / (m or 1.0):.12g} Pa", "exponent": m} for c, m in powers]
         return from_mapping(Ogden, values)
-    constants = {"c10": _number(inner, "c1"), "c01": _number(inner, "c2", 0.0)}
+    if kind == "Mooney-Rivlin":
+        constants = {"c10": _number(inner, "c1"), "c01": _number(inner, "c2", 0.0)}
+    else:
+        constants = {"c10": 0.5 * _number(inner, "G")}
     return from_mapping(MooneyRivlin, values | {name: f"{shape * value:.12g} Pa" for name, value in constants.items()})
 
 

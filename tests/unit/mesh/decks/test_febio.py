@@ -88,6 +88,10 @@ LINEAR = material("isotropic elastic", "<E>0.05</E><v>0.3</v>")
             fs.MooneyRivlin(0.1e6, 1000.0, bulk_modulus=40e6),
         ),
         (
+            material("incomp neo-Hookean", "<G>0.2</G><k>40</k><pressure_model>default</pressure_model>"),
+            fs.MooneyRivlin(0.1e6, 1000.0, bulk_modulus=40e6),
+        ),
+        (
             material("viscoelastic", '<g1>1</g1><t1>1</t1><elastic type="neo-Hookean"/>'),
             "viscoelastic: has no law here",
         ),
