@@ -21,7 +21,7 @@ from scipy import spatial
 from skfem.quadrature import get_quadrature
 
 from fingerslip.errors import MeshError
-from fingerslip.mesh.facets import are_collapsed, connected_pieces
+from fingerslip.mesh.facets import are_degenerate, connected_pieces
 from fingerslip.mesh.quality import check_folds, positive_tetrahedra
 from fingerslip.units import coordinates
 
@@ -161,7 +161,7 @@ def nodal_areas(space: Space, name: str, depth: float) -> NDArray[np.float64]:
     """Return the tributary area [m^2] of every node on a boundary, shape (n_nodes,): integrals of shape functions."""
     if name not in space.areas_by_boundary:
         facets, mesh = _group_facets(space.mesh.boundaries, name, "boundary"), space.mesh
-        facets = facets[~are_collapsed(mesh)[facets]]
+        facets = facets[~are_degenerate(mesh)[facets]]
         mapping = mesh.mapping() if mesh.affine else _Mapping(mesh, mesh.elem(), mesh.bndelem)
         basis = skfem.FacetBasis(mesh, space.scalar_element, mapping, facets=facets)
         space.areas_by_boundary[name] = _shape_function.assemble(basis)
@@ -230,7 +230,7 @@ def inverted_cells(space: Space, displacement: Array) -> NDArray[np.bool_]:
 
 def free_edge_nodes(space: Space, boundary: str, held: NDArray[np.bool_]) -> NDArray[np.int64]:
     """Return the nodes (n,) of a boundary that also lie on an outer facet that is free of supports (n_nodes, dim)."""
-    facets = [*space.mesh.boundaries[boundary], *np.flatnonzero(are_collapsed(space.mesh))]
+    facets = [*space.mesh.boundaries[boundary], *np.flatnonzero(are_degenerate(space.mesh))]
     others = np.setdiff1d(space.mesh.boundary_facets(), facets)
     if not others.size:
         return np.zeros(0, dtype=np.int64)

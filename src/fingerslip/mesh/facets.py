@@ -49,7 +49,7 @@ def are_between(mesh: skfem.Mesh, region: Integers, first: int, second: int) -> 
     return np.asarray(between & (mesh.f2t[1] >= 0))
 
 
-def are_collapsed(mesh: skfem.Mesh) -> Flags:
+def are_degenerate(mesh: skfem.Mesh) -> Flags:
     """Tell which facets (n_facets,) have no size: between corners of a cell that are one node (:mod:`.mixed`)."""
     different = np.diff(np.sort(mesh.facets, axis=0), axis=0) != 0
     return np.asarray(different.sum(axis=0) < mesh.dim() - 1)

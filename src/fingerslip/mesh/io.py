@@ -15,7 +15,7 @@ from skfem.io.meshio import from_meshio, to_meshio
 
 from fingerslip.errors import MeshError, shorten
 from fingerslip.mesh.formats import read_deck, write_file
-from fingerslip.mesh.mixed import NARROWER, is_collapsed, take_one_kind
+from fingerslip.mesh.mixed import NARROWER, is_degenerate, take_one_kind
 from fingerslip.mesh.quality import check_folds, positive_tetrahedra, turned_cells, turns
 from fingerslip.units import LengthUnit, coordinates, metres
 
@@ -265,7 +265,7 @@ def _signed_areas(raw: _Raw) -> tuple[Floats, Floats]:
         size = np.sum(ahead**2, axis=0).max(axis=0)
         relative = (cross / np.where(size > 0, size, 1.0)).T
     # Nothing turns in a corner that is one with another.
-    rows = np.flatnonzero(is_collapsed(raw.cells) & (relative.shape[1] > 1) & (raw.kind in NARROWER))
+    rows = np.flatnonzero(is_degenerate(raw.cells) & (relative.shape[1] > 1) & (raw.kind in NARROWER))
     for corner in (2, 3, 6, 7)[: relative.shape[1] // 2]:
         relative[rows, corner] = relative[rows, 0]
     return relative.min(axis=1), relative.max(axis=1)
@@ -347,16 +347,16 @@ def _physical(file: Path, mesh: skfem.Mesh2D) -> meshio.Mesh:
     flat = _CELLS[element.cells[0].type].sides[0]
     blocks = [(element.cells[0].type, _counter_clockwise(element), tag)]
     blocks += [(flat, np.vstack(facets), np.concatenate(facet_tags))] if facets else []
-    cells, tags = _narrowed(blocks)
+    cells, tags = _narrow(blocks)
     data = {"gmsh:physical": tags, "gmsh:geometrical": [np.maximum(t, 1) for t in tags]}
     return meshio.Mesh(element.points, cells, cell_data=data, field_data=names)
 
 
-def _narrowed(blocks: list[tuple[str, Integers, Integers]]) -> tuple[list[tuple[str, Integers]], list[Integers]]:
+def _narrow(blocks: list[tuple[str, Integers, Integers]]) -> tuple[list[tuple[str, Integers]], list[Integers]]:
     """Return cells and their tags, triangles and prisms on their own."""
     cells, tags = [], []
     for kind, nodes, tag in blocks:
-        few = is_collapsed(nodes) & (kind in NARROWER)
+        few = is_degenerate(nodes) & (kind in NARROWER)
         narrower, corners = NARROWER.get(kind, (kind, []))
         for name, rows, columns in ((kind, ~few, slice(None)), (narrower, few, corners)):
             if rows.any():

@@ -32,7 +32,7 @@ _TURNED = {4: [1, 2, 3, 0], 8: [1, 2, 3, 0, 5, 6, 7, 4]}
 NARROWER = {"quad": ("triangle", [0, 1, 2]), "hexahedron": ("wedge", [0, 1, 2, 4, 5, 6])}
 
 
-def is_collapsed(cells: Integers) -> NDArray[np.bool_]:
+def is_degenerate(cells: Integers) -> NDArray[np.bool_]:
     """Tell which quadrilaterals (n, 4) and hexahedra (n, 8), in the order of meshio, are triangles and prisms."""
     if cells.shape[1] not in _TURNED:
         return np.zeros(len(cells), dtype=bool)
@@ -46,8 +46,8 @@ def take_one_kind(data: meshio.Mesh) -> tuple[str, ...]:
     quadratic = set() if kinds in _QUADRATIC else kinds & _LINEAR.keys()
     corners = _LINEAR if quadratic else {}
     if {corners.get(kind, (kind, 0))[0] for kind in kinds} in _TOGETHER:
-        kept = [(*corners.get(block.type, (block.type, None)), np.asarray(block.data)) for block in data.cells]
-        blocks = _widen([(kind, nodes[:, :count]) for kind, count, nodes in kept], len(data.points))
+        content = [(*corners.get(block.type, (block.type, None)), np.asarray(block.data)) for block in data.cells]
+        blocks = _widen([(kind, nodes[:, :count]) for kind, count, nodes in content], len(data.points))
         data.cells = [meshio.CellBlock(kind, nodes) for kind, nodes in blocks]
     return (f"nodes between the corners of {', '.join(sorted(quadratic))}",) if quadratic else ()
 
@@ -62,13 +62,13 @@ def _widen(blocks: list[tuple[str, Integers]], count: int) -> list[tuple[str, In
         nodes = nodes[:, order]  # noqa: PLW2901
         # Programs write such cells themselves, and any of their corners may be the two.
         for _ in range(4 * (nodes.shape[1] in _TURNED)):
-            nodes = np.where(is_collapsed(nodes)[:, None], nodes, nodes[:, _TURNED[nodes.shape[1]]])  # noqa: PLW2901
+            nodes = np.where(is_degenerate(nodes)[:, None], nodes, nodes[:, _TURNED[nodes.shape[1]]])  # noqa: PLW2901
         blocks[number] = wider, nodes
-    prisms = [nodes[is_collapsed(nodes)] for kind, nodes in blocks if kind == "hexahedron"]
+    prisms = [nodes[is_degenerate(nodes)] for kind, nodes in blocks if kind == "hexahedron"]
     edges = [np.stack([nodes[:, [0, 1, 2]], nodes[:, [4, 5, 6]]]).reshape(2, -1) for nodes in prisms]
     column = connected_pieces(count, np.hstack([np.empty((2, 0), dtype=np.int64), *edges]))
     for _, nodes in blocks:
-        rows = np.flatnonzero(is_collapsed(nodes))
+        rows = np.flatnonzero(is_degenerate(nodes))
         for first in range(0, nodes.shape[1] if rows.size else 0, 4):
             corners = nodes[rows, first : first + 3]
             turn = (column[corners].argmin(axis=1)[:, None] + [1, 2, 3, 3]) % 3

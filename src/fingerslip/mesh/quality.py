@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.errors import MeshError
-from fingerslip.mesh.facets import are_collapsed
-from fingerslip.mesh.mixed import is_collapsed
+from fingerslip.mesh.facets import are_degenerate
+from fingerslip.mesh.mixed import is_degenerate
 from fingerslip.units import coordinates
 
 if TYPE_CHECKING:
@@ -115,7 +115,7 @@ def tetrahedron_margins(corners: Floats) -> Floats:
 def _cell_quality(mesh: skfem.Mesh) -> _Quality:
     if mesh.dim() == 3:
         return _tetrahedra(mesh.p[:, mesh.t[:4]].transpose(2, 1, 0))
-    is_triangle = is_collapsed(mesh.t.T)
+    is_triangle = is_degenerate(mesh.t.T)
     measures = np.empty((len(_Quality._fields), mesh.nelements))
     for rows, corners in ((~is_triangle, mesh.t), (is_triangle, mesh.t[:3])):
         if rows.any():
@@ -189,7 +189,7 @@ def check_folds(mesh: skfem.Mesh, turned: Booleans, where: str = "mesh") -> None
     (n_cells,) tells which cells are mirror images of their reference cell.
     """
     sides = 2 * mesh.t2f + _is_in_front(mesh, turned)
-    nowhere = are_collapsed(mesh)[mesh.t2f]
+    nowhere = are_degenerate(mesh)[mesh.t2f]
     sides[nowhere] = 2 * mesh.nfacets + np.arange(nowhere.sum())
     shared = np.flatnonzero(np.bincount(sides.ravel()) > 1)
     if not shared.size:

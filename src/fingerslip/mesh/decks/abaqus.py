@@ -276,28 +276,28 @@ def read_abaqus(file: Path) -> Deck:
             target.append(keyword)
     if opened is not None:
         raise opened.error("does not end", f"needs *End {opened.name.capitalize()}", "export the deck again")
-    parts = {keyword.option("NAME").casefold(): (keyword, content) for keyword, content in blocks["PART"]}
+    part_by_name = {keyword.option("NAME").casefold(): (keyword, content) for keyword, content in blocks["PART"]}
     for keyword, content in blocks["INSTANCE"]:
-        _add_instance(body, keyword, content, parts)
+        _add_instance(body, keyword, content, part_by_name)
     body.add(top)
     if not body.count:
         fault = f"has no elements that can be taken ({', '.join(body.left_out) or 'nothing else either'})"
-        repair = "put its parts into an assembly, by *Instance" * (bool(parts) and not body.instances)
+        repair = "put its parts into an assembly, by *Instance" * (bool(part_by_name) and not body.instances)
         raise MeshError(str(file), fault, "needs elements such as CPE4, CPS3, C3D8 or C3D10", repair)
     return assemble(np.array(body.points, dtype=float).reshape(-1, 3), body.cells, body.groups(), body.left_out)
 
 
 def _add_instance(
-    body: _Body, keyword: Keyword, content: list[Keyword], parts: Mapping[str, tuple[Keyword, list[Keyword]]]
+    body: _Body, keyword: Keyword, content: list[Keyword], part_by_name: Mapping[str, tuple[Keyword, list[Keyword]]]
 ) -> None:
     """Put an instance of a part into the body: shifted first, then rotated about an axis through two points."""
     name, part = keyword.option("NAME"), keyword.option("PART")
-    if part.casefold() not in parts:
-        error = unknown_name("", part, [entry.options["NAME"] for entry, _ in parts.values()])
+    if part.casefold() not in part_by_name:
+        error = unknown_name("", part, [entry.options["NAME"] for entry, _ in part_by_name.values()])
         raise keyword.error(error.found, error.allowed, error.repair)
     scope, first, first_cell = name.casefold(), len(body.points), body.count
     body.nodes.labels[scope], body.elements.labels[scope] = {}, {}
-    body.add([*parts[part.casefold()][1], *content], scope)
+    body.add([*part_by_name[part.casefold()][1], *content], scope)
     body.instances[scope] = name, part, np.arange(first_cell, body.count)
     points = np.array(body.points[first:], dtype=float).reshape(-1, 3)
     for (line, fields), needed in zip(keyword.data, (3, 7), strict=False):

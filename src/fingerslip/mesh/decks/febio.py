@@ -88,11 +88,11 @@ class Content:
         """Return the elements of the highest dimension, of kinds that are taken, by the names of their parts."""
         blocks = [tag for tag in self.mesh.iterfind("Elements") if tag.get("type") in _KINDS]
         is_solid = [len(SIDES[_KINDS[tag.attrib["type"]][0]][0]) > 2 for tag in blocks]
-        parts: dict[str, list[ET.Element]] = {}
+        by_name: dict[str, list[ET.Element]] = {}
         for tag, solid in zip(blocks, is_solid, strict=True):
             if solid == any(is_solid):
-                parts.setdefault(tag.get("name") or f"Part{len(parts) + 1}", []).append(tag)
-        return parts
+                by_name.setdefault(tag.get("name") or f"Part{len(by_name) + 1}", []).append(tag)
+        return by_name
 
 
 def read_content(file: Path) -> Content:
@@ -128,8 +128,8 @@ def read_febio(file: Path) -> Deck:
             raise content.error(tag, f"got {len(points[-1])} numbers", "needs 3 coordinates")
     cells: list[Block] = []
     elements: dict[int, int] = {}
-    groups, parts = Groups(), content.parts()
-    for name, block in ((name, block) for name, blocks in parts.items() for block in blocks):
+    groups, blocks_by_part = Groups(), content.parts()
+    for name, block in ((name, block) for name, blocks in blocks_by_part.items() for block in blocks):
         (kind, count), first = _KINDS[block.attrib["type"]], sum(len(rows) for _, rows in cells)
         rows = [(tag, content.members(tag, nodes)) for tag in block.iterfind("elem")]
         for number, (tag, row) in enumerate(rows, start=first):
@@ -143,9 +143,9 @@ def read_febio(file: Path) -> Deck:
     if not elements:
         raise content.error(content.mesh, "has no elements that can be taken", f"needs some of {', '.join(_KINDS)}")
     left_out = [f"<{tag.tag}>" for tag in content.root if tag.tag not in _SECTIONS]
-    taken = {id(block) for blocks in parts.values() for block in blocks}
+    numbers_of_blocks = {id(block) for blocks in blocks_by_part.values() for block in blocks}
     for tag in content.mesh.iterfind("Elements"):
-        if id(tag) not in taken:
+        if id(tag) not in numbers_of_blocks:
             left_out.append(f"elements {tag.get('name', '')} ({tag.get('type', 'of no type')})")
             elements |= {content.label(entry): _NO_CELL for entry in tag.iterfind("elem")}
     left_out += _add_groups(content, groups, nodes, elements, cells)
