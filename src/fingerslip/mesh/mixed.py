@@ -7,11 +7,15 @@ one. So a mixed mesh is one of quadrilaterals, some (a, b, c, c), or of hexahedr
 
 from __future__ import annotations
 
-import meshio
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.mesh.facets import connected_pieces
+
+if TYPE_CHECKING:
+    import meshio
 
 Integers = NDArray[np.int64]
 
@@ -48,7 +52,7 @@ def take_one_kind(data: meshio.Mesh) -> tuple[str, ...]:
     if {corners.get(kind, (kind, 0))[0] for kind in kinds} in _TOGETHER:
         content = [(*corners.get(block.type, (block.type, None)), np.asarray(block.data)) for block in data.cells]
         blocks = _widen([(kind, nodes[:, :count]) for kind, count, nodes in content], len(data.points))
-        data.cells = [meshio.CellBlock(kind, nodes) for kind, nodes in blocks]
+        data.cells = [type(data.cells[0])(kind, nodes) for kind, nodes in blocks]
     return (f"nodes between the corners of {', '.join(sorted(quadratic))}",) if quadratic else ()
 
 

@@ -17,7 +17,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from fingerslip.errors import MeshError, shorten, unknown_name
 from fingerslip.mesh.decks.deck import SIDES, Block, Deck, Groups, Sides, assemble, outer_sides
@@ -309,6 +308,9 @@ def _add_instance(
         if needed == 3:
             points += values
         else:
+            # Slow to load, and this file is loaded with all that may read a mesh.
+            from scipy.spatial.transform import Rotation
+
             turn = Rotation.from_rotvec(np.radians(values[6]) * axis / np.linalg.norm(axis))
             points = turn.apply(points - values[:3]) + values[:3]
     body.points[first:] = points.tolist()

@@ -6,11 +6,13 @@ import itertools
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
-import meshio
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    import meshio
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -54,6 +56,9 @@ class Groups:
 
 def assemble(points: Floats, cells: Sequence[Block], groups: Groups, left_out: Iterable[str]) -> Deck:
     """Return points (n, 3) and cells with their named groups; sets of nodes name the outer sides between them."""
+    # Slow to load, and this file is loaded with all that may read a mesh.
+    import meshio
+
     boundaries, outer, bare = dict(groups.sides), outer_sides(cells), []
     for name, nodes in groups.nodes.items():
         is_member = np.isin(np.arange(len(points)), nodes)
