@@ -140,8 +140,23 @@ def test_the_quality_of_a_mixed_mesh_is_the_worst_of_both_kinds(tmp_path):
     quads, triangles = (fs.quality_table(kinds[kind](points.T, nodes.T))[0] for kind, nodes in cells.items())
     (mixed,) = fs.quality_table(read_mesh(saved(tmp_path / "a.msh", 2)))
     assert mixed.cells == quads.cells + triangles.cells
+    # What stands upright on them has the same angles, and right ones.
+    (upright,) = fs.quality_table(read_mesh(saved(tmp_path / "b.msh", 3)))
     for name, worst in (("smallest_angle", min), ("scaled_jacobian", min), ("largest_angle", max)):
         assert getattr(mixed, name) == pytest.approx(worst(getattr(quads, name), getattr(triangles, name)))
+        assert getattr(upright, name) == pytest.approx(getattr(mixed, name))
+
+
+def test_the_quality_of_hexahedra_is_that_of_their_corners():
+    (row,) = fs.quality_table(skfem.MeshHex().scaled((1.0, 2.0, 3.0)))
+    assert (row.scaled_jacobian, row.aspect_ratio) == pytest.approx((1.0, 3.0))
+    assert np.degrees([row.smallest_angle, row.largest_angle]) == pytest.approx([90.0, 90.0])
+    # A corner along the axis of a cube, moved towards its middle: its three right angles become obtuse.
+    points = skfem.MeshHex().p.copy()
+    points[:, points.sum(axis=0) == 3.0] = 0.75
+    (row,) = fs.quality_table(skfem.MeshHex(points, skfem.MeshHex().t))
+    assert row.scaled_jacobian < 0.9
+    assert np.degrees(row.largest_angle) > 100.0
 
 
 @pytest.mark.parametrize("turn", range(4))
