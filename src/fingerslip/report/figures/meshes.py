@@ -82,15 +82,17 @@ def _section(mesh: skfem.Mesh, heading: str) -> Figure:
 
 
 def _solid(mesh: skfem.Mesh, heading: str) -> Figure:
-    boundaries = {name: np.asarray(facets) for name, facets in (mesh.boundaries or {}).items()}
-    regions, everything = _regions(mesh)[0], np.arange(mesh.nelements)
+    regions, above = _regions(mesh)
+    groups = [(f"region {name}", _surface(mesh, cells)) for name, cells in above.items()]
+    groups += [(name, np.asarray(facets)) for name, facets in (mesh.boundaries or {}).items()]
+    everything = _surface(mesh, np.arange(mesh.nelements))
     colours, visible = region_colours(tuple(regions)), _half(mesh, regions)
     layers = {name: _surface(mesh, cells[visible[cells]]) for name, cells in regions.items()}
     scenes: list[_Scene] = [[(facets, {"color": colours[name], **_CELLS}) for name, facets in layers.items()]]
-    for facets in boundaries.values():
-        others = np.setdiff1d(_surface(mesh, everything), facets)
+    for _, facets in groups:
+        others = np.setdiff1d(everything, facets)
         scenes.append([(others, {"color": _BODY, "opacity": 0.3}), (facets, {"color": BLUE, **_CELLS})])
-    names = ["regions" if visible.all() else "regions, cut open", *boundaries]
+    names = ["regions" if visible.all() else "regions, cut open", *(name for name, _ in groups)]
     images = _render(mesh, scenes)
     height = _PANEL * images[0].shape[0] / images[0].shape[1] + 0.3
     figure, panels = figure_grid(len(names), _COLUMNS, (_PANEL, height), heading, ("", ""), share="none")

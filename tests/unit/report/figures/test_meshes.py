@@ -34,9 +34,10 @@ def test_a_section_shows_its_regions_and_boundaries_by_name():
 
 def test_a_solid_shows_half_of_its_regions_and_each_boundary():
     mesh = box("H8", *[np.linspace(0.0, 1.0, 3)] * 3, regions=HALVES)
+    mesh = mesh.with_subdomains({"some of both": np.arange(3)})
     figure = mesh_figure(mesh, "pad")
     names = [axes.get_title("left") for axes in figure.axes if axes.images]
-    assert names == ["regions, cut open", *mesh.boundaries]
+    assert names == ["regions, cut open", "region some of both", *mesh.boundaries]
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["low", "high"]
     red, _, blue = (255 * np.array(mcolors.to_rgb(BLUE))).astype(int)
     shares = {}
