@@ -216,10 +216,7 @@ class _Body:
         """Return regions and boundaries by their names."""
         groups = Groups(self._sections())
         for key, elements in self.elements.sets.items():
-            # A set along an edge has the nodes there, and the elements that these belong to.
-            corners = {node for _, nodes in self._cells_of(elements.members) for node in nodes.ravel().tolist()}
-            is_along_edge = key in self.nodes.sets and corners != set(self.nodes.sets[key].members)
-            if not elements.is_internal and not is_along_edge:
+            if not elements.is_internal and not self._is_along_edge(key):
                 self.nodes.sets.pop(key, None)
                 groups.regions.setdefault(self._name(key[0], elements), _numbers(elements.members))
         for (scope, _), (surface, sides) in self.surfaces.items():
@@ -233,6 +230,13 @@ class _Body:
             if not any(np.isin(cells, members).any() for members in groups.regions.values()):
                 groups.regions[part] = cells
         return groups
+
+    def _is_along_edge(self, key: tuple[str, str]) -> bool:
+        """Tell whether elements are those beside an edge, along which the set of nodes of the same name lies."""
+        if key not in self.nodes.sets:
+            return False
+        numbers = [nodes.ravel() for _, nodes in self._cells_of(self.elements.sets[key].members)]
+        return set(np.concatenate(numbers).tolist()) != set(self.nodes.sets[key].members)
 
     def _sections(self) -> dict[str, Integers]:
         """Return the regions of sections; one whose set the preprocessor named itself is called by its material."""

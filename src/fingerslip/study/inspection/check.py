@@ -128,7 +128,9 @@ def save_mesh(target: str, path: Path | None = None, unit: LengthUnit | None = N
         from fingerslip.report.figures.style import save_figure
 
         save_figure(mesh_figure(inspected.mesh, name), path)
-    return (dataclasses.replace(inspected.tables[0], title=str(path)), *inspected.tables[1:])
+    first, *others = inspected.tables
+    note = f"{first.note}; lengths are taken as metres without --unit" if suffix and unit is None else first.note
+    return (dataclasses.replace(first, title=str(path), note=note), *others)
 
 
 def draw_specimen(target: str, path: Path) -> None:
