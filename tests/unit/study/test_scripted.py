@@ -19,7 +19,6 @@ from fingerslip.study.running.build import build_mesh
 from fingerslip.study.shipped import TEMPLATES, copy_example, examples, examples_table, new_study, studies_folder
 from fingerslip.study.storage.store import RunConvergence, write_convergences
 from fingerslip.uncertainty import Convergence, Series
-from fingerslip.verification.meshes import box
 from places import ROOT
 from unit.study.block import FRICTIONS, NAMES, block_values
 
