@@ -19,8 +19,14 @@ def middles(mesh, name):
     return sorted(map(tuple, mesh.p[:, mesh.facets[:, mesh.boundaries[name]]].mean(axis=1).T.round(9).tolist()))
 
 
-def test_a_deck_of_the_preprocessor_comes_with_its_regions_and_boundaries(tmp_path):
-    mesh = read_mesh(write(tmp_path, CAE))
+PAD = CAE[CAE.index("*Node") : CAE.index("*End Part")]
+# Meshed in the assembly, not in the part.
+INDEPENDENT = CAE.replace(PAD, "").replace("*End Instance", f"{PAD}*End Instance", 1)
+
+
+@pytest.mark.parametrize("text", [CAE, INDEPENDENT], ids=["part", "instance"])
+def test_a_deck_of_the_preprocessor_comes_with_its_regions_and_boundaries(tmp_path, text):
+    mesh = read_mesh(write(tmp_path, text))
     counts = {"Touch": 3, "Round": 4, "Fixed_CNS_": 2, "Fixed": 2, "Line": 2}
     # Shifted by 10, then turned by 90 degrees about (10, 0): what was up is left.
     assert mesh.p.T.min(axis=0) == pytest.approx([8.0, 0.0])
