@@ -336,7 +336,8 @@ def _physical(file: Path, mesh: skfem.Mesh2D) -> meshio.Mesh:
     tag = np.zeros(mesh.t.shape[1], dtype=np.int32)
     for number, (name, cells) in enumerate(regions.items(), start=1):
         if tag[cells].any():
-            raise MeshError(str(file), f"region '{name}' shares cells with another", "needs separate regions in .msh")
+            fault = f"region '{name}' shares cells with another"
+            raise MeshError(str(file), fault, "needs separate regions in .msh", "write a .vtu")
         tag[cells] = number
     first = len(regions) + 1
     facets = [mesh.facets[:, np.asarray(members)].T for members in boundaries.values()]

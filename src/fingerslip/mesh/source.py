@@ -212,7 +212,10 @@ class MeshFile(MeshSource):
             tables = [Table("Materials of the file, as a study has them", (Column("materials:"),), rows)]
         if left_out:
             tables.append(Table("Left out of the file", (Column("what"),), tuple((entry,) for entry in left_out)))
-        return replace(inspected, tables=(*inspected.tables, *tables))
+        # Regions of decks may share cells, which a .msh does not hold.
+        cells = np.concatenate([np.empty(0, dtype=int), *(mesh.subdomains or {}).values()])
+        suffix = inspected.suffix if len(np.unique(cells)) == len(cells) else ".vtu"
+        return replace(inspected, tables=(*inspected.tables, *tables), suffix=suffix)
 
     def key(self, _specimen: Any = None, /) -> str:
         """Return the hash of the file's content and unit.

@@ -8,6 +8,7 @@ import xarray as xr
 import yaml
 
 import fingerslip as fs
+from fingerslip.mesh.source import MeshFile
 from fingerslip.parameters import from_mapping
 from fingerslip.report.scene import viewer
 from fingerslip.results import result_of, write_result
@@ -121,6 +122,11 @@ def test_a_deck_is_drawn_and_what_it_has_besides_a_mesh_is_told(write_study, tmp
     assert list(fs.read_mesh("copy.vtu").subdomains) == ["Gel", "Outer layer", "Half"]
     assert rest.title == "Left out of the file"
     assert ("*Material",) in rest.rows
+    # Its regions share cells.
+    assert MeshFile("deck.inp").inspect().suffix == ".vtu"
+    assert MeshFile("pad.feb").inspect().suffix == ".vtu"
+    with pytest.raises(fs.MeshError, match="region 'Half' shares cells with another, .*; write a .vtu"):
+        save_mesh("deck.inp", tmp_path / "copy.msh")
     (table,) = save_mesh(str(write_study()), tmp_path / "study.svg")
     assert (table.title, Path("study.svg").read_bytes()[:5]) == (str(tmp_path / "study.svg"), b"<?xml")
 
