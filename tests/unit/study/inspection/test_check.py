@@ -125,7 +125,7 @@ def test_a_deck_is_drawn_and_what_it_has_besides_a_mesh_is_told(write_study, tmp
     # Its regions share cells.
     assert MeshFile("deck.inp").inspect().suffix == ".vtu"
     assert MeshFile("pad.feb").inspect().suffix == ".vtu"
-    with pytest.raises(fs.MeshError, match="region 'Half' shares cells with another, .*; write a .vtu"):
+    with pytest.raises(fs.MeshError, match=r"region 'Half' shares cells with another, .*; write a \.vtu"):
         save_mesh("deck.inp", tmp_path / "copy.msh")
     (table,) = save_mesh(str(write_study()), tmp_path / "study.svg")
     assert (table.title, Path("study.svg").read_bytes()[:5]) == (str(tmp_path / "study.svg"), b"<?xml")
