@@ -234,10 +234,9 @@ def cells_around(space: Space, nodes: Integers, regions: Sequence[str | None]) -
     """Return the weights (n_sites, n_cells) of the cells around nodes (n_sites,), each row summing to one."""
     all_nodes = space.full.element_dofs
     columns = np.broadcast_to(np.arange(all_nodes.shape[1]), all_nodes.shape).ravel()
-    ones = np.ones(all_nodes.size)
-    incidence = sparse.csr_matrix((ones, (all_nodes.ravel(), columns)), (len(space.positions), all_nodes.shape[1]))
-    # A cell counts once at a node that is two of its corners.
-    incidence.data[:] = 1.0
+    entries = (np.ones(columns.size), (all_nodes.ravel(), columns))
+    incidence = sparse.csr_matrix(entries, (len(space.positions), all_nodes.shape[1]))
+    incidence.data[:] = 1.0  # of a cell with two corners in a node, too
     # The sizes of the cells [m^2 or m^3] that have a node.
     cells = sparse.csr_matrix(incidence[np.asarray(nodes)] @ sparse.diags(space.full.dx.sum(axis=1)))
     for region in {element for element in regions if element is not None}:

@@ -197,9 +197,8 @@ def _orientation(mesh: Any, order: int) -> NDArray[np.bool_]:
     inside, _ = get_quadrature(mesh.elem.refdom, order)
     jacobian = _jacobian(mesh, mesh.doflocs, np.hstack([inside, mesh.elem.refdom.p]))
     # Where corners of a cell are one node (:mod:`fingerslip.mesh.mixed`), its mapping ends; inside it counts.
-    nodes, corners = mesh.t[: mesh.elem.refdom.nnodes], jacobian[:, inside.shape[1] :]
-    alike = (nodes[:, None] == nodes).sum(axis=1).T > 1
-    corners[alike] = np.broadcast_to(jacobian[:, :1], corners.shape)[alike]
+    alike = (mesh.t[:, None] == mesh.t).sum(axis=1).T > 1
+    jacobian[:, inside.shape[1] :][alike] = jacobian[np.nonzero(alike)[0], 0]
     turn = np.sign(jacobian[:, :1]) if _is_simplicial(mesh) else np.sign(np.median(jacobian))
     bad = np.flatnonzero((jacobian * turn <= 0.0).any(axis=1))
     if bad.size:
