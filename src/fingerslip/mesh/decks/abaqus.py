@@ -28,17 +28,17 @@ Integers = NDArray[np.int64]
 # which is ours to choose.
 _KINDS: Mapping[str, tuple[str, int]] = MappingProxyType(
     {
-        r"CP(E|S|EG)3|S3|M3D3|SFM3D3|STRI3": ("triangle", 3),
-        r"CP(E|S|EG)4|S4|M3D4|SFM3D4": ("quad", 4),
-        r"CP(E|S|EG)6|STRI65|M3D6|SFM3D6": ("triangle6", 6),
-        r"CP(E|S|EG)8|S8|M3D8|SFM3D8": ("quad8", 8),
+        r"(CP(E|S|EG)|CAX|S|M3D|SFM3D|STRI|R3D)3": ("triangle", 3),
+        r"(CP(E|S|EG)|CAX|S|M3D|SFM3D|R3D)4": ("quad", 4),
+        r"(CP(E|S|EG)|CAX|M3D|SFM3D)6|STRI65": ("triangle6", 6),
+        r"(CP(E|S|EG)|CAX|S|M3D|SFM3D)8": ("quad8", 8),
         r"C3D4": ("tetra", 4),
         r"C3D6": ("wedge", 6),
         r"C3D8": ("hexahedron", 8),
         r"C3D10": ("tetra10", 10),
         r"C3D15": ("wedge15", 15),
         r"C3D20": ("hexahedron20", 20),
-        r"T[23]D2|B[23][13]": ("line", 2),
+        r"[TR][23]D2|B[23][13]": ("line", 2),
         r"T[23]D3|B[23]2": ("line3", 3),
     }
 )
@@ -136,6 +136,8 @@ class _Body:
             for line, fields in keyword.data:
                 labels.setdefault(keyword.numbers(int, line, fields[:1])[0], _NO_CELL)
             return
+        if name.startswith("CAX"):
+            self.left_out[f"the axial symmetry of {name}"] += 1
         ((kind, count),), rows, record = kinds, list[list[int]](), list[int]()
         for line, fields in keyword.data:
             record += keyword.numbers(int, line, fields)

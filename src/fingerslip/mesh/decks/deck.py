@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
@@ -55,40 +54,52 @@ class Groups:
 
 
 def assemble(points: Floats, cells: Sequence[Block], groups: Groups, left_out: Iterable[str]) -> Deck:
-    """Return points (n, 3) and cells with their named groups; sets of nodes name the outer sides between them."""
+    """Return points (n, 3) and cells with their named groups; sets of nodes name the outer sides between them.
+
+    Elements of fewer dimensions, such as shells, are sides of cells, or left out where they belong to rigid surfaces.
+    """
     # Slow to load, and this file is loaded with all that may read a mesh.
     import meshio
 
-    boundaries, outer, bare = dict(groups.sides), outer_sides(cells), []
+    is_used = np.zeros(len(points), dtype=bool)
+    for _, nodes in _highest(cells):
+        is_used[nodes] = True
+    boundaries = {
+        name: [corners[is_used[corners].all(axis=1)] for corners in sides] for name, sides in groups.sides.items()
+    }
+    outer = outer_sides(cells)
     for name, nodes in groups.nodes.items():
         is_member = np.isin(np.arange(len(points)), nodes)
-        sides = [corners[is_member[corners].all(axis=1)] for corners in outer]
-        if any(map(len, sides)):
-            boundaries.setdefault(name, sides)
-        else:
-            bare.append(name)
+        boundaries.setdefault(name, [corners[is_member[corners].all(axis=1)] for corners in outer])
     named = [(name, corners) for name, sides in boundaries.items() for corners in sides if len(corners)]
     blocks = [*cells, *((_SIDE_KINDS[corners.shape[1]], corners) for _, corners in named)]
     empty = np.empty(0, dtype=np.int64)
     sets = {name: [empty] * len(blocks) for name in (*groups.regions, *boundaries)}
-    starts = np.cumsum([0, *(len(nodes) for _, nodes in cells)])
-    for name, numbers in groups.regions.items():
-        for block, (first, end) in enumerate(itertools.pairwise(starts)):
-            sets[name][block] = np.unique(numbers[(numbers >= first) & (numbers < end)]) - first
+    first = 0
+    for block, (_, nodes) in enumerate(cells):
+        for name, numbers in groups.regions.items():
+            members = np.unique(numbers[(numbers >= first) & (numbers < first + len(nodes))]) - first
+            sets[name][block] = members[is_used[nodes[members]].all(axis=1)]
+        first += len(nodes)
     for block, (name, corners) in enumerate(named, start=len(cells)):
         sets[name][block] = np.arange(len(corners))
-    listed = [f"sets of nodes along no side: {', '.join(bare)}"] if bare else []
+    bare = [name for name, members in sets.items() if not any(map(len, members))]
+    listed = [f"sets and surfaces with no cell and no side: {', '.join(bare)}"] if bare else []
     return Deck(meshio.Mesh(points, blocks, cell_sets=sets), (*left_out, *listed))
+
+
+def _highest(cells: Sequence[Block]) -> list[Block]:
+    """Return the cells of the highest dimension."""
+    solid = any(len(SIDES[kind][0]) > 2 for kind, _ in cells if kind in SIDES)
+    return [(kind, nodes) for kind, nodes in cells if kind in SIDES and (len(SIDES[kind][0]) > 2) == solid]
 
 
 def outer_sides(cells: Sequence[Block]) -> Sides:
     """Return the sides that no two cells of the highest dimension share, those with equally many corners together."""
-    solid = any(kind in SIDES and len(SIDES[kind][0]) > 2 for kind, _ in cells)
     by_size: dict[int, Sides] = {}
-    for kind, nodes in cells:
-        for corners in SIDES.get(kind, ()):
-            if (len(corners) > 2) == solid:
-                by_size.setdefault(len(corners), []).append(nodes[:, corners])
+    for kind, nodes in _highest(cells):
+        for corners in SIDES[kind]:
+            by_size.setdefault(len(corners), []).append(nodes[:, corners])
     outer = []
     for sides in map(np.vstack, by_size.values()):
         _, first, count = np.unique(np.sort(sides, axis=1), axis=0, return_index=True, return_counts=True)

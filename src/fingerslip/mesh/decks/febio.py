@@ -12,9 +12,10 @@ from xml.etree import ElementTree as ET
 from xml.parsers import expat
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fingerslip.errors import MeshError, shorten
-from fingerslip.mesh.decks.deck import SIDES, Block, Deck, Groups, assemble
+from fingerslip.mesh.decks.deck import Block, Deck, Groups, assemble
 
 Number = TypeVar("Number", int, float)
 
@@ -85,12 +86,10 @@ class Content:
         return [numbers[label] for label in labels]
 
     def parts(self) -> dict[str, list[ET.Element]]:
-        """Return the elements of the highest dimension, of kinds that are taken, by the names of their parts."""
-        blocks = [tag for tag in self.mesh.iterfind("Elements") if tag.get("type") in _KINDS]
-        is_solid = [len(SIDES[_KINDS[tag.attrib["type"]][0]][0]) > 2 for tag in blocks]
+        """Return the elements of kinds that are taken by the names of their parts."""
         by_name: dict[str, list[ET.Element]] = {}
-        for tag, solid in zip(blocks, is_solid, strict=True):
-            if solid == any(is_solid):
+        for tag in self.mesh.iterfind("Elements"):
+            if tag.get("type") in _KINDS:
                 by_name.setdefault(tag.get("name") or f"Part{len(by_name) + 1}", []).append(tag)
         return by_name
 
@@ -126,56 +125,49 @@ def read_febio(file: Path) -> Deck:
         points.append(content.numbers(tag, float, tag.text))
         if len(points[-1]) != 3:
             raise content.error(tag, f"got {len(points[-1])} numbers", "needs 3 coordinates")
-    cells: list[Block] = []
-    elements: dict[int, int] = {}
-    groups, blocks_by_part = Groups(), content.parts()
-    for name, block in ((name, block) for name, blocks in blocks_by_part.items() for block in blocks):
-        (kind, count), first = _KINDS[block.attrib["type"]], sum(len(rows) for _, rows in cells)
-        rows = [(tag, content.members(tag, nodes)) for tag in block.iterfind("elem")]
-        for number, (tag, row) in enumerate(rows, start=first):
-            if len(row) != count:
-                fault = f"element {tag.get('id')} has {len(row)} nodes"
-                raise content.error(tag, fault, f"{block.get('type')} needs {count}")
-            elements[content.label(tag)] = number
-        cells.append((kind, np.array([row for _, row in rows], dtype=np.int64).reshape(-1, count)))
-        before = groups.regions.get(name, np.empty(0, dtype=np.int64))
-        groups.regions[name] = np.append(before, np.arange(first, first + len(rows)))
-    if not elements:
-        raise content.error(content.mesh, "has no elements that can be taken", f"needs some of {', '.join(_KINDS)}")
-    left_out = [f"<{tag.tag}>" for tag in content.root if tag.tag not in _SECTIONS]
-    numbers_of_blocks = {id(block) for blocks in blocks_by_part.values() for block in blocks}
-    for tag in content.mesh.iterfind("Elements"):
-        if id(tag) not in numbers_of_blocks:
-            left_out.append(f"elements {tag.get('name', '')} ({tag.get('type', 'of no type')})")
-            elements |= {content.label(entry): _NO_CELL for entry in tag.iterfind("elem")}
-    left_out += _add_groups(content, groups, nodes, elements, cells)
-    return assemble(np.array(points), cells, groups, dict.fromkeys(left_out))
-
-
-def _add_groups(
-    content: Content, groups: Groups, nodes: Mapping[int, int], elements: Mapping[int, int], cells: list[Block]
-) -> list[str]:
-    """Add the sets and surfaces of a mesh, and return in words what of them is left out."""
-    used = np.zeros(max(nodes.values(), default=0) + 1, dtype=bool)
-    left_out = []
-    for _, rows in cells:
-        used[rows] = True
+    cells, elements, regions = _elements(content, nodes)
+    groups, left_out = Groups(regions), [f"<{tag.tag}>" for tag in content.root if tag.tag not in _SECTIONS]
     for tag in content.mesh:
         name = tag.get("name", "")
-        if tag.tag == "NodeSet":
+        if tag.tag == "Elements" and tag.get("type") not in _KINDS:
+            left_out.append(f"elements {name} ({tag.get('type', 'of no type')})")
+        elif tag.tag == "NodeSet":
             groups.nodes[name] = np.array(content.members(tag, nodes), dtype=np.int64)
         elif tag.tag == "ElementSet":
             groups.regions.setdefault(name, np.array(content.members(tag, elements), dtype=np.int64))
         elif tag.tag == "Surface":
             faces = [_corners(content, face, nodes) for face in tag]
-            sides = [np.array([face for face in faces if len(face) == size]) for size in {*map(len, faces)}]
-            if all(used[corners].all() for corners in sides):
-                groups.sides[name] = sides
-            else:
-                left_out.append(f"surface {name}, which lies on none of the elements taken")
+            sizes = sorted({*map(len, faces)})
+            groups.sides[name] = [np.array([face for face in faces if len(face) == size]) for size in sizes]
         elif tag.tag not in {"Nodes", "Elements", "SurfacePair"}:
             left_out.append(f"<{tag.tag}> {name}".rstrip())
-    return left_out
+    return assemble(np.array(points), cells, groups, dict.fromkeys(left_out))
+
+
+def _elements(
+    content: Content, nodes: Mapping[int, int]
+) -> tuple[list[Block], dict[int, int], dict[str, NDArray[np.int64]]]:
+    """Return the cells, their numbers by the labels of all elements, and the numbers of each part."""
+    cells: list[Block] = []
+    elements = {content.label(tag): _NO_CELL for tag in content.mesh.iterfind("Elements/elem")}
+    regions: dict[str, NDArray[np.int64]] = {}
+    first = 0
+    for name, block in ((name, block) for name, blocks in content.parts().items() for block in blocks):
+        kind, count = _KINDS[block.attrib["type"]]
+        rows = []
+        for tag in block.iterfind("elem"):
+            rows.append(content.members(tag, nodes))
+            if len(rows[-1]) != count:
+                fault = f"element {tag.get('id')} has {len(rows[-1])} nodes"
+                raise content.error(tag, fault, f"{block.get('type')} needs {count}")
+            elements[content.label(tag)] = first + len(rows) - 1
+        cells.append((kind, np.array(rows, dtype=np.int64).reshape(-1, count)))
+        numbers = np.arange(first, first + len(rows))
+        regions[name] = np.append(regions.get(name, numbers[:0]), numbers)
+        first += len(rows)
+    if not first:
+        raise content.error(content.mesh, "has no elements that can be taken", f"needs some of {', '.join(_KINDS)}")
+    return cells, elements, regions
 
 
 def _corners(content: Content, face: ET.Element, nodes: Mapping[int, int]) -> list[int]:

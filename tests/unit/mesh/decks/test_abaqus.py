@@ -1,11 +1,13 @@
 """Decks of Abaqus: what its preprocessor writes comes with its regions and boundaries; a damaged deck is one error."""
 
+import meshio
 import numpy as np
 import pytest
 
 from fingerslip.errors import MeshError
 from fingerslip.fe.space import boundary_nodes, build_space
-from fingerslip.mesh.io import read_mesh
+from fingerslip.mesh.io import read_mesh, write_mesh
+from fingerslip.verification.meshes import box, dimension
 from unit.mesh.decks.texts import CAE, flat
 
 
@@ -108,6 +110,7 @@ MIXED = flat("CPE4", [(0, 0), (1, 0), (1, 1), (0, 1), (2, 0)], [(1, 2, 3, 4)])
         ("*SURFACE, NAME=round\nbody,", {"round": 4}, {"body": 1}),
         ("*SURFACE, NAME=one,\n TYPE=ELEMENT\n1, s2", {"one": 1}, {"body": 1}),
         ("*INCLUDE, INPUT=more.inp", {"low": 1}, {"body": 1}),
+        ("*ELEMENT, TYPE=R2D2, ELSET=stamp\n9, 2, 5", {}, {"body": 1}),
         ("*NSET, NSET=set 1, GENERATE\n1, 2", {"set 1": 1}, {"body": 1}),
     ],
 )
@@ -117,6 +120,21 @@ def test_flat_decks(tmp_path, more, boundaries, regions):
     assert {name: len(facets) for name, facets in mesh.boundaries.items()} == boundaries
     assert {name: len(cells) for name, cells in mesh.subdomains.items()} == regions
     assert mesh.p.max() in {1e-3, 2e-3}
+
+
+@pytest.mark.parametrize("element", ["Q4", "T3", "H8", "T4", "T10"])
+def test_decks_that_meshio_writes_are_read(tmp_path, element, caplog):
+    mesh = box(element, *[np.linspace(0.0, 1.0, 3)] * dimension(element))
+    write_mesh(mesh, tmp_path / "body.msh")
+    data = meshio.read(tmp_path / "body.msh")
+    sets = {"body": [np.arange(mesh.nelements)]}
+    meshio.write(tmp_path / "deck.inp", meshio.Mesh(data.points, data.cells[:1], cell_sets=sets))
+    with caplog.at_level("INFO"):
+        space = build_space(read_mesh(tmp_path / "deck.inp"))
+    assert space.element == element
+    assert space.full.dx.sum() == pytest.approx(1.0)
+    # Its quadrilaterals are axisymmetric.
+    assert ("the axial symmetry of CAX4P" in caplog.text) == (element == "Q4")
 
 
 def test_two_instances_of_a_part_are_told_apart(tmp_path):
@@ -132,7 +150,7 @@ def test_what_is_not_taken_is_listed_once(tmp_path, caplog):
     path = write(tmp_path, CAE)
     with caplog.at_level("INFO"):
         read_mesh(path)
-    listed = "*Step; elements R2D2; *Material; *Hyperelastic; sets of nodes along no side: Corner"
+    listed = "*Step; *Material; *Hyperelastic; sets and surfaces with no cell and no side: All, Corner"
     assert [record.getMessage() for record in caplog.records] == [f"{path}: without {listed}"]
 
 
@@ -178,8 +196,8 @@ def test_a_damaged_deck_is_one_error_with_its_line(tmp_path, before, after, mess
         (CAE[: CAE.index("*End Part")], r"\*Part: does not end, needs \*End Part; export the deck again \(line 7\)"),
         (CAE[: CAE.index("*Assembly")], "has no elements that can be taken .*; put its parts into an assembly"),
         (
-            flat("CAX4", SQUARE, [(1, 2, 3, 4)]),
-            r"no elements that can be taken \(elements CAX4\), needs elements such as",
+            flat("CIN3D8", CUBE, [range(1, 9)]),
+            r"no elements that can be taken \(elements CIN3D8\), needs elements such as",
         ),
         (
             "*Node\n1, nan, 0.\n2, 1., 0.\n3, 0., 1.\n*Element, type=CPE3, elset=a\n1, 1, 2, 3",
