@@ -18,25 +18,28 @@ LAW = fs.NeoHookean(50e3, 0.45, 1000.0)
 SIZE = 4
 
 
-def grid(dim, split=lambda i, j: (i + 2 * j) % 3, seed=1):
+def grid(dim, split=lambda i, j: (i + 2 * j) % 3, seed=1, size=SIZE):
     """Return points, quadrilaterals and triangles, in 3D what two layers over them make, all nodes shuffled."""
     random = np.random.default_rng(seed)
-    axis = np.linspace(0.0, 1.0, SIZE + 1)
+    axis = np.linspace(0.0, 1.0, size + 1)
     points = np.array([(x, y) for y in axis for x in axis])
     inside = ((points > 0.0) & (points < 1.0)).all(axis=1)
     points[inside] += random.uniform(-0.05, 0.05, (inside.sum(), 2))
 
     def corner(i, j):
-        return j * (SIZE + 1) + i
+        return j * (size + 1) + i
 
     quads, triangles = [], []
-    for j in range(SIZE):
-        for i in range(SIZE):
+    for j in range(size):
+        for i in range(size):
             a, b, c, d = corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)
             kind = split(i, j)
             quads += [(a, b, c, d)] if kind == 0 else []
             triangles += {0: [], 1: [(a, b, c), (c, d, a)], 2: [(d, a, b), (b, c, d)]}[kind]
-    cells = {"quad": np.array(quads, dtype=int).reshape(-1, 4), "triangle": np.array(triangles).reshape(-1, 3)}
+    cells = {
+        "quad": np.array(quads, dtype=int).reshape(-1, 4),
+        "triangle": np.array(triangles, dtype=int).reshape(-1, 3),
+    }
     if dim == 3:
         count = len(points)
         points = np.vstack([np.column_stack([points, np.full(count, z)]) for z in (0.0, 0.4, 1.0)])
@@ -195,3 +198,24 @@ def test_a_mixed_pad_is_pressed_and_slides_like_one_of_quadrilaterals(tmp_path, 
         forces.append(fs.simulate(model)["counterface_force"].values[-1, 0])
     assert forces[0] == pytest.approx(forces[1], rel=0.05)
     assert forces[0][0] == pytest.approx(0.5 * forces[0][1], rel=1e-6)
+
+
+def test_a_few_triangles_among_quadrilaterals_cost_little():
+    """The number of the page on own meshes, of a pad of 8 by 8 squares."""
+    forces = []
+    for split in (lambda *_: 0, lambda i, j: (i + 2 * j) % 10 == 0):
+        points, cells = grid(2, split=split, size=8)
+        nodes = np.vstack([cells["quad"], cells["triangle"][:, [0, 1, 2, 2]]])
+        mesh = skfem.MeshQuad1(1e-3 * points.T, nodes.T).with_subdomains({"pad": np.arange(len(nodes))})
+        space = build_space(mesh)
+        law = cell_materials(space, {"pad": fs.Elastic(50e3, 0.48, 1000.0)}, "plane_strain")
+        stiffness = stiffness_matrix(space, law, 1e-3, "selective")
+        moved = np.zeros(space.positions.shape)
+        low, high = space.positions[:, 1] < 1e-9, space.positions[:, 1] > 1e-3 - 1e-9
+        moved[low, 1] = 5e-5
+        free = np.repeat(~(low | high), 2)
+        free[0::2] |= low
+        moved = moved.ravel()
+        moved[free] = spsolve(stiffness[free][:, free], -stiffness[free][:, ~free] @ moved[~free])
+        forces.append((stiffness @ moved)[1::2][low].sum())
+    assert forces[1] / forces[0] == pytest.approx(1.003, abs=1e-3)
