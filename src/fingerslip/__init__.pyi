@@ -45,6 +45,7 @@ from .materials.mooney_rivlin import MooneyRivlin as MooneyRivlin
 from .materials.neo_hookean import NeoHookean as NeoHookean
 from .materials.ogden import Ogden as Ogden, OgdenTerm as OgdenTerm
 from .materials.prony import PronyTerm as PronyTerm
+from .mesh.decks.materials import read_materials as read_materials
 from .mesh.io import read_mesh as read_mesh, write_mesh as write_mesh
 from .mesh.joining import join_meshes as join_meshes
 from .mesh.quality import quality_table as quality_table

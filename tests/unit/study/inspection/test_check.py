@@ -8,6 +8,8 @@ import xarray as xr
 import yaml
 
 import fingerslip as fs
+from fingerslip.mesh.source import MeshFile
+from fingerslip.parameters import from_mapping
 from fingerslip.report.scene import viewer
 from fingerslip.results import result_of, write_result
 from fingerslip.study.definition.runs import plan_studies
@@ -16,6 +18,7 @@ from fingerslip.study.inspection.check import check_plans, draw_specimen, save_m
 from fingerslip.study.inspection.views import FigureChoice, view_result, write_figure
 from fingerslip.study.running.cost import estimated_seconds
 from fingerslip.vision.video import video_info
+from unit.mesh.decks.texts import CAE, FEBIO
 from unit.report.scenes import block_history
 from unit.scans import mesh_of_a_scan, scan_values
 from unit.study.block import NAMES, block_values, changed
@@ -102,6 +105,37 @@ def test_mesh_of_a_scan_is_written_for_paraview_with_its_tables(tmp_path, monkey
     assert len(back.subdomains["tissue"]) == 5
 
 
+def test_a_deck_is_drawn_and_what_it_has_besides_a_mesh_is_told(write_study, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("pad.feb").write_text(FEBIO, encoding="latin-1")
+    quality, materials, rest = save_mesh("pad.feb", unit="mm")
+    assert quality.title == str(Path("meshes") / "pad.png")
+    assert "metres" not in quality.note
+    assert save_mesh("pad.feb")[0].note.endswith("lengths are taken as metres without --unit")
+    assert Path(quality.title).read_bytes().startswith(b"\x89PNG")
+    # What is printed goes into a study as it is.
+    laws = yaml.safe_load("\n".join([materials.columns[0].name, *(line for (line,) in materials.rows)]))["materials"]
+    read = fs.read_materials("pad.feb", "mm")
+    assert {name: from_mapping(type(read[name]), law) for name, law in laws.items()} == read
+    assert ("<Control>",) in rest.rows
+    (quality, rest) = save_mesh(write_deck(tmp_path), tmp_path / "copy.vtu", "mm")
+    assert list(fs.read_mesh("copy.vtu").subdomains) == ["Gel", "Outer layer", "Half"]
+    assert rest.title == "Left out of the file"
+    assert ("*Material",) in rest.rows
+    # Its regions share cells.
+    assert MeshFile("deck.inp").inspect().suffix == ".vtu"
+    assert MeshFile("pad.feb").inspect().suffix == ".vtu"
+    with pytest.raises(fs.MeshError, match=r"region 'Half' shares cells with another, .*; write a \.vtu"):
+        save_mesh("deck.inp", tmp_path / "copy.msh")
+    (table,) = save_mesh(str(write_study()), tmp_path / "study.svg")
+    assert (table.title, Path("study.svg").read_bytes()[:5]) == (str(tmp_path / "study.svg"), b"<?xml")
+
+
+def write_deck(folder):
+    (folder / "deck.inp").write_text(CAE)
+    return str(folder / "deck.inp")
+
+
 def test_preset_and_study_are_drawn(tmp_path):
     study = tmp_path / "study.yaml"
     study.write_text("fingertip: {preset: wang2014-2d}\ntime: {step: 5 ms, end: 10 ms}\n", encoding="utf-8")
@@ -116,6 +150,7 @@ def test_preset_and_study_are_drawn(tmp_path):
     [
         (save_mesh, "wang2014-2e a.msh", r"mesh wang2014-2e: is neither .*; did you mean 'wang2014-2d'"),
         (save_mesh, "nix a.msh", "mesh nix: is neither a preset nor a study file, .*; presets: wang2014-2d"),
+        (lambda *paths: save_mesh(*paths, "inch"), "file a.png", "unit: got 'inch', needs one of m, cm, mm, um"),
         (save_mesh, "block.yaml file/copy.msh", r"file/copy\.msh: cannot be written"),
         (draw_specimen, "wang2014-3d finger.doc", r"needs a file that ends in \.png, \.svg, \.pdf"),
         (draw_specimen, "nobody finger.png", "preset: 'nobody' is not known"),
