@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
+import matplotlib as mpl
 import numpy as np
 import xarray as xr
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection, PolyCollection
-from matplotlib.colors import Normalize, to_rgba
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
@@ -20,11 +22,29 @@ from fingerslip.contact.frames import sliding_direction
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import ResultError
 from fingerslip.history import is_solid, nearest_record, nearest_snapshot, site_kinds, sites_of_kinds
-from fingerslip.report.colours import BLACK, BLUE, FIELD_MAP, ORANGE, STATE_COLOURS, region_colours
+from fingerslip.report.colours import (
+    BLACK,
+    BLUE,
+    FIELD_MAP,
+    LAYER_LINE,
+    ORANGE,
+    STATE_COLOURS,
+    STIFF_COLOUR,
+    region_colours,
+)
 from fingerslip.report.figures import style
 from fingerslip.report.scene.names import Scalar
 from fingerslip.report.scene.options import SCALARS, SceneOptions
-from fingerslip.report.scene.scene import CORNERS, check_options, field_limits, region_names
+from fingerslip.report.scene.scene import (
+    CORNERS,
+    OF_CELLS,
+    check_options,
+    contact_levels,
+    field_limits,
+    region_names,
+    scale_length,
+    soft_regions,
+)
 from fingerslip.report.scene.viewer import stills
 from fingerslip.slip import (
     Events,
@@ -80,7 +100,7 @@ def deformed_figure(
     title: str = "",
 ) -> Figure:
     """Draw the deformed body with a field, a panel for each time [s]: sections to scale, or lit views of a solid."""
-    solid, options = is_solid(history), options or SceneOptions(cut="z", written=False)
+    solid, options = is_solid(history), options or SceneOptions(cut="z", receptors=False, written=False)
     check_options(history, options)
     moments, every = dict.fromkeys(times or (), ""), history["snapshot_time"].values
     if times is None:
@@ -114,53 +134,89 @@ def _draw_views(
 def _draw_sections(
     history: xr.Dataset, numbers: Sequence[int], options: SceneOptions, heading: str
 ) -> tuple[Figure, list[Axes]]:
-    columns, (width, height) = style.columns_for(len(numbers)), np.ptp(history["node_position"].values, axis=0)
+    columns, (low, high) = style.columns_for(len(numbers)), section_frame(history)
     wide, limits = 3.4 if columns > 1 else 6.0, field_limits(history, options)
-    size = (wide, wide * float(height / width) + 0.75)
-    figure, panels = style.figure_grid(len(numbers), columns, size, heading, ("x [mm]", "y [mm]"))
+    size = (wide, wide * float((high - low)[1] / (high - low)[0]) + 0.3)
+    figure, panels = style.figure_grid(len(numbers), columns, size, heading, ("", ""))
     for axes, number in zip(panels, numbers, strict=True):
         draw_section(axes, history, number, options.scalar, limits)
     return figure, panels
 
 
-def draw_section(axes: Axes, history: xr.Dataset, number: int, scalar: Scalar, limits: tuple[float, float]) -> None:
-    """Draw a snapshot of a section: its field, the skin by the state of its contact, and the plate with its motion."""
+def section_frame(history: xr.Dataset) -> tuple[Floats, Floats]:
+    """Return two corners (2,) [mm] around a section and its plate at all snapshots: panels compare, no film jumps."""
     moving = 1e3 * (history["node_position"].values + history["snapshot_displacement"].values)
-    points = moving[number]
-    cells = history["cell_nodes"].values[:, : CORNERS[history.attrs["element"]]]
-    if scalar == "region":
-        palette = region_colours(region_names(history))
-        colours = np.array([to_rgba(palette[name]) for name in region_names(history)])[history["cell_region"].values]
-    else:
-        values = SCALARS[scalar][1] * history[f"snapshot_{scalar}"].values[number]
-        if scalar in {"displacement", "velocity"}:
-            values = np.linalg.norm(values, axis=1)[cells].mean(axis=1)
-        colours = ScalarMappable(Normalize(*limits), FIELD_MAP).to_rgba(values)
-    axes.add_collection(
-        PolyCollection(list(points[cells]), facecolors=colours, edgecolors="none", antialiaseds=False, rasterized=True)
-    )
-    axes.set_aspect("equal")
-    axes.grid(visible=False)
-    _draw_skin(axes, history, number, points)
-    # All snapshots have the same frame, so that panels compare and nothing jumps in a film.
     low, high = moving.min(axis=(0, 1)), moving.max(axis=(0, 1))
     margin = _MARGIN * (high - low).max()
-    axes.set_xlim(low[0] - margin, high[0] + margin)
+    return low - margin * np.array([1.0, 2.5]), high + margin
+
+
+def draw_section(axes: Axes, history: xr.Dataset, number: int, scalar: Scalar, limits: tuple[float, float]) -> None:
+    """Draw a snapshot of a section: its field, layers, the state of its contact, the plate and a scale bar."""
+    points = 1e3 * (history["node_position"].values + history["snapshot_displacement"].values[number])
+    cells = history["cell_nodes"].values[:, : CORNERS[history.attrs["element"]]]
+    names, regions = region_names(history), history["cell_region"].values
+    colours, soft = region_colours(names), soft_regions(history)
+    of_cells = scalar in OF_CELLS
+    for region, name in enumerate(names):
+        corners = cells[regions == region]
+        if scalar == "region" or (of_cells and region not in soft):
+            colour = colours[name] if scalar == "region" else STIFF_COLOUR
+            axes.add_collection(PolyCollection(list(points[corners]), facecolors=colour, edgecolors="face", linewidth=0.2))
+        elif corners.size:
+            values = SCALARS[scalar][1] * history[f"snapshot_{scalar}"].values[number]
+            shown = _node_means(corners, values[regions == region], len(points)) if of_cells else np.linalg.norm(values, axis=1)
+            triangles = np.concatenate([corners[:, [0, at, at + 1]] for at in range(1, corners.shape[1] - 1)])
+            axes.tripcolor(
+                *points.T, triangles, shown, shading="gouraud", cmap=FIELD_MAP, norm=Normalize(*limits), rasterized=True
+            )
+    lines = points[_layer_edges(cells, regions)]
+    axes.add_collection(LineCollection(list(lines), colors=LAYER_LINE, linewidths=0.5, capstyle="round"))
+    axes.set_aspect("equal")
+    axes.set_axis_off()
+    low, high = section_frame(history)
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     _draw_plates(axes, history, number)
-    axes.set_ylim(low[1] - 2.5 * margin, high[1] + margin)
+    _draw_skin(axes, history, number, points)
+    _draw_scale(axes)
+
+
+def _node_means(corners: NDArray[np.integer], values: Floats, count: int) -> Floats:
+    """Return at each node (count,) the mean of values (n,) of cells with corners (n, k): layers have edges, cells none."""
+    nodes, weights = corners.ravel(), np.repeat(values, corners.shape[1])
+    return np.bincount(nodes, weights, count) / np.maximum(np.bincount(nodes, minlength=count), 1)
+
+
+def _layer_edges(cells: NDArray[np.integer], regions: NDArray[np.integer]) -> NDArray[np.integer]:
+    """Return the edges (m, 2) of cells (n, k) that bound a region: no second cell of it has them."""
+    edges = np.sort(np.stack([cells, np.roll(cells, -1, axis=1)], axis=-1), axis=-1).reshape(-1, 2)
+    named, counts = np.unique(np.column_stack([edges, np.repeat(regions, cells.shape[1])]), axis=0, return_counts=True)
+    return np.unique(named[counts == 1, :2], axis=0)
+
+
+def _draw_scale(axes: Axes) -> None:
+    """Draw a bar of a round length in millimetres below at the right."""
+    (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
+    length = scale_length(right - left)
+    end, level = right - 0.02 * (right - left), bottom + 0.03 * (top - bottom)
+    axes.plot([end - length, end], [level, level], color=BLACK, linewidth=2.0, solid_capstyle="butt", zorder=6)
+    look = {"ha": "center", "va": "bottom", "fontsize": mpl.rcParams["legend.fontsize"]}
+    axes.text(end - 0.5 * length, level + 0.01 * (top - bottom), f"{length:g} mm", **look)
 
 
 def _draw_skin(axes: Axes, history: xr.Dataset, number: int, points: Floats) -> None:
-    """Draw the touching skin as a line in the colours of stick and slip."""
+    """Draw the touching skin as a smooth line in the colours of stick and slip, lonely nodes as dots."""
     nodes = history["contact_node"].values
     states = history["contact_state"].values[nearest_record(history, float(history["snapshot_time"][number]))]
     order = np.argsort(history["contact_position"].values[:, 0])
     joined = np.stack([order[:-1], order[1:]], axis=1)
-    facets = joined[(states[joined] != OPEN).all(axis=1)]
-    colours = [STATE_COLOURS[int(state)] for state in states[facets].max(axis=1)] if facets.size else []
-    lines = list(points[nodes[facets]])
-    axes.add_collection(LineCollection(lines, colors=BLACK, linewidths=_SKIN_WIDTH + 1.2, zorder=4))
-    axes.add_collection(LineCollection(lines, colors=colours, linewidths=_SKIN_WIDTH, antialiaseds=False, zorder=5))
+    joined = joined[(states[joined] != OPEN).all(axis=1)]
+    for state in (STICK, SLIP):
+        lines = points[nodes[joined[states[joined].max(axis=1) == state]]]
+        look: dict[str, Any] = {"zorder": 4 + state}
+        dots = points[nodes[states == state]]
+        axes.plot(*dots.T, "o", color=STATE_COLOURS[state], markersize=_SKIN_WIDTH, markeredgewidth=0.0, **look)
+        axes.add_collection(LineCollection(list(lines), colors=STATE_COLOURS[state], linewidths=_SKIN_WIDTH, **look))
 
 
 def _draw_plates(axes: Axes, history: xr.Dataset, number: int) -> None:
@@ -246,8 +302,7 @@ def slip_frames_figure(
     figure, panels = style.figure_grid(len(moments), 3, _panel_size(history, patch, 2.6), heading, _LABELS)
     events_read = style.event_times(events.slip)
     for axes, moment, before in zip(panels, moments, [np.inf, *moments[:-1]], strict=True):
-        states = triangle_states(history, patch, nearest_record(history, moment))
-        _fill_patch(axes, patch, history, [STATE_COLOURS[int(state)] for state in states])
+        _fill_states(axes, patch, history, nearest_record(history, moment))
         passed = ", ".join(EVENTS[name] for name, time in events_read.items() if before < time <= moment)
         axes.set_title(f"{moment:.3f} s{f', after {passed}' if passed else ''}")
     style.add_legend(figure, style.state_keys((STICK, SLIP, OPEN)))
@@ -290,13 +345,23 @@ def _draw_fields(
     return colours
 
 
-def _fill_patch(axes: Axes, patch: ContactPatch, history: xr.Dataset, colours: Sequence[str] | Floats) -> None:
+def _fill_states(axes: Axes, patch: ContactPatch, history: xr.Dataset, step: int) -> None:
+    """Fill what is open, slips and sticks; the edges are where pressure ends and the tractions reach their limit."""
+    touch, stick = contact_levels(history, patch, step)
+    _fill_patch(axes, patch, history, STATE_COLOURS[OPEN])
+    for state, level in ((SLIP, touch), (STICK, stick)):
+        if level.max() > 0.0:
+            levels, colour = [0.0, level.max()], STATE_COLOURS[state]
+            axes.tricontourf(*1e3 * patch.points.T, patch.triangles, level, levels=levels, colors=[colour])
+
+
+def _fill_patch(axes: Axes, patch: ContactPatch, history: xr.Dataset, colours: str | Floats) -> None:
     """Fill the triangles of the patch and frame what ever touches."""
     _fill_triangles(axes, 1e3 * patch.points[patch.triangles], colours)
     _set_frame(axes, *_touched_frame(history, patch, patch.points))
 
 
-def _fill_triangles(axes: Axes, corners: Floats, colours: Sequence[str] | Floats) -> None:
+def _fill_triangles(axes: Axes, corners: Floats, colours: str | Floats) -> None:
     """Fill triangles (n, 3, 2) [mm] without borders between them."""
     axes.add_collection(PolyCollection(list(corners), facecolors=colours, edgecolors="face", linewidths=0.2))
 

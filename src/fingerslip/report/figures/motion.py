@@ -90,8 +90,6 @@ def _draw_frame(
     body = figure.add_subplot(grid[0])
     if picture is None:
         draw_section(body, history, number, options.scalar, limits)
-        body.set_xlabel("x [mm]")
-        body.set_ylabel("y [mm]")
     else:
         show_picture(body, picture)
     if options.scalar != "region":

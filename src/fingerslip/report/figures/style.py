@@ -6,6 +6,7 @@ import contextlib
 import functools
 import io
 import math
+import string
 import textwrap
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextvars import ContextVar
@@ -64,12 +65,13 @@ class Look:
     letters: float = 1.0  # factor on the size of letters
     lines: float = 1.0  # factor on the width of lines and the size of marks
     titled: bool = True  # whether figures have a title
+    lettered: bool = False  # whether panels have letters, for a caption
 
 
 #: Looks by name: pages, journal columns of 3.5 and 7.2 inches, and slides of 13.3 inches with room for a heading.
 LOOKS: Mapping[str, Look] = {
     "page": Look(),
-    "paper": Look(width=7.2, single=3.5, letters=0.85, lines=0.8, titled=False),
+    "paper": Look(width=7.2, single=3.5, letters=0.85, lines=0.8, titled=False, lettered=True),
     "slides": Look(width=12.0, single=9.0, letters=1.75, lines=1.7),
 }
 _look: ContextVar[Look] = ContextVar("look", default=LOOKS["page"])
@@ -163,9 +165,18 @@ def figure_grid(
     room = size[1] - _BESIDE_PANELS * look.letters
     label = _wrap(labels[1], room / (look.letters * _LABEL_LETTER_WIDTH))
     figure.supylabel(label, fontsize=mpl.rcParams["axes.labelsize"])
+    if look.lettered and count > 1:
+        letter_panels(panels[:count])
     if look.titled:
         figure.suptitle(_wrap(title, size[0] / (look.letters * _TITLE_LETTER_WIDTH)), x=0.01, ha="left")
     return figure, panels[:count]
+
+
+def letter_panels(panels: Sequence[Axes]) -> None:
+    """Write a, b, c and on at the top left of panels, outside of them."""
+    for letter, axes in zip(string.ascii_lowercase, panels, strict=False):
+        look: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points", "ha": "right"}
+        axes.annotate(letter, (0.0, 1.0), (-4.0, 4.0), fontweight="bold", va="bottom", **look)
 
 
 def run_panels(titles: Sequence[str], title: str, labels: tuple[str, str]) -> tuple[Figure, list[Axes]]:

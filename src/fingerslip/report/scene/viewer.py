@@ -19,7 +19,18 @@ from numpy.typing import NDArray
 
 from fingerslip.errors import InputError, ResultError
 from fingerslip.history import nearest_snapshot, site_kinds
-from fingerslip.report.colours import BLUE, EVENT_COLOURS, GREEN, RECEPTOR_COLOURS, VERMILLION
+from fingerslip.contact.states import SLIP, STICK
+from fingerslip.report.colours import (
+    BLACK,
+    BLUE,
+    EVENT_COLOURS,
+    GREEN,
+    RECEPTOR_COLOURS,
+    STATE_COLOURS,
+    STATE_NAMES,
+    VERMILLION,
+    region_colours,
+)
 from fingerslip.report.figures.style import (
     NO_EVENTS,
     add_legend,
@@ -32,7 +43,7 @@ from fingerslip.report.figures.style import (
 )
 from fingerslip.report.scene.names import CUTS, FIELDS
 from fingerslip.report.scene.options import SCALARS, SceneOptions
-from fingerslip.report.scene.scene import aim, check_options, draw_scene, region_names
+from fingerslip.report.scene.scene import aim, check_options, draw_scale, draw_scene, region_names, snapshot_grid
 from fingerslip.slip import Events, slide_window
 from fingerslip.slip.windows import EVENTS
 from fingerslip.storage.files import write_bytes
@@ -76,7 +87,7 @@ class SceneControl:
         self.options = dataclasses.replace(self.options, **values)
         # What the options decide goes first, bars of colours included.
         for name in list(self.plotter.actors):
-            if name.split(" ")[0] in {"layer", "plate", "arrow", "sites", "contact", "time"}:
+            if name.split(" ")[0] in {"layer", "border", "plate", "arrow", "sites", "contact", "scale", "length", "time"}:
                 self.plotter.remove_actor(name, render=False)
         for title in list(self.plotter.scalar_bars.keys()):
             self.plotter.remove_scalar_bar(title, render=False)
@@ -162,9 +173,23 @@ def stills(
             draw_scene(plotter, history, number, options)
             if index == 0:
                 aim(plotter, history, options)
+                draw_scale(plotter, snapshot_grid(history, number).points)
+                if options.written:
+                    _add_names(plotter, history, options)
             yield np.asarray(plotter.screenshot(None, return_img=True))[..., :3]
     finally:
         plotter.close()
+
+
+def _add_names(plotter: Any, history: xr.Dataset, options: SceneOptions) -> None:
+    """Say what the colours of a picture stand for beside its field."""
+    names = region_colours(region_names(history)) if options.scalar == "region" else {}
+    names |= {STATE_NAMES[state]: STATE_COLOURS[state] for state in (STICK, SLIP) if options.contact}
+    if options.receptors:
+        names |= dict(receptor_legend(history)) or ({"recorded sites": BLACK} if site_kinds(history).size else {})
+    if names:
+        size = (0.26, 0.036 * len(names))
+        plotter.add_legend([*names.items()], bcolor=None, face="circle", size=size, loc="upper right")
 
 
 def save_still(
