@@ -16,6 +16,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.tri import Triangulation
 from numpy.typing import NDArray
 
 from fingerslip.contact.frames import sliding_direction
@@ -70,6 +71,23 @@ _MARGIN = 0.06
 def has_frames(history: xr.Dataset) -> bool:
     """Tell whether a history is one of a section with snapshots."""
     return not is_solid(history) and history.sizes.get("snapshot_time", 0) > 0
+
+
+def has_pictures(history: xr.Dataset) -> bool:
+    """Tell whether there is something to see of the contact: records do in 3D, sections need snapshots."""
+    return is_solid(history) or has_frames(history)
+
+
+def draw_contact(axes: Axes, history: xr.Dataset, moment: float, *, scaled: bool = True) -> None:
+    """Draw the contact at about a time [s]: the section that is pressed in 2D, in 3D what sticks, from below."""
+    if is_solid(history):
+        _fill_states(axes, contact_patch(history), history, nearest_record(history, moment))
+        axes.set_axis_off()
+    else:
+        limits = field_limits(history, SceneOptions())
+        draw_section(axes, history, nearest_snapshot(history, moment), "von_mises", limits, scaled=False)
+    if scaled:
+        _draw_scale(axes)
 
 
 def frame_times(history: xr.Dataset, events: Events, names: Sequence[str] = MAIN_EVENTS) -> dict[float, str]:
@@ -151,7 +169,9 @@ def section_frame(history: xr.Dataset) -> tuple[Floats, Floats]:
     return low - margin * np.array([1.0, 2.5]), high + margin
 
 
-def draw_section(axes: Axes, history: xr.Dataset, number: int, scalar: Scalar, limits: tuple[float, float]) -> None:
+def draw_section(
+    axes: Axes, history: xr.Dataset, number: int, scalar: Scalar, limits: tuple[float, float], *, scaled: bool = True
+) -> None:
     """Draw a snapshot of a section: its field, layers, the state of its contact, the plate and a scale bar."""
     points = 1e3 * (history["node_position"].values + history["snapshot_displacement"].values[number])
     cells = history["cell_nodes"].values[:, : CORNERS[history.attrs["element"]]]
@@ -162,14 +182,17 @@ def draw_section(axes: Axes, history: xr.Dataset, number: int, scalar: Scalar, l
         corners = cells[regions == region]
         if scalar == "region" or (of_cells and region not in soft):
             colour = colours[name] if scalar == "region" else STIFF_COLOUR
-            axes.add_collection(PolyCollection(list(points[corners]), facecolors=colour, edgecolors="face", linewidth=0.2))
+            look: dict[str, Any] = {"facecolors": colour, "edgecolors": "face", "linewidth": 0.2}
+            axes.add_collection(PolyCollection(list(points[corners]), **look))
         elif corners.size:
             values = SCALARS[scalar][1] * history[f"snapshot_{scalar}"].values[number]
-            shown = _node_means(corners, values[regions == region], len(points)) if of_cells else np.linalg.norm(values, axis=1)
+            if of_cells:
+                field = _node_means(corners, values[regions == region], len(points))
+            else:
+                field = np.linalg.norm(values, axis=1)
             triangles = np.concatenate([corners[:, [0, at, at + 1]] for at in range(1, corners.shape[1] - 1)])
-            axes.tripcolor(
-                *points.T, triangles, shown, shading="gouraud", cmap=FIELD_MAP, norm=Normalize(*limits), rasterized=True
-            )
+            look = {"shading": "gouraud", "cmap": FIELD_MAP, "norm": Normalize(*limits), "rasterized": True}
+            axes.tripcolor(Triangulation(points[:, 0], points[:, 1], triangles), field, **look)
     lines = points[_layer_edges(cells, regions)]
     axes.add_collection(LineCollection(list(lines), colors=LAYER_LINE, linewidths=0.5, capstyle="round"))
     axes.set_aspect("equal")
@@ -178,11 +201,12 @@ def draw_section(axes: Axes, history: xr.Dataset, number: int, scalar: Scalar, l
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     _draw_plates(axes, history, number)
     _draw_skin(axes, history, number, points)
-    _draw_scale(axes)
+    if scaled:
+        _draw_scale(axes)
 
 
 def _node_means(corners: NDArray[np.integer], values: Floats, count: int) -> Floats:
-    """Return at each node (count,) the mean of values (n,) of cells with corners (n, k): layers have edges, cells none."""
+    """Return the means at nodes (count,) of values (n,) of cells with corners (n, k)."""
     nodes, weights = corners.ravel(), np.repeat(values, corners.shape[1])
     return np.bincount(nodes, weights, count) / np.maximum(np.bincount(nodes, minlength=count), 1)
 
@@ -352,7 +376,8 @@ def _fill_states(axes: Axes, patch: ContactPatch, history: xr.Dataset, step: int
     for state, level in ((SLIP, touch), (STICK, stick)):
         if level.max() > 0.0:
             levels, colour = [0.0, level.max()], STATE_COLOURS[state]
-            axes.tricontourf(*1e3 * patch.points.T, patch.triangles, level, levels=levels, colors=[colour])
+            mesh = Triangulation(1e3 * patch.points[:, 0], 1e3 * patch.points[:, 1], patch.triangles)
+            axes.tricontourf(mesh, level, levels=levels, colors=[colour])
 
 
 def _fill_patch(axes: Axes, patch: ContactPatch, history: xr.Dataset, colours: str | Floats) -> None:

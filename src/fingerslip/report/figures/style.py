@@ -141,20 +141,27 @@ def figure_grid(
     *,
     share: str = "all",
     widths: Sequence[float] | None = None,
+    heights: Sequence[float] | None = None,
+    lettered: bool = True,
+    full: bool = False,
 ) -> tuple[Figure, list[Axes]]:
-    """Make a figure of `count` panels, each of a size [inch]; the lowest of every column has the horizontal label."""
+    """Make a figure of `count` panels, each of a size [inch]; the lowest of every column has the horizontal label.
+
+    A single column has the width of one in a journal, or the `full` width of a page.
+    """
     wide = max(min(columns, count), 1)
     rows = max(math.ceil(count / wide), 1)
     look = _look.get()
     size = (max(wide * panel[0] + 0.6, _LEAST_WIDTH), rows * panel[1] + _BESIDE_PANELS)
-    if (width := look.single if wide == 1 else look.width) is not None:
+    if (width := look.single if wide == 1 and not full else look.width) is not None:
         # Scaled to the width of the look.
         scale = (width - 0.6) / (wide * panel[0])
         size = (width, rows * max(panel[1] * scale, _LEAST_HEIGHT) + _BESIDE_PANELS * look.letters)
     figure = Figure(figsize=size, layout="constrained")
     FigureCanvasAgg(figure)
     shared_x, shared_y = {"all": (True, True), "x": (True, False), "none": (False, False)}[share]
-    grid = figure.subplots(rows, wide, sharex=shared_x, sharey=shared_y, squeeze=False, width_ratios=widths)
+    ratios: dict[str, Any] = {"width_ratios": widths, "height_ratios": heights}
+    grid = figure.subplots(rows, wide, sharex=shared_x, sharey=shared_y, squeeze=False, **ratios)
     panels: list[Axes] = list(np.asarray(grid).flat)
     for unused in panels[count:]:
         unused.set_visible(False)
@@ -165,7 +172,7 @@ def figure_grid(
     room = size[1] - _BESIDE_PANELS * look.letters
     label = _wrap(labels[1], room / (look.letters * _LABEL_LETTER_WIDTH))
     figure.supylabel(label, fontsize=mpl.rcParams["axes.labelsize"])
-    if look.lettered and count > 1:
+    if lettered and count > 1:
         letter_panels(panels[:count])
     if look.titled:
         figure.suptitle(_wrap(title, size[0] / (look.letters * _TITLE_LETTER_WIDTH)), x=0.01, ha="left")
@@ -173,8 +180,8 @@ def figure_grid(
 
 
 def letter_panels(panels: Sequence[Axes]) -> None:
-    """Write a, b, c and on at the top left of panels, outside of them."""
-    for letter, axes in zip(string.ascii_lowercase, panels, strict=False):
+    """Write a, b, c and on at the top left of panels, outside of them, where the look has letters."""
+    for letter, axes in zip(string.ascii_lowercase if _look.get().lettered else "", panels, strict=False):
         look: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points", "ha": "right"}
         axes.annotate(letter, (0.0, 1.0), (-4.0, 4.0), fontweight="bold", va="bottom", **look)
 
@@ -198,6 +205,12 @@ def name_panel(axes: Axes, title: str, columns: int) -> None:
 
 def _wrap(title: str, letters: float) -> str:
     return textwrap.fill(title, max(int(letters), 20), break_long_words=False)
+
+
+def add_keys_inside(axes: Axes, **where: Any) -> None:
+    """Put a legend into a panel where it covers least, on white so that lines behind it do not cross letters."""
+    look = {"loc": "best", "frameon": True, "facecolor": "white", "edgecolor": "none", "framealpha": 0.85, **where}
+    axes.legend(**look).set_zorder(6)
 
 
 def say(axes: Axes, text: str, height: float = 0.5) -> None:
@@ -288,7 +301,26 @@ def picture_bytes(pictures: Iterable[NDArray[np.uint8]], ending: str) -> bytes:
 
 
 def save_figure(figure: Figure, path: str | Path) -> None:
-    """Save a figure, whole or not at all, to a path whose ending says the format: ``.png``, ``.svg`` or ``.pdf``."""
+    """Save a figure, whole or not at all, with text that stays text.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+        The figure.
+    path : str or Path
+        Where; its ending says the format, ``.png``, ``.svg`` or ``.pdf``. PDF has TrueType fonts, SVG words.
+
+    Raises
+    ------
+    ResultError
+        Where the file cannot be written.
+
+    Examples
+    --------
+    >>> import fingerslip as fs
+    >>> from matplotlib.figure import Figure
+    >>> fs.save_figure(Figure(), "empty.pdf")  # doctest: +SKIP
+    """
     path = Path(path)
     write_bytes(path, figure_bytes(figure, path.suffix.removeprefix(".").lower()))
 
@@ -378,6 +410,14 @@ def name_run(panels: Sequence[Axes], history: xr.Dataset, events: SlipEvents) ->
     window = slide_window(history)
     for axes in panels:
         name_events(axes, window.start if window else None, events)
+
+
+@with_style
+def mark_figure(figure: Figure, history: xr.Dataset, events: SlipEvents) -> None:
+    """Mark a run in all panels of a figure over time in seconds, and write the names above the first."""
+    for axes in figure.axes:
+        mark_run(axes, history, events)
+    name_run(figure.axes[:1], history, events)
 
 
 def name_events(axes: Axes, start: float | None, events: SlipEvents) -> None:

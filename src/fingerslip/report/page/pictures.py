@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import TYPE_CHECKING
 
 import xarray as xr
 from matplotlib.figure import Figure
 
-from fingerslip.errors import InputError
-from fingerslip.history import is_solid, sites_of_kinds
+from fingerslip.afferents.model import Spikes, resolved_afferents, spikes_of
+from fingerslip.afferents.signals import BandwidthWarning
+from fingerslip.errors import InputError, ResultError
+from fingerslip.history import is_solid, site_kinds, sites_of_kinds
 from fingerslip.marker_tracks import marker_tracks
-from fingerslip.report.content import RUN_FIGURES, STUDY_FIGURES, FigureKind, ReportContent, RunPictures
+from fingerslip.report.content import RUN_FIGURES, STUDY_FIGURES, FigureKind, ReportContent, RunPictures, RunSubject
 from fingerslip.report.figures import bodies, markers, signals, study
-from fingerslip.report.figures.specimens import receptor_positions, section_figure
+from fingerslip.report.figures.composed import composed_figure
+from fingerslip.report.figures.specimens import mesh_figure, receptor_positions, section_figure
 from fingerslip.report.figures.style import is_held
 from fingerslip.report.labels import path_label
 from fingerslip.report.page.page import Picture
 from fingerslip.report.prose import prose
-from fingerslip.report.scene.options import SceneOptions
 from fingerslip.report.tables.runs import differing_paths
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import slide_window
@@ -26,12 +29,13 @@ from fingerslip.slip import slide_window
 if TYPE_CHECKING:
     import skfem
 
-    from fingerslip.report.content import RunSubject, StudySubject
+    from fingerslip.report.content import StudySubject
 
 MARKER_KINDS = ("internal marker", "external marker")
 
 _DRAW_STUDIES: Mapping[str, Callable[[StudySubject], Figure]] = {
-    "latency": lambda s: study.latency_figure(s.runs, s.path, s.reference),
+    "latency": lambda s: study.latency_figure(s.runs, s.path, s.reference, s.uncertainties),
+    "sensitivity": lambda s: study.indices_figure(s.sensitivities),
     "events": lambda s: study.event_times_figure(s.runs, s.path, s.reference, s.starts or None),
     "slip-onset": lambda s: bodies.slip_onset_figure(s.histories),
     "stick-ratio": lambda s: bodies.stick_ratio_figure(s.histories),
@@ -40,6 +44,7 @@ _DRAW_STUDIES: Mapping[str, Callable[[StudySubject], Figure]] = {
     "acceleration-peaks": lambda s: signals.acceleration_overview_figure(s.histories, s.events, s.peaks),
 }
 _DRAW_RUNS: Mapping[str, Callable[[RunSubject], Figure]] = {
+    "composed": lambda r: composed_figure(r.history, r.events, run_spikes(r), r.title),
     "deformed": lambda r: bodies.deformed_figure(r.history, r.events, r.options, r.times or None),
     "slip-map": lambda r: signals.slip_maps_figure({r.title: r.history}, {r.title: r.events}),
     "displacement": lambda r: signals.contact_displacement_figure(r.history, r.events, r.title),
@@ -53,7 +58,29 @@ _DRAW_RUNS: Mapping[str, Callable[[RunSubject], Figure]] = {
     "acceleration": lambda r: signals.acceleration_figure(r.history, r.events, r.title),
     "strain-energy-density": lambda r: signals.strain_energy_density_figure(r.history, r.events, r.title),
     "energy": lambda r: signals.energy_figure(r.history, r.title),
+    "spikes": lambda r: signals.spike_figure(_required_spikes(r), r.history, r.events, r.title),
+    "mesh": lambda r: (bodies.scene_figure if is_solid(r.history) else mesh_figure)(r.history, r.title),
 }
+
+
+def run_spikes(run: RunSubject) -> Spikes | None:
+    """Return the spikes of a run's afferents, of those types whose stimulus it resolves; None without receptors.
+
+    How far records resolve them is said where figures are explained, not for each figure.
+    """
+    models = resolved_afferents(run.history, run.afferents)
+    if not has_receptors(run.history) or "strain" not in run.history:
+        return None
+    recorded = set(map(str, site_kinds(run.history)))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", BandwidthWarning)
+        return spikes_of(run.history, {kind: model for kind, model in models.items() if kind in recorded})
+
+
+def _required_spikes(run: RunSubject) -> Spikes:
+    if (spikes := run_spikes(run)) is None:
+        raise ResultError("history: has no receptors; write record: {receptors: [FA-I, SA-I]} and run again")
+    return spikes
 
 
 def has_receptors(history: xr.Dataset) -> bool:
@@ -157,13 +184,10 @@ def hero_pictures(content: ReportContent) -> list[Picture]:
         return [Picture("held", prose("captions", "held"), signals.held_figure(histories))]
     run = content.drawn[len(content.drawn) // 2]
     history = content.histories[run.name]
-    if is_solid(history):
-        figure = bodies.slip_frames_figure(history, run.events)
-        return [Picture("answer", prose("captions", "answer-solid"), figure)]
-    if bodies.has_frames(history):
-        figure = bodies.deformed_figure(history, run.events, SceneOptions())
-        return [Picture("answer", prose("captions", "answer-section"), figure)]
-    return []
+    if not bodies.has_pictures(history):
+        return []
+    figure = _DRAW_RUNS["composed"](RunSubject(history, run.events))
+    return [Picture("answer", prose("captions", "answer"), figure)]
 
 
 def swept_pictures(content: ReportContent, which: slice = slice(None)) -> list[Picture]:

@@ -209,9 +209,7 @@ def field_limits(history: xr.Dataset, options: SceneOptions) -> tuple[float, flo
     return 0.0, top if top > 0.0 else 1.0
 
 
-def _draw_plates(
-    plotter: Any, history: xr.Dataset, number: int, grid: pyvista.UnstructuredGrid, *, flat: bool
-) -> None:
+def _draw_plates(plotter: Any, history: xr.Dataset, number: int, grid: pyvista.UnstructuredGrid, *, flat: bool) -> None:
     """Draw the flat counterfaces as outlines, each with an arrow along its motion, below it where seen flat."""
     import pyvista
 
@@ -273,7 +271,8 @@ def _level(inside: NDArray[np.bool_], rise: Floats, fall: Floats, triangles: NDA
     level = np.where(inside, rise, fall)
     for side in (inside, ~inside):
         members = level[side & edge]
-        level[side] = np.maximum(level[side] / (float(np.median(members)) or 1.0) if members.size else 1.0, _LEAST_LEVEL)
+        along_edge = float(np.median(members)) if members.size else 0.0
+        level[side] = np.maximum(level[side] / (along_edge or 1.0), _LEAST_LEVEL)
     return np.where(inside, level, -level)
 
 
@@ -294,7 +293,8 @@ def _draw_contact(plotter: Any, history: xr.Dataset, time: float) -> None:
             continue
         # A little outside, so that the skin does not cover it.
         outside = points[patch.nodes] - _OUTSIDE * history["counterface_normal"].values[0]
-        skin = pyvista.PolyData.from_regular_faces(outside, patch.triangles)
+        triangles: Any = patch.triangles
+        skin = pyvista.PolyData.from_regular_faces(outside, triangles)
         skin["touch"], skin["stick"] = contact_levels(history, patch, step)
         zone = skin.clip_scalar(scalars="touch", value=0.0, invert=False)
         zone = zone.clip_scalar(scalars="stick", value=0.0, invert=state == SLIP)

@@ -17,9 +17,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from fingerslip.contact.states import SLIP, STICK
 from fingerslip.errors import InputError, ResultError
 from fingerslip.history import nearest_snapshot, site_kinds
-from fingerslip.contact.states import SLIP, STICK
 from fingerslip.report.colours import (
     BLACK,
     BLUE,
@@ -87,7 +87,7 @@ class SceneControl:
         self.options = dataclasses.replace(self.options, **values)
         # What the options decide goes first, bars of colours included.
         for name in list(self.plotter.actors):
-            if name.split(" ")[0] in {"layer", "border", "plate", "arrow", "sites", "contact", "scale", "length", "time"}:
+            if name.split(" ")[0] in {"layer", "border", "plate", "arrow", "sites", "contact", "time"}:
                 self.plotter.remove_actor(name, render=False)
         for title in list(self.plotter.scalar_bars.keys()):
             self.plotter.remove_scalar_bar(title, render=False)
