@@ -35,8 +35,8 @@ MARKER_KINDS = ("internal marker", "external marker")
 
 _DRAW_STUDIES: Mapping[str, Callable[[StudySubject], Figure]] = {
     "latency": lambda s: study.latency_figure(s.runs, s.path, s.reference, s.uncertainties),
-    "sensitivity": lambda s: study.indices_figure(s.sensitivities),
     "events": lambda s: study.event_times_figure(s.runs, s.path, s.reference, s.starts or None),
+    "sensitivity": lambda s: study.indices_figure(s.sensitivities),
     "slip-onset": lambda s: bodies.slip_onset_figure(s.histories),
     "stick-ratio": lambda s: bodies.stick_ratio_figure(s.histories),
     "slip-maps": lambda s: signals.slip_maps_figure(s.histories, s.events),
@@ -68,18 +68,18 @@ def run_spikes(run: RunSubject) -> Spikes | None:
 
     How far records resolve them is said where figures are explained, not for each figure.
     """
-    models = resolved_afferents(run.history, run.afferents)
-    if not has_receptors(run.history) or "strain" not in run.history:
-        return None
-    recorded = set(map(str, site_kinds(run.history)))
+    recorded = set(map(str, site_kinds(run.history))) if "strain" in run.history else set()
+    resolved = resolved_afferents(run.history, run.afferents)
+    models = {kind: model for kind, model in resolved.items() if kind in recorded}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", BandwidthWarning)
-        return spikes_of(run.history, {kind: model for kind, model in models.items() if kind in recorded})
+        return spikes_of(run.history, models) if models else None
 
 
 def _required_spikes(run: RunSubject) -> Spikes:
     if (spikes := run_spikes(run)) is None:
-        raise ResultError("history: has no receptors; write record: {receptors: [FA-I, SA-I]} and run again")
+        fault = "history: has no receptors whose stimulus it resolves"
+        raise ResultError(f"{fault}; write record: {{receptors: [FA-I, SA-I]}} and run again")
     return spikes
 
 

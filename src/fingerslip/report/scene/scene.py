@@ -162,8 +162,10 @@ def draw_scale(plotter: Any, points: Floats) -> None:
     """Draw a bar of a round length below points (n, 3) [mm] at the right, as the camera sees them, with its length."""
     import pyvista
 
-    up, view = np.array(plotter.camera.up), np.array(plotter.camera.direction)
-    axes = np.array([np.cross(view, up), up, -view])
+    view = np.array(plotter.camera.direction)
+    right = np.cross(view, plotter.camera.up)
+    right /= np.linalg.norm(right)
+    axes = np.array([right, up := np.cross(right, view), -view])
     low, high = (points @ axes.T).min(axis=0), (points @ axes.T).max(axis=0)
     length, size = scale_length(high[0] - low[0]), float((high - low).max())
     # Before everything, and clear of the plate.

@@ -153,6 +153,7 @@ RUN = "friction_coefficient-0.2"
         ("..", FigureChoice("latency"), None, "holds no study"),
         (RUN, FigureChoice("forces", times=("99 s",)), None, "--time: got 99 s, needs a time of the run, 0 to"),
         (RUN, FigureChoice("forces", run="x"), None, "--run: got 'x' with the folder of a run, needs the folder of"),
+        (RUN, FigureChoice("detector"), None, "has no hold before its slide, needs markers at rest first; write hold"),
         (RUN, FigureChoice("film"), "film.avi", "--output: got '.*film.avi', needs a name that ends in .mp4"),
     ],
 )
