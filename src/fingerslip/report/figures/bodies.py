@@ -182,7 +182,7 @@ def draw_section(
         corners = cells[regions == region]
         if scalar == "region" or (of_cells and region not in soft):
             colour = colours[name] if scalar == "region" else STIFF_COLOUR
-            look: dict[str, Any] = {"facecolors": colour, "edgecolors": "face", "linewidth": 0.2}
+            look: dict[str, Any] = {"facecolors": colour, "edgecolors": "face", "linewidth": 0.2, "rasterized": True}
             axes.add_collection(PolyCollection(list(points[corners]), **look))
         elif corners.size:
             values = SCALARS[scalar][1] * history[f"snapshot_{scalar}"].values[number]
