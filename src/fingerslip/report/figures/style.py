@@ -322,6 +322,8 @@ def save_figure(figure: Figure, path: str | Path) -> None:
     >>> fs.save_figure(Figure(), "empty.pdf")  # doctest: +SKIP
     """
     path = Path(path)
+    # The layout of panels to scale settles in a second pass, which a file is worth.
+    figure.draw_without_rendering()
     write_bytes(path, figure_bytes(figure, path.suffix.removeprefix(".").lower()))
 
 
