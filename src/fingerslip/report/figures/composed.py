@@ -16,9 +16,9 @@ from fingerslip.contact.states import SLIP, STICK
 from fingerslip.history import is_solid, nearest_record, nearest_snapshot
 from fingerslip.report.colours import GREY
 from fingerslip.report.figures import style
-from fingerslip.report.figures.bodies import draw_contact, has_pictures
+from fingerslip.report.figures.bodies import draw_contact, has_pictures, slide_moments
 from fingerslip.report.figures.signals import draw_forces, draw_raster, draw_ratios, draw_states, draw_stimulus
-from fingerslip.slip import Events, slide_window
+from fingerslip.slip import Events
 
 _STIMULUS, _PICTURES, _STATES, _RASTER, _SERIES = 0.7, 1.3, 1.0, 0.8, 1.0  # inch
 _WIDTH = 6.8  # inch
@@ -57,30 +57,20 @@ def composed_figure(
     ratios.set_ylabel("ratio, fraction")
     for axes in (forces, ratios):
         style.add_keys_inside(axes)
-    drawn = [stimulus, *others, forces, ratios]
-    for axes in drawn:
-        style.mark_run(axes, history, events.slip)
-    ratios.set_xlim(times[0], shown_end(history, events))
-    style.name_run([stimulus], history, events.slip)
+    ratios.set_xlim(times[0], times[-1])
+    style.limit_to_slides(ratios, {title: history}, {title: events}, before=np.inf)
+    style.mark_panels([stimulus, *others, forces, ratios], history, events.slip)
     style.letter_panels([*lettered, *others, forces, ratios])
     style.add_legend(figure, style.state_keys((STICK, SLIP)))
     return figure
 
 
-def shown_end(history: xr.Dataset, events: Events) -> float:
-    """Return until when a run is shown [s]: a while after overall slip, or to its end."""
-    window = slide_window(history)
-    end = style.shown_until([window] if window else [], [events.slip])
-    return float(history["time"].values[-1]) if end is None else end
-
-
 def picture_times(history: xr.Dataset, events: Events) -> list[float]:
-    """Return the times of pictures [s]: the middle of the press, then evenly from the start of the slide to the end."""
-    window, end = slide_window(history), shown_end(history, events)
-    start, last = (window.start if window else 0.0), events.slip.overall or end
-    wanted = [0.5 * start, *np.linspace(start, last, _PICTURES_SHOWN - 1)]
+    """Return the times of pictures [s]: the middle of the press, and evenly from the start of the slide on."""
+    moments = slide_moments(history, events, _PICTURES_SHOWN - 1)
     nearest, name = (nearest_record, "time") if is_solid(history) else (nearest_snapshot, "snapshot_time")
-    return [float(history[name].values[n]) for n in dict.fromkeys(nearest(history, moment) for moment in wanted)]
+    numbers = [nearest(history, float(moment)) for moment in (0.5 * moments[0], *moments)]
+    return [float(history[name].values[number]) for number in dict.fromkeys(numbers)]
 
 
 def _draw_pictures(figure: Figure, row: Axes, history: xr.Dataset, moments: Sequence[float], below: Axes) -> list[Axes]:

@@ -23,15 +23,15 @@ from numpy.typing import NDArray
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import InputError
 from fingerslip.history import is_solid, nearest_record
-from fingerslip.report.colours import BLACK, BLUE, EVENT_COLOURS, FIELD_MAP, GREY, ORANGE, STATE_NAMES, VERMILLION
+from fingerslip.report.colours import BLACK, BLUE, EVENT_COLOURS, FIELD_MAP, GREY, ORANGE, STATE_NAMES
 from fingerslip.report.figures.bodies import draw_section
-from fingerslip.report.figures.signals import draw_ratios, draw_states
-from fingerslip.report.figures.style import ShownTime, event_times, mark_run, show_picture, with_style
+from fingerslip.report.figures.signals import draw_forces, draw_ratios, draw_states
+from fingerslip.report.figures.style import ShownTime, add_keys_inside, event_times, mark_run, show_picture, with_style
 from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.report.scene.scene import check_options, field_limits
 from fingerslip.report.scene.viewer import stills
 from fingerslip.slip import Events, SlipEvents, slide_window
-from fingerslip.slip.windows import EVENTS, MAIN_EVENTS, contact_forces, slide_tangent
+from fingerslip.slip.windows import EVENTS, MAIN_EVENTS, slide_tangent
 
 Frame = NDArray[np.uint8]
 
@@ -242,11 +242,9 @@ def _draw(figure: Figure, history: xr.Dataset) -> Callable[[int], list[Any]]:
     keys = [Line2D([], [], color=colour, marker="o", linestyle="", markersize=4) for colour in _COLOURS.values()]
     above.legend(keys, [STATE_NAMES[state] for state in _COLOURS], loc="upper right")
     text = above.text(0.01, 0.95, f"{times[0]:.3f} s", transform=above.transAxes, va="top")
-    forces = contact_forces(history)
-    below.plot(times, forces.normal, color=BLACK, label="normal")
-    below.plot(times, forces.friction, color=VERMILLION, label="friction")
-    below.set(xlabel="time [s]", ylabel="force [N]", xlim=(times[0], times[-1]))
-    below.legend(loc="upper left")
+    draw_forces(below, history, times)
+    below.set(xlabel="time [s]", xlim=(times[0], times[-1]))
+    add_keys_inside(below)
     cursor = below.axvline(times[0], color=GREY)
 
     def show_record(number: int) -> list[Any]:

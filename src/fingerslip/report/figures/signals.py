@@ -62,8 +62,7 @@ _SMALL_ENERGIES: Mapping[str, tuple[str, str]] = {
 @style.with_style
 def force_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, title: str = "") -> Figure:
     """Draw normal and tangential force, their ratio and the slipping area fraction, and the body beside."""
-    time, events_read = style.shown_time(history), events.slip
-    bodies_shown = _bodies_beside(history, events)
+    time, bodies_shown = style.shown_time(history), _bodies_beside(history, events)
     columns, heading = 2 if bodies_shown else 1, style.join_title("Forces and slipping area", title)
     size, labels = (6.6 / columns, 2.1), (time.label, "")
     figure, every = style.figure_grid(2 * columns, columns, size, heading, labels, share="none")
@@ -72,10 +71,9 @@ def force_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, title: s
     draw_ratios(panels[1], history, time.values)
     panels[1].set_ylabel("ratio, fraction")
     for axes in panels:
-        style.mark_run(axes, history, events_read)
         style.add_keys_inside(axes)
         time.fit(axes)
-    style.name_run(panels[:1], history, events_read)
+    style.mark_panels(panels, history, events.slip)
     for axes, (moment, words) in zip(every[1::2] if bodies_shown else (), bodies_shown.items(), strict=True):
         draw_contact(axes, history, moment)
         style.name_panel(axes, words, 2)
@@ -311,10 +309,9 @@ def acceleration_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, t
     signals, events_read = receptor_signals(history), events.acceleration
     for axes, kind in zip(panels, kinds, strict=True):
         _draw_areas(axes, signals, "acceleration", kind, signals["time"].values)
-        style.mark_run(axes, history, events_read)
         axes.set_title(kind, pad=28.0 if axes is panels[0] else 3.0, fontweight="bold")
     style.limit_to_slides(panels[0], {title: history}, {title: events}, marked=[events_read])
-    style.name_run(panels[:1], history, events_read)
+    style.mark_panels(panels, history, events_read)
     _fit_after_transition(panels[0], signals, acceleration_peaks(history))
     style.add_legend(figure, _area_keys())
     return figure
@@ -348,14 +345,13 @@ def strain_energy_density_figure(history: xr.Dataset, events: Events = style.NO_
     time, kinds, heading = style.shown_time(history), _recorded_kinds(history), "Strain energy density"
     labels = (time.label, "strain energy density [J/m³]")
     figure, panels = style.figure_grid(len(kinds), 2, (3.6, 2.2), style.join_title(heading, title), labels, share="x")
-    signals, events_read = receptor_signals(history), events.slip
+    signals = receptor_signals(history)
     for axes, kind in zip(panels, kinds, strict=True):
         _draw_areas(axes, signals, "strain_energy_density", kind, time.values)
         axes.set_title(kind, pad=28.0 if axes in panels[:2] else 4.0, fontweight="bold")
-        style.mark_run(axes, history, events_read)
         axes.set_ylim(bottom=0.0)
         time.fit(axes)
-    style.name_run(panels[:2], history, events_read)
+    style.mark_panels(panels, history, events.slip, named=2)
     style.add_legend(figure, _area_keys())
     return figure
 
@@ -443,9 +439,7 @@ def spike_figure(
     rate.set_ylabel("mean rate [1/s]")
     rate.set_ylim(bottom=0.0)
     stimulus.set_xlim(spikes.start, spikes.end)
-    for axes in panels:
-        style.mark_run(axes, history, events.slip)
-    style.name_run(panels[:1], history, events.slip)
+    style.mark_panels(panels, history, events.slip)
     return figure
 
 

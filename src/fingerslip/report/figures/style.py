@@ -407,19 +407,13 @@ def mark_run(axes: Axes, history: xr.Dataset, events: SlipEvents) -> None:
     mark_events(axes, events)
 
 
-def name_run(panels: Sequence[Axes], history: xr.Dataset, events: SlipEvents) -> None:
-    """Write the names of what :func:`mark_run` marked above panels."""
+def mark_panels(panels: Sequence[Axes], history: xr.Dataset, events: SlipEvents, named: int = 1) -> None:
+    """Mark a run in panels that have their axis of time, see :func:`mark_run`, and write the names above the first."""
     window = slide_window(history)
     for axes in panels:
-        name_events(axes, window.start if window else None, events)
-
-
-@with_style
-def mark_figure(figure: Figure, history: xr.Dataset, events: SlipEvents) -> None:
-    """Mark a run in all panels of a figure over time in seconds, and write the names above the first."""
-    for axes in figure.axes:
         mark_run(axes, history, events)
-    name_run(figure.axes[:1], history, events)
+    for axes in panels[:named]:
+        name_events(axes, window.start if window else None, events)
 
 
 def name_events(axes: Axes, start: float | None, events: SlipEvents) -> None:

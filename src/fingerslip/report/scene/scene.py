@@ -11,16 +11,7 @@ from numpy.typing import NDArray
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import InputError, ResultError
 from fingerslip.history import is_solid, nearest_record, site_kinds
-from fingerslip.report.colours import (
-    BLACK,
-    FIELD_MAP,
-    LAYER_LINE,
-    RECEPTOR_COLOURS,
-    STATE_COLOURS,
-    STIFF_COLOUR,
-    STIFF_REGIONS,
-    region_colours,
-)
+from fingerslip.report import colours as palette
 from fingerslip.report.scene.names import Camera
 from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.slip.patch import Patch as ContactPatch
@@ -34,7 +25,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-COLOUR_MAP = FIELD_MAP
+COLOUR_MAP = palette.FIELD_MAP
 #: Fields that have a value for each cell, of stress; stiff regions are left out of them.
 OF_CELLS = ("von_mises", "strain_energy_density")
 #: Nodes of a cell of a section that are its corners.
@@ -61,7 +52,7 @@ _ZOOM = 1.35
 _WIDE = 4 / 3
 _PERCENTILE = 99.0
 # Letters of the scale bar across a picture.
-_LETTERS = 42.0
+_LETTERS = 34.0
 # Without light, and without moving the camera.
 _FLAT = {"reset_camera": False, "lighting": False}
 
@@ -75,7 +66,7 @@ def region_names(history: xr.Dataset) -> tuple[str, ...]:
 def soft_regions(history: xr.Dataset, hidden: Sequence[str] = ()) -> list[int]:
     """Return the numbers of the regions whose stress sets the colours: all but stiff ones, or these where alone."""
     visible = [name for name in region_names(history) if name not in hidden]
-    soft = [name for name in visible if name not in STIFF_REGIONS] or visible
+    soft = [name for name in visible if name not in palette.STIFF_REGIONS] or visible
     return [number for number, name in enumerate(region_names(history)) if name in soft]
 
 
@@ -136,7 +127,7 @@ def draw_scene(plotter: Any, history: xr.Dataset, number: int, options: SceneOpt
         actors[name] = plotter.add_mesh(layer, name=f"layer {name}", **_look(name, history, options, limits))
         if border is not None and border.n_cells:
             lines = border.extract_feature_edges(feature_edges=False, manifold_edges=False, non_manifold_edges=False)
-            plotter.add_mesh(lines, name=f"border {name}", color=LAYER_LINE, line_width=1.5, **_FLAT)
+            plotter.add_mesh(lines, name=f"border {name}", color=palette.LAYER_LINE, line_width=1.5, **_FLAT)
     time = float(history["snapshot_time"][number])
     if options.plate:
         _draw_plates(plotter, history, number, grid, flat=options.camera in {"side", "front"} or not is_solid(history))
@@ -145,7 +136,7 @@ def draw_scene(plotter: Any, history: xr.Dataset, number: int, options: SceneOpt
     if options.contact:
         _draw_contact(plotter, history, time)
     if options.written:
-        plotter.add_text(f"t = {time:.3f} s", name="time", font_size=10, color=BLACK)
+        plotter.add_text(f"t = {time:.3f} s", name="time", font_size=10, color=palette.BLACK)
     return actors
 
 
@@ -170,9 +161,13 @@ def draw_scale(plotter: Any, points: Floats) -> None:
     length, size = scale_length(high[0] - low[0]), float((high - low).max())
     # Before everything, and clear of the plate.
     ends = np.array([[high[0] - length, high[0]], [low[1] - 0.07 * size] * 2, [high[2] + size] * 2]).T @ axes
-    plotter.add_mesh(pyvista.Line(*ends), name="scale", color=BLACK, line_width=4.0, **_FLAT)
+    plotter.add_mesh(pyvista.Line(*ends), name="scale", color=palette.BLACK, line_width=4.0, **_FLAT)
     look: dict[str, Any] = {"shape": None, "show_points": False, "always_visible": True, "reset_camera": False}
-    letters = {"font_size": max(round(plotter.window_size[0] / _LETTERS), 8), "text_color": BLACK, "bold": False}
+    letters = {
+        "font_size": max(round(plotter.window_size[0] / _LETTERS), 8),
+        "text_color": palette.BLACK,
+        "bold": False,
+    }
     middle = [ends.mean(axis=0) + 0.01 * size * up]
     plotter.add_point_labels(middle, [f"{length:g} mm"], justification_horizontal="center", **look, **letters)
     plotter.reset_camera_clipping_range()
@@ -186,9 +181,18 @@ def _look(name: str, history: xr.Dataset, options: SceneOptions, limits: tuple[f
     is_stiff = region_names(history).index(name) not in soft_regions(history, options.hidden)
     if options.scalar == "region" or (is_stiff and options.scalar in OF_CELLS):
         # Mostly ambient light, so that the layers have the colours of a legend.
-        colour = region_colours(region_names(history))[name] if options.scalar == "region" else STIFF_COLOUR
+        colour = (
+            palette.region_colours(region_names(history))[name] if options.scalar == "region" else palette.STIFF_COLOUR
+        )
         return {**shared, "color": colour, "ambient": 0.7, "diffuse": 0.3}
-    bar = {"title": SCALARS[options.scalar][0], "color": BLACK, "fmt": "%.3g", "n_labels": 4, **_BAR, **_BAR_FONTS}
+    bar = {
+        "title": SCALARS[options.scalar][0],
+        "color": palette.BLACK,
+        "fmt": "%.3g",
+        "n_labels": 4,
+        **_BAR,
+        **_BAR_FONTS,
+    }
     look = {**shared, "scalars": options.scalar, "clim": limits, "cmap": COLOUR_MAP, "ambient": 0.65, "diffuse": 0.4}
     return look | ({"scalar_bar_args": bar} if options.written else {"show_scalar_bar": False})
 
@@ -218,7 +222,7 @@ def _draw_plates(plotter: Any, history: xr.Dataset, number: int, grid: pyvista.U
     size = _PLATE * float(np.max(np.ptp(grid.points, axis=0)))
     for face in flat_faces(history, number):
         outline = _outline(face, size, is_solid(history))
-        plotter.add_mesh(outline, name=f"plate {face.number}", color=BLACK, line_width=2.0, **_FLAT)
+        plotter.add_mesh(outline, name=f"plate {face.number}", color=palette.BLACK, line_width=2.0, **_FLAT)
         _, along = split_along(
             history["counterface_displacement"].values[:, face.number],
             history["counterface_normal"].values[face.number],
@@ -233,7 +237,7 @@ def _draw_plates(plotter: Any, history: xr.Dataset, number: int, grid: pyvista.U
             start = 1e3 * face.centre - size * (0.5 * _ARROW * travel + beside)
             shape: dict[str, Any] = {"shaft_radius": 0.015, "tip_radius": 0.05, "tip_length": 0.2}
             arrow = pyvista.Arrow(start=start, direction=travel, scale=_ARROW * size, **shape)
-            plotter.add_mesh(arrow, name=f"arrow {face.number}", color=BLACK, **_FLAT)
+            plotter.add_mesh(arrow, name=f"arrow {face.number}", color=palette.BLACK, **_FLAT)
 
 
 def _outline(face: FlatFace, size: float, solid: bool) -> pyvista.PolyData:
@@ -287,7 +291,7 @@ def _draw_contact(plotter: Any, history: xr.Dataset, time: float) -> None:
     patch = contact_patch(history) if is_solid(history) else None
     for state in (STICK, SLIP):
         plotter.remove_actor(f"contact {state}", render=False)
-        look = {"name": f"contact {state}", "color": STATE_COLOURS[state], **_FLAT}
+        look = {"name": f"contact {state}", "color": palette.STATE_COLOURS[state], **_FLAT}
         if patch is None:
             members = np.flatnonzero(history["contact_state"].values[step] == state)
             if members.size:
@@ -312,5 +316,5 @@ def _draw_sites(plotter: Any, history: xr.Dataset, time: float) -> None:
     points = 1e3 * in_space(history["site_position"].values + displacements)
     look: dict[str, Any] = {"point_size": 7.0, "render_points_as_spheres": True, "reset_camera": False}
     for kind in np.unique(kinds):
-        colour = RECEPTOR_COLOURS.get(str(kind), BLACK)
+        colour = palette.RECEPTOR_COLOURS.get(str(kind), palette.BLACK)
         plotter.add_points(points[kinds == kind], name=f"sites {kind}", color=colour, **look)

@@ -20,17 +20,7 @@ from numpy.typing import NDArray
 from fingerslip.contact.states import SLIP, STICK
 from fingerslip.errors import InputError, ResultError
 from fingerslip.history import nearest_snapshot, site_kinds
-from fingerslip.report.colours import (
-    BLACK,
-    BLUE,
-    EVENT_COLOURS,
-    GREEN,
-    RECEPTOR_COLOURS,
-    STATE_COLOURS,
-    STATE_NAMES,
-    VERMILLION,
-    region_colours,
-)
+from fingerslip.report import colours as palette
 from fingerslip.report.figures.style import (
     NO_EVENTS,
     add_legend,
@@ -120,13 +110,15 @@ def picked_figure(history: xr.Dataset, node: int, events: Events = NO_EVENTS) ->
     title = f"Node {node} at ({position}) mm"
     figure, (above, below) = figure_grid(2, 1, (4.6, 1.7), title, ("time [s]", ""), share="x")
     displacement = 1e3 * history["snapshot_displacement"].values[:, node]
-    for component, values, colour in zip("xyz", displacement.T, (BLUE, VERMILLION, GREEN), strict=False):
+    for component, values, colour in zip(
+        "xyz", displacement.T, (palette.BLUE, palette.VERMILLION, palette.GREEN), strict=False
+    ):
         above.plot(times, values, color=colour, label=component)
     above.set_ylabel("displacement [mm]")
     above.legend(loc="upper left", ncols=3)
     around = (history["cell_nodes"].values == node).any(axis=1)
     stress = SCALARS["von_mises"][1] * history["snapshot_von_mises"].values[:, around].mean(axis=1)
-    below.plot(times, stress, color=BLUE)
+    below.plot(times, stress, color=palette.BLUE)
     below.set_ylabel("von Mises stress [kPa]")
     below.set_ylim(bottom=0.0)
     for axes in (above, below):
@@ -138,7 +130,7 @@ def picked_figure(history: xr.Dataset, node: int, events: Events = NO_EVENTS) ->
 def receptor_legend(history: xr.Dataset) -> list[tuple[str, str]]:
     """Return the types of recorded receptors with their colours."""
     recorded = set(map(str, site_kinds(history)))
-    return [(kind, colour) for kind, colour in RECEPTOR_COLOURS.items() if kind in recorded]
+    return [(kind, colour) for kind, colour in palette.RECEPTOR_COLOURS.items() if kind in recorded]
 
 
 def event_legend(history: xr.Dataset, events: Events) -> list[tuple[str, float, str]]:
@@ -146,7 +138,7 @@ def event_legend(history: xr.Dataset, events: Events) -> list[tuple[str, float, 
     window = slide_window(history)
     start = [] if window is None else [("slide starts", window.start, "#555555")]
     times = event_times(events.slip, EVENTS)
-    return [*start, *((EVENTS[name], time, EVENT_COLOURS[name]) for name, time in times.items())]
+    return [*start, *((EVENTS[name], time, palette.EVENT_COLOURS[name]) for name, time in times.items())]
 
 
 def still(
@@ -183,13 +175,15 @@ def stills(
 
 def _add_names(plotter: Any, history: xr.Dataset, options: SceneOptions) -> None:
     """Say what the colours of a picture stand for beside its field."""
-    names = region_colours(region_names(history)) if options.scalar == "region" else {}
-    names |= {STATE_NAMES[state]: STATE_COLOURS[state] for state in (STICK, SLIP) if options.contact}
+    names = palette.region_colours(region_names(history)) if options.scalar == "region" else {}
+    names |= {palette.STATE_NAMES[state]: palette.STATE_COLOURS[state] for state in (STICK, SLIP) if options.contact}
     if options.receptors:
-        names |= dict(receptor_legend(history)) or ({"recorded sites": BLACK} if site_kinds(history).size else {})
-    if names:
-        size = (0.26, 0.036 * len(names))
-        plotter.add_legend([*names.items()], bcolor=None, face="circle", size=size, loc="upper right")
+        names |= dict(receptor_legend(history)) or (
+            {"recorded sites": palette.BLACK} if site_kinds(history).size else {}
+        )
+    for row, (name, colour) in enumerate(names.items()):
+        where = (0.8, 0.95 - 0.04 * row)
+        plotter.add_text(name, position=where, viewport=True, font_size=12, color=colour, name=f"name {name}")
 
 
 def save_still(
@@ -266,7 +260,7 @@ def _draw_picked_node(control: SceneControl, point: Any) -> None:
     node, renderer = nearest_node(control.history, control.number, np.asarray(point)), control.plotter.renderer
     distances = 1e3 * np.linalg.norm(control.history["snapshot_displacement"].values[:, node], axis=1)
     chart = pyvista.Chart2D(size=(0.32, 0.26), loc=(0.66, 0.02), x_label="time [s]", y_label="displacement [mm]")
-    chart.line(control.history["snapshot_time"].values, distances, color=BLUE, width=2.0)
+    chart.line(control.history["snapshot_time"].values, distances, color=palette.BLUE, width=2.0)
     chart.title = f"node {node}"
     if renderer.has_charts:
         control.plotter.remove_chart(0)

@@ -215,7 +215,7 @@ FIGURES = {
         ["0.00 s", "0.05 s", "0.10 s"],
         {"plate [mm]", "contact [mm]", "1 FA-II\nby place", "force [N]", "ratio, fraction", "stick"}),
     "composed in 3D": (
-        of_run("composed", block_history, LATER), ["0.03 s", "0.05 s", "0.06 s", "0.07 s", "0.09 s"],
+        of_run("composed", block_history, LATER), ["0.03 s", "0.05 s", "0.06 s", "0.08 s", "0.09 s"],
         {"plate [mm]", "force [mN]", "ratio, fraction"}),
     "spikes": (
         of_run("spikes", lambda: block_history("Q4"), AT_EVENTS, afferents=STRAIN_MODELS), [],

@@ -166,8 +166,8 @@ def test_names_stand_beside_their_lines_and_apart_and_none_beyond_the_panel():
     assert texts(other) == ["slide starts", "incipient"]
     _, (axes, bare) = style.figure_grid(2, 1, (3.0, 2.0), "", ("", ""))
     axes.set_xlim(0.0, 2.0)
-    style.name_run([axes], HISTORY, EVENTS.slip)
-    style.name_run([bare], NO_SLIDE, SlipEvents())
+    style.mark_panels([axes], HISTORY, EVENTS.slip)
+    style.mark_panels([bare], NO_SLIDE, SlipEvents())
     assert (texts(axes), texts(bare)) == (list(positions), [])
 
 
