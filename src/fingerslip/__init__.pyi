@@ -92,9 +92,9 @@ from .react.reflex import (
     reaction_names as reaction_names,
 )
 from .react.scenario import HeldObject as HeldObject, holder_of as holder_of
-from .report.draw import draw as draw
 from .report.figures.motion import HistoryPlot as HistoryPlot, plot as plot
 from .report.figures.style import save_figure as save_figure
+from .report.page.pictures import draw as draw
 from .results import StudyResult as StudyResult
 from .model.rigid_bodies import (
     BodyLoad as BodyLoad,

@@ -317,9 +317,9 @@ def save_figure(figure: Figure, path: str | Path) -> None:
 
     Examples
     --------
-    >>> import fingerslip as fs
-    >>> from matplotlib.figure import Figure
-    >>> fs.save_figure(Figure(), "empty.pdf")  # doctest: +SKIP
+    For a paper::
+
+        fs.save_figure(fs.draw(history, style="paper"), "slip.pdf")
     """
     path = Path(path)
     # The layout of panels to scale settles in a second pass, which a file is worth.

@@ -3,28 +3,36 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Collection, Iterable, Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Literal
 
 import xarray as xr
 from matplotlib.figure import Figure
 
-from fingerslip.afferents.model import Spikes, resolved_afferents, spikes_of
+from fingerslip.afferents.model import AfferentModel, Spikes, resolved_afferents, spikes_of
 from fingerslip.afferents.signals import BandwidthWarning
 from fingerslip.errors import InputError, ResultError
 from fingerslip.history import is_solid, site_kinds, sites_of_kinds
 from fingerslip.marker_tracks import marker_tracks
-from fingerslip.report.content import RUN_FIGURES, STUDY_FIGURES, FigureKind, ReportContent, RunPictures, RunSubject
+from fingerslip.report.content import (
+    OF_RUNS,
+    RUN_FIGURES,
+    STUDY_FIGURES,
+    FigureKind,
+    ReportContent,
+    RunPictures,
+    RunSubject,
+)
 from fingerslip.report.figures import bodies, markers, signals, study
 from fingerslip.report.figures.composed import composed_figure
 from fingerslip.report.figures.specimens import mesh_figure, receptor_positions, section_figure
-from fingerslip.report.figures.style import is_held
+from fingerslip.report.figures.style import is_held, looking
 from fingerslip.report.labels import path_label
 from fingerslip.report.page.page import Picture
 from fingerslip.report.prose import prose
 from fingerslip.report.tables.runs import differing_paths
 from fingerslip.sites import RECEPTOR_KINDS
-from fingerslip.slip import slide_window
+from fingerslip.slip import Events, find_events, slide_window
 
 if TYPE_CHECKING:
     import skfem
@@ -127,6 +135,62 @@ def draw_of_run(name: str, subject: RunSubject) -> Figure:
     """Draw a figure of a run."""
     _check_dimension(name, RUN_FIGURES[name], [subject.history])
     return _DRAW_RUNS[name](subject)
+
+
+def draw(
+    history: xr.Dataset,
+    kind: str = "composed",
+    *,
+    events: Events | None = None,
+    title: str = "",
+    times: Sequence[float] = (),
+    afferents: Mapping[str, AfferentModel] | None = None,
+    style: Literal["page", "paper", "slides"] = "page",
+) -> Figure:
+    """Draw a figure of a history.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        What :func:`fingerslip.simulate` or :func:`fingerslip.read_history` returned.
+    kind : str, optional
+        Its name, one of those that ``fingerslip figure`` lists for a run: ``composed`` has stimulus, contact, spikes
+        and forces on one axis of time.
+    events : Events, optional
+        The events that are marked; those of :func:`fingerslip.find_events` without it.
+    title : str, optional
+        What the title adds; figures for papers have none.
+    times : sequence of float, optional
+        Times of the panels of ``deformed`` and ``slip-frames`` [s].
+    afferents : mapping of str to AfferentModel, optional
+        Models of afferents by type of receptor, for ``spikes`` and ``composed``; without them those of
+        :func:`fingerslip.human_afferents`.
+    style : {'page', 'paper', 'slides'}, optional
+        How large it is, and its letters: ``paper`` has the widths of journal columns, and letters at its panels.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The figure; :func:`fingerslip.save_figure` writes it with fonts that can be edited.
+
+    Raises
+    ------
+    InputError
+        For a kind that is not there, or that shows histories of another dimension.
+    ResultError
+        Where the history lacks what the figure shows, such as snapshots.
+
+    Examples
+    --------
+    Of a history with receptors::
+
+        fs.save_figure(fs.draw(history, "spikes", style="paper"), "spikes.pdf")
+    """
+    if kind not in OF_RUNS:
+        raise InputError("kind", f"got '{kind}'", f"needs one of {', '.join(OF_RUNS)}")
+    marked = find_events(history) if events is None else events
+    with looking(style):
+        return draw_of_run(kind, RunSubject(history, marked, times=tuple(times), title=title, afferents=afferents))
 
 
 def _check_dimension(name: str, kind: FigureKind, histories: Iterable[xr.Dataset]) -> None:
