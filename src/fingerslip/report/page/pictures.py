@@ -240,18 +240,18 @@ def draw_ahead(run: RunSubject, mesh: skfem.Mesh | None, *, contact: bool) -> Ru
 
 
 def hero_pictures(content: ReportContent) -> list[Picture]:
-    """Return the pictures below the answer: of the first swept value, or of the only run; none of samples."""
+    """Return the pictures below the answer: of the first swept value, and of the run in the middle; none of samples."""
     histories, swept = content.titled_histories(), swept_pictures(content, slice(1))
-    if swept or not content.drawn:
+    if not content.drawn:
         return swept
     if are_held(histories):
         return [Picture("held", prose("captions", "held"), signals.held_figure(histories))]
     run = content.drawn[len(content.drawn) // 2]
     history = content.histories[run.name]
     if not bodies.has_pictures(history):
-        return []
-    figure = _DRAW_RUNS["composed"](RunSubject(history, run.events))
-    return [Picture("answer", prose("captions", "answer"), figure)]
+        return swept
+    figure = _DRAW_RUNS["composed"](RunSubject(history, run.events, title=content.titles[run.name] if swept else ""))
+    return [*swept, Picture("answer", prose("captions", "answer"), figure)]
 
 
 def swept_pictures(content: ReportContent, which: slice = slice(None)) -> list[Picture]:

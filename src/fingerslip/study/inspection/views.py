@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-#: Formats of figures, the kind that is a film, and the one that a detector draws.
-FORMATS, FILM, DETECTOR = ("pdf", "svg", "png"), "film", "detector"
+#: Formats of figures; the kind that is a film, the one that a detector draws, the one that every study has.
+FORMATS, FILM, DETECTOR, COMPOSED = ("pdf", "svg", "png"), "film", "detector", "composed"
 # OpenCV brings an encoder for it, and browsers play it.
 _CODEC, _MP4 = "vp09", ".mp4"
 
@@ -81,7 +81,7 @@ def write_figure(target: Path, choice: FigureChoice, output: Path | None = None)
     if choice.kind in OF_STUDIES:
         _save(_study_subject(target, choice), path, choice)
         return path
-    subject = _run_subject(_run_folder(target, choice.run), choice)
+    subject = _run_subject(_run_folder(target, choice), choice)
     if choice.kind == FILM:
         _write_film(subject, path, choice)
     else:
@@ -147,20 +147,20 @@ def _study_subject(target: Path, choice: FigureChoice) -> StudySubject:
     )
 
 
-def _run_folder(target: Path, name: str) -> Path:
-    """Return the folder of the run: that of a study with one run, or of the named one."""
-    names = list(read_manifest(target).get("runs", {}))
+def _run_folder(target: Path, choice: FigureChoice) -> Path:
+    """Return the folder of the run: the named one, the only one, or of the kind that every study has the middle one."""
+    name, names = choice.run, list(read_manifest(target).get("runs", {}))
     if not names and name not in ("", target.name):
         raise InputError("figure: --run", f"got '{name}' with the folder of a run", "needs the folder of its study")
     if not names:
         return target
     if name and name not in names:
         raise InputError("figure: --run", f"'{name}' is not there", f"needs one of {', '.join(names)}")
-    if not name and len(names) > 1:
+    if not name and len(names) > 1 and choice.kind != COMPOSED:
         raise InputError(
             "figure", f"this kind shows one run of {len(names)}", f"needs --run, one of {', '.join(names)}"
         )
-    return target / (name or names[0])
+    return target / (name or names[len(names) // 2])
 
 
 def _run_subject(folder: Path, choice: FigureChoice) -> RunSubject:

@@ -134,6 +134,8 @@ def test_a_figure_of_a_study_or_of_a_run_stands_beside_its_results(finished, for
     written = write_figure(finished, FigureChoice("latency", form=form))
     assert written == finished / f"latency.{form}"
     assert written.read_bytes().startswith(start)
+    if form == "png":
+        assert write_figure(finished, FigureChoice("composed", form=form)).name == "composed.png", "needs no run's name"
     if form == "pdf":
         assert write_figure(finished, FigureChoice("forces", run=RUN, style="slides")).name == f"forces-{RUN}.pdf"
 
