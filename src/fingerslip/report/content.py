@@ -62,7 +62,6 @@ class StudySubject:
     starts: Mapping[str, float] = field(default_factory=dict)  # when slides begin [s], by the names of runs
     path: str = ""  # dotted path of the swept value on the axis
     peaks: PeakSettings = field(default_factory=PeakSettings)  # how acceleration peaks are read
-    uncertainties: Mapping[str, Mapping[str, float]] = field(default_factory=dict)  # [SI] by run, then key of a number
     sensitivities: Sequence[Sensitivity] = ()  # of the latency, of a study with samples
 
 
@@ -166,8 +165,4 @@ class ReportContent:
             self.starts,
             path,
             self.settings.peaks,
-            {
-                name: {key: item.uncertainty for key, item in items.items() if item.uncertainty is not None}
-                for name, items in self.convergences.items()
-            },
         )

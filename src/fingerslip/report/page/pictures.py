@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 MARKER_KINDS = ("internal marker", "external marker")
 
 _DRAW_STUDIES: Mapping[str, Callable[[StudySubject], Figure]] = {
-    "latency": lambda s: study.latency_figure(s.runs, s.path, s.reference, s.uncertainties),
+    "latency": lambda s: study.latency_figure(s.runs, s.path, s.reference),
     "events": lambda s: study.event_times_figure(s.runs, s.path, s.reference, s.starts or None),
     "sensitivity": lambda s: study.indices_figure(s.sensitivities),
     "slip-onset": lambda s: bodies.slip_onset_figure(s.histories),

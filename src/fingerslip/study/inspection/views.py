@@ -22,7 +22,7 @@ from fingerslip.slip import find_events
 from fingerslip.slip.windows import LATENCY
 from fingerslip.study.inspection.show import sensitivities
 from fingerslip.study.storage.reporting import read_results, read_stored_run, slide_starts
-from fingerslip.study.storage.store import identities, read_manifest, read_uncertainties
+from fingerslip.study.storage.store import read_manifest
 from fingerslip.units import parse_quantity
 
 if TYPE_CHECKING:
@@ -142,7 +142,6 @@ def _study_subject(target: Path, choice: FigureChoice) -> StudySubject:
         reference=dataclasses.replace(references[0], values=values) if references else None,
         starts=slide_starts(study),
         path=choice.path or (paths[0] if paths else ""),
-        uncertainties=read_uncertainties(target, identities(read_manifest(target))),
         sensitivities=sensitivities(study, LATENCY) if choice.kind == "sensitivity" else (),
     )
 

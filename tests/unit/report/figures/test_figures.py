@@ -1,5 +1,6 @@
 """All figures: one table of the panels, words and marks that each has, and the numbers that they draw."""
 
+import dataclasses
 import functools
 
 import numpy as np
@@ -437,8 +438,9 @@ def test_events_and_latency_over_a_swept_value_stand_beside_the_published_values
     assert sorted(value for _, value in diamonds(axes)) == pytest.approx([180.0, 290.0])
     assert "published" not in words(study.latency_figure(swept_runs()))
     assert not axes.containers, "no bars where no uncertainty is known"
-    known = {run.name: {"slip.latency": 20e-3} for run in swept_runs()[:1]}
-    (bars,) = panels(study.latency_figure(swept_runs(), uncertainties=known))[0].containers
+    first, *others = swept_runs()
+    studied = dataclasses.replace(first, uncertainty={"slip.latency": 20e-3})
+    (bars,) = panels(study.latency_figure([studied, *others]))[0].containers
     (bar,) = (ends for ends in bars.lines[2][0].get_segments() if len(ends) and np.isfinite(ends).all())
     assert bar[:, 1].tolist() == pytest.approx([160.0, 200.0])
 
