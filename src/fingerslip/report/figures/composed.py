@@ -79,7 +79,7 @@ def _draw_pictures(figure: Figure, row: Axes, history: xr.Dataset, moments: Sequ
     assert cell is not None  # panels are made with one
     grid: Any = cell.subgridspec(1, len(moments))
     row.remove()
-    pictures: list[Axes] = [figure.add_subplot(place) for place in grid]
+    pictures: list[Axes] = [figure.add_subplot(entry) for entry in grid]
     for axes, moment in zip(pictures, moments, strict=True):
         draw_contact(axes, history, moment, scaled=axes is pictures[-1])
         axes.set_title(f"{moment:.2f} s")
