@@ -58,14 +58,9 @@ _SKIN_WIDTH = 3.2
 _MARGIN = 0.06
 
 
-def has_frames(history: xr.Dataset) -> bool:
-    """Tell whether a history is one of a section with snapshots."""
-    return not is_solid(history) and history.sizes.get("snapshot_time", 0) > 0
-
-
 def has_pictures(history: xr.Dataset) -> bool:
     """Tell whether there is something to see of the contact: records do in 3D, sections need snapshots."""
-    return is_solid(history) or has_frames(history)
+    return is_solid(history) or history.sizes.get("snapshot_time", 0) > 0
 
 
 def draw_contact(axes: Axes, history: xr.Dataset, moment: float, *, scaled: bool = True) -> None:

@@ -21,7 +21,7 @@ from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.history import sites_of_kinds
 from fingerslip.report import colours as palette
 from fingerslip.report.figures import style
-from fingerslip.report.figures.bodies import draw_contact, has_pictures
+from fingerslip.report.figures.bodies import draw_contact, frame_times, has_pictures
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import (
     Events,
@@ -62,8 +62,9 @@ _SMALL_ENERGIES: Mapping[str, tuple[str, str]] = {
 @style.with_style
 def force_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, title: str = "") -> Figure:
     """Draw normal and tangential force, their ratio and the slipping area fraction, and the body beside."""
-    time, bodies_shown = style.shown_time(history), _bodies_beside(history, events)
-    columns, heading = 2 if bodies_shown else 1, style.join_title("Forces and slipping area", title)
+    time = style.shown_time(history)
+    moments = frame_times(history, events, ("overall",)) if has_pictures(history) else {}
+    columns, heading = 2 if moments else 1, style.join_title("Forces and slipping area", title)
     size, labels = (6.6 / columns, 2.1), (time.label, "")
     figure, every = style.figure_grid(2 * columns, columns, size, heading, labels, share="none")
     panels = every[::columns]
@@ -74,22 +75,13 @@ def force_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, title: s
         style.add_keys_inside(axes)
         time.fit(axes)
     style.mark_panels(panels, history, events.slip)
-    for axes, (moment, words) in zip(every[1::2] if bodies_shown else (), bodies_shown.items(), strict=True):
+    for axes, (moment, words) in zip(every[1::2], moments.items(), strict=False):
         draw_contact(axes, history, moment)
-        style.name_panel(axes, words, 2)
-    if bodies_shown:
-        style.add_legend(figure, style.state_keys((STICK, SLIP)))
+        style.name_panel(axes, f"{moment:.3f} s, {words}", 2)
+    for unused in every[1 + 2 * len(moments) :: 2] if moments else ():
+        unused.set_visible(False)
+    style.add_legend(figure, style.state_keys((STICK, SLIP)) if moments else {})
     return figure
-
-
-def _bodies_beside(history: xr.Dataset, events: Events) -> dict[float, str]:
-    """Return the two times [s] at which the body stands beside forces, and their names; none without pictures."""
-    window = slide_window(history)
-    if window is None or not has_pictures(history):
-        return {}
-    overall = events.slip.overall
-    end, words = (window.end, "end of slide") if overall is None else (overall, "overall slip")
-    return {window.start: f"{window.start:.3f} s, start of slide", end: f"{end:.3f} s, {words}"}
 
 
 def draw_forces(axes: Axes, history: xr.Dataset, times: Floats) -> None:

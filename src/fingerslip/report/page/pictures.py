@@ -154,8 +154,7 @@ def draw(
     history : xarray.Dataset
         What :func:`fingerslip.simulate` or :func:`fingerslip.read_history` returned.
     kind : str, optional
-        Its name, one of those that ``fingerslip figure`` lists for a run: ``composed`` has stimulus, contact, spikes
-        and forces on one axis of time.
+        One of the names that ``fingerslip figure`` lists for runs; ``composed`` has all on one axis of time.
     events : Events, optional
         The events that are marked; those of :func:`fingerslip.find_events` without it.
     title : str, optional
@@ -163,15 +162,14 @@ def draw(
     times : sequence of float, optional
         Times of the panels of ``deformed`` and ``slip-frames`` [s].
     afferents : mapping of str to AfferentModel, optional
-        Models of afferents by type of receptor, for ``spikes`` and ``composed``; without them those of
-        :func:`fingerslip.human_afferents`.
+        Models by type of receptor, for ``spikes`` and ``composed``; else :func:`fingerslip.human_afferents`.
     style : {'page', 'paper', 'slides'}, optional
-        How large it is, and its letters: ``paper`` has the widths of journal columns, and letters at its panels.
+        Its size and that of its letters; ``paper`` has the widths of journal columns, and letters at panels.
 
     Returns
     -------
     matplotlib.figure.Figure
-        The figure; :func:`fingerslip.save_figure` writes it with fonts that can be edited.
+        The figure, for :func:`fingerslip.save_figure`.
 
     Raises
     ------
