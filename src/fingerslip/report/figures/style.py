@@ -288,7 +288,8 @@ def figure_bytes(figure: Figure, kind: str = "png") -> bytes:
         write(stream, pil_kwargs={"compress_level": 2})
     else:
         with mpl.rc_context(_TEXT):
-            figure.savefig(stream, format=kind, dpi=_DOTS_PER_INCH)
+            # Fields are pixels there too, for print.
+            figure.savefig(stream, format=kind, dpi=2 * _DOTS_PER_INCH)
     return stream.getvalue()
 
 
