@@ -99,6 +99,8 @@ from .react.reflex import (
 )
 from .react.scenario import HeldObject as HeldObject, holder_of as holder_of
 from .report.figures.motion import HistoryPlot as HistoryPlot, plot as plot
+from .report.figures.style import save_figure as save_figure
+from .report.page.pictures import draw as draw
 from .results import StudyResult as StudyResult
 from .model.rigid_bodies import (
     BodyLoad as BodyLoad,

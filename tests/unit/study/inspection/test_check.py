@@ -8,8 +8,11 @@ import xarray as xr
 import yaml
 
 import fingerslip as fs
+from fingerslip.detect.synthetic import SyntheticSlide, synthetic_trial
 from fingerslip.mesh.source import MeshFile
 from fingerslip.parameters import from_mapping
+from fingerslip.report.colours import EVENT_COLOURS
+from fingerslip.report.content import RunSubject
 from fingerslip.report.scene import viewer
 from fingerslip.results import result_of, write_result
 from fingerslip.study.definition.runs import plan_studies
@@ -22,6 +25,7 @@ from unit.mesh.decks.texts import CAE, FEBIO
 from unit.report.scenes import block_history
 from unit.scans import mesh_of_a_scan, scan_values
 from unit.study.block import NAMES, block_values, changed
+from unit.synthetic import Process, make
 
 
 def test_every_run_is_counted_with_its_size_and_what_is_too_coarse_is_said(write_study, monkeypatch):
@@ -169,8 +173,22 @@ def test_a_figure_of_a_study_or_of_a_run_stands_beside_its_results(finished, for
     written = write_figure(finished, FigureChoice("latency", form=form))
     assert written == finished / f"latency.{form}"
     assert written.read_bytes().startswith(start)
+    if form == "png":
+        assert write_figure(finished, FigureChoice("composed", form=form)).name == "composed.png", "needs no run's name"
     if form == "pdf":
         assert write_figure(finished, FigureChoice("forces", run=RUN, style="slides")).name == f"forces-{RUN}.pdf"
+
+
+def test_what_the_detector_finds_in_the_markers_of_a_run_stands_beside_its_events(monkeypatch):
+    trial = synthetic_trial("slide", SyntheticSlide(travel=4e-3))
+    monkeypatch.setattr(views, "marker_tracks", lambda _: trial.tracks)
+    monkeypatch.setattr(views, "phase_times", lambda *_: [(0.0, 1.0)])
+    truth = fs.SlipEvents(incipient=1.2, overall=2.0)
+    figure = views._detector_figure(RunSubject(make(Process()), fs.Events(slip=truth)))
+    assert [axes.get_ylabel() for axes in figure.axes][1:] == ["left pattern [%]", "sure of slip [%]"]
+    lines = {float(line.get_xdata()[0]) for line in figure.axes[-1].lines if line.get_color() in EVENT_COLOURS.values()}
+    assert lines == {1.2, 2.0}
+    assert [text.get_text() for text in figure.axes[0].texts][-2:] == ["incipient", "overall"]
 
 
 RUN = "friction_coefficient-0.2"
@@ -188,6 +206,7 @@ RUN = "friction_coefficient-0.2"
         ("..", FigureChoice("latency"), None, "holds no study"),
         (RUN, FigureChoice("forces", times=("99 s",)), None, "--time: got 99 s, needs a time of the run, 0 to"),
         (RUN, FigureChoice("forces", run="x"), None, "--run: got 'x' with the folder of a run, needs the folder of"),
+        (RUN, FigureChoice("detector"), None, "has no hold before its slide, needs markers at rest first; write hold"),
         (RUN, FigureChoice("film"), "film.avi", "--output: got '.*film.avi', needs a name that ends in .mp4"),
     ],
 )
