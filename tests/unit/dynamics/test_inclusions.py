@@ -5,7 +5,7 @@ import pytest
 
 import fingerslip as fs
 from fingerslip.dynamics.finite import inclusions
-from fingerslip.dynamics.finite.inclusions import Transfer, find_inclusions
+from fingerslip.dynamics.finite.inclusions import find_inclusions
 from fingerslip.dynamics.system.operators import Unknowns
 from fingerslip.verification.meshes import box
 
@@ -31,10 +31,9 @@ def test_coordinates_lead_back_and_a_small_change_is_what_it_is_on_the_mesh(dim,
     np.testing.assert_allclose(body.displacement(local.flat()), displacement, atol=1e-14)
     small = 1e-5 * change
     np.testing.assert_allclose(body.displacement(body.moved(local, small)), displacement + small, atol=2e-9)
-    transfer = Transfer(body, body.rotations(body.local(other).turn), body.rotations(local.turn))
-    assert force @ transfer.motion(change) == pytest.approx(transfer.forces(force) @ change, rel=1e-12)
-    same = Transfer(body, transfer.new, transfer.new)
-    np.testing.assert_allclose(same.motion(change), change, atol=1e-13)
+    old, new = (body.rotations(body.local(motion).turn) for motion in (other, displacement))
+    assert force @ body.motion(change, old, new) == pytest.approx(body.forces(force, old, new) @ change, rel=1e-12)
+    np.testing.assert_allclose(body.motion(change, new, new), change, atol=1e-13)
 
 
 def test_a_far_turn_of_an_inclusion_is_no_strain():
@@ -74,4 +73,5 @@ def test_a_turned_rod_costs_few_factors_and_ends_where_it_does_without_its_coord
     plain = fs.simulate(model)
     largest = np.abs(plain.support_force.values).max()
     np.testing.assert_allclose(history.support_force.values, plain.support_force.values, atol=1e-5 * largest)
-    assert history.attrs["factorisations"] < 4 < 12 < plain.attrs["factorisations"]
+    assert history.attrs["factorisations"] < 4
+    assert plain.attrs["factorisations"] > 12

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +25,7 @@ from scipy.spatial.transform import Rotation
 
 from fingerslip.dynamics.system.operators import Unknowns
 
-__all__ = ["Inclusions", "Local", "Transfer", "find_inclusions"]
+__all__ = ["Inclusions", "Local", "find_inclusions"]
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -60,7 +61,8 @@ class Inclusions:
     def _inertia(self) -> Array:
         """Means of |a|^2 I - a a^T at rest, shape (k, 3, 3) [m^2]."""
         squares = self._outer(self.arms, self.arms)
-        return np.trace(squares, axis1=1, axis2=2)[:, None, None] * np.eye(3) - squares
+        inertia: Array = np.trace(squares, axis1=1, axis2=2)[:, None, None] * np.eye(3) - squares
+        return inertia
 
     def local(self, displacement: Array) -> Local:
         """Return the coordinates of a displacement (n,) [m]."""
@@ -89,6 +91,22 @@ class Inclusions:
         strained = local.strained + _turned_back(matrices[self.owner], rest)
         turns = self._vectors(self.rotations(turn) @ matrices)
         return Local(local.values + change, strained, local.shift + shift, turns).flat()
+
+    def motion(self, values: Array, old: Array, new: Array) -> Array:
+        """Return T x of a motion x (n,), from rotations R_0 to R_1, each (k, 3, 3)."""
+        between, owner = new @ np.swapaxes(old, 1, 2), self.owner
+        shift, turn, rest = self._split(self._read(values), old)
+        across = np.cross(turn[owner], _turned(new[owner], self.arms))
+        return self._written(values, shift[owner] + across + _turned(between[owner], rest))
+
+    def forces(self, values: Array, old: Array, new: Array) -> Array:
+        """Return T^T f of forces f (n,); see :meth:`motion`."""
+        between, owner, forces = new @ np.swapaxes(old, 1, 2), self.owner, self._read(values)
+        mean, moment = self.means @ forces, self.means @ np.cross(_turned(new[owner], self.arms), forces)
+        mean -= _turned_back(between, mean)
+        turn = self._per_moment(moment - _turned_back(between, moment), old)
+        across = np.cross(turn[owner], _turned(old[owner], self.arms))
+        return self._written(values, _turned_back(between[owner], forces) + mean[owner] + across)
 
     def rotations(self, vectors: Array) -> Array:
         """Return the rotations (k, 3, 3) of rotation vectors (k, 3) [rad]."""
@@ -127,40 +145,7 @@ class Inclusions:
         return padded[:-1]
 
 
-@dataclass(frozen=True)
-class Transfer:
-    """T, which takes motions of inclusions at some rotations to those at others."""
-
-    inclusions: Inclusions
-    old: Array  # (k, 3, 3), rotations R_0
-    new: Array  # (k, 3, 3), rotations R_1
-
-    @cached_property
-    def _between(self) -> Array:
-        """R_1 R_0^T, shape (k, 3, 3)."""
-        return self.new @ np.swapaxes(self.old, 1, 2)
-
-    def motion(self, values: Array) -> Array:
-        """Return T x of a motion x (n,)."""
-        body, owner = self.inclusions, self.inclusions.owner
-        shift, turn, rest = body._split(body._read(values), self.old)
-        arms = _turned(self.new[owner], body.arms)
-        rest = _turned(self._between[owner], rest)
-        return body._written(values, shift[owner] + np.cross(turn[owner], arms) + rest)
-
-    def forces(self, values: Array) -> Array:
-        """Return T^T f of forces f (n,)."""
-        body, owner = self.inclusions, self.inclusions.owner
-        forces, arms = body._read(values), _turned(self.new[owner], body.arms)
-        back = _turned_back(self._between[owner], forces)
-        mean, moment = body.means @ forces, body.means @ np.cross(arms, forces)
-        mean -= _turned_back(self._between, mean)
-        moment -= _turned_back(self._between, moment)
-        turn = body._per_moment(moment, self.old)[owner]
-        return body._written(values, back + mean[owner] + np.cross(turn, _turned(self.old[owner], body.arms)))
-
-
-def _turned(matrices: Array, vectors: Array) -> Array:
+def _turned(matrices: Array, vectors: NDArray[np.floating[Any]]) -> Array:
     """Return vectors (k, 3) turned by matrices (k, 3, 3)."""
     return np.asarray(np.einsum("kij,kj->ki", matrices, vectors))
 

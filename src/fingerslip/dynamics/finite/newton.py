@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.dynamics.finite.body import BodyState
-from fingerslip.dynamics.finite.inclusions import Inclusions, Local, Transfer, find_inclusions
+from fingerslip.dynamics.finite.inclusions import Inclusions, Local, find_inclusions
 from fingerslip.dynamics.step.anchor import Mixing
 from fingerslip.dynamics.step.contact_step import ContactStep, solve_step, turn, weighted_forces
 from fingerslip.dynamics.step.finish import Strained, finish
@@ -73,6 +73,9 @@ class Factors:
     watch: Stopwatch  # takes the times of tangents and factorisations
     reserved_bytes: int = 0  # memory that must stay free for the histories [bytes]
     stepper: Stepper | None = None
+    turn: Array = field(
+        default_factory=lambda: np.zeros((0, 3, 3)), repr=False
+    )  # (k, 3, 3), rotations of the inclusions of what they are made of [-]
     count: int = 0
     made_of: MadeOf | None = None
     _least: int = field(default=0, repr=False)
@@ -147,10 +150,6 @@ class Factors:
         stiffness = np.array([material.stiffness for material in bulk.materials.materials])[bulk.materials.number]
         return find_inclusions(system.space.positions, bulk.nodes, stiffness, system.unknowns, system.candidates.nodes)
 
-    def transfer(self, local: Local) -> Transfer:
-        """Return what makes the present factors those of a body whose inclusions have turned."""
-        return Transfer(self.inclusions, self._turn, self.inclusions.rotations(local.turn))
-
     def _make(self, made_of: MadeOf) -> Stepper:
         with self.watch.part("tangent"):
             tangent = self.system.require_body().tangent(made_of.body, positive=made_of.positive)
@@ -166,7 +165,7 @@ class Factors:
         # A working set of other factors, or of those of a halved step, holds another compliance.
         edition = replace(stepper.compliance, edition=(self.scheme.step, self.count))
         self.stepper, self.made_of = replace(stepper, system=self.system, compliance=edition), made_of
-        self._turn = self.inclusions.rotations(self.inclusions.local(made_of.body.displacement).turn)
+        self.turn = self.inclusions.rotations(self.inclusions.local(made_of.body.displacement).turn)
         return self.stepper
 
 
@@ -272,7 +271,9 @@ def _solve(factors: Factors, start: Prediction, watch: Stopwatch) -> tuple[_Iter
 
 
 def _iterations_left(error: float, last: float) -> float:
-    """Return how many iterations are left, if errors go on to shrink as in the last one; none after the first."""
+    """Return how many iterations are left if errors go on to shrink as in the last one; zero after the first."""
+    if error <= _TOLERANCE:
+        return 0.0
     return float(np.log(error / _TOLERANCE) / np.log(last / error)) if error < last else np.inf
 
 
@@ -311,7 +312,8 @@ def _linearise(
     Contact is searched from that of an earlier iteration. It is as exact as the iterate needs, whose error is expected
     from the error of the iteration before and the contraction that are `known`, until contact tells it.
     """
-    (last, contraction), stepper, transfer = errors, factors.current, factors.transfer(iterate.local)
+    (last, contraction), stepper, body = errors, factors.current, factors.inclusions
+    turns = factors.turn, body.rotations(iterate.local.turn)
     here = replace(
         start,
         free=Predictor(iterate.displacement, iterate.velocity),
@@ -320,7 +322,7 @@ def _linearise(
         right_hand_side=iterate.residual,
     )
     with watch.part("substitution"):
-        halfway = stepper.condensed.forward(transfer.forces(iterate.residual))
+        halfway = stepper.condensed.forward(body.forces(iterate.residual, *turns))
     local, goal = halfway.local[stepper.rows], _goal(contraction * last, contraction)
     for _ in range(2):
         with watch.part("contact"):
@@ -337,8 +339,8 @@ def _linearise(
         forces[stepper.rows] = force.ravel()
         change = stepper.condensed.backward(halfway, forces)
         turn(stepper, here, contact, change)
-        change = stepper.scheme.displacement_factor * transfer.motion(change)
-        end = factors.inclusions.moved(iterate.local, change)
+        change = stepper.scheme.displacement_factor * body.motion(change, *turns)
+        end = body.moved(iterate.local, change)
     return _Linearised(contact, force, end, residual, error, contraction)
 
 
