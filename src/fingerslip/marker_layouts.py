@@ -101,6 +101,36 @@ def hexagonal_layout(pitch: float, rings: int) -> MarkerLayout:
     return MarkerLayout(position[order], ring[inside][order], angle[order])
 
 
+def grid_layout(pitch: float, rows: int, columns: int) -> MarkerLayout:
+    """Return markers on a square grid about its middle, ring by ring: a ring is a square of markers.
+
+    Parameters
+    ----------
+    pitch : float
+        Distance between neighbours [m], > 0.
+    rows, columns : int
+        Number of markers along y and along x.
+
+    Raises
+    ------
+    InputError
+        Where the pitch is not above 0, or a number below 1.
+
+    Examples
+    --------
+    >>> grid_layout(1e-3, 7, 9).count, grid_layout(1e-3, 7, 9).ring.max().item()
+    (63, 4)
+    """
+    _check_pitch(pitch)
+    if min(rows, columns) < 1:
+        raise InputError("rows, columns", f"got {rows}, {columns}", "needs numbers >= 1")
+    y, x = (axis.ravel() for axis in np.mgrid[0.5 * (1 - rows) : 0.5 * rows, 0.5 * (1 - columns) : 0.5 * columns])
+    ring = np.maximum(np.abs(x), np.abs(y)).astype(np.intp)
+    angle = np.arctan2(y, x) % (2.0 * np.pi)
+    order = np.lexsort((angle, ring))
+    return MarkerLayout(pitch * np.column_stack([x, y])[order], ring[order], angle[order])
+
+
 def _check_pitch(pitch: float) -> None:
     if not (np.isfinite(pitch) and pitch > 0):
         raise InputError("pitch", f"got {pitch}", "needs a length > 0 in metres", "write 1.5e-3 for 1.5 mm")

@@ -14,11 +14,14 @@ from fingerslip.mesh.source import MeshSource
 from fingerslip.parameters import parameters
 from fingerslip.parameters.presets import Presets
 from fingerslip.specimens.fingertip.fingertip import PRESETS as FINGERTIPS
+from fingerslip.specimens.gel_pad.gel_pad import PRESETS as GEL_PADS
 from fingerslip.specimens.protocol import Specimen
 from fingerslip.specimens.tactip.tactip import PRESETS as TACTIPS
 
 #: The presets of every kind of specimen, by the key that names the kind in a study file.
-SPECIMENS: Mapping[str, Presets[Any]] = MappingProxyType({"fingertip": FINGERTIPS, "tactip": TACTIPS})
+SPECIMENS: Mapping[str, Presets[Any]] = MappingProxyType(
+    {"fingertip": FINGERTIPS, "tactip": TACTIPS, "gel_pad": GEL_PADS}
+)
 
 
 def _checker(kind: str) -> pydantic.AfterValidator:
@@ -37,12 +40,13 @@ class SpecimenChoice:
 
     Parameters
     ----------
-    fingertip, tactip : mapping, optional
+    fingertip, tactip, gel_pad : mapping, optional
         `preset` and the values that differ from it.
     """
 
     fingertip: Annotated[Mapping[str, Any], _checker("fingertip")] | None = field(default=None, kw_only=True)
     tactip: Annotated[Mapping[str, Any], _checker("tactip")] | None = field(default=None, kw_only=True)
+    gel_pad: Annotated[Mapping[str, Any], _checker("gel_pad")] | None = field(default=None, kw_only=True)
 
     @property
     def specimen_kind(self) -> str | None:

@@ -243,7 +243,7 @@ class Study(SpecimenChoice):
         An object that the body holds by its contact, whose load grows, and what may save it.
     cameras : mapping of {'internal', 'external'} to CameraSettings
         Cameras that film the markers of every run; other cameras need no new simulation.
-    fingertip, tactip : mapping, optional
+    fingertip, tactip, gel_pad : mapping, optional
         The specimen: `preset` and the values that differ from it.
     """
 
