@@ -164,6 +164,7 @@ from .vision.cameras.camera import external_camera as external_camera, internal_
 from .vision.fields import marker_fields as marker_fields
 from .marker_layouts import (
     MarkerLayout as MarkerLayout,
+    grid_layout as grid_layout,
     hexagonal_layout as hexagonal_layout,
     ring_layout as ring_layout,
 )

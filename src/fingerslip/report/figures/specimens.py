@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -38,6 +38,7 @@ from fingerslip.specimens.fingertip import (
 )
 from fingerslip.specimens.fingertip.numbers import Section
 from fingerslip.specimens.fingertip.outline import arc_length_at_cut
+from fingerslip.specimens.gel_pad import GelPad
 from fingerslip.specimens.tactip import TacTip, marker_places, skin_lines
 from fingerslip.specimens.tactip.sites import modelled_places, points_at
 
@@ -246,3 +247,35 @@ def _strip(foot: Floats, end: Floats, radius: float) -> Floats:
     along = (end - foot) / np.linalg.norm(end - foot)
     side = radius * np.array([-along[1], along[0]])
     return np.array([foot - side, end - side, end + side, foot + side])
+
+
+@with_style
+def gel_pad_figure(pad: GelPad, title: str = "") -> Figure:
+    """Draw a gel pad: its section, and where its markers are, coloured by ring."""
+    figure, panels = figure_grid(2, 2, (4.6, 3.4), join_title("Sensor", title), ("x [mm]", ""), share="none")
+    whole = dataclasses.replace(pad, part="whole")
+    points, ring = whole.marker_points, whole.layout.ring
+    colours = ring_colours(int(ring.max()) + 1)
+    row = points[:, 2] == points[np.abs(points[:, 2]).argmin(), 2]
+    for axes, chosen, axis, low, side, name in (
+        (panels[0], row, 1, 0.0, pad.thickness, "cut open along the middle"),
+        (panels[1], np.ones_like(row), 2, -0.5 * pad.width, pad.width, f"{len(ring)} internal markers, from inside"),
+    ):
+        x = 0.5 * pad.length
+        _fill(axes, [np.array([[-x, low], [x, low], [x, low + side], [-x, low + side]])], SENSOR_COLOURS["gel"])
+        x, y = _MILLIMETRES * points[chosen][:, [0, axis]].T
+        axes.scatter(x, y, s=14, c=[colours[number] for number in ring[chosen]], zorder=2)
+        axes.autoscale_view()
+        _draw_to_scale(axes)
+        axes.set_title(name)
+        axes.set_ylabel("yz"[axis - 1] + " [mm]")
+    panels[1].invert_yaxis()
+    return figure
+
+
+#: The figure of a specimen by its kind.
+SPECIMEN_FIGURES: Mapping[str, Callable[..., Figure]] = {
+    "fingertip": fingertip_figure,
+    "tactip": tactip_figure,
+    "gel_pad": gel_pad_figure,
+}

@@ -136,16 +136,15 @@ def save_mesh(target: str, path: Path | None = None, unit: LengthUnit | None = N
 def draw_specimen(target: str, path: Path) -> None:
     """Draw a fingertip, both sections and the finger in 3D, or a sensor, cut open and its markers."""
     # Libraries that draw are slow to load.
-    from fingerslip.report.figures.specimens import fingertip_figure, tactip_figure
+    from fingerslip.report.figures.specimens import SPECIMEN_FIGURES
     from fingerslip.report.figures.style import save_figure
 
     if path.suffix not in _PICTURES:
         raise InputError("show --figure", f"got '{path}'", f"needs a file that ends in {', '.join(_PICTURES)}")
     kind, specimen = _specimen(target)
-    draw = fingertip_figure if kind == "fingertip" else tactip_figure
     with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
-    save_figure(draw(specimen, Path(target).stem), path)
+    save_figure(SPECIMEN_FIGURES[kind](specimen, Path(target).stem), path)
 
 
 def _specimen(target: str) -> tuple[str, Any]:

@@ -27,7 +27,11 @@ from fingerslip.study.storage.reporting import (
 from fingerslip.study.storage.store import read_manifest
 from fingerslip.units import Unit
 
-_SPECIMENS = {"fingertip": "a fingertip", "tactip": "an optical tactile sensor"}
+_SPECIMENS = {
+    "fingertip": "a fingertip",
+    "tactip": "an optical tactile sensor",
+    "gel_pad": "a flat gel with a grid of markers",
+}
 _ELEMENTS = {
     "T3": "linear triangles",
     "T6": "quadratic triangles",
