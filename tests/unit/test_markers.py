@@ -6,7 +6,7 @@ import xarray as xr
 from scipy.spatial.distance import pdist
 
 from fingerslip.errors import InputError
-from fingerslip.marker_layouts import hexagonal_layout, ring_layout
+from fingerslip.marker_layouts import grid_layout, hexagonal_layout, ring_layout
 from fingerslip.marker_tracks import marker_tracks
 
 
@@ -33,6 +33,20 @@ def test_hexagon_has_its_markers_at_the_pitch(rings, count):
 
 
 @pytest.mark.parametrize(
+    ("rows", "columns", "rings"), [(7, 9, [1, 8, 16, 24, 14]), (2, 4, [4, 4]), (1, 3, [1, 2]), (1, 1, [1])]
+)
+def test_grid_has_its_rows_and_columns_about_its_middle(rows, columns, rings):
+    layout = grid_layout(1e-3, rows, columns)
+    assert np.bincount(layout.ring).tolist() == rings
+    x, y = layout.position.T
+    assert [len(np.unique(axis)) for axis in (x, y)] == [columns, rows]
+    assert layout.position.mean(axis=0) == pytest.approx(0.0, abs=1e-15)
+    if layout.count > 1:
+        assert pdist(layout.position).min() == pytest.approx(1e-3)
+    assert all((np.diff(layout.angle[layout.ring == ring]) > 0.0).all() for ring in range(len(rings)))
+
+
+@pytest.mark.parametrize(
     ("make", "said"),
     [
         (lambda: ring_layout(0.0), "pitch: got 0.0"),
@@ -41,6 +55,8 @@ def test_hexagon_has_its_markers_at_the_pitch(rings, count):
         (lambda: ring_layout(1e-3, ()), "counts"),
         (lambda: hexagonal_layout(-1e-3, 2), "pitch"),
         (lambda: hexagonal_layout(1e-3, -1), "rings: got -1"),
+        (lambda: grid_layout(0.0, 7, 9), "pitch: got 0.0"),
+        (lambda: grid_layout(1e-3, 7, 0), "rows, columns: got 7, 0"),
     ],
 )
 def test_what_cannot_be_is_refused(make, said):

@@ -9,7 +9,7 @@ from fingerslip.specimens.protocol import Specimen
 from fingerslip.specimens.tactip.sites import GROUPS as MARKER_GROUPS
 
 # The groups of sites that specimens of each kind have in every dimension.
-GROUPS = {"fingertip": RECEPTOR_KINDS, "tactip": tuple(MARKER_GROUPS)}
+GROUPS = {"fingertip": RECEPTOR_KINDS, "tactip": tuple(MARKER_GROUPS), "gel_pad": ("internal_markers",)}
 SLOW = ("tactip-ridged-3d", "tactip-smooth-3d", "wang2014-3d")
 PRESETS = [
     pytest.param(kind, name, id=name, marks=[pytest.mark.slow] if name in SLOW else [])

@@ -22,6 +22,7 @@ from fingerslip.specimens.choice import (
 )
 from fingerslip.specimens.fingertip import Fingertip, preset
 from fingerslip.specimens.fingertip.meshing.sources import MeshSizes, SolidSizes
+from fingerslip.specimens.gel_pad.gel_pad import MARKERS
 from fingerslip.specimens.protocol import Specimen
 from fingerslip.specimens.tactip.sites import GROUPS
 
@@ -43,17 +44,17 @@ def test_the_key_that_is_given_names_the_kind_and_two_are_refused(monkeypatch):
     with pytest.raises(InputError, match=r"^SpecimenChoice\.fingertip\.preset: 'nobody' is not known"):
         SpecimenChoice(fingertip={"preset": "nobody"})
     monkeypatch.setattr(choice, "SPECIMENS", {**SPECIMENS, "sensor": SPECIMENS["fingertip"]})
-    assert given_specimen({"fingertip": None, "tactip": None, "sensor": None}) is None
-    assert given_specimen({"fingertip": None, "tactip": None, "sensor": FINGER}) == "sensor"
+    assert given_specimen({**dict.fromkeys(SPECIMENS), "sensor": None}) is None
+    assert given_specimen({**dict.fromkeys(SPECIMENS), "sensor": FINGER}) == "sensor"
     assert WithSensor(sensor=FINGER).specimen_kind == "sensor"
     with pytest.raises(InputError, match="sensor: is given with fingertip, needs one of the two"):
-        given_specimen({"fingertip": FINGER, "tactip": None, "sensor": FINGER})
+        given_specimen({**dict.fromkeys(SPECIMENS), "fingertip": FINGER, "sensor": FINGER})
 
 
 def test_a_mesh_has_to_suit_the_specimen(monkeypatch):
     check_mesh("fingertip", MeshSizes())
     check_mesh(None, MeshFile("a.msh"))
-    with pytest.raises(InputError, match=r"fingertip or tactip: is missing, needs a preset, or mesh.file for a body"):
+    with pytest.raises(InputError, match=r"^fingertip or tactip or gel_pad: is missing, needs a preset, or mesh.file"):
         check_mesh(None, MeshSizes())
     monkeypatch.setattr(Fingertip, "mesh_sources", (SolidSizes,))
     with pytest.raises(InputError, match="mesh: does not mesh a fingertip"):
@@ -62,16 +63,16 @@ def test_a_mesh_has_to_suit_the_specimen(monkeypatch):
 
 def test_presets_and_mesh_sources_of_all_kinds_are_found_by_names_of_their_own():
     tips = tuple(f"tactip-{skin}-{dim}d" for skin in ("ridged", "smooth") for dim in (2, 3))
-    assert preset_names() == ("wang2014-2d", "wang2014-3d", *tips)
+    assert preset_names() == ("wang2014-2d", "wang2014-3d", *tips, "gelsight-mini-2d", "gelsight-mini-3d")
     assert presets_of("wang2014-3d").read("wang2014-3d") == preset("wang2014-3d")
     with pytest.raises(InputError, match="preset: 'nobody' is not known, needs one of wang2014-2d, wang2014-3d"):
         presets_of("nobody")
     sources = [source.__name__ for source in specimen_mesh_sources()]
-    assert sources == ["MeshSizes", "SolidSizes", "SensorSectionSizes", "SensorSolidSizes"]
+    assert sources == ["MeshSizes", "SolidSizes", "SensorSectionSizes", "SensorSolidSizes", "PadSizes"]
 
 
 PRESETS = [(kind, name) for kind, presets in SPECIMENS.items() for name in presets.names]
-SITES = {"fingertip": RECEPTOR_KINDS, "tactip": tuple(GROUPS)}
+SITES = {"fingertip": RECEPTOR_KINDS, "tactip": tuple(GROUPS), "gel_pad": (MARKERS,)}
 
 
 @pytest.mark.parametrize(("kind", "name"), PRESETS, ids=[name for _, name in PRESETS])

@@ -1,4 +1,4 @@
-"""What a flat gel with a grid of markers is, in numbers, as in optical sensors of the GelSight kind, and its presets."""
+"""What an optical sensor of the GelSight kind is, in numbers: a flat gel, a grid of markers, and its presets."""
 
 from fingerslip.specimens.gel_pad.gel_pad import PRESETS, GelPad
 from fingerslip.specimens.gel_pad.numbers import GelPadNumbers, Markers

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,8 +40,6 @@ class PadSizes(GradedMesh):
     bulk_size: PositiveLength = 2e-3
     element: Literal["Q4", "H8"] = "Q4"
     body: Literal["gel_pad"] = "gel_pad"
-
-    contact_reach: ClassVar[float] = 0.0
 
     @property
     def dim(self) -> int:

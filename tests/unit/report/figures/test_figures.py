@@ -25,6 +25,7 @@ from fingerslip.report.scene.options import SceneOptions
 from fingerslip.results import RunResult
 from fingerslip.sampling.sensitivity import fits_of
 from fingerslip.slip import Events, SlipEvents, contact_patch, slide_window
+from fingerslip.specimens.gel_pad import PRESETS as GEL_PADS
 from fingerslip.specimens.tactip import PRESETS
 from fingerslip.uncertainty import Convergence, Series
 from unit.filmed import NODES, filmed_history
@@ -207,6 +208,9 @@ FIGURES = {
         lambda: specimens.tactip_figure(PRESETS.read("tactip-ridged-2d"), "ridged"),
         ["cut open along the axis", "81 internal markers, from inside", "81 external markers, from below"],
         {*specimens.SENSOR_COLOURS, "Sensor: ridged"}),
+    "gel pad": (
+        lambda: specimens.gel_pad_figure(GEL_PADS.read("gelsight-mini-2d"), "flat"),
+        ["cut open along the middle", "63 internal markers, from inside"], {"Sensor: flat", "y [mm]", "z [mm]"}),
     "fingertip": (
         lambda: specimens.fingertip_figure(change_solid(), "mine"),
         ["along the finger (sagittal, z = 0)", "across the finger (transverse, x = 0)"],

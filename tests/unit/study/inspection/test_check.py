@@ -143,7 +143,7 @@ def write_deck(folder):
 def test_preset_and_study_are_drawn(tmp_path):
     study = tmp_path / "study.yaml"
     study.write_text("fingertip: {preset: wang2014-2d}\ntime: {step: 5 ms, end: 10 ms}\n", encoding="utf-8")
-    for number, target in enumerate(("wang2014-3d", "tactip-ridged-3d", str(study))):
+    for number, target in enumerate(("wang2014-3d", "tactip-ridged-3d", "gelsight-mini-2d", str(study))):
         picture = tmp_path / "new" / f"{number}.png"
         draw_specimen(target, picture)
         assert picture.read_bytes().startswith(b"\x89PNG")

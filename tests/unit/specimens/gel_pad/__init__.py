@@ -1,0 +1,1 @@
+"""Tests of fingerslip.specimens, module by module."""
