@@ -42,6 +42,7 @@ from fingerslip.sampling.sensitivity import fits_of
 from fingerslip.slip import measures
 from fingerslip.slip.front import edge_warning
 from fingerslip.slip.measures import resolution_warnings
+from fingerslip.snapshot import read_snapshot
 from fingerslip.storage.files import alone, digest, read_json, write_bytes, write_json, write_text, writing
 from fingerslip.study.definition.file import read_mapping, write_mapping
 from fingerslip.study.definition.runs import Run
@@ -115,11 +116,10 @@ def write_snapshots(history: xr.Dataset, folder: Path) -> None:
     The points are reference positions. The field ``displacement`` [m] has three components, so that *Warp By Vector*
     shows the deformed body, to scale or exaggerated.
     """
-    from fingerslip.export.paraview import snapshot_mesh, write_series
+    from fingerslip.export.paraview import write_series
 
-    times = history["snapshot_time"].values.tolist() if "snapshot_time" in history.coords else []
-    if times:
-        write_series(folder, "snapshots", ((time, snapshot_mesh(history, number)) for number, time in enumerate(times)))
+    if count := history.sizes.get("snapshot_time", 0):
+        write_series(folder, "snapshots", (read_snapshot(history, number) for number in range(count)))
 
 
 @functools.cache
