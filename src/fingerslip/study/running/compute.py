@@ -1,9 +1,9 @@
 """Jobs computed, in this process or in several side by side, and their folders written.
 
 Each of several processes computes groups of runs. Workers do not import the user's script, and none outlives the
-process that started it. The worker that has computed a run draws it, so that a study never uses more processes than it
-was given. What is drawn stays in memory until the report is written; a picture that cannot be drawn is left to the
-report, which then says why.
+process that started it. Who has computed a run draws it, with the mesh that it has, so that a study never uses more
+processes than it was given. What is drawn stays in memory until the report is written; a picture that cannot be drawn
+is left to the report, which then says why.
 """
 
 from __future__ import annotations
@@ -166,7 +166,19 @@ def compute_all(
         yield from _compute_apart(job_groups, at_once, progress, threads, drawings)
         return
     for part in job_groups:
-        yield Outcome(part, compute_group(part, progress.advance, threads))
+        yield Outcome(part, *_compute_and_draw(part, progress.advance, threads, drawings, lambda: False))
+
+
+def _compute_and_draw(
+    jobs: Sequence[Job],
+    tell: Callable[[str, float], None],
+    threads: int,
+    drawings: Mapping[str, Drawing],
+    stopped: Callable[[], bool],
+) -> tuple[Mapping[str, Exception], Mapping[str, RunPictures]]:
+    """Return what went wrong in jobs, and what was drawn of the others."""
+    errors = compute_group(jobs, tell, threads)
+    return errors, draw_runs([job for job in jobs if job.run.name not in errors], drawings, stopped)
 
 
 def _compute_apart(
@@ -260,9 +272,7 @@ def _begin_worker(news: Any, stop: Any) -> None:
 def _compute_in_worker(
     jobs: Sequence[Job], threads: int, drawings: Mapping[str, Drawing]
 ) -> tuple[Mapping[str, Exception], Mapping[str, Any]]:
-    """Return what went wrong in jobs, and what was drawn of the others."""
-    errors = compute_group(jobs, _tell, threads)
-    return errors, draw_runs([job for job in jobs if job.run.name not in errors], drawings, _stop.is_set)
+    return _compute_and_draw(jobs, _tell, threads, drawings, _stop.is_set)
 
 
 def _tell(name: str, fraction: float) -> None:
