@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import matplotlib as mpl
 import numpy as np
@@ -16,7 +17,6 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from fingerslip.afferents.model import Spikes
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.history import sites_of_kinds
 from fingerslip.report import colours as palette
@@ -34,6 +34,9 @@ from fingerslip.slip import (
     slide_window,
     slipping_fraction,
 )
+
+if TYPE_CHECKING:
+    from fingerslip.afferents.model import Spikes
 
 Floats = NDArray[np.float64]
 

@@ -78,8 +78,8 @@ def mesh_size(mesh: Any) -> float:
     return float(mesh.t.shape[1] ** (-1.0 / mesh.dim()))
 
 
-def write_run(folder: Path, run: Run, history: xr.Dataset, *, inputs: str, mesh: Any, seconds: float) -> None:
-    """Write the files of a run that took so many seconds, and log its measures."""
+def write_run(folder: Path, run: Run, history: xr.Dataset, *, inputs: str, mesh: Any, seconds: float) -> RunResult:
+    """Write the files of a run that took so many seconds, log its measures, and return its result."""
     result = dataclasses.replace(
         result_of(history, run.name, run.swept),
         identity=inputs,
@@ -102,6 +102,7 @@ def write_run(folder: Path, run: Run, history: xr.Dataset, *, inputs: str, mesh:
         write_mapping(run.plain_values(), folder / RUN, comment="fingerslip run run.yaml repeats this run")
         write_snapshots(history, folder)
     write_result(result, folder)
+    return result
 
 
 def read_run(folder: Path, uncertainty: Mapping[str, float] = MappingProxyType({})) -> RunResult:
