@@ -212,7 +212,7 @@ def walk_values(instance: object) -> Iterator[Leaf]:
 
 
 def _leaves(instance: Any, prefix: str, default: object) -> Iterator[Leaf]:
-    cls = type(instance)
+    cls: Any = type(instance)
     for field in dataclasses.fields(instance):
         default_value = getattr(default, field.name, dataclasses.MISSING) if type(default) is cls else field.default
         marks = unit_of(cls, field.name), choice_of(cls, field.name)
