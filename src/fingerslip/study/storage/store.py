@@ -44,7 +44,7 @@ from fingerslip.slip.front import edge_warning
 from fingerslip.slip.measures import resolution_warnings
 from fingerslip.snapshot import read_snapshot
 from fingerslip.storage.files import alone, digest, read_json, write_bytes, write_json, write_text, writing
-from fingerslip.study.definition.file import read_mapping, write_mapping
+from fingerslip.study.definition.file import REPEATS, read_mapping, write_mapping
 from fingerslip.study.definition.runs import Run
 from fingerslip.tables.table import to_csv
 from fingerslip.uncertainty import Convergence, Series
@@ -99,7 +99,7 @@ def write_run(folder: Path, run: Run, history: xr.Dataset, *, inputs: str, mesh:
             _logger.warning("%s", warning)
     write_history(history, folder / HISTORY)
     with writing(folder):
-        write_mapping(run.plain_values(), folder / RUN, comment="fingerslip run run.yaml repeats this run")
+        write_mapping(run.plain_values(), folder / RUN, comment=REPEATS)
         write_snapshots(history, folder)
     write_result(result, folder)
     return result
