@@ -10,19 +10,16 @@ import sys
 from pathlib import Path
 
 from matplotlib.cm import ScalarMappable
-from matplotlib.collections import PolyCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch as Swatch
 
 from fingerslip.history import read_history
 from fingerslip.report.colours import STATE_COLOURS, STATE_NAMES
-from fingerslip.report.figures.bodies import crop, slip_onset_figure
+from fingerslip.report.figures.bodies import crop, draw_contact, slip_onset_figure
 from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.report.scene.scene import COLOUR_MAP, field_limits
 from fingerslip.report.scene.viewer import still
-from fingerslip.slip import contact_patch
-from fingerslip.slip.patch import triangle_states
 
 TIME = 0.9
 DOTS_PER_INCH = 150
@@ -50,29 +47,18 @@ def draw_finger(run: Path) -> None:
     """Draw the finger cut open, and its contact."""
     history = read_history(run / "history.nc")
     figure = Figure(figsize=(9.0, 3.1))
-    left, right = figure.add_axes((0.0, 0.2, 0.52, 0.8)), figure.add_axes((0.59, 0.16, 0.4, 0.74))
-    bar = figure.add_axes((0.11, 0.18, 0.3, 0.035))
+    left, right = figure.add_axes((0.0, 0.24, 0.52, 0.76)), figure.add_axes((0.59, 0.16, 0.4, 0.74))
+    bar = figure.add_axes((0.11, 0.17, 0.3, 0.035))
     options = SceneOptions(cut="z", receptors=False, written=False)
     left.imshow(crop([still(history, TIME, options, (1400, 1050))])[0])
     left.set_axis_off()
     colours = ScalarMappable(Normalize(*field_limits(history, options)), COLOUR_MAP)
     figure.colorbar(colours, cax=bar, label=SCALARS[options.scalar][0], orientation="horizontal", extend="max")
-    draw_contact(right, history)
-    figure.savefig(Path(__file__).with_name("solid.png"), dpi=DOTS_PER_INCH)
-
-
-def draw_contact(axes, history) -> None:
-    """Draw where the contact sticks and slips."""
-    patch = contact_patch(history)
-    states = triangle_states(history, patch, int(abs(history["time"].values - TIME).argmin()))
-    corners = 1e3 * patch.points[patch.triangles]
-    colours = [STATE_COLOURS[int(state)] for state in states]
-    axes.add_collection(PolyCollection(list(corners), facecolors=colours, edgecolors="face", linewidths=0.2))
-    axes.set(xlim=(-6.5, 12.0), ylim=(-6.0, 7.5), xticks=range(-5, 11, 5), aspect="equal")
-    axes.set(xlabel="along the slide [mm]", ylabel="across the slide [mm]")
-    axes.set_title(f"contact from below, t = {TIME:g} s", fontsize=10)
+    draw_contact(right, history, TIME)
+    right.set_title(f"contact from below, t = {TIME:g} s", fontsize=10)
     keys = [Swatch(color=colour, label=STATE_NAMES[state]) for state, colour in STATE_COLOURS.items()]
-    axes.legend(handles=keys, ncols=3, fontsize=8)
+    right.legend(handles=keys, ncols=3, fontsize=8, loc="upper left", bbox_to_anchor=(0.0, 0.0), frameon=False)
+    figure.savefig(Path(__file__).with_name("solid.png"), dpi=DOTS_PER_INCH)
 
 
 if __name__ == "__main__":

@@ -31,7 +31,12 @@ from .errors import (
     ResultError as ResultError,
     SlipOutsideContactError as SlipOutsideContactError,
 )
-from .export import export_history as export_history, history_tables as history_tables
+from .export import (
+    export_history as export_history,
+    history_tables as history_tables,
+    neo_block as neo_block,
+    write_nwb as write_nwb,
+)
 from .history import read_history as read_history, write_history as write_history
 from .materials.elastic import RayleighDamping as RayleighDamping
 from .materials.elastic import Elastic as Elastic
@@ -40,6 +45,7 @@ from .materials.mooney_rivlin import MooneyRivlin as MooneyRivlin
 from .materials.neo_hookean import NeoHookean as NeoHookean
 from .materials.ogden import Ogden as Ogden, OgdenTerm as OgdenTerm
 from .materials.prony import PronyTerm as PronyTerm
+from .mesh.decks.materials import read_materials as read_materials
 from .mesh.io import read_mesh as read_mesh, write_mesh as write_mesh
 from .mesh.joining import join_meshes as join_meshes
 from .mesh.quality import quality_table as quality_table
@@ -93,6 +99,8 @@ from .react.reflex import (
 )
 from .react.scenario import HeldObject as HeldObject, holder_of as holder_of
 from .report.figures.motion import HistoryPlot as HistoryPlot, plot as plot
+from .report.figures.style import save_figure as save_figure
+from .report.page.pictures import draw as draw
 from .results import StudyResult as StudyResult
 from .model.rigid_bodies import (
     BodyLoad as BodyLoad,

@@ -23,6 +23,7 @@ from fingerslip.mesh.scan.surfaces import check_enclosure, decimate_surface, rea
 from places import MESHES
 from robustness.mutants import FOREIGN, changed_bytes
 from unit.ellipsoids import ellipsoid
+from unit.mesh.decks.texts import CAE, FEBIO
 
 _SURFACES, _GRIDS = ("stl", "ply", "obj", "off", "vtk"), ("vtu", "xdmf", "vtk")
 _FOREIGN_GRIDS = ("bdf", "inp", "mesh", "ply")
@@ -38,6 +39,9 @@ def mesh_cases(folder: Path) -> Callable[[random.Random], None]:
             meshio.write(folder / f"whole.{name}", _nameless(meshio.read(MESHES / "block.msh")))
     sources = [MESHES / "block.msh", MESHES / "block.msh", MESHES / "finger_coarse.msh"]
     sources += [folder / f"whole.{name}" for name in (*_GRIDS, *_FOREIGN_GRIDS)]
+    for name, text in (("deck.inp", CAE), ("deck.feb", FEBIO)):
+        sources.append(folder / name)
+        sources[-1].write_text(text, encoding="latin-1")
 
     def case(chance: random.Random) -> None:
         source = chance.choice(sources)

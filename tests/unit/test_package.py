@@ -8,14 +8,17 @@ import re
 import runpy
 import subprocess
 import sys
+import tomllib
 from importlib import import_module, metadata
 from importlib.metadata import version
 from pathlib import Path
 
 import pytest
+import yaml
 
 import fingerslip as fs
 from fingerslip.commands.app import app
+from places import DOCS, ROOT
 
 
 def test_every_public_name_can_be_loaded():
@@ -102,6 +105,23 @@ def mistakes(name):
 
 def test_public_names_have_docstrings_with_a_summary_all_parameters_and_what_is_returned():
     assert {name: found for name in PUBLIC if (found := list(mistakes(name)))} == {}
+
+
+def test_the_reference_has_every_public_name_once_and_nothing_else():
+    pages = "".join(path.read_text(encoding="utf-8") for path in (DOCS / "api").glob("*.md"))
+    lists = re.findall(r":toctree: generated\n\n((?:   \w+\n)+)", pages)
+    assert sorted("".join(lists).split()) == sorted(PUBLIC)
+    assert not re.search(r"\bauto(module|class|function)::", pages)
+
+
+def test_the_version_stands_in_one_place_and_the_file_to_cite_from_agrees():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    assert {"cff-version", "message", "title", "authors"} <= citation.keys(), "what GitHub needs"
+    assert (citation["version"], citation["license"]) == (project["version"], project["license"])
+    assert set(citation["keywords"]) == set(project["keywords"])
+    texts = {path: path.read_text(encoding="utf-8") for path in Path(fs.__file__).parent.rglob("*.py")}
+    assert [path.name for path, text in texts.items() if project["version"] in text] == []
 
 
 def test_usage_names_the_command_and_not_the_file(monkeypatch, capsys):

@@ -54,7 +54,14 @@ READ = (
 FILES = (
     *("check none.yaml", "run none.yaml", "figure none", "view none", "validate --only none", "track none.mp4"),
     *("detect run none.csv", "converge none.yaml", "report none", "diff none none", "figure none --kind latency"),
-    *("figure none --kind film", "export none", "predict none --at a=1", "sensitivity none", "verify --only none"),
+    *(
+        "figure none --kind film",
+        "export none",
+        "cite none",
+        "predict none --at a=1",
+        "sensitivity none",
+        "verify --only none",
+    ),
     *("detect train none", "detect evaluate none", "detect transfer none none", "detect score none none.csv"),
     *("detect simulate none.yaml", "detect collect none none.csv"),
 )

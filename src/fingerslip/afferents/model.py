@@ -15,7 +15,15 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy import signal
 
-from fingerslip.afferents.signals import ORDER, STIMULI, filter_from_rest, receptor_stimuli, warn_beyond
+from fingerslip.afferents.signals import (
+    MOTIONS,
+    ORDER,
+    STIMULI,
+    filter_from_rest,
+    receptor_stimuli,
+    record_bandwidth,
+    warn_beyond,
+)
 from fingerslip.errors import InputError, ResultError
 from fingerslip.parameters import Duration, PositiveDuration, Rate, parameters
 from fingerslip.parameters.presets import Presets
@@ -259,3 +267,25 @@ def human_afferents() -> Mapping[str, IntegrateAndFire]:
     ['FA-I', 'FA-II', 'SA-I', 'SA-II']
     """
     return MappingProxyType({kind: AFFERENTS.read(kind.lower()) for kind in RECEPTOR_KINDS})
+
+
+# Records per period of the highest frequency of a motion: at ten, rates of vibrations err by some per cent.
+_RECORDS_A_PERIOD, _RECORDS_OF_BANDWIDTH = 10.0, 20.0
+
+
+def resolved_afferents(
+    history: xr.Dataset, models: Mapping[str, AfferentModel] | None = None
+) -> dict[str, AfferentModel]:
+    """Return the models, those of the human fingertip or others, whose stimulus a history resolves.
+
+    Strain is slow where slip is. Models of motion, such as those of FA-II, need ten records a period of their highest
+    frequency, and a body with damping: without it, it chatters as no tissue does.
+    """
+    damped = any(np.any(history[name].values) for name in ("damping_dissipation", "viscous_dissipation"))
+    highest = record_bandwidth(history) * _RECORDS_OF_BANDWIDTH / _RECORDS_A_PERIOD if damped else 0.0
+    every = human_afferents() if models is None else models
+    return {
+        kind: model
+        for kind, model in every.items()
+        if model.stimulus not in MOTIONS or model.highest_frequency <= highest
+    }

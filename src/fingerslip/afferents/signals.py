@@ -86,6 +86,8 @@ STIMULI: Mapping[str, tuple[str, str, Callable[[xr.Dataset], Array]]] = {
     "speed": ("m/s", "speed of the tissue", _length("velocity")),
     "acceleration": ("m/s^2", "acceleration of the tissue", _length("acceleration")),
 }
+#: Those that are motions, in which vibrations are.
+MOTIONS = ("speed", "acceleration")
 
 
 ORDER = 3  # of low passes and high passes

@@ -8,6 +8,7 @@ import importlib
 import os
 import pkgutil
 import sys
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from typing import Annotated, Any
 
@@ -52,7 +53,9 @@ class _Verbs(TyperGroup):
         gc.set_threshold(50_000, 20, 20)
         stop_on_termination()
         try:
-            return super().invoke(ctx)
+            with warnings.catch_warnings():
+                warnings.showwarning = lambda message, *_args, **_options: print_error(f"warning: {message}")
+                return super().invoke(ctx)
         except KeyboardInterrupt:
             print_error("stopped: what is finished is kept; the same command goes on with the rest")
             raise typer.Exit(130) from None

@@ -12,12 +12,14 @@ def export(
     target: Annotated[
         Path, typer.Argument(metavar="RESULT", help="Folder of a run, or of a study for a table of its runs.")
     ],
-    kind: Annotated[str, typer.Option("--format", metavar="FORMAT", help="csv, json, mat, parquet or vtu.")] = "csv",
+    kind: Annotated[
+        str, typer.Option("--format", metavar="FORMAT", help="csv, json, mat, nwb, parquet or vtu.")
+    ] = "csv",
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="DIR", help="Folder to write; else beside the result.")
     ] = None,
 ) -> None:
-    """Write a result for pandas, R, MATLAB or ParaView: tidy tables, one MATLAB file, or snapshots with the contact."""
+    """Write a result for pandas, R, MATLAB, ParaView or as spikes for NWB: tables, one MATLAB file, or snapshots."""
     from fingerslip.study.inspection.show import export_result
 
     typer.echo(str(export_result(target, kind, output)))

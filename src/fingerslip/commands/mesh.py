@@ -1,9 +1,9 @@
-"""``fingerslip mesh``: the mesh of a study or a preset in a file."""
+"""``fingerslip mesh``: the mesh of a study or a preset in a file, or a mesh file in a picture."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -14,16 +14,27 @@ def mesh(
     target: Annotated[
         str,
         typer.Argument(
-            metavar="STUDY|PRESET", help="Study (its first run) or preset to mesh.", autocompletion=specimens
+            metavar="STUDY|PRESET|FILE",
+            help="Study (its first run) or preset to mesh, or a mesh file or deck to look at.",
+            autocompletion=specimens,
         ),
     ],
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", metavar="FILE", help="File to write (.msh, .vtu, .xdmf); else in meshes/."),
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="FILE",
+            help="File to write: a mesh (.msh, .vtu, .xdmf), or a picture of its regions and boundaries (.png, .svg, "
+            ".pdf); else in meshes/, of a FILE its picture.",
+        ),
+    ] = None,
+    unit: Annotated[
+        Any, typer.Option("--unit", parser=str, metavar="UNIT", help="Unit of length of a FILE: m, cm, mm or um.")
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Build a mesh, write it, and show the quality of its cells."""
+    """Build or read a mesh, write or draw it, and show the quality of its cells and what is left out of a deck."""
     from fingerslip.study.inspection.check import save_mesh
 
-    print_tables(save_mesh(target, output), as_json)
+    print_tables(save_mesh(target, output, unit), as_json)

@@ -15,6 +15,7 @@ from scipy.io import savemat
 
 from fingerslip.errors import InputError
 from fingerslip.export.paraview import write_paraview
+from fingerslip.export.spikes import write_history_nwb
 from fingerslip.history import COORDINATES, VARIABLES
 from fingerslip.storage import files
 from fingerslip.units import unit_suffix
@@ -170,8 +171,8 @@ def _write_json(tables: _Tables, folder: Path) -> None:
 
 
 _OF_TABLES = {"csv": _write_csv, "json": _write_json, "mat": write_tables_mat, "parquet": _write_parquet}
-# What is more than tables: all arrays with their dimensions, and the whole mesh.
-_OF_HISTORIES = {"mat": write_history_mat, "vtu": write_paraview}
+# What is more than tables: all arrays with their dimensions, the whole mesh, and spikes.
+_OF_HISTORIES = {"mat": write_history_mat, "nwb": write_history_nwb, "vtu": write_paraview}
 #: The names of all formats.
 FORMATS: tuple[str, ...] = tuple(sorted({*_OF_TABLES, *_OF_HISTORIES}))
 
@@ -185,8 +186,9 @@ def export_history(history: xr.Dataset, folder: str | Path, kind: str) -> Path:
         A history.
     folder : path
         The folder that is made; an export that is there is replaced.
-    kind : {'csv', 'json', 'mat', 'parquet', 'vtu'}
-        Tidy tables, one file each; all arrays in one MATLAB file; or snapshots for ParaView.
+    kind : {'csv', 'json', 'mat', 'nwb', 'parquet', 'vtu'}
+        Tidy tables, one file each; all arrays in one MATLAB file; spikes of human afferents for neurophysiology; or
+        snapshots for ParaView.
 
     Returns
     -------

@@ -232,12 +232,13 @@ def _strain_map(space: Space, cells: Integers) -> sparse.csr_matrix:
 
 def cells_around(space: Space, nodes: Integers, regions: Sequence[str | None]) -> sparse.csr_matrix:
     """Return the weights (n_sites, n_cells) of the cells around nodes (n_sites,), each row summing to one."""
-    # The sizes of the cells [m^2 or m^3] that have a node.
     all_nodes = space.full.element_dofs
-    sizes = np.broadcast_to(space.full.dx.sum(axis=1), all_nodes.shape).ravel()
     columns = np.broadcast_to(np.arange(all_nodes.shape[1]), all_nodes.shape).ravel()
-    incidence = sparse.csr_matrix((sizes, (all_nodes.ravel(), columns)), (len(space.positions), all_nodes.shape[1]))
-    cells = sparse.csr_matrix(incidence[np.asarray(nodes, dtype=np.int64)])
+    entries = (np.ones(columns.size), (all_nodes.ravel(), columns))
+    incidence = sparse.csr_matrix(entries, (len(space.positions), all_nodes.shape[1]))
+    incidence.data[:] = 1.0  # of a cell with two corners in a node, too
+    # The sizes of the cells [m^2 or m^3] that have a node.
+    cells = sparse.csr_matrix(incidence[np.asarray(nodes)] @ sparse.diags(space.full.dx.sum(axis=1)))
     for region in {element for element in regions if element is not None}:
         inside = np.zeros(space.mesh.nelements)
         inside[space.mesh.subdomains[region]] = 1.0

@@ -21,7 +21,7 @@ from scipy import spatial
 from skfem.quadrature import get_quadrature
 
 from fingerslip.errors import MeshError
-from fingerslip.mesh.facets import connected_pieces
+from fingerslip.mesh.facets import are_degenerate, connected_pieces
 from fingerslip.mesh.quality import check_folds, positive_tetrahedra
 from fingerslip.units import coordinates
 
@@ -160,8 +160,8 @@ class _Mapping(skfem.MappingIsoparametric):  # type: ignore[misc]
 def nodal_areas(space: Space, name: str, depth: float) -> NDArray[np.float64]:
     """Return the tributary area [m^2] of every node on a boundary, shape (n_nodes,): integrals of shape functions."""
     if name not in space.areas_by_boundary:
-        facets = np.asarray(_group_facets(space.mesh.boundaries, name, "boundary"))
-        mesh = space.mesh
+        facets, mesh = _group_facets(space.mesh.boundaries, name, "boundary"), space.mesh
+        facets = facets[~are_degenerate(mesh)[facets]]
         mapping = mesh.mapping() if mesh.affine else _Mapping(mesh, mesh.elem(), mesh.bndelem)
         basis = skfem.FacetBasis(mesh, space.scalar_element, mapping, facets=facets)
         space.areas_by_boundary[name] = _shape_function.assemble(basis)
@@ -196,6 +196,9 @@ def _orientation(mesh: Any, order: int) -> NDArray[np.bool_]:
     """
     inside, _ = get_quadrature(mesh.elem.refdom, order)
     jacobian = _jacobian(mesh, mesh.doflocs, np.hstack([inside, mesh.elem.refdom.p]))
+    # Where corners of a cell are one node (:mod:`fingerslip.mesh.mixed`), its mapping ends; inside it counts.
+    alike = (mesh.t[:, None] == mesh.t).sum(axis=1).T > 1
+    jacobian[:, inside.shape[1] :][alike] = jacobian[np.nonzero(alike)[0], 0]
     turn = np.sign(jacobian[:, :1]) if _is_simplicial(mesh) else np.sign(np.median(jacobian))
     bad = np.flatnonzero((jacobian * turn <= 0.0).any(axis=1))
     if bad.size:
@@ -226,7 +229,7 @@ def inverted_cells(space: Space, displacement: Array) -> NDArray[np.bool_]:
 
 def free_edge_nodes(space: Space, boundary: str, held: NDArray[np.bool_]) -> NDArray[np.int64]:
     """Return the nodes (n,) of a boundary that also lie on an outer facet that is free of supports (n_nodes, dim)."""
-    facets = np.asarray(space.mesh.boundaries[boundary])
+    facets = [*space.mesh.boundaries[boundary], *np.flatnonzero(are_degenerate(space.mesh))]
     others = np.setdiff1d(space.mesh.boundary_facets(), facets)
     if not others.size:
         return np.zeros(0, dtype=np.int64)

@@ -49,6 +49,12 @@ def are_between(mesh: skfem.Mesh, region: Integers, first: int, second: int) -> 
     return np.asarray(between & (mesh.f2t[1] >= 0))
 
 
+def are_degenerate(mesh: skfem.Mesh) -> Flags:
+    """Tell which facets (n_facets,) have no size: between corners of a cell that are one node (:mod:`.mixed`)."""
+    different = np.diff(np.sort(mesh.facets, axis=0), axis=0) != 0
+    return np.asarray(different.sum(axis=0) < mesh.dim() - 1)
+
+
 def outward_normals(mesh: skfem.Mesh, facets: Integers, inside: Integers) -> Floats:
     """Return the unit normals (dim, k) of facets (k,), as if they were flat, away from a cell `inside` (k,) of each."""
     corners = mesh.p[:, mesh.facets[:, facets]]

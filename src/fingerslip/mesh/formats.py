@@ -1,4 +1,4 @@
-"""Files in any format that meshio knows, read and written without its messages."""
+"""Files in any format that meshio knows, read and written without its messages, and decks of solvers."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import functools
 import io
 import re
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -15,6 +15,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fingerslip.errors import MeshError, shorten
+from fingerslip.mesh.decks.abaqus import read_abaqus
+from fingerslip.mesh.decks.deck import Deck
+from fingerslip.mesh.decks.febio import read_febio
 from fingerslip.storage.files import new_files
 
 if TYPE_CHECKING:
@@ -29,23 +32,34 @@ _ENDS = 1000
 _OPTIONS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
     {".msh": MappingProxyType({"file_format": "gmsh22"}), ".stl": MappingProxyType({"binary": True})}
 )
+# Decks that meshio knows nothing of, or little.
+_READERS: Mapping[str, Callable[[Path], Deck]] = MappingProxyType({".inp": read_abaqus, ".feb": read_febio})
 
 
 def read_file(file: Path, needed: str) -> meshio.Mesh:
-    """Read a file."""
+    """Read points, cells and their named groups."""
+    return read_deck(file, needed).data
+
+
+def read_deck(file: Path, needed: str) -> Deck:
+    """Read a file with what else it tells; only decks of solvers tell more than a mesh."""
     if not file.is_file():
         raise MeshError(str(file), "no such file", needed)
     if not file.stat().st_size:
         raise MeshError(str(file), "is empty", needed, _AGAIN)
+    deck = _READERS.get(file.suffix.lower(), functools.partial(_read_by_meshio, needed=needed))(file)
+    _check_numbers(file, deck.data)
+    return deck
+
+
+def _read_by_meshio(file: Path, needed: str) -> Deck:
     try:
         with _silence():
-            data = _guarded_meshio().read(file)
+            return Deck(_guarded_meshio().read(file))
     # meshio ends the program where no reader fits, and its readers fail in any way on a damaged file.
     except (Exception, SystemExit) as error:
         cause = str(error) if isinstance(error, Exception) else "unknown or damaged format"
         raise MeshError(str(file), f"cannot be read ({shorten(cause)})", needed, _AGAIN) from error
-    _check_numbers(file, data)
-    return data
 
 
 def write_file(file: Path, data: meshio.Mesh, suffixes: str) -> None:

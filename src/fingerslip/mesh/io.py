@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,7 +14,8 @@ from numpy.typing import NDArray
 from skfem.io.meshio import from_meshio, to_meshio
 
 from fingerslip.errors import MeshError, shorten
-from fingerslip.mesh.formats import read_file, write_file
+from fingerslip.mesh.formats import read_deck, write_file
+from fingerslip.mesh.mixed import NARROWER, is_degenerate, take_one_kind
 from fingerslip.mesh.quality import check_folds, positive_tetrahedra, turned_cells, turns
 from fingerslip.units import LengthUnit, coordinates, metres
 
@@ -35,7 +37,7 @@ class _Cell:
 
 _LINES, _TRIANGLES, _QUADS = ("line", "line3"), ("triangle", "triangle6"), ("quad",)
 _CELLS = {
-    "quad": _Cell(skfem.MeshQuad1, 4, 2, _LINES, 2, (0, 3, 2, 1)),
+    "quad": _Cell(skfem.MeshQuad1, 4, 2, _LINES, 2, (1, 0, 3, 2)),
     "triangle": _Cell(skfem.MeshTri1, 3, 2, _LINES, 2, (0, 2, 1)),
     "triangle6": _Cell(skfem.MeshTri2, 3, 2, _LINES, 2, (0, 2, 1, 5, 4, 3)),
     "tetra": _Cell(skfem.MeshTet1, 4, 3, _TRIANGLES, 3, ()),
@@ -49,6 +51,8 @@ _HEXAHEDRON = [0, 4, 3, 1, 7, 5, 2, 6]
 # The corners at the other ends of the three edges of each corner of a hexahedron, in a right-handed order.
 _BESIDE = np.array([[1, 3, 4], [2, 0, 5], [3, 1, 6], [0, 2, 7], [7, 5, 0], [4, 6, 1], [5, 7, 2], [6, 4, 3]])
 _FLAT = 1e-6
+
+_logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -69,11 +73,12 @@ class _Raw:
 
 
 def read_mesh(path: str | Path, unit: LengthUnit = "m") -> skfem.Mesh:
-    """Read a mesh in 2D or in 3D with its named groups from any format that meshio reads.
+    """Read a mesh in 2D or in 3D with its named groups: a deck of Abaqus or FEBio, or any format that meshio reads.
 
     Named groups of cells become regions, named groups of lines (in 3D: triangles or quadrilaterals) become
-    boundaries, inside the mesh too. In a Gmsh file these are its physical groups. Plane cells drawn clockwise and
-    hexahedra inside out are turned round where the whole region is.
+    boundaries, inside the mesh too. In a Gmsh file these are its physical groups, in a deck sets of elements, and
+    surfaces and sets of nodes; what else a deck has is listed in the log. Plane cells drawn clockwise and hexahedra
+    inside out are turned round where the whole region is.
 
     Parameters
     ----------
@@ -85,25 +90,37 @@ def read_mesh(path: str | Path, unit: LengthUnit = "m") -> skfem.Mesh:
     Returns
     -------
     skfem.MeshQuad1, skfem.MeshTri1, skfem.MeshTri2, skfem.MeshTet1, skfem.MeshTet2 or skfem.MeshHex1
-        The mesh [m] with its `subdomains` and `boundaries`.
+        The mesh [m] with its `subdomains` and `boundaries`. Triangles among quadrilaterals and prisms among hexahedra
+        are such cells with two corners in one node; quadratic cells of these are taken by their corners.
 
     Raises
     ------
     MeshError
-        Where the file is missing, unreadable, of mixed or unknown cells, without named groups, or has an inverted or
-        flat cell, or one that folds over its neighbours.
+        Where the file is missing, unreadable, of unknown cells or of kinds that do not go together, without named
+        groups, or has an inverted or flat cell, or one that folds over its neighbours.
     InputError
         Where the unit is unknown.
     """
-    mesh = _read_in_metres(Path(path), metres(unit))
-    check_folds(mesh, turned_cells(mesh), str(path))
+    mesh, left_out = read_mesh_and_rest(Path(path), unit)
+    if left_out:
+        _logger.info("%s: without %s", path, "; ".join(left_out))
     return mesh
 
 
-def _read_in_metres(file: Path, scale: float) -> skfem.Mesh:
-    """Read a mesh whose lengths are of a unit of `scale` [m]."""
-    data = read_file(file, "needs a file that meshio reads")
+def read_mesh_and_rest(file: Path, unit: LengthUnit) -> tuple[skfem.Mesh, tuple[str, ...]]:
+    """Read a mesh [m] with its named groups, and in words what of the file is left out."""
+    scale, deck = metres(unit), read_deck(file, "needs a mesh that meshio reads, or a deck of Abaqus or FEBio")
+    data, left_out = deck.data, deck.left_out
     data.points = scale * np.asarray(data.points, dtype=float)
+    if not any(key.startswith("skfem:") for key in data.cell_data):
+        left_out = (*left_out, *take_one_kind(data))
+    mesh = _mesh_of(file, data)
+    check_folds(mesh, turned_cells(mesh), str(file))
+    return mesh, left_out
+
+
+def _mesh_of(file: Path, data: meshio.Mesh) -> skfem.Mesh:
+    """Return the cells of a file as a mesh with its named groups."""
     kind = _kind(file, data)
     points = _points(file, _CELLS[kind].dim, data)
     if any(key.startswith("skfem:") for key in data.cell_data):
@@ -191,7 +208,8 @@ def _kind(file: Path, data: meshio.Mesh) -> str:
     kinds = {str(block.type) for block in data.cells if block.dim == max(highest, 2) and len(block.data)}
     if len(kinds) != 1 or not kinds <= set(_CELLS):
         fault = f"has cells of type {', '.join(sorted(kinds))}" if kinds else "has no cells"
-        raise MeshError(str(file), fault, f"needs cells of one of the types {', '.join(_CELLS)}")
+        allowed = f"needs cells of one of the types {', '.join(_CELLS)}, and triangles among quadrilaterals, or prisms"
+        raise MeshError(str(file), fault, f"{allowed} among hexahedra", "mesh the body again with these")
     return kinds.pop()
 
 
@@ -241,12 +259,16 @@ def _signed_areas(raw: _Raw) -> tuple[Floats, Floats]:
         beside = np.array([[1, 2, 3]]) if raw.kind in _TETRAHEDRA else _BESIDE
         edges = corners[:, beside] - corners[:, : len(beside), None]
         longest = np.linalg.norm(edges, axis=3).max(axis=(1, 2))
-        volumes = np.linalg.det(edges) / np.maximum(longest, 1e-300)[:, None] ** 3
-        return volumes.min(axis=1), volumes.max(axis=1)
-    ahead, _, cross = turns(corners.transpose(2, 1, 0))
-    size = np.sum(ahead**2, axis=0).max(axis=0)
-    relative = cross / np.where(size > 0, size, 1.0)
-    return relative.min(axis=0), relative.max(axis=0)
+        relative = np.linalg.det(edges) / np.maximum(longest, 1e-300)[:, None] ** 3
+    else:
+        ahead, _, cross = turns(corners.transpose(2, 1, 0))
+        size = np.sum(ahead**2, axis=0).max(axis=0)
+        relative = (cross / np.where(size > 0, size, 1.0)).T
+    # Nothing turns in a corner that is one with another.
+    rows = np.flatnonzero(is_degenerate(raw.cells) & (relative.shape[1] > 1) & (raw.kind in NARROWER))
+    for corner in (2, 3, 6, 7)[: relative.shape[1] // 2]:
+        relative[rows, corner] = relative[rows, 0]
+    return relative.min(axis=1), relative.max(axis=1)
 
 
 def _check_shapes(raw: _Raw) -> None:
@@ -314,7 +336,8 @@ def _physical(file: Path, mesh: skfem.Mesh2D) -> meshio.Mesh:
     tag = np.zeros(mesh.t.shape[1], dtype=np.int32)
     for number, (name, cells) in enumerate(regions.items(), start=1):
         if tag[cells].any():
-            raise MeshError(str(file), f"region '{name}' shares cells with another", "needs separate regions in .msh")
+            fault = f"region '{name}' shares cells with another"
+            raise MeshError(str(file), fault, "needs separate regions in .msh", "write a .vtu")
         tag[cells] = number
     first = len(regions) + 1
     facets = [mesh.facets[:, np.asarray(members)].T for members in boundaries.values()]
@@ -323,10 +346,24 @@ def _physical(file: Path, mesh: skfem.Mesh2D) -> meshio.Mesh:
     names |= {name: np.array([number, mesh.dim() - 1]) for number, name in enumerate(boundaries, start=first)}
     element = to_meshio(mesh, encode_cell_data=False)
     flat = _CELLS[element.cells[0].type].sides[0]
-    cells = [(element.cells[0].type, _counter_clockwise(element))] + ([(flat, np.vstack(facets))] if facets else [])
-    tags = [tag] + ([np.concatenate(facet_tags)] if facets else [])
+    blocks = [(element.cells[0].type, _counter_clockwise(element), tag)]
+    blocks += [(flat, np.vstack(facets), np.concatenate(facet_tags))] if facets else []
+    cells, tags = _narrow(blocks)
     data = {"gmsh:physical": tags, "gmsh:geometrical": [np.maximum(t, 1) for t in tags]}
     return meshio.Mesh(element.points, cells, cell_data=data, field_data=names)
+
+
+def _narrow(blocks: list[tuple[str, Integers, Integers]]) -> tuple[list[tuple[str, Integers]], list[Integers]]:
+    """Return cells and their tags, triangles and prisms on their own."""
+    cells, tags = [], []
+    for kind, nodes, tag in blocks:
+        few = is_degenerate(nodes) & (kind in NARROWER)
+        narrower, corners = NARROWER.get(kind, (kind, []))
+        for name, rows, columns in ((kind, ~few, slice(None)), (narrower, few, corners)):
+            if rows.any():
+                cells.append((name, nodes[rows][:, columns]))
+                tags.append(tag[rows])
+    return cells, tags
 
 
 def _counter_clockwise(data: meshio.Mesh) -> Integers:

@@ -1,4 +1,4 @@
-"""How well shaped the cells of a 2D mesh are, and the limits that a built mesh keeps."""
+"""How well shaped the cells of a mesh are, and the limits that a built mesh keeps."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.errors import MeshError
+from fingerslip.mesh.facets import are_degenerate
+from fingerslip.mesh.mixed import is_degenerate
 from fingerslip.units import coordinates
 
 if TYPE_CHECKING:
@@ -22,6 +24,13 @@ Nodes = TypeVar("Nodes", bound=NDArray[np.integer])
 
 # Pairs of cells that an error names.
 _NAMED = 3
+# The corners at the other ends of the edges of each corner: of hexahedra as scikit-fem counts them, and of prisms, with
+# the corners of these among those.
+_BESIDE = {
+    8: np.array([[1, 2, 3], [0, 4, 5], [0, 4, 6], [0, 5, 6], [1, 2, 7], [1, 3, 7], [2, 3, 7], [4, 5, 6]]),
+    6: np.array([[1, 2, 3], [2, 0, 4], [0, 1, 5], [5, 4, 0], [3, 5, 1], [4, 3, 2]]),
+}
+_PRISM = [0, 3, 6, 1, 5, 7]
 # Tetrahedra with the first two corners exchanged; the middles of ten nodes are those of 01, 12, 02, 03, 13, 23.
 _MIRRORED = {4: [1, 0, 2, 3], 10: [1, 0, 2, 3, 4, 6, 5, 8, 7, 9]}
 
@@ -66,13 +75,13 @@ def quality_limits(mesh: skfem.Mesh2D) -> _Quality:
 
 
 def quality_table(mesh: skfem.Mesh2D) -> tuple[QualityRow, ...]:
-    """Return the quality of each region of a mesh of quadrilaterals or triangles.
+    """Return the quality of each region of a mesh.
 
     Parameters
     ----------
-    mesh : skfem.MeshQuad1, skfem.MeshTri1 or skfem.MeshTri2
-        Mesh with counter-clockwise quadrilaterals; triangles in any order. Quadratic triangles are judged by their
-        corners.
+    mesh : skfem.Mesh
+        Mesh with counter-clockwise quadrilaterals; triangles in any order. Quadratic cells are judged by their
+        corners, hexahedra and prisms by the edges and faces that meet at each.
     """
     quality = _cell_quality(mesh)
     regions = mesh.subdomains or {"mesh": np.arange(mesh.t.shape[1])}
@@ -111,7 +120,33 @@ def tetrahedron_margins(corners: Floats) -> Floats:
 
 
 def _cell_quality(mesh: skfem.Mesh) -> _Quality:
-    return _tetrahedra(mesh.p[:, mesh.t[:4]].transpose(2, 1, 0)) if mesh.dim() == 3 else _polygons(mesh)
+    nodes, is_solid = mesh.t[: mesh.elem.refdom.nnodes], mesh.dim() == 3
+    if is_solid and len(nodes) == 4:
+        return _tetrahedra(mesh.p[:, nodes].transpose(2, 1, 0))
+    # Triangles among quadrilaterals, and prisms among hexahedra.
+    few = nodes[2] == nodes[6] if is_solid else is_degenerate(nodes.T)
+    measure, fewer = (_polyhedra, nodes[_PRISM]) if is_solid else (_polygons, nodes[:3])
+    measures = np.empty((len(_Quality._fields), mesh.nelements))
+    for rows, corners in ((~few, nodes), (few, fewer)):
+        if rows.any():
+            measures[:, rows] = measure(mesh.p[:, corners[:, rows]])
+    return _Quality(*measures)
+
+
+def _polyhedra(corners: Floats) -> _Quality:
+    """Measure hexahedra (3, 8, n) or prisms (3, 6, n) [m] at each corner, between the three edges and faces there."""
+    points, beside = corners.T, _BESIDE[corners.shape[1]]
+    edges = points[:, beside] - points[:, : len(beside), None]
+    length = np.linalg.norm(edges, axis=3)
+    # Three edges of a prism with equal sides span less than those of a cube.
+    jacobian = np.abs(np.linalg.det(edges)) / length.prod(axis=2) * (1.0 if len(beside) == 8 else 2.0 / np.sqrt(3.0))
+    # Faces meet at the angles of tetrahedra on the edges of a corner, those along its first three edges.
+    at_corners = np.concatenate([np.zeros_like(edges[:, :, :1]), edges], axis=2).reshape(-1, 4, 3)
+    angle = _dihedral_angles(at_corners)[:3].reshape(3, len(points), -1)
+    length = length.reshape(len(points), -1)
+    return _Quality(
+        jacobian.min(axis=1), angle.min(axis=(0, 2)), angle.max(axis=(0, 2)), length.max(axis=1) / length.min(axis=1)
+    )
 
 
 def _tetrahedra(corners: Floats) -> _Quality:
@@ -147,14 +182,15 @@ def turns(corners: Floats) -> tuple[Floats, Floats, Floats]:
     return ahead, back, ahead[0] * back[1] - ahead[1] * back[0]
 
 
-def _polygons(mesh: skfem.Mesh2D) -> _Quality:
-    ahead, back, cross = turns(mesh.p[:, mesh.t])
+def _polygons(corners: Floats) -> _Quality:
+    """Measure polygons (2, k, n) [m]."""
+    ahead, back, cross = turns(corners)
     length = np.linalg.norm(ahead, axis=0)
     # Files count corners either way round; a cell is folded over where it goes against most of the mesh.
     cross *= -1.0 if cross.sum() < 0.0 else 1.0
     angle = np.arctan2(cross, np.sum(ahead * back, axis=0))
     sine = np.sin(angle)
-    if len(mesh.t) == 3:
+    if corners.shape[1] == 3:
         # scikit-fem sorts the corners of triangles, so their direction says nothing.
         angle, sine = np.abs(angle), np.abs(sine) * 2 / np.sqrt(3.0)
     # A reflex corner has a negative angle here; all the way round it is more than 180 degrees.
@@ -179,6 +215,8 @@ def check_folds(mesh: skfem.Mesh, turned: Booleans, where: str = "mesh") -> None
     (n_cells,) tells which cells are mirror images of their reference cell.
     """
     sides = 2 * mesh.t2f + _is_in_front(mesh, turned)
+    nowhere = are_degenerate(mesh)[mesh.t2f]
+    sides[nowhere] = 2 * mesh.nfacets + np.arange(nowhere.sum())
     shared = np.flatnonzero(np.bincount(sides.ravel()) > 1)
     if not shared.size:
         return
@@ -206,8 +244,11 @@ def _is_in_front(mesh: skfem.Mesh, turned: Booleans) -> Booleans:
         runs_round = np.linalg.det(reference.p[:, corners[: mesh.dim()]] - centre) > 0.0
         nodes = mesh.t[corners]
         least = nodes.argmin(axis=0)
-        after = nodes[(least + 1) % len(nodes), cells]
-        runs_up = nodes[0] < nodes[1] if len(nodes) == 2 else after < nodes[least - 1, cells]
+        after, before = nodes[(least + 1) % len(nodes), cells], nodes[least - 1, cells]
+        # Of corners that are one node the least is the first, or the last where the others stand between.
+        after = np.where(after == nodes[least, cells], nodes[(least + 2) % len(nodes), cells], after)
+        before = np.where(before == nodes[least, cells], nodes[least - 2, cells], before)
+        runs_up = nodes[0] < nodes[1] if len(nodes) == 2 else after < before
         side[:] = runs_up ^ turned ^ runs_round
     return sides
 

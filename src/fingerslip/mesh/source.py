@@ -196,6 +196,27 @@ class MeshFile(MeshSource):
 
         return read_mesh(self.file, self.length_unit or "m")
 
+    def inspect(self, _specimen: Any = None, /) -> InspectedMesh:
+        """Return the mesh [m] with the quality of its cells, what of a deck is left out, and a deck's materials."""
+        from fingerslip.mesh.decks.materials import materials_and_rest, study_lines
+        from fingerslip.mesh.io import read_mesh_and_rest
+        from fingerslip.tables.table import Column, Table
+
+        file, unit = Path(self.file), self.length_unit or "m"
+        mesh, left_out = read_mesh_and_rest(file, unit)
+        inspected, tables = inspect_mesh(mesh), []
+        if file.suffix.lower() == ".feb":
+            laws, refused = materials_and_rest(file, unit)
+            left_out += refused
+            rows = tuple((f"  {line}",) for line in study_lines(laws))
+            tables = [Table("Materials of the file, as a study has them", (Column("materials:"),), rows)]
+        if left_out:
+            tables.append(Table("Left out of the file", (Column("what"),), tuple((entry,) for entry in left_out)))
+        # Regions of decks may share cells, which a .msh does not hold.
+        cells = np.concatenate([np.empty(0, dtype=int), *(mesh.subdomains or {}).values()])
+        suffix = inspected.suffix if len(np.unique(cells)) == len(cells) else ".vtu"
+        return replace(inspected, tables=(*inspected.tables, *tables), suffix=suffix)
+
     def key(self, _specimen: Any = None, /) -> str:
         """Return the hash of the file's content and unit.
 

@@ -24,10 +24,11 @@ from fingerslip.contact.states import SLIP, STICK
 from fingerslip.react.answer import Reactions, answer, cell_table, paper_table, source_table, trial_table
 from fingerslip.react.reflex import REACTIONS
 from fingerslip.react.results import FILM, STILL
+from fingerslip.report.citations import bibtex_entries
 from fingerslip.report.colours import BLACK, BLUE, GREEN, GREY, ORANGE, STATE_COLOURS, VERMILLION
 from fingerslip.report.content import ReportContent
 from fingerslip.report.figures.style import add_legend, figure_grid, with_style
-from fingerslip.report.page.assemble import bibtex_entries, uncertainty_section
+from fingerslip.report.page.assemble import uncertainty_section
 from fingerslip.report.page.page import Picture, Report, ReportSection
 from fingerslip.report.tables.parameters import value_tables
 from fingerslip.tables.table import Table

@@ -47,9 +47,14 @@ REGION_COLOURS: Mapping[str, str] = {
     "phalanx": "#c9ced3",
 }
 _OTHER_COLOURS = ("#d9e6f2", "#dcefe2", "#efe2f0", "#f4f0d8")
+#: Regions so stiff that their stress says nothing of the soft ones: fields of stress leave them in one grey.
+STIFF_REGIONS = frozenset({"phalanx", "nail", "window"})
+STIFF_COLOUR = REGION_COLOURS["phalanx"]
+#: The lines between layers.
+LAYER_LINE = "#3c3c3c"
 
-#: Name of the map of fields from little to much: lightness rises evenly, for any colour vision.
-FIELD_MAP = "viridis"
+#: Name of the map of fields from little to much: lightness falls evenly, for any colour vision; nothing is paper-light.
+FIELD_MAP = "magma_r"
 
 
 def region_colours(names: Sequence[str]) -> dict[str, str]:

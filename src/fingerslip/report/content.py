@@ -25,7 +25,9 @@ if TYPE_CHECKING:
     import skfem
     import xarray as xr
 
+    from fingerslip.afferents.model import AfferentModel
     from fingerslip.report.page.page import Picture
+    from fingerslip.sampling.indices import Sensitivity
 
 #: How figures may look: :data:`fingerslip.report.figures.style.LOOKS` has the numbers.
 STYLES = ("page", "paper", "slides")
@@ -60,6 +62,7 @@ class StudySubject:
     starts: Mapping[str, float] = field(default_factory=dict)  # when slides begin [s], by the names of runs
     path: str = ""  # dotted path of the swept value on the axis
     peaks: PeakSettings = field(default_factory=PeakSettings)  # how acceleration peaks are read
+    sensitivities: Sequence[Sensitivity] = ()  # of the latency, of a study with samples
 
 
 @dataclass(frozen=True)
@@ -70,6 +73,7 @@ class RunSubject:
     events: Events  # its events
     options: SceneOptions = field(default_factory=SceneOptions)
     times: tuple[float, ...] = ()  # times of the panels [s]
+    afferents: Mapping[str, AfferentModel] | None = None  # models of afferents; those of the human fingertip
     name: str = ""  # with which the names of its pictures begin
     title: str = ""  # which the titles of its figures have
 

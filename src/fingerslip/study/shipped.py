@@ -33,6 +33,8 @@ def _files_by_name(folder: Traversable) -> dict[str, Traversable]:
     return {file.name.removesuffix(".yaml"): file for file in sorted(files, key=lambda file: file.name)}
 
 
+# What templates read, written beside them.
+_READ = {"own-mesh": "pad.inp"}
 #: The templates of new study files, by name.
 TEMPLATES: Mapping[str, Traversable] = _files_by_name(_data("templates"))
 
@@ -74,8 +76,12 @@ def copy_example(name: str, folder: Path) -> Path:
 
 
 def new_study(path: Path, template: str) -> Path:
-    """Write a study file to start from, and the schema by which editors check it."""
-    return _write(_chosen("template", template, TEMPLATES), path if path.suffix else path.with_suffix(".yaml"))
+    """Write a study file to start from, what it reads, and the schema by which editors check it."""
+    written = _write(_chosen("template", template, TEMPLATES), path if path.suffix else path.with_suffix(".yaml"))
+    name = _READ.get(template)
+    if name is not None and not written.with_name(name).exists():
+        write_text(written.with_name(name), _data("templates").joinpath(name).read_text(encoding="utf-8"))
+    return written
 
 
 def _chosen(kind: str, name: str, files: Mapping[str, Traversable]) -> str:

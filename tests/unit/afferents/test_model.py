@@ -2,11 +2,19 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import fingerslip as fs
-from fingerslip.afferents.model import AFFERENTS, IntegrateAndFire, Spikes, human_afferents, spikes_of
+from fingerslip.afferents.model import (
+    AFFERENTS,
+    IntegrateAndFire,
+    Spikes,
+    human_afferents,
+    resolved_afferents,
+    spikes_of,
+)
 from fingerslip.afferents.signals import STIMULI, BandwidthWarning
 from fingerslip.sites import RECEPTOR_KINDS
 from problems.pushed import push_and_slide
@@ -52,6 +60,19 @@ def test_models_of_the_project_fire_and_say_what_the_step_does_not_resolve(histo
         "the model of FA-I reaches 117",
     }
     assert all(np.all(np.diff(own) > 0.0) for own in found.times)
+
+
+@pytest.mark.parametrize(
+    ("step", "loss", "left_out"), [(0.3e-3, 1.0, set()), (0.4e-3, 1.0, {"FA-II"}), (0.3e-3, 0.0, {"FA-II"})]
+)
+def test_vibrations_are_asked_for_where_ten_records_a_period_and_a_damped_body_resolve_them(step, loss, left_out):
+    times = step * np.arange(3)
+    losses = {
+        name: ("time", size * times) for name, size in (("damping_dissipation", loss), ("viscous_dissipation", 0))
+    }
+    history = xr.Dataset(losses, {"time": times})
+    assert set(human_afferents()) - set(resolved_afferents(history)) == left_out
+    assert list(resolved_afferents(history, {"SA-I": Once()})) == ["SA-I"], "strain is slow"
 
 
 def test_rates_count_spikes_per_second_and_afferent():

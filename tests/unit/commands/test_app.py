@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+import warnings
 from importlib import metadata
 from pathlib import Path
 
@@ -49,6 +50,14 @@ def test_every_verb_has_help_the_version_is_said_and_wrong_use_is_exit_code_2(in
         assert "Usage" in invoke(verb, "--help").output
     for wrong in (["fly"], ["run"], ["run", "a.yaml", "--workers", "0"], ["check", "--slow", "a.yaml"]):
         invoke(*wrong, code=2)
+
+
+@pytest.mark.filterwarnings("always")
+def test_a_warning_is_one_line_without_the_code_that_gave_it(invoke, monkeypatch):
+    monkeypatch.setattr(
+        "fingerslip.study.inspection.show.show", lambda *_: warnings.warn("too coarse", stacklevel=1) or ()
+    )
+    assert invoke("show").stderr == "warning: too coarse\n"
 
 
 def test_not_enough_memory_is_one_line_and_debug_shows_where_an_error_comes_from(invoke, block, monkeypatch):

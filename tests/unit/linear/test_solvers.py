@@ -154,6 +154,18 @@ def another_folder(tmp_path, monkeypatch):
         vars(solvers).pop(name, None)
 
 
+@pytest.mark.parametrize(("machine", "count"), [("x86_64", 1), ("AMD64", 1), ("arm64", 0)])
+def test_what_is_faster_for_large_models_is_said_once_where_it_exists(machine, count, monkeypatch, caplog):
+    superlu._suggest_pardiso.cache_clear()
+    monkeypatch.setattr("platform.machine", lambda: machine)
+    SuperLU().factorise(positive_definite(30))
+    assert caplog.messages == []
+    monkeypatch.setattr(superlu, "_LARGE", 30)
+    for _ in range(2):
+        SuperLU().factorise(positive_definite(30))
+    assert ["fingerslip[pardiso]" in message for message in caplog.messages] == [True] * count
+
+
 def test_a_file_is_all_that_a_new_solver_needs(another_folder):
     (another_folder / "dense.py").write_text(textwrap.dedent(DENSE))
     (another_folder / "helpers.py").write_text("ONE = 1")

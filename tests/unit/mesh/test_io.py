@@ -257,7 +257,7 @@ def test_regions_inside_out_are_turned_round(content, size, tmp_path):
     assert (turned_cells(mesh) == turned_cells(type(mesh)())[0]).all()
 
 
-MIXED = {"cells": CELLS[:1], "more": ("triangle", [[1, 2, 4]])}
+MIXED = {"points": CUBE, "cells": [np.arange(8)], "kind": "hexahedron", "more": ("tetra", [[0, 1, 2, 4]])}
 RAISED = np.column_stack([SQUARES, np.arange(6.0)])
 CROSSED = {"cells": np.array([[0, 1, 4, 3], [1, 5, 2, 4]])}
 # Each region is drawn one way round, and so turned round as a whole; where they meet tells that one is folded.
@@ -266,7 +266,7 @@ FLAP |= {"kind": "triangle", "tags": [1, 3]}
 FLAT = {"points": np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 0]]), "kind": "tetra", "lines": ()}
 FLAT["cells"] = [[0, 1, 2, 3], [0, 1, 2, 4]]
 TWISTED = {"points": CUBE, "cells": [[0, 1, 2, 3, 5, 4, 7, 6]], "kind": "hexahedron", "lines": ()}
-WEDGE = {"cells": np.arange(6)[None], "kind": "wedge"}
+PYRAMID = {"cells": np.arange(5)[None], "kind": "pyramid"}
 FOLDED = "has cells that fold over each other: 0 and 1 at x = {} mm, y = {} mm, "
 
 
@@ -280,7 +280,7 @@ FOLDED = "has cells that fold over each other: 0 and 1 at x = {} mm, y = {} mm, 
         ({"points": RAISED}, "m", "node 5 is at .*, z = 5000 mm, needs z = 0"),
         ({"points": RAISED}, "mm", "node 5 is at x = 2 mm, y = 1 mm, z = 5 mm"),
         ({"lines": ((0, 5),)}, "m", "boundary 'contact' has lines that are no edge of a cell"),
-        (WEDGE, "m", "has cells of type wedge, needs cells of one of the types"),
+        (PYRAMID, "m", "has cells of type pyramid, needs cells of one of the types .*; mesh the body again"),
         (FLAP, "m", FOLDED.format(500, 500)),
         (FLAP, "mm", FOLDED.format(0.5, 0.5)),
         (FLAT, "m", r"cell 1 at x = 500 mm, y = 500 mm, z = 0 mm is inverted or flat, .* volume"),
@@ -289,7 +289,11 @@ FOLDED = "has cells that fold over each other: 0 and 1 at x = {} mm, y = {} mm, 
         (None, None, "no such file"),
         ({}, None, r"has no named groups.*in Gmsh as physical groups"),
         ({"cells": CELLS[:1], "lines": ()}, None, "has no named groups"),
-        ({**MIXED, "lines": ()}, None, "has cells of type quad, triangle"),
+        (
+            {**MIXED, "lines": ()},
+            None,
+            "has cells of type hexahedron, tetra, .* and triangles among quadrilaterals, or prisms among hexahedra",
+        ),
     ],
 )
 def test_faulty_meshes_are_one_clear_error(change, unit, message, tmp_path):

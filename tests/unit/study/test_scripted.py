@@ -19,7 +19,6 @@ from fingerslip.study.running.build import build_mesh
 from fingerslip.study.shipped import TEMPLATES, copy_example, examples, examples_table, new_study, studies_folder
 from fingerslip.study.storage.store import RunConvergence, write_convergences
 from fingerslip.uncertainty import Convergence, Series
-from fingerslip.verification.meshes import box
 from places import ROOT
 from unit.study.block import FRICTIONS, NAMES, block_values
 
@@ -191,9 +190,6 @@ def test_templates_are_studies_that_editors_can_check_and_can_be_run_as_they_are
     assert read_runs(written).runs
     assert "THIS_FILE" not in written.read_text(encoding="utf-8")
     assert json.loads((tmp_path / "study.schema.json").read_text(encoding="utf-8")) == fs.study_schema()
-    sides = np.linspace(0.0, 8e-3, 9), np.linspace(0.0, 4e-3, 5)
-    body = box("Q4", *sides, regions={"body": lambda centre: centre[0] > -1})
-    fs.write_mesh(body, tmp_path / "body.msh")
     rows = check_plans(plan_studies([written], tmp_path / "results")).rows
     assert {row[2] for row in rows} == {"to do"}
 

@@ -3,28 +3,39 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
+import matplotlib as mpl
 import numpy as np
 import xarray as xr
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection, PolyCollection
-from matplotlib.colors import Normalize, to_rgba
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
+from matplotlib.tri import Triangulation
 from numpy.typing import NDArray
 
 from fingerslip.contact.frames import sliding_direction
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import ResultError
 from fingerslip.history import is_solid, nearest_record, nearest_snapshot, site_kinds, sites_of_kinds
-from fingerslip.report.colours import BLACK, BLUE, FIELD_MAP, ORANGE, STATE_COLOURS, region_colours
+from fingerslip.report import colours as palette
 from fingerslip.report.figures import style
 from fingerslip.report.scene.names import Scalar
 from fingerslip.report.scene.options import SCALARS, SceneOptions
-from fingerslip.report.scene.scene import CORNERS, check_options, field_limits, region_names
+from fingerslip.report.scene.scene import (
+    CORNERS,
+    OF_CELLS,
+    check_options,
+    contact_levels,
+    field_limits,
+    region_names,
+    scale_length,
+    soft_regions,
+)
 from fingerslip.report.scene.viewer import stills
 from fingerslip.slip import (
     Events,
@@ -47,9 +58,21 @@ _SKIN_WIDTH = 3.2
 _MARGIN = 0.06
 
 
-def has_frames(history: xr.Dataset) -> bool:
-    """Tell whether a history is one of a section with snapshots."""
-    return not is_solid(history) and history.sizes.get("snapshot_time", 0) > 0
+def has_pictures(history: xr.Dataset) -> bool:
+    """Tell whether there is something to see of the contact: records do in 3D, sections need snapshots."""
+    return is_solid(history) or history.sizes.get("snapshot_time", 0) > 0
+
+
+def draw_contact(axes: Axes, history: xr.Dataset, moment: float, *, scaled: bool = True) -> None:
+    """Draw the contact at about a time [s]: the section that is pressed in 2D, in 3D what sticks, from below."""
+    if is_solid(history):
+        _fill_states(axes, contact_patch(history), history, nearest_record(history, moment))
+        axes.set_axis_off()
+    else:
+        limits = field_limits(history, SceneOptions())
+        draw_section(axes, history, nearest_snapshot(history, moment), "von_mises", limits, scaled=False)
+    if scaled:
+        _draw_scale(axes)
 
 
 def frame_times(history: xr.Dataset, events: Events, names: Sequence[str] = MAIN_EVENTS) -> dict[float, str]:
@@ -76,26 +99,33 @@ def deformed_figure(
     history: xr.Dataset,
     events: Events = style.NO_EVENTS,
     options: SceneOptions | None = None,
-    times: Sequence[float] | None = None,
+    times: Sequence[float] | Floats | None = None,
     title: str = "",
+    *,
+    heading: str = "",
 ) -> Figure:
     """Draw the deformed body with a field, a panel for each time [s]: sections to scale, or lit views of a solid."""
-    solid, options = is_solid(history), options or SceneOptions(cut="z", written=False)
+    solid, options = is_solid(history), options or SceneOptions(cut="z", receptors=False, written=False)
     check_options(history, options)
-    moments, every = dict.fromkeys(times or (), ""), history["snapshot_time"].values
+    moments, every = dict.fromkeys([] if times is None else times, ""), history["snapshot_time"].values
     if times is None:
         even = every[-1:] if solid else np.linspace(every[0], every[-1], min(4, every.size))
         named = ("incipient", "overall") if solid else MAIN_EVENTS
         moments = frame_times(history, events, named) or {float(time): "" for time in even}
     numbers, field = snapshots_at(history, moments), SCALARS[options.scalar][0]
-    heading = style.join_title(f"Deformed {'body' if solid else 'section'}, {field.partition(' [')[0]}", title)
+    words = f"Deformed {'body' if solid else 'section'}, {field.partition(' [')[0]}"
+    heading = heading or style.join_title(words, title)
     figure, panels = (_draw_views if solid else _draw_sections)(history, list(numbers), options, heading)
     for axes, name in zip(panels, numbers.values(), strict=True):
         style.name_panel(axes, name, style.columns_for(len(numbers)))
     keys = style.region_keys(region_names(history)) if options.scalar == "region" else {}
     if options.scalar != "region":
         style.add_field_bar(figure, panels, field, field_limits(history, options))
-    style.add_legend(figure, keys | ({} if solid and not options.contact else style.state_keys((STICK, SLIP))))
+    if options.contact or not solid:
+        keys |= style.state_keys((STICK, SLIP))
+    if solid and options.receptors and site_kinds(history).size:
+        keys["recorded sites"] = Line2D([], [], color=palette.BLACK, marker="o", markersize=4.0, linestyle="none")
+    style.add_legend(figure, keys)
     return figure
 
 
@@ -114,53 +144,97 @@ def _draw_views(
 def _draw_sections(
     history: xr.Dataset, numbers: Sequence[int], options: SceneOptions, heading: str
 ) -> tuple[Figure, list[Axes]]:
-    columns, (width, height) = style.columns_for(len(numbers)), np.ptp(history["node_position"].values, axis=0)
+    columns, (low, high) = style.columns_for(len(numbers)), section_frame(history)
     wide, limits = 3.4 if columns > 1 else 6.0, field_limits(history, options)
-    size = (wide, wide * float(height / width) + 0.75)
-    figure, panels = style.figure_grid(len(numbers), columns, size, heading, ("x [mm]", "y [mm]"))
+    size = (wide, wide * float((high - low)[1] / (high - low)[0]) + 0.3)
+    figure, panels = style.figure_grid(len(numbers), columns, size, heading, ("", ""))
     for axes, number in zip(panels, numbers, strict=True):
         draw_section(axes, history, number, options.scalar, limits)
     return figure, panels
 
 
-def draw_section(axes: Axes, history: xr.Dataset, number: int, scalar: Scalar, limits: tuple[float, float]) -> None:
-    """Draw a snapshot of a section: its field, the skin by the state of its contact, and the plate with its motion."""
+def section_frame(history: xr.Dataset) -> tuple[Floats, Floats]:
+    """Return two corners (2,) [mm] around a section and its plate at all snapshots: panels compare, no film jumps."""
     moving = 1e3 * (history["node_position"].values + history["snapshot_displacement"].values)
-    points = moving[number]
-    cells = history["cell_nodes"].values[:, : CORNERS[history.attrs["element"]]]
-    if scalar == "region":
-        palette = region_colours(region_names(history))
-        colours = np.array([to_rgba(palette[name]) for name in region_names(history)])[history["cell_region"].values]
-    else:
-        values = SCALARS[scalar][1] * history[f"snapshot_{scalar}"].values[number]
-        if scalar in {"displacement", "velocity"}:
-            values = np.linalg.norm(values, axis=1)[cells].mean(axis=1)
-        colours = ScalarMappable(Normalize(*limits), FIELD_MAP).to_rgba(values)
-    axes.add_collection(
-        PolyCollection(list(points[cells]), facecolors=colours, edgecolors="none", antialiaseds=False, rasterized=True)
-    )
-    axes.set_aspect("equal")
-    axes.grid(visible=False)
-    _draw_skin(axes, history, number, points)
-    # All snapshots have the same frame, so that panels compare and nothing jumps in a film.
     low, high = moving.min(axis=(0, 1)), moving.max(axis=(0, 1))
     margin = _MARGIN * (high - low).max()
-    axes.set_xlim(low[0] - margin, high[0] + margin)
+    return low - margin * np.array([1.0, 2.5]), high + margin
+
+
+def draw_section(
+    axes: Axes, history: xr.Dataset, number: int, scalar: Scalar, limits: tuple[float, float], *, scaled: bool = True
+) -> None:
+    """Draw a snapshot of a section: its field, layers, the state of its contact, the plate and a scale bar."""
+    points = 1e3 * (history["node_position"].values + history["snapshot_displacement"].values[number])
+    cells = history["cell_nodes"].values[:, : CORNERS[history.attrs["element"]]]
+    names, regions = region_names(history), history["cell_region"].values
+    colours, soft = palette.region_colours(names), soft_regions(history)
+    of_cells = scalar in OF_CELLS
+    for region, name in enumerate(names):
+        corners = cells[regions == region]
+        if scalar == "region" or (of_cells and region not in soft):
+            colour = colours[name] if scalar == "region" else palette.STIFF_COLOUR
+            look: dict[str, Any] = {"facecolors": colour, "edgecolors": "face", "linewidth": 0.2, "rasterized": True}
+            axes.add_collection(PolyCollection(list(points[corners]), **look))
+        elif corners.size:
+            values = SCALARS[scalar][1] * history[f"snapshot_{scalar}"].values[number]
+            if of_cells:
+                field = _node_means(corners, values[regions == region], len(points))
+            else:
+                field = np.linalg.norm(values, axis=1)
+            triangles = np.concatenate([corners[:, [0, at, at + 1]] for at in range(1, corners.shape[1] - 1)])
+            look = {"shading": "gouraud", "cmap": palette.FIELD_MAP, "norm": Normalize(*limits), "rasterized": True}
+            axes.tripcolor(Triangulation(points[:, 0], points[:, 1], triangles), field, **look)
+    lines = points[_layer_edges(cells, regions)]
+    axes.add_collection(LineCollection(list(lines), colors=palette.LAYER_LINE, linewidths=0.5, capstyle="round"))
+    axes.set_aspect("equal")
+    axes.set_axis_off()
+    low, high = section_frame(history)
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     _draw_plates(axes, history, number)
-    axes.set_ylim(low[1] - 2.5 * margin, high[1] + margin)
+    _draw_skin(axes, history, number, points)
+    if scaled:
+        _draw_scale(axes)
+
+
+def _node_means(corners: NDArray[np.integer], values: Floats, count: int) -> Floats:
+    """Return the means at nodes (count,) of values (n,) of cells with corners (n, k)."""
+    nodes, weights = corners.ravel(), np.repeat(values, corners.shape[1])
+    return np.bincount(nodes, weights, count) / np.maximum(np.bincount(nodes, minlength=count), 1)
+
+
+def _layer_edges(cells: NDArray[np.integer], regions: NDArray[np.integer]) -> NDArray[np.integer]:
+    """Return the edges (m, 2) of cells (n, k) that bound a region: no second cell of it has them."""
+    edges = np.sort(np.stack([cells, np.roll(cells, -1, axis=1)], axis=-1), axis=-1).reshape(-1, 2)
+    named, counts = np.unique(np.column_stack([edges, np.repeat(regions, cells.shape[1])]), axis=0, return_counts=True)
+    return np.unique(named[counts == 1, :2], axis=0)
+
+
+def _draw_scale(axes: Axes) -> None:
+    """Draw a bar of a round length in millimetres below at the right."""
+    (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
+    length = scale_length(right - left)
+    end, level = right - 0.02 * (right - left), bottom + 0.03 * (top - bottom)
+    axes.plot([end - length, end], [level, level], color=palette.BLACK, linewidth=2.0, solid_capstyle="butt", zorder=6)
+    look = {"ha": "center", "va": "bottom", "fontsize": mpl.rcParams["legend.fontsize"]}
+    axes.text(end - 0.5 * length, level + 0.01 * (top - bottom), f"{length:g} mm", **look)
 
 
 def _draw_skin(axes: Axes, history: xr.Dataset, number: int, points: Floats) -> None:
-    """Draw the touching skin as a line in the colours of stick and slip."""
+    """Draw the touching skin as a smooth line in the colours of stick and slip, lonely nodes as dots."""
     nodes = history["contact_node"].values
     states = history["contact_state"].values[nearest_record(history, float(history["snapshot_time"][number]))]
     order = np.argsort(history["contact_position"].values[:, 0])
     joined = np.stack([order[:-1], order[1:]], axis=1)
-    facets = joined[(states[joined] != OPEN).all(axis=1)]
-    colours = [STATE_COLOURS[int(state)] for state in states[facets].max(axis=1)] if facets.size else []
-    lines = list(points[nodes[facets]])
-    axes.add_collection(LineCollection(lines, colors=BLACK, linewidths=_SKIN_WIDTH + 1.2, zorder=4))
-    axes.add_collection(LineCollection(lines, colors=colours, linewidths=_SKIN_WIDTH, antialiaseds=False, zorder=5))
+    joined = joined[(states[joined] != OPEN).all(axis=1)]
+    for state in (STICK, SLIP):
+        lines = points[nodes[joined[states[joined].max(axis=1) == state]]]
+        look: dict[str, Any] = {"zorder": 4 + state}
+        dots = points[nodes[states == state]]
+        axes.plot(*dots.T, "o", color=palette.STATE_COLOURS[state], markersize=_SKIN_WIDTH, markeredgewidth=0.0, **look)
+        axes.add_collection(
+            LineCollection(list(lines), colors=palette.STATE_COLOURS[state], linewidths=_SKIN_WIDTH, **look)
+        )
 
 
 def _draw_plates(axes: Axes, history: xr.Dataset, number: int) -> None:
@@ -168,13 +242,13 @@ def _draw_plates(axes: Axes, history: xr.Dataset, number: int) -> None:
     for face in flat_faces(history, number):
         along = np.array([face.normal[1], -face.normal[0]])
         ends = 1e3 * face.centre[:2] + (right - left) * np.array([[-1.0], [1.0]]) * along
-        axes.plot(ends[:, 0], ends[:, 1], color=BLACK, linewidth=1.4, zorder=3)
+        axes.plot(ends[:, 0], ends[:, 1], color=palette.BLACK, linewidth=1.4, zorder=3)
         travel = history["counterface_displacement"].values[:, face.number] @ along
         sign = float(np.sign(np.round(travel[np.abs(travel).argmax()], 9)))
         if sign:
             middle = 1e3 * face.centre[:2] - 0.06 * (right - left) * face.normal[:2]
             half = 0.09 * (right - left) * sign * along
-            look = {"arrowstyle": "-|>", "color": BLACK, "linewidth": 1.1, "shrinkA": 0, "shrinkB": 0}
+            look = {"arrowstyle": "-|>", "color": palette.BLACK, "linewidth": 1.1, "shrinkA": 0, "shrinkB": 0}
             axes.annotate("", xy=tuple(middle + half), xytext=tuple(middle - half), arrowprops=look)
 
 
@@ -182,39 +256,18 @@ _CUT_FRAMES = 6
 _WHITE = 250
 
 
-@style.with_style
 def cut_frames_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, title: str = "") -> Figure:
     """Draw the inside of the finger at six snapshots from the end of the press to after overall slip."""
     options = SceneOptions(cut="z", camera="side", receptors=False, written=False)
-    times, window, overall = history["snapshot_time"].values, slide_window(history), events.overall
-    start, end = window.start if window else float(times[0]), float(times[-1])
-    if overall is not None:
-        end = min(end, overall + 0.1 * (overall - start))
-    numbers = sorted({nearest_snapshot(history, moment) for moment in np.linspace(start, end, _CUT_FRAMES)})
     heading = style.join_title("Stress on a cut along the finger", title)
-    figure, panels = style.figure_grid(len(numbers), 3, (3.2, 1.75), heading, ("", ""), share="none")
-    pictures = crop(stills(history, numbers, options, (960, 660)))
-    for axes, number, picture in zip(panels, numbers, pictures, strict=True):
-        style.show_picture(axes, picture)
-        style.name_panel(axes, f"{float(times[number]):.3f} s", 3)
-    style.add_field_bar(figure, panels, SCALARS[options.scalar][0], field_limits(history, options))
-    return figure
+    return deformed_figure(history, events, options, slide_moments(history, events, _CUT_FRAMES), heading=heading)
 
 
-@style.with_style
 def scene_figure(history: xr.Dataset, title: str) -> Figure:
     """Draw the layers of a solid, cut open, at the start."""
-    heading = style.join_title("Layers and mesh at the start, cut open", title)
-    figure, (axes,) = style.figure_grid(1, 1, (7.0, 3.4), heading, ("", ""))
     options = SceneOptions(scalar="region", cut="z", edges=True, written=False)
-    style.show_picture(axes, crop(stills(history, [nearest_snapshot(history, 0.0)], options))[0])
-    keys: dict[str, Artist] = {
-        name: Patch(color=colour) for name, colour in region_colours(region_names(history)).items()
-    }
-    if site_kinds(history).size:
-        keys["recorded sites"] = Line2D([], [], color=BLACK, marker="o", markersize=4.0, linestyle="none")
-    style.add_legend(figure, keys)
-    return figure
+    heading = style.join_title("Layers and mesh at the start, cut open", title)
+    return deformed_figure(history, options=options, times=[0.0], heading=heading)
 
 
 def crop(pictures: Iterable[Pixels]) -> list[Pixels]:
@@ -246,8 +299,7 @@ def slip_frames_figure(
     figure, panels = style.figure_grid(len(moments), 3, _panel_size(history, patch, 2.6), heading, _LABELS)
     events_read = style.event_times(events.slip)
     for axes, moment, before in zip(panels, moments, [np.inf, *moments[:-1]], strict=True):
-        states = triangle_states(history, patch, nearest_record(history, moment))
-        _fill_patch(axes, patch, history, [STATE_COLOURS[int(state)] for state in states])
+        _fill_states(axes, patch, history, nearest_record(history, moment))
         passed = ", ".join(EVENTS[name] for name, time in events_read.items() if before < time <= moment)
         axes.set_title(f"{moment:.3f} s{f', after {passed}' if passed else ''}")
     style.add_legend(figure, style.state_keys((STICK, SLIP, OPEN)))
@@ -261,7 +313,7 @@ def surface_strain_figure(
     """Draw the Green-Lagrange strain of the skin surface and its rate over the contact at four times of the slide."""
     patch = contact_patch(history)
     strains = surface_strains(history, patch).sel(strain_component=component)
-    moments, name = _moments(history, events, _STRAIN_FRAMES), _STRAIN_NAMES[component]
+    moments, name = slide_moments(history, events, _STRAIN_FRAMES), _STRAIN_NAMES[component]
     heading = style.join_title(f"Green-Lagrange {name}, and its rate, seen from below", title)
     size = _panel_size(history, patch, 2.5)
     figure, panels = style.figure_grid(2 * len(moments), len(moments), size, heading, _LABELS)
@@ -290,13 +342,24 @@ def _draw_fields(
     return colours
 
 
-def _fill_patch(axes: Axes, patch: ContactPatch, history: xr.Dataset, colours: Sequence[str] | Floats) -> None:
+def _fill_states(axes: Axes, patch: ContactPatch, history: xr.Dataset, step: int) -> None:
+    """Fill what is open, slips and sticks; the edges are where pressure ends and the tractions reach their limit."""
+    touch, stick = contact_levels(history, patch, step)
+    _fill_patch(axes, patch, history, palette.STATE_COLOURS[OPEN])
+    for state, level in ((SLIP, touch), (STICK, stick)):
+        if level.max() > 0.0:
+            levels, colour = [0.0, level.max()], palette.STATE_COLOURS[state]
+            mesh = Triangulation(1e3 * patch.points[:, 0], 1e3 * patch.points[:, 1], patch.triangles)
+            axes.tricontourf(mesh, level, levels=levels, colors=[colour])
+
+
+def _fill_patch(axes: Axes, patch: ContactPatch, history: xr.Dataset, colours: str | Floats) -> None:
     """Fill the triangles of the patch and frame what ever touches."""
     _fill_triangles(axes, 1e3 * patch.points[patch.triangles], colours)
     _set_frame(axes, *_touched_frame(history, patch, patch.points))
 
 
-def _fill_triangles(axes: Axes, corners: Floats, colours: Sequence[str] | Floats) -> None:
+def _fill_triangles(axes: Axes, corners: Floats, colours: str | Floats) -> None:
     """Fill triangles (n, 3, 2) [mm] without borders between them."""
     axes.add_collection(PolyCollection(list(corners), facecolors=colours, edgecolors="face", linewidths=0.2))
 
@@ -319,7 +382,7 @@ def _panel_size(history: xr.Dataset, patch: ContactPatch, width: float) -> tuple
     return width, min(max((width - 0.4) * (high[1] - low[1]) / (high[0] - low[0]), 1.0), 3.0) + 0.5
 
 
-def _moments(history: xr.Dataset, events: Events, count: int) -> Floats:
+def slide_moments(history: xr.Dataset, events: Events, count: int) -> Floats:
     """Return times of records from the start of the slide to shortly after overall slip, or all of a run without it."""
     times = history["time"].values
     window = slide_window(history)
@@ -332,7 +395,7 @@ def _moments(history: xr.Dataset, events: Events, count: int) -> Floats:
 
 def _moments_with_events(history: xr.Dataset, events: Events) -> Floats:
     """Return evenly spaced times, the nearest ones moved to the first records after the events."""
-    moments, times = _moments(history, events, _FRAMES), history["time"].values
+    moments, times = slide_moments(history, events, _FRAMES), history["time"].values
     free = np.arange(1, moments.size)
     for event in style.event_times(events.slip).values():
         if not moments[0] < event <= moments[-1] or free.size == 0:
@@ -376,7 +439,7 @@ def slip_onset_figure(histories: Mapping[str, xr.Dataset], counterface: int = 0)
         # The direction of the plate over the middle of the panel.
         half = 0.5 * _ARROW * float(np.min(high - low)) * (patches[title].axes[0] @ plate.T)
         start, end = (tuple(0.5 * (low + high) + sign * half) for sign in (-1.0, 1.0))
-        look = {"arrowstyle": "-|>", "color": BLACK, "linewidth": 1.6}
+        look = {"arrowstyle": "-|>", "color": palette.BLACK, "linewidth": 1.6}
         axes.annotate("", xy=end, xytext=start, arrowprops=look, zorder=5)
         _set_frame(axes, low, high)
         axes.set_title(title)
@@ -447,8 +510,8 @@ def reference_nodes_figure(history: xr.Dataset, events: Events = style.NO_EVENTS
     acceleration[jerk & ~jerk.all()] = np.nan
     top = 1.3 * float(np.nanmax(np.abs(acceleration[:, rows]), initial=0.0)) or 1.0
     for number, (axes, row) in enumerate(zip(panels, rows, strict=True)):
-        axes.plot(times, along[:, row], color=BLUE)
-        axes.plot(times, plate, color=BLACK, linestyle=":", linewidth=1.0)
+        axes.plot(times, along[:, row], color=palette.BLUE)
+        axes.plot(times, plate, color=palette.BLACK, linestyle=":", linewidth=1.0)
         kind = str(site_kinds(history)[row]).removesuffix(" surface")
         axes.set_title(f"{str(history['site'].values[row]).rpartition('-')[2]}, {kind}")
         style.mark_run(axes, history, events.slip)
@@ -460,13 +523,13 @@ def reference_nodes_figure(history: xr.Dataset, events: Events = style.NO_EVENTS
         is_labelled = number == min(_NODE_COLUMNS, len(rows)) - 1
         right.tick_params(colors=ORANGE_TEXT, labelright=is_labelled)
         right.set_ylabel("acceleration [m/s²]" if is_labelled else "", color=ORANGE_TEXT)
-        right.plot(times, acceleration[:, row], color=ORANGE, linewidth=0.7)
+        right.plot(times, acceleration[:, row], color=palette.ORANGE, linewidth=0.7)
     reach = 1.2 * float(np.abs(along[:, rows]).max()) or 1.0
     panels[0].set_ylim(*((-reach, 0.1 * reach) if plate.sum() < 0.0 else (-0.1 * reach, reach)))
     keys: dict[str, Artist] = {
-        "displacement": Line2D([], [], color=BLUE),
-        "plate": Line2D([], [], color=BLACK, linestyle=":", linewidth=1.0),
-        "acceleration (without the jerk at the start)": Line2D([], [], color=ORANGE, linewidth=0.9),
+        "displacement": Line2D([], [], color=palette.BLUE),
+        "plate": Line2D([], [], color=palette.BLACK, linestyle=":", linewidth=1.0),
+        "acceleration (without the jerk at the start)": Line2D([], [], color=palette.ORANGE, linewidth=0.9),
     }
     style.add_legend(figure, keys | (style.event_keys([events.slip]) if window else {}))
     return figure

@@ -359,7 +359,7 @@ def marker_places_figure(tracks: xr.Dataset, title: str = "") -> Figure:
 
 @with_style
 def slide_tracks_figure(tracks: xr.Dataset, history: xr.Dataset, title: str = "") -> Figure:
-    """Draw how far markers [m] move along the first slide, coloured by ring, over the travel of the plate."""
+    """Draw how far markers [m] move along the first slide, less the central one, by ring, over the plate's travel."""
     window = slide_window(history)
     if window is None:
         raise ValueError("the history has no slide")
@@ -369,17 +369,18 @@ def slide_tracks_figure(tracks: xr.Dataset, history: xr.Dataset, title: str = ""
     positions = tracks["position"].values[window.records]
     along = _MILLIMETRES * (positions - positions[0]) @ direction
     kinds = [kind for kind in _TITLES if (tracks["kind"].values == kind).any()]
-    labels, heading = ("travel of the plate [mm]", "displacement along the slide [mm]"), "Markers in the slide"
+    labels, heading = ("travel of the plate [mm]", "displacement less the centre's [mm]"), "Markers in the slide"
     figure, panels = figure_grid(len(kinds), 2, (4.2, 3.0), join_title(heading, title), labels, share="x")
     rings, start = tracks["ring"].values, tracks["position"].values[0, :, 0]
     for axes, kind in zip(panels, kinds, strict=True):
         rows = np.flatnonzero(tracks["kind"].values == kind)
         colours = ring_colours(int(rings[rows].max(initial=0)) + 1)
-        for marker in rows[centre_last(rings[rows])]:
-            style = "-" if start[marker] >= -1e-9 else "--"
-            axes.plot(travel, along[:, marker], style, color=colours[int(rings[marker])], linewidth=0.9)
-        axes.plot(travel, travel, ":", color="0.5", linewidth=0.8)
-        low, high = float(np.nanmin(along[:, rows])), float(np.nanmax(along[:, rows]))
+        # All move with the body by millimetres; what tells of slip is by how much they differ.
+        apart = along[:, rows] - along[:, rows[rings[rows].argmin()]][:, None]
+        for number in centre_last(rings[rows]):
+            style = "-" if start[rows[number]] >= -1e-9 else "--"
+            axes.plot(travel, apart[:, number], style, color=colours[int(rings[rows[number]])], linewidth=0.9)
+        low, high = float(np.nanmin(apart)), float(np.nanmax(apart))
         room = 0.06 * max(high - low, 1e-3)
         axes.set_ylim(low - room, high + room)
         axes.set_title(f"{kind} markers")

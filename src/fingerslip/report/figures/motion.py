@@ -23,15 +23,22 @@ from numpy.typing import NDArray
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import InputError
 from fingerslip.history import is_solid, nearest_record
-from fingerslip.report.colours import BLACK, BLUE, EVENT_COLOURS, FIELD_MAP, GREY, ORANGE, STATE_NAMES, VERMILLION
+from fingerslip.report.colours import BLACK, BLUE, FIELD_MAP, GREY, ORANGE, STATE_NAMES
 from fingerslip.report.figures.bodies import draw_section
-from fingerslip.report.figures.signals import draw_ratios, draw_states
-from fingerslip.report.figures.style import ShownTime, event_times, mark_run, show_picture, with_style
+from fingerslip.report.figures.signals import draw_forces, draw_ratios, draw_states
+from fingerslip.report.figures.style import (
+    ShownTime,
+    add_keys_inside,
+    event_times,
+    mark_panels,
+    show_picture,
+    with_style,
+)
 from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.report.scene.scene import check_options, field_limits
 from fingerslip.report.scene.viewer import stills
 from fingerslip.slip import Events, SlipEvents, slide_window
-from fingerslip.slip.windows import EVENTS, MAIN_EVENTS, contact_forces, slide_tangent
+from fingerslip.slip.windows import EVENTS, slide_tangent
 
 Frame = NDArray[np.uint8]
 
@@ -90,8 +97,6 @@ def _draw_frame(
     body = figure.add_subplot(grid[0])
     if picture is None:
         draw_section(body, history, number, options.scalar, limits)
-        body.set_xlabel("x [mm]")
-        body.set_ylabel("y [mm]")
     else:
         show_picture(body, picture)
     if options.scalar != "region":
@@ -104,7 +109,7 @@ def _draw_frame(
 
 
 def _draw_signals(cell: SubplotSpec, history: xr.Dataset, events: SlipEvents, time: float) -> None:
-    """Draw signals with a line at a time, and with the events up to it."""
+    """Draw signals and their events with a line at a time."""
     rows, times = 1 if is_solid(history) else 2, history["time"].values
     panels: list[Axes] = list(cell.subgridspec(rows, 1).subplots(sharex=True, squeeze=False)[:, 0])
     if rows == 2:
@@ -112,21 +117,10 @@ def _draw_signals(cell: SubplotSpec, history: xr.Dataset, events: SlipEvents, ti
         panels[0].set_ylabel("position along plate [mm]")
     draw_ratios(panels[-1], history, times)
     panels[-1].legend(loc="upper left")
-    panels[-1].set_ylim(0.0, 1.35)
-    panels[-1].set_xlabel("time [s]")
-    later: dict[str, Any] = {name: None for name, event in event_times(events, EVENTS).items() if event > time}
+    panels[-1].set(xlim=(0.0, float(times[-1])), ylim=(0.0, 1.35), xlabel="time [s]")
+    mark_panels(panels, history, events)
     for axes in panels:
-        mark_run(axes, history, dataclasses.replace(events, **later))
         axes.axvline(time, color=BLACK, linewidth=1.6, zorder=6)
-        axes.set_xlim(0.0, float(times[-1]))
-    # Names of events to come take their room unseen: nothing moves when a name appears.
-    reached = -1.0
-    for name, event in event_times(events, MAIN_EVENTS).items():
-        at = max(event / float(times[-1]), reached)
-        reached = at + 0.06
-        look: dict[str, Any] = {"color": EVENT_COLOURS[name], "alpha": float(event <= time)}
-        transform = panels[0].transAxes
-        panels[0].text(at, 1.02, EVENTS[name], transform=transform, rotation=30, rotation_mode="anchor", **look)
 
 
 def _words(history: xr.Dataset, events: SlipEvents, time: float) -> str:
@@ -244,11 +238,9 @@ def _draw(figure: Figure, history: xr.Dataset) -> Callable[[int], list[Any]]:
     keys = [Line2D([], [], color=colour, marker="o", linestyle="", markersize=4) for colour in _COLOURS.values()]
     above.legend(keys, [STATE_NAMES[state] for state in _COLOURS], loc="upper right")
     text = above.text(0.01, 0.95, f"{times[0]:.3f} s", transform=above.transAxes, va="top")
-    forces = contact_forces(history)
-    below.plot(times, forces.normal, color=BLACK, label="normal")
-    below.plot(times, forces.friction, color=VERMILLION, label="friction")
-    below.set(xlabel="time [s]", ylabel="force [N]", xlim=(times[0], times[-1]))
-    below.legend(loc="upper left")
+    draw_forces(below, history, times)
+    below.set(xlabel="time [s]", xlim=(times[0], times[-1]))
+    add_keys_inside(below)
     cursor = below.axvline(times[0], color=GREY)
 
     def show_record(number: int) -> list[Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 import matplotlib as mpl
@@ -21,6 +21,7 @@ from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.history import sites_of_kinds
 from fingerslip.report import colours as palette
 from fingerslip.report.figures import style
+from fingerslip.report.figures.bodies import draw_contact, frame_times, has_pictures
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import (
     Events,
@@ -34,6 +35,7 @@ from fingerslip.slip import (
     slide_window,
     slipping_fraction,
 )
+from fingerslip.slip.windows import split_along
 
 if TYPE_CHECKING:
     from fingerslip.afferents.model import Spikes
@@ -41,6 +43,8 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 _ROUNDING = 1e-16
+# Windows in which spikes are counted: their length [s], and at least so many records.
+_WINDOW, _RECORDS_A_WINDOW = 0.05, 10.0
 # Below this share of the largest normal force the ratio of the forces is rounding.
 PRESSED = 0.02
 _LARGE_ENERGIES: Mapping[str, tuple[str, str]] = {
@@ -60,21 +64,46 @@ _SMALL_ENERGIES: Mapping[str, tuple[str, str]] = {
 
 @style.with_style
 def force_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, title: str = "") -> Figure:
-    """Draw normal and tangential force, their ratio, and the slipping area fraction."""
-    time, forces, events_read = style.shown_time(history), contact_forces(history), events.slip
-    heading = style.join_title("Forces and slipping area", title)
-    figure, panels = style.figure_grid(2, 1, (6.8, 2.2), heading, (time.label, ""), share="x")
-    scale, unit = _scale(float(np.abs(forces.normal).max()), "N")
-    panels[0].plot(time.values, scale * forces.normal, color=palette.BLUE, label="normal force")
-    panels[0].plot(time.values, scale * forces.friction, color=palette.VERMILLION, label="tangential force")
-    panels[0].set_ylabel(f"force [{unit}]")
+    """Draw normal and tangential force, their ratio and the slipping area fraction, and the body beside."""
+    time = style.shown_time(history)
+    moments = frame_times(history, events, ("overall",)) if has_pictures(history) else {}
+    columns, heading = 2 if moments else 1, style.join_title("Forces and slipping area", title)
+    size, labels = (6.6 / columns, 2.1), (time.label, "")
+    figure, every = style.figure_grid(2 * columns, columns, size, heading, labels, share="none")
+    panels = every[::columns]
+    draw_forces(panels[0], history, time.values)
     draw_ratios(panels[1], history, time.values)
     panels[1].set_ylabel("ratio, fraction")
     for axes in panels:
-        style.mark_run(axes, history, events_read)
-    _add_keys_beside(panels, time)
-    style.name_run(panels[:1], history, events_read)
+        style.add_keys_inside(axes)
+        time.fit(axes)
+    style.mark_panels(panels, history, events.slip)
+    for axes, (moment, words) in zip(every[1::2], moments.items(), strict=False):
+        draw_contact(axes, history, moment)
+        style.name_panel(axes, f"{moment:.3f} s, {words}", 2)
+    for unused in every[1 + 2 * len(moments) :: 2] if moments else ():
+        unused.set_visible(False)
+    style.add_legend(figure, style.state_keys((STICK, SLIP)) if moments else {})
     return figure
+
+
+def draw_forces(axes: Axes, history: xr.Dataset, times: Floats) -> None:
+    """Draw normal and tangential force."""
+    forces = contact_forces(history)
+    scale, unit = _scale(float(np.abs(forces.normal).max()), "N")
+    axes.plot(times, scale * forces.normal, color=palette.BLUE, label="normal force")
+    axes.plot(times, scale * forces.friction, color=palette.VERMILLION, label="tangential force")
+    axes.set_ylabel(f"force [{unit}]")
+
+
+def draw_stimulus(axes: Axes, history: xr.Dataset, times: Floats) -> None:
+    """Draw how far the plate goes towards the body and along it."""
+    displacement, normal = history["counterface_displacement"].values[:, 0], history["counterface_normal"].values[0]
+    towards, along = split_along(displacement, normal)
+    axes.plot(times, 1e3 * towards, color=palette.BLACK, label="press")
+    axes.plot(times, 1e3 * np.linalg.norm(along, axis=1), color=palette.BLACK, linestyle="--", label="slide")
+    axes.set_ylabel("plate [mm]")
+    style.add_keys_inside(axes, loc="upper left", ncols=2)
 
 
 @style.with_style
@@ -108,15 +137,10 @@ def energy_figure(history: xr.Dataset, title: str = "") -> Figure:
         small.semilogy(time.values, np.maximum(share, _ROUNDING), color=colour, linewidth=1.0, label=label)
     large.set_ylabel(f"energy [{unit}]")
     small.set_ylabel("share of the largest work")
-    _add_keys_beside((large, small), time)
-    return figure
-
-
-def _add_keys_beside(panels: Sequence[Axes], time: style.ShownTime) -> None:
-    """Give each panel its legend at its right, and all of the time."""
-    for axes in panels:
+    for axes in (large, small):
         axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5))
         time.fit(axes)
+    return figure
 
 
 def draw_ratios(axes: Axes, history: xr.Dataset, times: Floats) -> None:
@@ -258,7 +282,7 @@ def contact_displacement_figure(history: xr.Dataset, events: Events = style.NO_E
     axes.set_ylim(*((-top, 0.08 * top) if plate[-1] < plate[0] else (-0.08 * top, top)))
     events_read = events.displacement
     axes.set_xlim(times[0], style.shown_until([window], [events_read]))
-    axes.legend(loc="upper left", frameon=True, facecolor="white", edgecolor="none").set_zorder(5)
+    style.add_keys_inside(axes, loc="upper left")
     figure.colorbar(colours, ax=axes, label="position of the node\nalong the plate [mm]", pad=0.02)
     style.mark_events(axes, events_read)
     style.name_events(axes, None, events_read)
@@ -280,10 +304,9 @@ def acceleration_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, t
     signals, events_read = receptor_signals(history), events.acceleration
     for axes, kind in zip(panels, kinds, strict=True):
         _draw_areas(axes, signals, "acceleration", kind, signals["time"].values)
-        style.mark_run(axes, history, events_read)
         axes.set_title(kind, pad=28.0 if axes is panels[0] else 3.0, fontweight="bold")
     style.limit_to_slides(panels[0], {title: history}, {title: events}, marked=[events_read])
-    style.name_run(panels[:1], history, events_read)
+    style.mark_panels(panels, history, events_read)
     _fit_after_transition(panels[0], signals, acceleration_peaks(history))
     style.add_legend(figure, _area_keys())
     return figure
@@ -317,14 +340,13 @@ def strain_energy_density_figure(history: xr.Dataset, events: Events = style.NO_
     time, kinds, heading = style.shown_time(history), _recorded_kinds(history), "Strain energy density"
     labels = (time.label, "strain energy density [J/m³]")
     figure, panels = style.figure_grid(len(kinds), 2, (3.6, 2.2), style.join_title(heading, title), labels, share="x")
-    signals, events_read = receptor_signals(history), events.slip
+    signals = receptor_signals(history)
     for axes, kind in zip(panels, kinds, strict=True):
         _draw_areas(axes, signals, "strain_energy_density", kind, time.values)
         axes.set_title(kind, pad=28.0 if axes in panels[:2] else 4.0, fontweight="bold")
-        style.mark_run(axes, history, events_read)
         axes.set_ylim(bottom=0.0)
         time.fit(axes)
-    style.name_run(panels[:2], history, events_read)
+    style.mark_panels(panels, history, events.slip, named=2)
     style.add_legend(figure, _area_keys())
     return figure
 
@@ -385,48 +407,52 @@ def _area_keys() -> dict[str, Artist]:
 
 @style.with_style
 def spike_figure(
-    spikes: Spikes, history: xr.Dataset, events: Events = style.NO_EVENTS, title: str = "", window: float = 0.05
+    spikes: Spikes,
+    history: xr.Dataset,
+    events: Events = style.NO_EVENTS,
+    title: str = "",
+    window: float | None = None,
 ) -> Figure:
-    """Draw when afferents fire, a panel for each type with a row for each afferent, and their mean rates below.
+    """Draw when afferents fire, a panel for each type with a row for each afferent, below what the plate does.
 
-    Parameters
-    ----------
-    spikes : Spikes
-        The spikes.
-    history : xarray.Dataset
-        The history that they come from.
-    events : Events, optional
-        Its events; those from accumulated slip are marked.
-    title : str, optional
-        What the title adds, such as the title of the run.
-    window : float, optional
-        Length of the windows that rates are counted in [s].
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Panels of one width over time [s]; rows of a raster are ordered as the history orders its sites.
+    Rows are ordered by place along the slide. Mean rates are counted in windows [s] of at least ten records.
     """
+    # Models of afferents are slow to load, and pages of runs do without.
+    from fingerslip.afferents.model import resolved_afferents
+
     kinds = tuple(dict.fromkeys(spikes.kinds))
-    events_read, rates = events.slip, spikes.rates(window)
-    heading = style.join_title("Spikes of afferents", title)
-    figure, panels = style.figure_grid(len(kinds) + 1, 1, (6.8, 1.2), heading, ("time [s]", ""), share="x")
-    for axes, kind in zip(panels, kinds, strict=False):
+    times, heading = history["time"].values, style.join_title("Spikes of afferents", title)
+    figure, panels = style.figure_grid(len(kinds) + 2, 1, (6.8, 1.1), heading, ("time [s]", ""), share="x")
+    stimulus, *rasters, rate = panels
+    draw_stimulus(stimulus, history, times)
+    rates = spikes.rates(window or max(_WINDOW, _RECORDS_A_WINDOW * float(np.diff(times).max())))
+    for axes, kind in zip(rasters, kinds, strict=True):
         colour = palette.RECEPTOR_COLOURS.get(kind, palette.BLACK)
-        rows = [times for times, its_kind in zip(spikes.times, spikes.kinds, strict=True) if its_kind == kind]
-        axes.eventplot(rows, colors=colour, linewidths=0.6, linelengths=0.8)
-        axes.set_ylabel(f"{kind}\n{len(rows)} afferents", color=colour)
-        axes.set_ylim(-0.8, len(rows) - 0.2)
-        axes.set_yticks([])
-        axes.grid(visible=False)
-        axes.set_xlim(spikes.start, spikes.end)
-        panels[-1].step(rates["time"], rates.sel(kind=kind), where="mid", color=colour, linewidth=1.2, label=kind)
-    panels[-1].set_ylabel("mean rate [1/s]")
-    panels[-1].set_yscale("asinh", linear_width=10.0)  # rates of the types differ by a hundred times
-    panels[-1].set_yticks([0, 10, 100, 1000], ["0", "10", "100", "1000"])
-    panels[-1].set_yticks([], minor=True)
-    panels[-1].set_ylim(bottom=0.0)
-    for axes in panels:
-        style.mark_run(axes, history, events_read)
-    style.name_run(panels[:1], history, events_read)
+        draw_raster(axes, spikes, history, kind)
+        rate.step(rates["time"], rates.sel(kind=kind), where="mid", color=colour, linewidth=1.2, label=kind)
+    left_out = [k for k in _recorded_kinds(history) if k not in (*kinds, *resolved_afferents(history))]
+    if left_out:
+        words = f"{', '.join(left_out)} left out: vibrations need finer steps, and a body with damping"
+        style.name_panel(rate, words, 1)
+    rate.set_ylabel("mean rate [1/s]")
+    rate.set_ylim(bottom=0.0)
+    stimulus.set_xlim(spikes.start, spikes.end)
+    style.mark_panels(panels, history, events.slip)
     return figure
+
+
+def draw_raster(axes: Axes, spikes: Spikes, history: xr.Dataset, kind: str) -> None:
+    """Draw the spikes of one type, a row for each afferent, ordered by place along the slide, which the ticks say."""
+    along = 1e3 * history["site_position"].values @ slide_tangent(history)
+    places = dict(zip(map(str, history["site"].values), along.tolist(), strict=True))
+    rows = zip(spikes.names, spikes.kinds, spikes.times, strict=True)
+    trains = sorted(
+        ((places[name], times) for name, its_kind, times in rows if its_kind == kind), key=lambda row: row[0]
+    )
+    colour = palette.RECEPTOR_COLOURS.get(kind, palette.BLACK)
+    axes.eventplot([times for _, times in trains], colors=colour, linewidths=0.6, linelengths=0.8)
+    axes.set_ylabel(f"{len(trains)} {kind}\nby place", color=colour)
+    axes.set_ylim(-0.8, len(trains) - 0.2)
+    ends = (0, len(trains) - 1) if len(trains) > 1 else (0,)
+    axes.set_yticks(ends, [f"{trains[row][0]:.1f} mm".replace("-", "\N{MINUS SIGN}") for row in ends])
+    axes.grid(visible=False)

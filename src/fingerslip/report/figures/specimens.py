@@ -22,6 +22,8 @@ from fingerslip.history import sites_of_kinds
 from fingerslip.report.colours import BLACK, GREY, RECEPTOR_COLOURS, RECEPTOR_MARKS, REGION_COLOURS, region_colours
 from fingerslip.report.figures.markers import ring_colours
 from fingerslip.report.figures.style import add_legend, figure_grid, join_title, with_style
+from fingerslip.report.scene.options import SceneOptions
+from fingerslip.report.scene.scene import CORNERS, check_options, region_names
 from fingerslip.specimens.fingertip import (
     REGIONS,
     Fingertip,
@@ -123,6 +125,17 @@ def receptor_positions(history: xr.Dataset) -> dict[str, Floats]:
     """Return the reference positions of a history's receptors by type, each (n, 2) [m]."""
     rows = {kind: sites_of_kinds(history, [kind]) for kind in RECEPTOR_MARKS}
     return {kind: history["site_position"].values[row] for kind, row in rows.items() if row.size}
+
+
+def mesh_figure(history: xr.Dataset, title: str = "") -> Figure:
+    """Draw the section of a history at rest, see :func:`section_figure`."""
+    check_options(history, SceneOptions())
+    corners = history["cell_nodes"].values[:, : CORNERS[history.attrs["element"]]].T
+    kind: Any = skfem.MeshQuad if len(corners) == 4 else skfem.MeshTri
+    regions = {name: history["cell_region"].values == number for number, name in enumerate(region_names(history))}
+    mesh = kind(np.ascontiguousarray(history["node_position"].values.T), np.ascontiguousarray(corners))
+    cells = {name: np.flatnonzero(members) for name, members in regions.items()}
+    return section_figure(mesh.with_subdomains(cells), receptor_positions(history), title=title)
 
 
 @with_style

@@ -80,7 +80,7 @@ def event_times_figure(
 def latency_figure(
     runs: Sequence[RunResult], path: str = "fingertip.phalanx.variant", reference: PublishedSet | None = None
 ) -> Figure:
-    """Draw the latency [ms] against a swept value, a panel for each combination of others."""
+    """Draw the latency [ms] against a swept value, with known uncertainties, a panel for each combination of others."""
     words, axis = path_label(path), _Axis(runs, path)
     title = f"Latency from incipient to overall slip against {words}"
     figure, panels = _group_panels(runs, path, (2.8, 2.9), title, (words, "latency [ms]"))
@@ -92,6 +92,9 @@ def latency_figure(
             latencies = 1e3 * np.array([run.events.reading(reading).latency for run in ordered], dtype=float)
             look: dict[str, Any] = {"color": READING_COLOURS[reading], "markersize": 6.5}
             axes.plot(positions, latencies, linestyle="-" if axis.numeric else "", marker=mark, **look)
+            errors = [1e3 * run.uncertainty.get(f"{reading}.{LATENCY}", np.nan) for run in ordered]
+            if not np.isnan(errors).all():
+                axes.errorbar(positions, latencies, errors, fmt="none", ecolor=look["color"], capsize=3.0)
         published |= _draw_published(axes, axis, members, reference, {LATENCY: BLACK}, scale=1e3)
         axis.apply(axes)
     panels[0][0].set_ylim(bottom=0.0)

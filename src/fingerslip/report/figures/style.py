@@ -6,6 +6,7 @@ import contextlib
 import functools
 import io
 import math
+import string
 import textwrap
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextvars import ContextVar
@@ -64,12 +65,13 @@ class Look:
     letters: float = 1.0  # factor on the size of letters
     lines: float = 1.0  # factor on the width of lines and the size of marks
     titled: bool = True  # whether figures have a title
+    lettered: bool = False  # whether panels have letters, for a caption
 
 
 #: Looks by name: pages, journal columns of 3.5 and 7.2 inches, and slides of 13.3 inches with room for a heading.
 LOOKS: Mapping[str, Look] = {
     "page": Look(),
-    "paper": Look(width=7.2, single=3.5, letters=0.85, lines=0.8, titled=False),
+    "paper": Look(width=7.2, single=3.5, letters=0.85, lines=0.8, titled=False, lettered=True),
     "slides": Look(width=12.0, single=9.0, letters=1.75, lines=1.7),
 }
 _look: ContextVar[Look] = ContextVar("look", default=LOOKS["page"])
@@ -139,20 +141,27 @@ def figure_grid(
     *,
     share: str = "all",
     widths: Sequence[float] | None = None,
+    heights: Sequence[float] | None = None,
+    lettered: bool = True,
+    full: bool = False,
 ) -> tuple[Figure, list[Axes]]:
-    """Make a figure of `count` panels, each of a size [inch]; the lowest of every column has the horizontal label."""
+    """Make a figure of `count` panels, each of a size [inch]; the lowest of every column has the horizontal label.
+
+    A single column has the width of one in a journal, or the `full` width of a page.
+    """
     wide = max(min(columns, count), 1)
     rows = max(math.ceil(count / wide), 1)
     look = _look.get()
     size = (max(wide * panel[0] + 0.6, _LEAST_WIDTH), rows * panel[1] + _BESIDE_PANELS)
-    if (width := look.single if wide == 1 else look.width) is not None:
+    if (width := look.single if wide == 1 and not full else look.width) is not None:
         # Scaled to the width of the look.
         scale = (width - 0.6) / (wide * panel[0])
         size = (width, rows * max(panel[1] * scale, _LEAST_HEIGHT) + _BESIDE_PANELS * look.letters)
     figure = Figure(figsize=size, layout="constrained")
     FigureCanvasAgg(figure)
     shared_x, shared_y = {"all": (True, True), "x": (True, False), "none": (False, False)}[share]
-    grid = figure.subplots(rows, wide, sharex=shared_x, sharey=shared_y, squeeze=False, width_ratios=widths)
+    ratios: dict[str, Any] = {"width_ratios": widths, "height_ratios": heights}
+    grid = figure.subplots(rows, wide, sharex=shared_x, sharey=shared_y, squeeze=False, **ratios)
     panels: list[Axes] = list(np.asarray(grid).flat)
     for unused in panels[count:]:
         unused.set_visible(False)
@@ -163,9 +172,18 @@ def figure_grid(
     room = size[1] - _BESIDE_PANELS * look.letters
     label = _wrap(labels[1], room / (look.letters * _LABEL_LETTER_WIDTH))
     figure.supylabel(label, fontsize=mpl.rcParams["axes.labelsize"])
+    if lettered and count > 1:
+        letter_panels(panels[:count])
     if look.titled:
         figure.suptitle(_wrap(title, size[0] / (look.letters * _TITLE_LETTER_WIDTH)), x=0.01, ha="left")
     return figure, panels[:count]
+
+
+def letter_panels(panels: Sequence[Axes]) -> None:
+    """Write a, b, c and on at the top left of panels, outside of them, where the look has letters."""
+    for letter, axes in zip(string.ascii_lowercase if _look.get().lettered else "", panels, strict=False):
+        look: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points", "ha": "right"}
+        axes.annotate(letter, (0.0, 1.0), (-4.0, 4.0), fontweight="bold", va="bottom", **look)
 
 
 def run_panels(titles: Sequence[str], title: str, labels: tuple[str, str]) -> tuple[Figure, list[Axes]]:
@@ -187,6 +205,12 @@ def name_panel(axes: Axes, title: str, columns: int) -> None:
 
 def _wrap(title: str, letters: float) -> str:
     return textwrap.fill(title, max(int(letters), 20), break_long_words=False)
+
+
+def add_keys_inside(axes: Axes, **where: Any) -> None:
+    """Put a legend into a panel where it covers least, on white so that lines behind it do not cross letters."""
+    look = {"loc": "best", "frameon": True, "facecolor": "white", "edgecolor": "none", "framealpha": 0.85, **where}
+    axes.legend(**look).set_zorder(6)
 
 
 def say(axes: Axes, text: str, height: float = 0.5) -> None:
@@ -266,7 +290,8 @@ def figure_bytes(figure: Figure, kind: str = "png") -> bytes:
         opaque.save(stream, "png", compress_level=2, dpi=(_DOTS_PER_INCH, _DOTS_PER_INCH))
     else:
         with mpl.rc_context(_TEXT):
-            figure.savefig(stream, format=kind, dpi=_DOTS_PER_INCH)
+            # Fields are pixels there too, for print.
+            figure.savefig(stream, format=kind, dpi=2 * _DOTS_PER_INCH)
     return stream.getvalue()
 
 
@@ -279,8 +304,29 @@ def picture_bytes(pictures: Iterable[NDArray[np.uint8]], ending: str) -> bytes:
 
 
 def save_figure(figure: Figure, path: str | Path) -> None:
-    """Save a figure, whole or not at all, to a path whose ending says the format: ``.png``, ``.svg`` or ``.pdf``."""
+    """Save a figure, whole or not at all, with text that stays text.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+        The figure.
+    path : str or Path
+        Where; its ending says the format, ``.png``, ``.svg`` or ``.pdf``. PDF has TrueType fonts, SVG words.
+
+    Raises
+    ------
+    ResultError
+        Where the file cannot be written.
+
+    Examples
+    --------
+    For a paper::
+
+        fs.save_figure(fs.draw(history, style="paper"), "slip.pdf")
+    """
     path = Path(path)
+    # The layout of panels to scale settles in a second pass, which a file is worth.
+    figure.draw_without_rendering()
     write_bytes(path, figure_bytes(figure, path.suffix.removeprefix(".").lower()))
 
 
@@ -364,10 +410,12 @@ def mark_run(axes: Axes, history: xr.Dataset, events: SlipEvents) -> None:
     mark_events(axes, events)
 
 
-def name_run(panels: Sequence[Axes], history: xr.Dataset, events: SlipEvents) -> None:
-    """Write the names of what :func:`mark_run` marked above panels."""
+def mark_panels(panels: Sequence[Axes], history: xr.Dataset, events: SlipEvents, named: int = 1) -> None:
+    """Mark a run in panels that have their axis of time, see :func:`mark_run`, and write the names above the first."""
     window = slide_window(history)
     for axes in panels:
+        mark_run(axes, history, events)
+    for axes in panels[:named]:
         name_events(axes, window.start if window else None, events)
 
 

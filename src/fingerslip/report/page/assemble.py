@@ -5,9 +5,8 @@ from __future__ import annotations
 import base64
 import mimetypes
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator
 from html import escape
-from importlib import resources
 from pathlib import Path
 from urllib.parse import unquote, urlparse
 
@@ -15,7 +14,7 @@ from markdown_it import MarkdownIt
 from markdown_it.token import Token
 
 from fingerslip.errors import ResultError
-from fingerslip.published import PublishedSet
+from fingerslip.report.citations import bibtex_entries
 from fingerslip.report.content import MOST_RUNS, ReportContent, RunPictures, RunSubject
 from fingerslip.report.figures.signals import energy_figure
 from fingerslip.report.figures.study import convergence_figure
@@ -33,13 +32,12 @@ from fingerslip.report.page.pictures import (
 from fingerslip.report.page.samples import sample_sections, samples_in_motion
 from fingerslip.report.prose import prose
 from fingerslip.report.tables.compare import compare_table, convergence_table, statements_table
-from fingerslip.report.tables.parameters import ShownValue, conditions_table, models_table, value_tables
+from fingerslip.report.tables.parameters import conditions_table, models_table, value_tables
 from fingerslip.report.tables.runs import energies_table, events_table, measures_table, peaks_table, readings_table
 from fingerslip.results import RunResult
 from fingerslip.slip import acceleration_peaks
 from fingerslip.slip.front import edge_warning
 from fingerslip.slip.windows import NOTICED_NOTE, READINGS
-from fingerslip.version import __version__
 
 
 def study_report(content: ReportContent) -> Report:
@@ -50,7 +48,12 @@ def study_report(content: ReportContent) -> Report:
         sections = [*_results(content), *_described(content), *_model(content), _values(content)]
         sections += [run_section(content, run) for run in content.detailed_runs]
     code = bibtex_entries(content.values, content.references)
-    citations = ReportSection("Citations", ("What these results rest on, as BibTeX.",), code=code, folded=True)
+    citations = ReportSection(
+        "Citations",
+        ("What these results rest on, as BibTeX. fingerslip cite adds a paragraph of methods.",),
+        code=code,
+        folded=True,
+    )
     return Report(
         content.title,
         tuple(section for section in (*sections, citations) if not section.is_empty),
@@ -148,30 +151,6 @@ def run_section(content: ReportContent, run: RunResult) -> ReportSection:
 
 def _subject(content: ReportContent, run: RunResult) -> RunSubject:
     return RunSubject(content.histories[run.name], run.events, name=run.name, title=content.titles[run.name])
-
-
-# Every table of slip events has the share that people notice.
-_NOTICED = "barrea2018"
-_ENTRY = re.compile(r"^@\w+\{([^,]+),.*?^\}", re.MULTILINE | re.DOTALL)
-_PROGRAM = f"""@misc{{fingerslip,
-  title  = {{fingerslip: a finite-element toolkit for fingertip slip}},
-  author = {{{{The fingerslip developers}}}},
-  note   = {{Version {__version__}}},
-  year   = {{2026}},
-}}"""
-
-
-def bibliography() -> dict[str, str]:
-    """Return the entries of the papers that values and comparisons are from, by their keys."""
-    text = resources.files("fingerslip").joinpath("references.bib").read_text(encoding="utf-8")
-    return {entry.group(1): entry.group(0) for entry in _ENTRY.finditer(text)}
-
-
-def bibtex_entries(values: Sequence[ShownValue], references: Iterable[PublishedSet]) -> str:
-    """Return the entries of all that a study rests on."""
-    named = {word for value in values for word in re.findall(r"\w+", value.source)}
-    named |= {reference.name.partition("-")[0] for reference in references} | {_NOTICED}
-    return "\n\n".join([_PROGRAM, *(entry for key, entry in bibliography().items() if key in named)])
 
 
 #: File in the folder of a study's results, and the folder of figures beside it.

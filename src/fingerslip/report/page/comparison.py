@@ -7,9 +7,9 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from fingerslip.report.citations import bibtex_entries
 from fingerslip.report.figures.study import Pair, paired_figure, time_into_slide
 from fingerslip.report.labels import run_title, swept_text
-from fingerslip.report.page.assemble import bibtex_entries
 from fingerslip.report.page.page import Picture, Report, ReportSection
 from fingerslip.report.prose import prose
 from fingerslip.report.tables.compare import difference_cell, differences_table

@@ -20,7 +20,7 @@ from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.history import is_solid, nearest_record, sites_of_kinds
 from fingerslip.report import colours as palette
 from fingerslip.report.figures.signals import PRESSED
-from fingerslip.report.scene.options import SceneOptions
+from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.report.scene.scene import CORNERS, field_limits, region_names, soft_regions
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import Events, contact_forces, receptor_signals, slide_tangent, slide_window, slipping_fraction
@@ -153,8 +153,11 @@ def _common_body(history: xr.Dataset, frames: Sequence[int], top: float) -> dict
     travel = history["counterface_displacement"].values[:, 0] @ tangent
     return {
         "frames": [float(history["snapshot_time"].values[number]) for number in frames],
-        "regions": [{"name": name, "colour": colours[name]} for name in names],
-        "field": f"von Mises stress [kPa]{', the phalanx may exceed it' if {*names} > {'phalanx'} else ''}",
+        "regions": [
+            {"name": name, "colour": colours[name], "stiff": number not in soft_regions(history)}
+            for number, name in enumerate(names)
+        ],
+        "field": SCALARS["von_mises"][0],
         "slide": tangent.tolist(),
         # How the plate moves along the tangent: 1, -1, or 0 where it does not.
         "travels": float(np.sign(np.round(travel[np.abs(travel).argmax()], 9))),

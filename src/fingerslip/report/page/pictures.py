@@ -2,37 +2,49 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping
-from typing import TYPE_CHECKING
+import warnings
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Literal
 
 import xarray as xr
 from matplotlib.figure import Figure
 
-from fingerslip.errors import InputError
-from fingerslip.history import is_solid, sites_of_kinds
+from fingerslip.afferents.model import AfferentModel, Spikes, resolved_afferents, spikes_of
+from fingerslip.afferents.signals import BandwidthWarning
+from fingerslip.errors import InputError, ResultError
+from fingerslip.history import is_solid, site_kinds, sites_of_kinds
 from fingerslip.marker_tracks import marker_tracks
-from fingerslip.report.content import RUN_FIGURES, STUDY_FIGURES, FigureKind, ReportContent, RunPictures
+from fingerslip.report.content import (
+    OF_RUNS,
+    RUN_FIGURES,
+    STUDY_FIGURES,
+    FigureKind,
+    ReportContent,
+    RunPictures,
+    RunSubject,
+)
 from fingerslip.report.figures import bodies, markers, signals, study
-from fingerslip.report.figures.specimens import receptor_positions, section_figure
-from fingerslip.report.figures.style import is_held
+from fingerslip.report.figures.composed import composed_figure
+from fingerslip.report.figures.specimens import mesh_figure, receptor_positions, section_figure
+from fingerslip.report.figures.style import is_held, looking
 from fingerslip.report.labels import path_label
 from fingerslip.report.page.page import Picture
 from fingerslip.report.prose import prose
-from fingerslip.report.scene.options import SceneOptions
 from fingerslip.report.tables.runs import differing_paths
 from fingerslip.sites import RECEPTOR_KINDS
-from fingerslip.slip import slide_window
+from fingerslip.slip import Events, find_events, slide_window
 
 if TYPE_CHECKING:
     import skfem
 
-    from fingerslip.report.content import RunSubject, StudySubject
+    from fingerslip.report.content import StudySubject
 
 MARKER_KINDS = ("internal marker", "external marker")
 
 _DRAW_STUDIES: Mapping[str, Callable[[StudySubject], Figure]] = {
     "latency": lambda s: study.latency_figure(s.runs, s.path, s.reference),
     "events": lambda s: study.event_times_figure(s.runs, s.path, s.reference, s.starts or None),
+    "sensitivity": lambda s: study.indices_figure(s.sensitivities),
     "slip-onset": lambda s: bodies.slip_onset_figure(s.histories),
     "stick-ratio": lambda s: bodies.stick_ratio_figure(s.histories),
     "slip-maps": lambda s: signals.slip_maps_figure(s.histories, s.events),
@@ -40,6 +52,7 @@ _DRAW_STUDIES: Mapping[str, Callable[[StudySubject], Figure]] = {
     "acceleration-peaks": lambda s: signals.acceleration_overview_figure(s.histories, s.events, s.peaks),
 }
 _DRAW_RUNS: Mapping[str, Callable[[RunSubject], Figure]] = {
+    "composed": lambda r: composed_figure(r.history, r.events, run_spikes(r), r.title),
     "deformed": lambda r: bodies.deformed_figure(r.history, r.events, r.options, r.times or None),
     "slip-map": lambda r: signals.slip_maps_figure({r.title: r.history}, {r.title: r.events}),
     "displacement": lambda r: signals.contact_displacement_figure(r.history, r.events, r.title),
@@ -53,7 +66,29 @@ _DRAW_RUNS: Mapping[str, Callable[[RunSubject], Figure]] = {
     "acceleration": lambda r: signals.acceleration_figure(r.history, r.events, r.title),
     "strain-energy-density": lambda r: signals.strain_energy_density_figure(r.history, r.events, r.title),
     "energy": lambda r: signals.energy_figure(r.history, r.title),
+    "spikes": lambda r: signals.spike_figure(_required_spikes(r), r.history, r.events, r.title),
+    "mesh": lambda r: (bodies.scene_figure if is_solid(r.history) else mesh_figure)(r.history, r.title),
 }
+
+
+def run_spikes(run: RunSubject) -> Spikes | None:
+    """Return the spikes of a run's afferents, of those types whose stimulus it resolves; None without receptors.
+
+    How far records resolve them is said where figures are explained, not for each figure.
+    """
+    recorded = set(map(str, site_kinds(run.history))) if "strain" in run.history else set()
+    resolved = resolved_afferents(run.history, run.afferents)
+    models = {kind: model for kind, model in resolved.items() if kind in recorded}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", BandwidthWarning)
+        return spikes_of(run.history, models) if models else None
+
+
+def _required_spikes(run: RunSubject) -> Spikes:
+    if (spikes := run_spikes(run)) is None:
+        fault = "history: has no receptors whose stimulus it resolves"
+        raise ResultError(f"{fault}; write record: {{receptors: [FA-I, SA-I]}} and run again")
+    return spikes
 
 
 def has_receptors(history: xr.Dataset) -> bool:
@@ -100,6 +135,60 @@ def draw_of_run(name: str, subject: RunSubject) -> Figure:
     """Draw a figure of a run."""
     _check_dimension(name, RUN_FIGURES[name], [subject.history])
     return _DRAW_RUNS[name](subject)
+
+
+def draw(
+    history: xr.Dataset,
+    kind: str = "composed",
+    *,
+    events: Events | None = None,
+    title: str = "",
+    times: Sequence[float] = (),
+    afferents: Mapping[str, AfferentModel] | None = None,
+    style: Literal["page", "paper", "slides"] = "page",
+) -> Figure:
+    """Draw a figure of a history.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        What :func:`fingerslip.simulate` or :func:`fingerslip.read_history` returned.
+    kind : str, optional
+        One of the names that ``fingerslip figure`` lists for runs; ``composed`` has all on one axis of time.
+    events : Events, optional
+        The events that are marked; those of :func:`fingerslip.find_events` without it.
+    title : str, optional
+        What the title adds; figures for papers have none.
+    times : sequence of float, optional
+        Times of the panels of ``deformed`` and ``slip-frames`` [s].
+    afferents : mapping of str to AfferentModel, optional
+        Models by type of receptor, for ``spikes`` and ``composed``; else :func:`fingerslip.human_afferents`.
+    style : {'page', 'paper', 'slides'}, optional
+        Its size and that of its letters; ``paper`` has the widths of journal columns, and letters at panels.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The figure, for :func:`fingerslip.save_figure`.
+
+    Raises
+    ------
+    InputError
+        For a kind that is not there, or that shows histories of another dimension.
+    ResultError
+        Where the history lacks what the figure shows, such as snapshots.
+
+    Examples
+    --------
+    Of a history with receptors::
+
+        fs.save_figure(fs.draw(history, "spikes", style="paper"), "spikes.pdf")
+    """
+    if kind not in OF_RUNS:
+        raise InputError("kind", f"got '{kind}'", f"needs one of {', '.join(OF_RUNS)}")
+    marked = find_events(history) if events is None else events
+    with looking(style):
+        return draw_of_run(kind, RunSubject(history, marked, times=tuple(times), title=title, afferents=afferents))
 
 
 def _check_dimension(name: str, kind: FigureKind, histories: Iterable[xr.Dataset]) -> None:
@@ -149,21 +238,18 @@ def draw_ahead(run: RunSubject, mesh: skfem.Mesh | None, *, contact: bool) -> Ru
 
 
 def hero_pictures(content: ReportContent) -> list[Picture]:
-    """Return the pictures below the answer: of the first swept value, or of the only run; none of samples."""
+    """Return the pictures below the answer: of the first swept value, and of the run in the middle; none of samples."""
     histories, swept = content.titled_histories(), swept_pictures(content, slice(1))
-    if swept or not content.drawn:
+    if not content.drawn:
         return swept
     if are_held(histories):
         return [Picture("held", prose("captions", "held"), signals.held_figure(histories))]
     run = content.drawn[len(content.drawn) // 2]
     history = content.histories[run.name]
-    if is_solid(history):
-        figure = bodies.slip_frames_figure(history, run.events)
-        return [Picture("answer", prose("captions", "answer-solid"), figure)]
-    if bodies.has_frames(history):
-        figure = bodies.deformed_figure(history, run.events, SceneOptions())
-        return [Picture("answer", prose("captions", "answer-section"), figure)]
-    return []
+    if not bodies.has_pictures(history):
+        return swept
+    figure = _DRAW_RUNS["composed"](RunSubject(history, run.events, title=content.titles[run.name] if swept else ""))
+    return [*swept, Picture("answer", prose("captions", "answer"), figure)]
 
 
 def swept_pictures(content: ReportContent, which: slice = slice(None)) -> list[Picture]:

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.contact.states import SLIP, STICK
+from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import InputError, ResultError
 from fingerslip.history import is_solid, nearest_record, site_kinds
-from fingerslip.report.colours import BLACK, FIELD_MAP, RECEPTOR_COLOURS, STATE_COLOURS, region_colours
+from fingerslip.report import colours as palette
 from fingerslip.report.scene.names import Camera
 from fingerslip.report.scene.options import SCALARS, SceneOptions
-from fingerslip.slip.patch import contact_patch, triangle_states
+from fingerslip.slip.patch import Patch as ContactPatch
+from fingerslip.slip.patch import contact_patch
 from fingerslip.slip.windows import split_along
 from fingerslip.snapshot import FlatFace, flat_faces, in_space, read_snapshot
 
@@ -24,27 +25,34 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-COLOUR_MAP = FIELD_MAP
+COLOUR_MAP = palette.FIELD_MAP
+#: Fields that have a value for each cell, of stress; stiff regions are left out of them.
+OF_CELLS = ("von_mises", "strain_energy_density")
 #: Nodes of a cell of a section that are its corners.
 CORNERS = {"Q4": 4, "T3": 3, "T6": 3}
-_BAR = {"width": 0.5, "height": 0.1, "position_x": 0.25, "position_y": 0.03}
+_BAR = {"width": 0.4, "height": 0.1, "position_x": 0.04, "position_y": 0.02}
 _BAR_FONTS = {"title_font_size": 18, "label_font_size": 16}
 _DIRECTIONS: Mapping[Camera, tuple[tuple[float, float, float], tuple[float, float, float]]] = {
     "side": ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0)),
     "front": ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)),
     "below": ((0.0, -1.0, 0.0), (1.0, 0.0, 0.0)),
-    "oblique": ((0.8, -0.45, 0.9), (0.0, 1.0, 0.0)),
+    "oblique": ((0.55, 0.5, 0.9), (0.0, 1.0, 0.0)),
 }
+# Levels do not come nearer to zero than this: an edge does not go through a node.
+_LEAST_LEVEL = 0.05
 # Of the largest extent of the body: the side of a plate's outline; of that side the length of its arrow.
 _PLATE, _ARROW = 1.1, 0.3
 # How far outside of the skin the states of its contact are drawn [mm].
-_OUTSIDE = 0.05
+_OUTSIDE = 0.12
 # Motions along the surface that are rounding [m].
 _STILL = 1e-9
 # What VTK fits is the box around everything, which leaves wide margins.
 _ZOOM = 1.35
 # Width over height of windows in which it fits.
 _WIDE = 4 / 3
+_PERCENTILE = 99.0
+# Letters of the scale bar across a picture.
+_LETTERS = 34.0
 # Without light, and without moving the camera.
 _FLAT = {"reset_camera": False, "lighting": False}
 
@@ -56,10 +64,22 @@ def region_names(history: xr.Dataset) -> tuple[str, ...]:
 
 
 def soft_regions(history: xr.Dataset, hidden: Sequence[str] = ()) -> list[int]:
-    """Return the numbers of the regions whose stress sets the colours: all but the phalanx, or it where it is alone."""
+    """Return the numbers of the regions whose stress sets the colours: all but stiff ones, or these where alone."""
     visible = [name for name in region_names(history) if name not in hidden]
-    soft = [name for name in visible if name != "phalanx"] or visible
+    soft = [name for name in visible if name not in palette.STIFF_REGIONS] or visible
     return [number for number, name in enumerate(region_names(history)) if name in soft]
+
+
+def scale_length(width: float) -> float:
+    """Return the round length [mm] that is the largest within a quarter of a width [mm].
+
+    Examples
+    --------
+    >>> scale_length(24.0), scale_length(45.0)
+    (5.0, 10.0)
+    """
+    power = 10.0 ** np.floor(np.log10(0.25 * width))
+    return float(power * max(step for step in (1, 2, 5) if step * power <= 0.25 * width))
 
 
 def check_options(history: xr.Dataset, options: SceneOptions) -> None:
@@ -92,48 +112,96 @@ def snapshot_grid(history: xr.Dataset, number: int) -> pyvista.UnstructuredGrid:
 def draw_scene(plotter: Any, history: xr.Dataset, number: int, options: SceneOptions) -> dict[str, Any]:
     """Draw a snapshot, and return what its layers are drawn as."""
     grid, limits, actors = snapshot_grid(history, number), field_limits(history, options), {}
+    is_cut = options.cut != "none" and is_solid(history)
     for region, name in enumerate(region_names(history)):
         layer: Any = grid.extract_cells(np.asarray(grid.cell_data["region"]) == region)
-        if name not in options.hidden and layer.n_cells:
-            if options.cut != "none" and is_solid(history):
-                layer = layer.clip(normal=options.cut, origin=grid.center, invert=True)
-            actors[name] = plotter.add_mesh(layer, name=f"layer {name}", **_look(name, history, options, limits))
+        if name in options.hidden or not layer.n_cells:
+            continue
+        # Means at the nodes of a layer: its cells are not seen, its borders are.
+        layer, border = layer.cell_data_to_point_data(), None
+        if is_cut:
+            border = layer.slice(normal=options.cut, origin=grid.center)
+            layer = layer.clip(normal=options.cut, origin=grid.center, invert=True)
+        elif not is_solid(history):
+            border = layer.extract_surface(algorithm=None)
+        actors[name] = plotter.add_mesh(layer, name=f"layer {name}", **_look(name, history, options, limits))
+        if border is not None and border.n_cells:
+            lines = border.extract_feature_edges(feature_edges=False, manifold_edges=False, non_manifold_edges=False)
+            plotter.add_mesh(lines, name=f"border {name}", color=palette.LAYER_LINE, line_width=1.5, **_FLAT)
     time = float(history["snapshot_time"][number])
     if options.plate:
-        _draw_plates(plotter, history, number, grid)
+        _draw_plates(plotter, history, number, grid, flat=options.camera in {"side", "front"} or not is_solid(history))
     if options.receptors:
         _draw_sites(plotter, history, time)
     if options.contact:
         _draw_contact(plotter, history, time)
     if options.written:
-        plotter.add_text(f"t = {time:.3f} s", name="time", font_size=10, color=BLACK)
+        plotter.add_text(f"t = {time:.3f} s", name="time", font_size=10, color=palette.BLACK)
     return actors
 
 
 def aim(plotter: Any, history: xr.Dataset, options: SceneOptions) -> None:
-    """Point the camera at the whole scene."""
+    """Point the camera at the whole scene, without perspective: a scale bar holds everywhere."""
+    plotter.enable_parallel_projection()
     plotter.view_vector(*_DIRECTIONS[options.camera if is_solid(history) else "side"])
     plotter.reset_camera()
     width, height = plotter.window_size
     plotter.camera.zoom(_ZOOM * min(1.0, width / (_WIDE * height)))
 
 
+def draw_scale(plotter: Any, points: Floats) -> None:
+    """Draw a bar of a round length below points (n, 3) [mm] at the right, as the camera sees them, with its length."""
+    import pyvista
+
+    view = np.array(plotter.camera.direction)
+    right = np.cross(view, plotter.camera.up)
+    right /= np.linalg.norm(right)
+    axes = np.array([right, up := np.cross(right, view), -view])
+    low, high = (points @ axes.T).min(axis=0), (points @ axes.T).max(axis=0)
+    length, size = scale_length(high[0] - low[0]), float((high - low).max())
+    # Before everything, and clear of the plate.
+    ends = np.array([[high[0] - length, high[0]], [low[1] - 0.07 * size] * 2, [high[2] + size] * 2]).T @ axes
+    plotter.add_mesh(pyvista.Line(*ends), name="scale", color=palette.BLACK, line_width=4.0, **_FLAT)
+    look: dict[str, Any] = {"shape": None, "show_points": False, "always_visible": True, "reset_camera": False}
+    letters = {
+        "font_size": max(round(plotter.window_size[0] / _LETTERS), 8),
+        "text_color": palette.BLACK,
+        "bold": False,
+    }
+    middle = [ends.mean(axis=0) + 0.01 * size * up]
+    plotter.add_point_labels(middle, [f"{length:g} mm"], justification_horizontal="center", **look, **letters)
+    plotter.reset_camera_clipping_range()
+
+
 def _look(name: str, history: xr.Dataset, options: SceneOptions, limits: tuple[float, float]) -> dict[str, Any]:
     """Return how a layer is coloured."""
     shared: dict[str, Any] = {"show_edges": options.edges, "reset_camera": False}
-    if options.scalar == "region":
+    if is_solid(history) and not options.edges:
+        shared |= {"smooth_shading": True, "split_sharp_edges": True}
+    is_stiff = region_names(history).index(name) not in soft_regions(history, options.hidden)
+    if options.scalar == "region" or (is_stiff and options.scalar in OF_CELLS):
         # Mostly ambient light, so that the layers have the colours of a legend.
-        return {**shared, "color": region_colours(region_names(history))[name], "ambient": 0.7, "diffuse": 0.3}
-    bar = {"title": SCALARS[options.scalar][0], "color": BLACK, "fmt": "%.3g", "n_labels": 4, **_BAR, **_BAR_FONTS}
-    look = {**shared, "scalars": options.scalar, "clim": limits, "cmap": COLOUR_MAP, "ambient": 0.4, "diffuse": 0.65}
+        colour = (
+            palette.region_colours(region_names(history))[name] if options.scalar == "region" else palette.STIFF_COLOUR
+        )
+        return {**shared, "color": colour, "ambient": 0.7, "diffuse": 0.3}
+    bar = {
+        "title": SCALARS[options.scalar][0],
+        "color": palette.BLACK,
+        "fmt": "%.3g",
+        "n_labels": 4,
+        **_BAR,
+        **_BAR_FONTS,
+    }
+    look = {**shared, "scalars": options.scalar, "clim": limits, "cmap": COLOUR_MAP, "ambient": 0.65, "diffuse": 0.4}
     return look | ({"scalar_bar_args": bar} if options.written else {"show_scalar_bar": False})
 
 
 def field_limits(history: xr.Dataset, options: SceneOptions) -> tuple[float, float]:
     """Return the range of colours, the same for all snapshots.
 
-    The range leaves out the largest thousandth of the values. The phalanx does not count where anything else is shown:
-    its stresses are so large that the soft layers would have one colour.
+    It ends at the percentile :data:`_PERCENTILE` of the snapshot where that is largest: corners have any stress. Stiff
+    regions do not count where anything else is shown: soft layers would have one colour.
     """
     if options.scalar == "region":
         return 0.0, 1.0
@@ -143,18 +211,18 @@ def field_limits(history: xr.Dataset, options: SceneOptions) -> tuple[float, flo
     else:
         counted = np.isin(history["cell_region"].values, soft_regions(history, options.hidden))
         values = values[:, counted] if counted.any() else values
-    top = SCALARS[options.scalar][1] * float(np.quantile(values, 0.999))
+    top = SCALARS[options.scalar][1] * float(np.percentile(values, _PERCENTILE, axis=1).max())
     return 0.0, top if top > 0.0 else 1.0
 
 
-def _draw_plates(plotter: Any, history: xr.Dataset, number: int, grid: pyvista.UnstructuredGrid) -> None:
-    """Draw the flat counterfaces as outlines, each with an arrow along its motion."""
+def _draw_plates(plotter: Any, history: xr.Dataset, number: int, grid: pyvista.UnstructuredGrid, *, flat: bool) -> None:
+    """Draw the flat counterfaces as outlines, each with an arrow along its motion, below it where seen flat."""
     import pyvista
 
     size = _PLATE * float(np.max(np.ptp(grid.points, axis=0)))
     for face in flat_faces(history, number):
         outline = _outline(face, size, is_solid(history))
-        plotter.add_mesh(outline, name=f"plate {face.number}", color=BLACK, line_width=2.0, **_FLAT)
+        plotter.add_mesh(outline, name=f"plate {face.number}", color=palette.BLACK, line_width=2.0, **_FLAT)
         _, along = split_along(
             history["counterface_displacement"].values[:, face.number],
             history["counterface_normal"].values[face.number],
@@ -163,11 +231,13 @@ def _draw_plates(plotter: Any, history: xr.Dataset, number: int, grid: pyvista.U
         length = float(np.linalg.norm(furthest))
         if length > _STILL:
             travel = in_space(furthest[None] / length)[0]
-            beside = 0.42 * np.cross(face.normal, travel) if is_solid(history) else 0.06 * face.normal
+            beside = 0.06 * face.normal if flat else 0.42 * np.cross(face.normal, travel)
+            if not flat and beside @ _DIRECTIONS["oblique"][0] > 0.0:
+                beside = -beside  # on the side of the camera
             start = 1e3 * face.centre - size * (0.5 * _ARROW * travel + beside)
             shape: dict[str, Any] = {"shaft_radius": 0.015, "tip_radius": 0.05, "tip_length": 0.2}
             arrow = pyvista.Arrow(start=start, direction=travel, scale=_ARROW * size, **shape)
-            plotter.add_mesh(arrow, name=f"arrow {face.number}", color=BLACK, **_FLAT)
+            plotter.add_mesh(arrow, name=f"arrow {face.number}", color=palette.BLACK, **_FLAT)
 
 
 def _outline(face: FlatFace, size: float, solid: bool) -> pyvista.PolyData:
@@ -182,6 +252,36 @@ def _outline(face: FlatFace, size: float, solid: bool) -> pyvista.PolyData:
     return plane.extract_feature_edges(boundary_edges=True)
 
 
+def contact_levels(history: xr.Dataset, patch: ContactPatch, step: int) -> tuple[Floats, Floats]:
+    """Return how far each node (n,) of a patch is within the contact, and within its stick zone [-].
+
+    Both are positive within and negative outside, so that their zero is a smooth edge: pressure against gap, and what
+    the tractions' ratio lacks to the limit against the speed of slip, each as a share of its median along the edge.
+    """
+    state = history["contact_state"].values[step, patch.nodes]
+    pressure, gap = (history[name].values[step, patch.nodes] for name in ("normal_traction", "gap"))
+    plate = history["counterface_velocity"].values[step, history["contact_counterface"].values[patch.nodes]]
+    speed = np.linalg.norm((history["contact_velocity"].values[step, patch.nodes] - plate) @ patch.axes.T, axis=1)
+    tangential = np.linalg.norm(history["tangential_traction"].values[step, patch.nodes], axis=1)
+    friction = history["counterface_friction_coefficient"].values[history["contact_counterface"].values[patch.nodes]]
+    left = 1.0 - tangential / np.maximum(friction * pressure, np.finfo(float).tiny)
+    touch = _level(state != OPEN, pressure, gap, patch.triangles)
+    stick = _level(state == STICK, left, speed, patch.triangles)
+    return touch, np.where(state == OPEN, np.minimum(touch, stick), stick)
+
+
+def _level(inside: NDArray[np.bool_], rise: Floats, fall: Floats, triangles: NDArray[np.int64]) -> Floats:
+    """Return values (n,) above zero inside and below it outside, one at the median along the edge [-]."""
+    corners = inside[triangles]
+    edge = np.isin(np.arange(inside.size), triangles[corners.any(axis=1) & ~corners.all(axis=1)])
+    level = np.where(inside, rise, fall)
+    for side in (inside, ~inside):
+        members = level[side & edge]
+        along_edge = float(np.median(members)) if members.size else 0.0
+        level[side] = np.maximum(level[side] / (along_edge or 1.0), _LEAST_LEVEL)
+    return np.where(inside, level, -level)
+
+
 def _draw_contact(plotter: Any, history: xr.Dataset, time: float) -> None:
     """Draw what touches in the colours of stick and slip: in 3D the skin of the contact, in 2D its nodes."""
     import pyvista
@@ -189,18 +289,23 @@ def _draw_contact(plotter: Any, history: xr.Dataset, time: float) -> None:
     step = nearest_record(history, time)
     points = 1e3 * in_space(history["contact_position"].values + history["contact_displacement"].values[step])
     patch = contact_patch(history) if is_solid(history) else None
-    states = history["contact_state"].values[step] if patch is None else triangle_states(history, patch, step)
     for state in (STICK, SLIP):
         plotter.remove_actor(f"contact {state}", render=False)
-        members = np.flatnonzero(states == state)
-        look = {"name": f"contact {state}", "color": STATE_COLOURS[state], **_FLAT}
-        if members.size and patch is None:
-            plotter.add_points(points[members], point_size=9.0, render_points_as_spheres=True, **look)
-        elif members.size and patch is not None:
-            # A little outside, so that the skin does not cover it.
-            outside = points[patch.nodes] - _OUTSIDE * history["counterface_normal"].values[0]
-            faces: Any = patch.triangles[members]
-            plotter.add_mesh(pyvista.PolyData.from_regular_faces(outside, faces), **look)
+        look = {"name": f"contact {state}", "color": palette.STATE_COLOURS[state], **_FLAT}
+        if patch is None:
+            members = np.flatnonzero(history["contact_state"].values[step] == state)
+            if members.size:
+                plotter.add_points(points[members], point_size=9.0, render_points_as_spheres=True, **look)
+            continue
+        # A little outside, so that the skin does not cover it.
+        outside = points[patch.nodes] - _OUTSIDE * history["counterface_normal"].values[0]
+        triangles: Any = patch.triangles
+        skin = pyvista.PolyData.from_regular_faces(outside, triangles)
+        skin["touch"], skin["stick"] = contact_levels(history, patch, step)
+        zone = skin.clip_scalar(scalars="touch", value=0.0, invert=False)
+        zone = zone.clip_scalar(scalars="stick", value=0.0, invert=state == SLIP)
+        if zone.n_cells:
+            plotter.add_mesh(zone, scalars=None, **look)
 
 
 def _draw_sites(plotter: Any, history: xr.Dataset, time: float) -> None:
@@ -211,5 +316,5 @@ def _draw_sites(plotter: Any, history: xr.Dataset, time: float) -> None:
     points = 1e3 * in_space(history["site_position"].values + displacements)
     look: dict[str, Any] = {"point_size": 7.0, "render_points_as_spheres": True, "reset_camera": False}
     for kind in np.unique(kinds):
-        colour = RECEPTOR_COLOURS.get(str(kind), BLACK)
+        colour = palette.RECEPTOR_COLOURS.get(str(kind), palette.BLACK)
         plotter.add_points(points[kinds == kind], name=f"sites {kind}", color=colour, **look)

@@ -17,9 +17,10 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from fingerslip.contact.states import SLIP, STICK
 from fingerslip.errors import InputError, ResultError
 from fingerslip.history import nearest_snapshot, site_kinds
-from fingerslip.report.colours import BLUE, EVENT_COLOURS, GREEN, RECEPTOR_COLOURS, VERMILLION
+from fingerslip.report import colours as palette
 from fingerslip.report.figures.style import (
     NO_EVENTS,
     add_legend,
@@ -32,7 +33,7 @@ from fingerslip.report.figures.style import (
 )
 from fingerslip.report.scene.names import CUTS, FIELDS
 from fingerslip.report.scene.options import SCALARS, SceneOptions
-from fingerslip.report.scene.scene import aim, check_options, draw_scene, region_names
+from fingerslip.report.scene.scene import aim, check_options, draw_scale, draw_scene, region_names, snapshot_grid
 from fingerslip.slip import Events, slide_window
 from fingerslip.slip.windows import EVENTS
 from fingerslip.storage.files import write_bytes
@@ -76,7 +77,7 @@ class SceneControl:
         self.options = dataclasses.replace(self.options, **values)
         # What the options decide goes first, bars of colours included.
         for name in list(self.plotter.actors):
-            if name.split(" ")[0] in {"layer", "plate", "arrow", "sites", "contact", "time"}:
+            if name.split(" ")[0] in {"layer", "border", "plate", "arrow", "sites", "contact", "time"}:
                 self.plotter.remove_actor(name, render=False)
         for title in list(self.plotter.scalar_bars.keys()):
             self.plotter.remove_scalar_bar(title, render=False)
@@ -109,13 +110,15 @@ def picked_figure(history: xr.Dataset, node: int, events: Events = NO_EVENTS) ->
     title = f"Node {node} at ({position}) mm"
     figure, (above, below) = figure_grid(2, 1, (4.6, 1.7), title, ("time [s]", ""), share="x")
     displacement = 1e3 * history["snapshot_displacement"].values[:, node]
-    for component, values, colour in zip("xyz", displacement.T, (BLUE, VERMILLION, GREEN), strict=False):
+    for component, values, colour in zip(
+        "xyz", displacement.T, (palette.BLUE, palette.VERMILLION, palette.GREEN), strict=False
+    ):
         above.plot(times, values, color=colour, label=component)
     above.set_ylabel("displacement [mm]")
     above.legend(loc="upper left", ncols=3)
     around = (history["cell_nodes"].values == node).any(axis=1)
     stress = SCALARS["von_mises"][1] * history["snapshot_von_mises"].values[:, around].mean(axis=1)
-    below.plot(times, stress, color=BLUE)
+    below.plot(times, stress, color=palette.BLUE)
     below.set_ylabel("von Mises stress [kPa]")
     below.set_ylim(bottom=0.0)
     for axes in (above, below):
@@ -127,7 +130,7 @@ def picked_figure(history: xr.Dataset, node: int, events: Events = NO_EVENTS) ->
 def receptor_legend(history: xr.Dataset) -> list[tuple[str, str]]:
     """Return the types of recorded receptors with their colours."""
     recorded = set(map(str, site_kinds(history)))
-    return [(kind, colour) for kind, colour in RECEPTOR_COLOURS.items() if kind in recorded]
+    return [(kind, colour) for kind, colour in palette.RECEPTOR_COLOURS.items() if kind in recorded]
 
 
 def event_legend(history: xr.Dataset, events: Events) -> list[tuple[str, float, str]]:
@@ -135,7 +138,7 @@ def event_legend(history: xr.Dataset, events: Events) -> list[tuple[str, float, 
     window = slide_window(history)
     start = [] if window is None else [("slide starts", window.start, "#555555")]
     times = event_times(events.slip, EVENTS)
-    return [*start, *((EVENTS[name], time, EVENT_COLOURS[name]) for name, time in times.items())]
+    return [*start, *((EVENTS[name], time, palette.EVENT_COLOURS[name]) for name, time in times.items())]
 
 
 def still(
@@ -162,9 +165,25 @@ def stills(
             draw_scene(plotter, history, number, options)
             if index == 0:
                 aim(plotter, history, options)
+                draw_scale(plotter, snapshot_grid(history, number).points)
+                if options.written:
+                    _add_names(plotter, history, options)
             yield np.asarray(plotter.screenshot(None, return_img=True))[..., :3]
     finally:
         plotter.close()
+
+
+def _add_names(plotter: Any, history: xr.Dataset, options: SceneOptions) -> None:
+    """Say what the colours of a picture stand for beside its field."""
+    names = palette.region_colours(region_names(history)) if options.scalar == "region" else {}
+    names |= {palette.STATE_NAMES[state]: palette.STATE_COLOURS[state] for state in (STICK, SLIP) if options.contact}
+    if options.receptors:
+        names |= dict(receptor_legend(history)) or (
+            {"recorded sites": palette.BLACK} if site_kinds(history).size else {}
+        )
+    for row, (name, colour) in enumerate(names.items()):
+        where = (0.8, 0.95 - 0.04 * row)
+        plotter.add_text(name, position=where, viewport=True, font_size=12, color=colour, name=f"name {name}")
 
 
 def save_still(
@@ -241,7 +260,7 @@ def _draw_picked_node(control: SceneControl, point: Any) -> None:
     node, renderer = nearest_node(control.history, control.number, np.asarray(point)), control.plotter.renderer
     distances = 1e3 * np.linalg.norm(control.history["snapshot_displacement"].values[:, node], axis=1)
     chart = pyvista.Chart2D(size=(0.32, 0.26), loc=(0.66, 0.02), x_label="time [s]", y_label="displacement [mm]")
-    chart.line(control.history["snapshot_time"].values, distances, color=BLUE, width=2.0)
+    chart.line(control.history["snapshot_time"].values, distances, color=palette.BLUE, width=2.0)
     chart.title = f"node {node}"
     if renderer.has_charts:
         control.plotter.remove_chart(0)

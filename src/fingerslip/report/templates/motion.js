@@ -276,7 +276,8 @@ class Section {
     const places = [], nodes = this.run.points.length / 2;
     for (let node = 0; node < nodes; node++) places.push(to(this.at(frame, node)));
     for (let cell = 0; cell < count; cell++) {
-      const colour = field === "layers" ? body.regions[region[cell]].colour
+      const layer = body.regions[region[cell]];
+      const colour = field === "layers" || layer.stiff ? layer.colour
         : `rgb(${mapColour(stress[frame * count + cell] / 255)})`;
       draw.fillStyle = draw.strokeStyle = colour;
       draw.beginPath();

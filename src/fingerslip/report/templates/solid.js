@@ -132,10 +132,10 @@ class Solid {
     const colours = new Float32Array(3 * count), depth = new Float32Array(count);
     const layer = new Uint8Array(count);
     for (let t = 0; t < run.triangleRegion.length; t++) for (let c = 0; c < 3; c++) layer[run.triangles[3 * t + c]] = run.triangleRegion[t];
-    const layers = run.body.regions.map(({ colour }) => rgb(colour));
+    const layers = run.body.regions.map(({ colour }) => rgb(colour)), stiff = run.body.regions.map((one) => one.stiff);
     for (let v = 0; v < count; v++) {
       const state = run.vertexState[frame * count + v];
-      const shade = field === "layers" ? layers[layer[v]]
+      const shade = field === "layers" || (field !== "contact" && stiff[layer[v]]) ? layers[layer[v]]
         : field === "contact" ? (state < 255 ? STATES[state] : layers[layer[v]])
           : mapColour(run.stress[frame * count + v] / 255).map((one) => one / 255);
       colours.set(shade, 3 * v);

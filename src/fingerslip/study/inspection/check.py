@@ -13,6 +13,7 @@ from fingerslip.dynamics.system.checks import inspect_model
 from fingerslip.errors import InputError
 from fingerslip.fe.space import build_space
 from fingerslip.mesh.io import write_mesh
+from fingerslip.mesh.source import MeshFile
 from fingerslip.model.model import Model
 from fingerslip.model.timing import Adaptive
 from fingerslip.specimens.choice import SPECIMENS, preset_names, presets_of
@@ -22,6 +23,7 @@ from fingerslip.study.definition.runs import Plan, plan_study
 from fingerslip.study.running.build import Job, groups, inspect_mesh, prepare_samples
 from fingerslip.study.running.cost import compiling_seconds, estimated_seconds, process_bytes
 from fingerslip.tables.table import Column, Table
+from fingerslip.units import LengthUnit, metres
 
 _Row: TypeAlias = tuple[str, str, str, int, int, int | str, float]
 
@@ -99,24 +101,36 @@ _STUDIES = (".yaml", ".yml")
 _PICTURES = (".png", ".svg", ".pdf")
 
 
-def save_mesh(target: str, path: Path | None = None) -> tuple[Table, ...]:
-    """Write the mesh of a study (of its first run) or of a preset, and say what is worth knowing of it."""
-    name, names = target, preset_names()
+def save_mesh(target: str, path: Path | None = None, unit: LengthUnit | None = None) -> tuple[Table, ...]:
+    """Write or draw the mesh of a study (of its first run), of a preset or of a file, and say what to know of it."""
+    name, names, suffix = target, preset_names(), None
     if Path(target).suffix in _STUDIES:
         name, inspected = Path(target).stem, inspect_mesh(plan_study(target).runs[0])
     elif name in names:
         specimen: Specimen = presets_of(name).read(name)
         inspected = specimen.default_mesh.inspect(specimen)
+    elif Path(target).is_file():
+        metres(unit or "m")
+        name, inspected, suffix = Path(target).stem, MeshFile(target, unit).inspect(), _PICTURES[0]
     else:
         near = difflib.get_close_matches(name, names, n=1)
         repair = f"did you mean '{near[0]}'?" if near else f"presets: {', '.join(names)}"
-        allowed = "needs the name of a preset or the path of a study (.yaml)"
+        allowed = "needs the name of a preset or the path of a study (.yaml) or of a mesh"
         raise InputError(f"mesh {name}", "is neither a preset nor a study file", allowed, repair)
-    path = path or Path("meshes") / f"{name}{inspected.suffix}"
+    path = path or Path("meshes") / f"{name}{suffix or inspected.suffix}"
     with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
-        write_mesh(inspected.mesh, path)
-    return (dataclasses.replace(inspected.tables[0], title=str(path)), *inspected.tables[1:])
+        if path.suffix not in _PICTURES:
+            write_mesh(inspected.mesh, path)
+    if path.suffix in _PICTURES:
+        # Libraries that draw are slow to load.
+        from fingerslip.report.figures.meshes import mesh_figure
+        from fingerslip.report.figures.style import save_figure
+
+        save_figure(mesh_figure(inspected.mesh, name), path)
+    first, *others = inspected.tables
+    note = f"{first.note}; lengths are taken as metres without --unit" if suffix and unit is None else first.note
+    return (dataclasses.replace(first, title=str(path), note=note), *others)
 
 
 def draw_specimen(target: str, path: Path) -> None:

@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fingerslip.errors import InputError, ResultError
-from fingerslip.history import is_solid, read_history
+from fingerslip.history import is_solid, phase_times, read_history
+from fingerslip.marker_tracks import marker_tracks
 from fingerslip.parameters import from_mapping
 from fingerslip.published import published_set
 from fingerslip.report.content import MOST_RUNS, OF_RUNS, OF_STUDIES, STYLES, RunSubject, StudySubject
@@ -18,15 +19,18 @@ from fingerslip.report.scene.options import SceneOptions, Served, require_free
 from fingerslip.report.tables.runs import swept_paths
 from fingerslip.results import HISTORY, RESULT, stored_result
 from fingerslip.slip import find_events
+from fingerslip.slip.windows import LATENCY
+from fingerslip.study.inspection.show import sensitivities
 from fingerslip.study.storage.reporting import read_results, read_stored_run, slide_starts
 from fingerslip.study.storage.store import read_manifest
 from fingerslip.units import parse_quantity
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.figure import Figure
 
-#: Formats of figures, and the kind that is a film.
-FORMATS, FILM = ("pdf", "svg", "png"), "film"
+#: Formats of figures; the kind that is a film, the one that a detector draws, the one that every study has.
+FORMATS, FILM, DETECTOR, COMPOSED = ("pdf", "svg", "png"), "film", "detector", "composed"
 # OpenCV brings an encoder for it, and browsers play it.
 _CODEC, _MP4 = "vp09", ".mp4"
 
@@ -47,7 +51,8 @@ class FigureChoice:
 
 def kinds_text() -> str:
     """Return the kinds of figures with what they show, in lines."""
-    every = {**OF_STUDIES, **OF_RUNS, FILM: "a film, as MP4"}
+    others = {DETECTOR: "what the detector that ships finds in a sensor's markers", FILM: "a film, as MP4"}
+    every = {**OF_STUDIES, **OF_RUNS, **others}
     return "\n".join(f"{name}: {words}" for name, words in every.items())
 
 
@@ -62,7 +67,7 @@ def film_size(text: str) -> tuple[int, int]:
 def write_figure(target: Path, choice: FigureChoice, output: Path | None = None) -> Path:
     """Write a figure or a film of stored results."""
     allowed = {
-        "--kind": (choice.kind, (*OF_STUDIES, *OF_RUNS, FILM)),
+        "--kind": (choice.kind, (*OF_STUDIES, *OF_RUNS, DETECTOR, FILM)),
         "--style": (choice.style, STYLES),
         "--format": (choice.form, FORMATS),
     }
@@ -76,7 +81,7 @@ def write_figure(target: Path, choice: FigureChoice, output: Path | None = None)
     if choice.kind in OF_STUDIES:
         _save(_study_subject(target, choice), path, choice)
         return path
-    subject = _run_subject(_run_folder(target, choice.run), choice)
+    subject = _run_subject(_run_folder(target, choice), choice)
     if choice.kind == FILM:
         _write_film(subject, path, choice)
     else:
@@ -92,9 +97,29 @@ def _save(subject: StudySubject | RunSubject, path: Path, choice: FigureChoice) 
     with looking(choice.style):
         if isinstance(subject, StudySubject):
             figure = draw_of_study(choice.kind, subject)
+        elif choice.kind == DETECTOR:
+            figure = _detector_figure(subject)
         else:
             figure = draw_of_run(choice.kind, subject)
         save_figure(figure, path)
+
+
+def _detector_figure(subject: RunSubject) -> Figure:
+    """Draw what the detector that ships finds in the markers of a run from the hold before its slide on."""
+    from fingerslip.detect.live import findings_table
+    from fingerslip.detect.page import SlipClip, timeline_figure
+    from fingerslip.detect.residual import ResidualSettings, detect_residual, frames_at_rest
+    from fingerslip.report.figures.style import mark_panels, with_style
+
+    history, holds = subject.history, phase_times(subject.history, "hold")
+    if not holds:
+        fault, mend = "has no hold before its slide", "write hold: {duration: 1 s} into its programme and run again"
+        raise InputError("figure: the run", fault, "needs markers at rest first", mend)
+    tracks = marker_tracks(history).sel(time=slice(holds[0][0], None))
+    findings = detect_residual(tracks, ResidualSettings(rest_frames=frames_at_rest(tracks)))
+    figure = timeline_figure(SlipClip(subject.title or "the run", tracks, findings, findings_table(findings, "", "")))
+    with_style(mark_panels)(figure.axes, history, subject.events.slip)
+    return figure
 
 
 def _study_subject(target: Path, choice: FigureChoice) -> StudySubject:
@@ -106,7 +131,7 @@ def _study_subject(target: Path, choice: FigureChoice) -> StudySubject:
     if choice.path and choice.path not in paths:
         needs = f"one of {', '.join(paths)}" if paths else "a study with a sweep"
         raise InputError("figure: --over", f"'{choice.path}' is not swept", f"needs {needs}")
-    with_panels = () if choice.kind in {"latency", "events"} else study.runs[:MOST_RUNS]
+    with_panels = () if choice.kind in {"latency", "events", "sensitivity"} else study.runs[:MOST_RUNS]
     drawn = {run_title(run, study.title): run for run in with_panels}
     references = [published_set(name) for name in study.compare]
     values = tuple(value for reference in references for value in reference.values)
@@ -117,23 +142,24 @@ def _study_subject(target: Path, choice: FigureChoice) -> StudySubject:
         reference=dataclasses.replace(references[0], values=values) if references else None,
         starts=slide_starts(study),
         path=choice.path or (paths[0] if paths else ""),
+        sensitivities=sensitivities(study, LATENCY) if choice.kind == "sensitivity" else (),
     )
 
 
-def _run_folder(target: Path, name: str) -> Path:
-    """Return the folder of the run: that of a study with one run, or of the named one."""
-    names = list(read_manifest(target).get("runs", {}))
+def _run_folder(target: Path, choice: FigureChoice) -> Path:
+    """Return the folder of the run: the named one, the only one, or of the kind that every study has the middle one."""
+    name, names = choice.run, list(read_manifest(target).get("runs", {}))
     if not names and name not in ("", target.name):
         raise InputError("figure: --run", f"got '{name}' with the folder of a run", "needs the folder of its study")
     if not names:
         return target
     if name and name not in names:
         raise InputError("figure: --run", f"'{name}' is not there", f"needs one of {', '.join(names)}")
-    if not name and len(names) > 1:
+    if not name and len(names) > 1 and choice.kind != COMPOSED:
         raise InputError(
             "figure", f"this kind shows one run of {len(names)}", f"needs --run, one of {', '.join(names)}"
         )
-    return target / (name or names[0])
+    return target / (name or names[len(names) // 2])
 
 
 def _run_subject(folder: Path, choice: FigureChoice) -> RunSubject:

@@ -1,12 +1,15 @@
 """All figures: one table of the panels, words and marks that each has, and the numbers that they draw."""
 
+import dataclasses
 import functools
 
 import numpy as np
 import pytest
 import skfem
 import xarray as xr
-from matplotlib.collections import PolyCollection
+from matplotlib.collections import LineCollection, PolyCollection, TriMesh
+from matplotlib.colors import to_hex
+from matplotlib.patches import ConnectionPatch
 from matplotlib.quiver import Quiver
 
 import fingerslip as fs
@@ -14,8 +17,9 @@ from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.detect.evaluation.scores import Estimate
 from fingerslip.marker_tracks import filmed_tracks, marker_tracks
 from fingerslip.published import published_set
+from fingerslip.report.colours import STATE_COLOURS, STIFF_COLOUR
 from fingerslip.report.content import RunSubject, StudySubject
-from fingerslip.report.figures import bodies, markers, signals, specimens, study
+from fingerslip.report.figures import bodies, markers, signals, specimens, study, style
 from fingerslip.report.page.pictures import draw_of_run, draw_of_study
 from fingerslip.report.scene.options import SceneOptions
 from fingerslip.results import RunResult
@@ -106,6 +110,7 @@ VIEWED = SceneOptions(scalar="region", contact=True, camera="below", written=Fal
 AT_EVENTS = Events(slip=SlipEvents(incipient=0.06, noticed=0.07, overall=0.1))
 LATER = Events(slip=SlipEvents(incipient=0.055, overall=0.085))
 ACROSS = [{VARIANT: name} for name in ("original", "scaled")]
+STRAIN_MODELS = {"FA-II": fs.human_afferents()["SA-I"]}
 
 
 def of_run(kind, history=lambda: HISTORY, events=EVENTS, **more):
@@ -160,10 +165,13 @@ FIGURES = {
     "deformed": (
         of_run("deformed", lambda: block_history("Q4"), AT_EVENTS),
         ["0.050 s, start of slide, 10 ms before incipient", "0.100 s, overall"],
-        {"von Mises stress [kPa]", "x [mm]", "stick"}),
+        {"von Mises stress [kPa]", "stick"}),
     "views": (
         lambda: bodies.deformed_figure(block_history(), times=[0.0, 0.1]), ["0.000 s", "0.100 s"],
         {"von Mises stress [kPa]"}),
+    "flat regions": (
+        lambda: bodies.deformed_figure(block_history("Q4"), options=SceneOptions(scalar="region"), times=[0.1]),
+        ["0.100 s"], {"skin", "tissue"}),
     "regions": (
         lambda: bodies.deformed_figure(block_history(), options=VIEWED, times=[0.1]), ["0.100 s"],
         {"skin", "tissue", "stick", "slip"}),
@@ -203,7 +211,22 @@ FIGURES = {
         lambda: specimens.fingertip_figure(change_solid(), "mine"),
         ["along the finger (sagittal, z = 0)", "across the finger (transverse, x = 0)"],
         {"x [mm]", "z [mm]", "epidermis", "phalanx"}),
+    "composed": (
+        of_run("composed", lambda: block_history("Q4"), AT_EVENTS, afferents=STRAIN_MODELS),
+        ["0.00 s", "0.05 s", "0.10 s"],
+        {"plate [mm]", "contact [mm]", "1 FA-II\nby place", "force [N]", "ratio, fraction", "stick"}),
+    "composed in 3D": (
+        of_run("composed", block_history, LATER), ["0.03 s", "0.05 s", "0.06 s", "0.08 s", "0.09 s"],
+        {"plate [mm]", "force [mN]", "ratio, fraction"}),
+    "spikes": (
+        of_run("spikes", lambda: block_history("Q4"), AT_EVENTS, afferents=STRAIN_MODELS), [],
+        {"plate [mm]", "1 FA-II\nby place", "mean rate [1/s]"}, [0.05, 0.06, 0.1]),
     "mesh": (
+        of_run("mesh", lambda: block_history("Q4")), ["close view of the framed part"], {"skin", "tissue", "FA-II"}),
+    "sensitivity": (
+        lambda: draw_of_study("sensitivity", StudySubject((), {}, {}, sensitivities=[sensitivity("sobol")])), [],
+        {"total", "first order"}),
+    "section": (
         lambda: specimens.section_figure(block(), {"FA-I": np.array([[1e-3, 1.5e-3]])}),
         ["close view of the framed part"], {"x [mm]", "y [mm]", "epidermis", "nail", "FA-I", "plate"}),
 }
@@ -266,6 +289,31 @@ def test_ratio_reaches_the_friction_coefficient_and_is_left_out_while_hardly_any
     back = HISTORY.assign(counterface_force=HISTORY["counterface_force"] * [-1.0, 1.0])
     curves = [panels(signals.force_figure(history))[0].lines[1].get_ydata() for history in (HISTORY, back)]
     np.testing.assert_allclose(curves[0], curves[1], err_msg="a magnitude, whatever the direction of the slide")
+
+
+def test_forces_have_the_body_beside_at_the_start_of_the_slide_and_at_overall_slip():
+    expected = ["0.050 s, start of slide", "0.100 s, overall"]
+    for element in ("Q4", "T4"):
+        assert titles(signals.force_figure(block_history(element), AT_EVENTS)) == expected
+    assert titles(signals.force_figure(block_history("Q4"))) == expected[:1]
+    assert titles(signals.force_figure(HISTORY, EVENTS)) == [], "without snapshots there is none"
+
+
+def test_pictures_of_a_run_are_led_to_their_times_on_one_axis_with_all_signals():
+    figure = drawn("composed")
+    states = next(axes for axes in figure.axes if axes.get_ylabel() == "contact [mm]")
+    leads = [artist for artist in figure.artists if isinstance(artist, ConnectionPatch)]
+    assert [lead.xy2[0] for lead in leads] == pytest.approx([0.0, 0.05, 0.1])
+    assert all(lead.coords2 == states.get_xaxis_transform() for lead in leads)
+    timed = [axes for axes in panels(figure) if axes.get_ylabel()]
+    assert len({axes.get_xlim() for axes in timed}) == 1
+    assert all(
+        marked(axes) == pytest.approx([0.05, 0.06, 0.1]) for axes in timed if axes.get_ylabel() != "ratio, fraction"
+    )
+    with style.looking("paper"):
+        lettered = draw_of_run("composed", RunSubject(block_history("Q4"), AT_EVENTS))
+    letters = [text for axes in panels(lettered) for text in texts(axes) if len(text) == 1]
+    assert sorted(letters) == ["a", "b", "c", "d", "e"]
 
 
 def test_energy_balance_keeps_small_parts_apart_as_shares_of_the_largest_work():
@@ -346,14 +394,25 @@ def test_receptors_that_were_recorded_have_a_panel_each_and_peaks_that_count_are
         assert words(figure) & {"incipient", "three-quarter", "overall"} == keys
 
 
-def test_every_type_has_its_raster_with_a_row_for_each_afferent_and_rates_come_last():
-    times = (np.array([0.1, 0.2]), np.array([0.3]), np.array([0.15, 0.35]))
-    slow, fast, rates = signals.spike_figure(
-        fs.Spikes(("a", "b", "c"), ("SA-I", "SA-I", "FA-I"), times, 0.0, 0.5), block_history()
-    ).axes
+def test_every_type_has_its_raster_below_the_stimulus_with_rows_by_place_and_rates_come_last():
+    names, kinds = ("b", "a", "c"), ("SA-I", "SA-I", "FA-I")
+    places = np.array([[4e-3, 0.0], [-2e-3, 0.0], [1e-3, 0.0]])
+    history = block_history("Q4").isel(site=[0, 0, 0])
+    history = history.assign_coords(site=list(names), site_position=(("site", "component"), places))
+    # The receptor of the block is an FA-II.
+    times = (np.array([0.3]), np.array([0.1, 0.2]), np.array([0.15, 0.35]))
+    figure = signals.spike_figure(fs.Spikes(names, kinds, times, 0.0, 0.5), history)
+    stimulus, slow, fast, rates = figure.axes
+    assert line(stimulus, "slide").get_ydata()[-1] == pytest.approx(1.0)
+    assert line(stimulus, "press").get_ydata()[-1] == pytest.approx(0.5)
     assert [len(axes.collections) for axes in (slow, fast)] == [2, 1]
-    assert (slow.get_ylabel(), rates.get_ylabel()) == ("SA-I\n2 afferents", "mean rate [1/s]")
+    assert (slow.get_ylabel(), rates.get_ylabel()) == ("2 SA-I\nby place", "mean rate [1/s]")
+    assert [label.get_text() for label in slow.get_yticklabels()] == ["\N{MINUS SIGN}2.0 mm", "4.0 mm"]
     np.testing.assert_allclose(np.concatenate([row.get_positions() for row in slow.collections]), [0.1, 0.2, 0.3])
+    # Records of 10 ms resolve no rate of 20 a second in windows of less than 100 ms.
+    assert np.diff(rates.lines[0].get_xdata()) == pytest.approx(0.1)
+    (note,) = titles(figure)
+    assert note.startswith("FA-II left out: vibrations need finer steps")
 
 
 def diamonds(axes):
@@ -378,6 +437,12 @@ def test_events_and_latency_over_a_swept_value_stand_beside_the_published_values
     assert np.isnan(acceleration.get_ydata()).all(), "missing where an event is"
     assert sorted(value for _, value in diamonds(axes)) == pytest.approx([180.0, 290.0])
     assert "published" not in words(study.latency_figure(swept_runs()))
+    assert not axes.containers, "no bars where no uncertainty is known"
+    first, *others = swept_runs()
+    studied = dataclasses.replace(first, uncertainty={"slip.latency": 20e-3})
+    (bars,) = panels(study.latency_figure([studied, *others]))[0].containers
+    (bar,) = (ends for ends in bars.lines[2][0].get_segments() if len(ends) and np.isfinite(ends).all())
+    assert bar[:, 1].tolist() == pytest.approx([160.0, 200.0])
 
 
 def test_the_axis_has_numbers_to_scale_where_all_have_one_unit_and_else_words_in_order():
@@ -451,14 +516,28 @@ def test_each_pair_has_a_row_with_both_studies():
     assert [text.get_text() for text in left.get_yticklabels()] == ["one", "two"]
 
 
-def test_a_section_is_drawn_cell_by_cell_with_any_field_and_needs_snapshots():
+def test_a_section_has_its_field_layer_by_layer_and_lines_where_layers_end_and_needs_snapshots():
     flat = block_history("Q4")
-    for scalar in ("region", "displacement", "strain_energy_density"):
-        axes, other = panels(bodies.deformed_figure(flat, options=SceneOptions(scalar=scalar), times=[0.0, 0.1]))[:2]
-        cells = next(item for item in other.collections if isinstance(item, PolyCollection))
-        assert len(cells.get_paths()) == flat.sizes["cell"]
+    stress = np.tile(1e3 * (1.0 + flat["cell_region"].values), (flat.sizes["snapshot_time"], 1))
+    of_cells = flat.assign(snapshot_von_mises=(flat["snapshot_von_mises"].dims, stress))
+    for scalar, expected in (("displacement", None), ("von_mises", {1.0, 2.0})):
+        figure = bodies.deformed_figure(of_cells, options=SceneOptions(scalar=scalar), times=[0.0, 0.1])
+        axes, other = panels(figure)[:2]
+        fields = [item for item in other.collections if isinstance(item, TriMesh)]
+        assert len(fields) == 2, "a layer each"
+        values = [np.unique(field.get_array().round(6)) for field in fields]
+        assert expected is None or {float(value) for found in values for value in found if value} == expected
         assert min(np.ptp(axes.get_xlim()), np.ptp(axes.get_ylim())) > 10.0, "the whole body, in millimetres"
-    assert not bodies.has_frames(make(Process()))
+    lines = max(
+        (item for item in axes.collections if isinstance(item, LineCollection)), key=lambda c: len(c.get_paths())
+    )
+    assert len(lines.get_paths()) == 4 * 4 + 4, "the outline, and the line between the layers"
+    cells = [item for item in panels(drawn("flat regions"))[0].collections if isinstance(item, PolyCollection)]
+    assert sum(len(item.get_paths()) for item in cells) == flat.sizes["cell"]
+    stiff = bodies.deformed_figure(of_cells.assign_attrs(regions="skin, phalanx"), times=[0.1])
+    colours = [item.get_facecolor() for item in panels(stiff)[0].collections if isinstance(item, PolyCollection)]
+    assert to_hex(colours[0][0]) == STIFF_COLOUR, "bone has no field"
+    assert not bodies.has_pictures(make(Process()))
     with pytest.raises(fs.ResultError, match="no snapshots of the whole mesh; write record"):
         bodies.deformed_figure(make(Process()))
 
@@ -486,6 +565,8 @@ def test_frames_end_after_overall_slip_and_strains_and_stick_ratios_have_their_r
     (triangles,) = panels(bodies.slip_frames_figure(history, times=[0.0]))[0].collections
     assert len(triangles.get_paths()) == 32
     assert len({tuple(colour) for colour in triangles.get_facecolor()}) == 1, "all open before the press"
+    _, slips, sticks = panels(bodies.slip_frames_figure(history, times=[0.06]))[0].collections
+    assert [to_hex(zone.get_facecolor()[0]) for zone in (slips, sticks)] == [STATE_COLOURS[SLIP], STATE_COLOURS[STICK]]
     assert len(titles(bodies.slip_frames_figure(history))) == 9
     until = titles(bodies.slip_frames_figure(history, Events(SlipEvents(overall=0.07))))
     assert (len(until), until[0][:7], until[-1][:7]) == (9, "0.050 s", "0.070 s")
@@ -636,7 +717,8 @@ def test_figures_of_detectors_draw_estimates_with_their_intervals():
 def test_the_order_of_slip_is_read_from_when_markers_leave_their_position_in_the_image():
     figure = drawn("markers")
     ends = [float(item.get_ydata()[-1]) for item in panels(figure)[1].lines[:5]]
-    assert ends[-1] == pytest.approx(max(ends)), "the centre is drawn last and slips last"
+    assert ends[-1] == 0.0, "the centre is drawn last, and displacements are less its own"
+    assert max(ends[:-1]) < -0.1, "it slips last"
     with pytest.raises(ValueError, match="has no slide"):
         markers.slide_tracks_figure(marker_tracks(filmed_history()), NO_SLIDE)
     times, distance = markers.onsets(seen(), 1.0)

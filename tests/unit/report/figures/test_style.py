@@ -58,6 +58,16 @@ def test_grid_has_as_many_panels_as_asked_for(count, columns, rows):
     assert [style.columns_for(count) for count in (0, 1, 2, 3, 4, 5, 12)] == [1, 1, 2, 3, 2, 3, 3]
 
 
+def test_panels_have_letters_where_the_look_has_them_and_there_are_several():
+    for look, count, expected in (("paper", 3, ["a", "b", "c"]), ("paper", 1, []), ("page", 3, [])):
+        with style.looking(look):
+            _, axes = style.figure_grid(count, count, (3.0, 2.0), "", ("", ""))
+        assert [text for panel in axes for text in texts(panel)] == expected
+    with style.looking("paper"):
+        wide, narrow = (style.figure_grid(2, 1, (3.0, 2.0), "", ("", ""), full=full)[0] for full in (True, False))
+    assert (wide.get_figwidth(), narrow.get_figwidth()) == (7.2, 3.5)
+
+
 def test_legends_take_the_columns_that_fit_and_no_height_of_the_panels():
     for names, columns in ((["a", "b"], 2), (["a rather long name of a key"] * 8, 2)):
         keys = {f"{name}{index}": Line2D([], []) for index, name in enumerate(names)}
@@ -156,8 +166,8 @@ def test_names_stand_beside_their_lines_and_apart_and_none_beyond_the_panel():
     assert texts(other) == ["slide starts", "incipient"]
     _, (axes, bare) = style.figure_grid(2, 1, (3.0, 2.0), "", ("", ""))
     axes.set_xlim(0.0, 2.0)
-    style.name_run([axes], HISTORY, EVENTS.slip)
-    style.name_run([bare], NO_SLIDE, SlipEvents())
+    style.mark_panels([axes], HISTORY, EVENTS.slip)
+    style.mark_panels([bare], NO_SLIDE, SlipEvents())
     assert (texts(axes), texts(bare)) == (list(positions), [])
 
 

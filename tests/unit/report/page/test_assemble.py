@@ -205,7 +205,7 @@ def test_a_study_in_space_has_a_report():
     assert [section.title for section in report.sections[-3:-1]] == ["angle -30 deg", "angle 30 deg"]
 
 
-def test_a_sweep_answers_with_latency_and_events_by_title_and_a_run_with_its_section_or_contact():
+def test_a_sweep_answers_with_latency_and_events_by_title_and_a_run_with_all_signals_over_time():
     content = two_runs(starts={"0.4": 1.0, "0.6": 1.0})
     assert [picture.name for picture in hero_pictures(content)] == [
         "latency-contact-friction-coefficient", "events-contact-friction-coefficient"
@@ -215,6 +215,12 @@ def test_a_sweep_answers_with_latency_and_events_by_title_and_a_run_with_its_sec
     for history, expected in ((block_history("Q4"), ["answer"]), (block_history("T4"), ["answer"]), (HISTORY, [])):
         single = content_of((result_of(history, "run", {}),), {"run": history})
         assert [picture.name for picture in hero_pictures(single)] == expected
+    seen = content_of(
+        tuple(result_of(block_history("Q4"), name, {"n": name}) for name in "abc"),
+        dict.fromkeys("abc", block_history("Q4")),
+    )
+    last = hero_pictures(seen)[-1]
+    assert (last.name, last.figure.get_suptitle()[-3:]) == ("answer", "n b")
     content = two_runs()
     titles = ["friction coefficient 0.4", "friction coefficient 0.6"]
     assert list(content.titled_histories()) == list(content.subject().events) == titles

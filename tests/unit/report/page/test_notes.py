@@ -6,7 +6,8 @@ import pytest
 
 from fingerslip.errors import ResultError
 from fingerslip.published import published_set
-from fingerslip.report.page.assemble import bibliography, bibtex_entries, notes_html
+from fingerslip.report.citations import bibliography, bibtex_entries
+from fingerslip.report.page.assemble import notes_html
 from fingerslip.report.tables.parameters import ShownValue
 from places import ROOT
 

@@ -8,12 +8,23 @@ import pytest
 import pyvista
 
 from fingerslip.commands.shared import cameras, fields
+from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import InputError, ResultError
 from fingerslip.parameters import from_mapping
 from fingerslip.report.scene import scene
 from fingerslip.report.scene.names import CAMERAS, CUTS, FIELDS, alternatives
 from fingerslip.report.scene.options import LOCAL, SCALARS, SceneOptions, Served, require_free
-from fingerslip.report.scene.scene import aim, check_options, draw_scene, field_limits, region_names, snapshot_grid
+from fingerslip.report.scene.scene import (
+    aim,
+    check_options,
+    contact_levels,
+    draw_scale,
+    draw_scene,
+    field_limits,
+    region_names,
+    snapshot_grid,
+)
+from fingerslip.slip import contact_patch
 from fingerslip.snapshot import CELL_TYPES, in_space, read_snapshot
 from unit.report.scenes import block_history
 
@@ -84,6 +95,30 @@ def test_a_cut_leaves_half_of_the_body_and_the_plate_is_where_it_touches(history
     step = int(np.abs(history["time"].values - float(history["snapshot_time"][2])).argmin())
     height = 1e3 * float(history["counterface_displacement"].values[step, 0, 2])
     assert drawn(history).actors["plate 0"].bounds[4:] == pytest.approx((height, height), abs=1e-6)
+
+
+def test_within_the_contact_and_its_stick_zone_levels_are_above_zero_and_nowhere_else(history):
+    patch = contact_patch(history)
+    seen = set()
+    for step in range(history.sizes["time"]):
+        states = history["contact_state"].values[step, patch.nodes]
+        touch, stick = contact_levels(history, patch, step)
+        np.testing.assert_array_equal(touch > 0.0, states != OPEN)
+        np.testing.assert_array_equal(stick > 0.0, states == STICK)
+        seen |= set(states.tolist())
+    assert seen == {OPEN, STICK, SLIP}
+    pressed, speed = np.array([2.0, 1.0, 0.0, 0.0]), np.array([0.0, 0.0, 3.0, 6.0])
+    row = np.array([[0, 1, 2], [1, 2, 3]])
+    assert scene._level(pressed > 0.0, pressed, speed, row).tolist() == pytest.approx([4 / 3, 2 / 3, -2 / 3, -4 / 3])
+
+
+@pytest.mark.parametrize(("camera", "length"), [("side", 2.0), ("oblique", 2.0)])
+def test_a_bar_has_a_round_length_below_the_body_whatever_the_camera(history, camera, length):
+    plotter = drawn(history, camera=camera)
+    draw_scale(plotter, snapshot_grid(history, 2).points)
+    low, high = np.reshape(plotter.actors["scale"].bounds, (3, 2)).T
+    assert np.linalg.norm(high - low) == pytest.approx(length)
+    assert plotter.camera.parallel_projection
 
 
 def test_every_name_is_an_option_that_can_be_drawn_and_what_cannot_be_shown_is_refused(history):

@@ -38,6 +38,34 @@ def test_a_picture_shows_something_and_changes_with_what_is_shown(history):
     assert np.abs(early.astype(int) - field).max() > 50
 
 
+@pytest.mark.parametrize(
+    ("options", "expected"),
+    [
+        ({}, ["FA-II"]),
+        ({"contact": True, "receptors": False}, ["stick", "slip"]),
+        ({"scalar": "region"}, ["skin", "tissue", "FA-II"]),
+        ({"written": False, "contact": True}, []),
+    ],
+)
+def test_a_picture_says_what_its_colours_stand_for_and_has_a_scale(history, options, expected, monkeypatch):
+    written, bars = [], []
+    add_text, add_labels = pyvista.Plotter.add_text, pyvista.Plotter.add_point_labels
+
+    def keep_text(self, text, *others, **look):
+        written.append((text, look.get("name", "")))
+        return add_text(self, text, *others, **look)
+
+    def keep_label(self, points, labels, **look):
+        bars.extend(labels)
+        return add_labels(self, points, labels, **look)
+
+    monkeypatch.setattr(pyvista.Plotter, "add_text", keep_text)
+    monkeypatch.setattr(pyvista.Plotter, "add_point_labels", keep_label)
+    viewer.still(history, options=SceneOptions(**options), size=(160, 120))
+    assert [text for text, name in written if name.startswith("name ")] == expected
+    assert bars == ["2 mm"]
+
+
 def test_pictures_and_films_are_files_written_whole(history, tmp_path, monkeypatch):
     viewer.save_still(history, tmp_path / "block.png", 0.05)
     with Image.open(tmp_path / "block.png") as picture:

@@ -8,6 +8,11 @@ import xarray as xr
 import yaml
 
 import fingerslip as fs
+from fingerslip.detect.synthetic import SyntheticSlide, synthetic_trial
+from fingerslip.mesh.source import MeshFile
+from fingerslip.parameters import from_mapping
+from fingerslip.report.colours import EVENT_COLOURS
+from fingerslip.report.content import RunSubject
 from fingerslip.report.scene import viewer
 from fingerslip.results import result_of, write_result
 from fingerslip.study.definition.runs import plan_studies
@@ -16,9 +21,11 @@ from fingerslip.study.inspection.check import check_plans, draw_specimen, save_m
 from fingerslip.study.inspection.views import FigureChoice, view_result, write_figure
 from fingerslip.study.running.cost import estimated_seconds
 from fingerslip.vision.video import video_info
+from unit.mesh.decks.texts import CAE, FEBIO
 from unit.report.scenes import block_history
 from unit.scans import mesh_of_a_scan, scan_values
 from unit.study.block import NAMES, block_values, changed
+from unit.synthetic import Process, make
 
 
 def test_every_run_is_counted_with_its_size_and_what_is_too_coarse_is_said(write_study, monkeypatch):
@@ -102,6 +109,37 @@ def test_mesh_of_a_scan_is_written_for_paraview_with_its_tables(tmp_path, monkey
     assert len(back.subdomains["tissue"]) == 5
 
 
+def test_a_deck_is_drawn_and_what_it_has_besides_a_mesh_is_told(write_study, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("pad.feb").write_text(FEBIO, encoding="latin-1")
+    quality, materials, rest = save_mesh("pad.feb", unit="mm")
+    assert quality.title == str(Path("meshes") / "pad.png")
+    assert "metres" not in quality.note
+    assert save_mesh("pad.feb")[0].note.endswith("lengths are taken as metres without --unit")
+    assert Path(quality.title).read_bytes().startswith(b"\x89PNG")
+    # What is printed goes into a study as it is.
+    laws = yaml.safe_load("\n".join([materials.columns[0].name, *(line for (line,) in materials.rows)]))["materials"]
+    read = fs.read_materials("pad.feb", "mm")
+    assert {name: from_mapping(type(read[name]), law) for name, law in laws.items()} == read
+    assert ("<Control>",) in rest.rows
+    (quality, rest) = save_mesh(write_deck(tmp_path), tmp_path / "copy.vtu", "mm")
+    assert list(fs.read_mesh("copy.vtu").subdomains) == ["Gel", "Outer layer", "Half"]
+    assert rest.title == "Left out of the file"
+    assert ("*Material",) in rest.rows
+    # Its regions share cells.
+    assert MeshFile("deck.inp").inspect().suffix == ".vtu"
+    assert MeshFile("pad.feb").inspect().suffix == ".vtu"
+    with pytest.raises(fs.MeshError, match=r"region 'Half' shares cells with another, .*; write a \.vtu"):
+        save_mesh("deck.inp", tmp_path / "copy.msh")
+    (table,) = save_mesh(str(write_study()), tmp_path / "study.svg")
+    assert (table.title, Path("study.svg").read_bytes()[:5]) == (str(tmp_path / "study.svg"), b"<?xml")
+
+
+def write_deck(folder):
+    (folder / "deck.inp").write_text(CAE)
+    return str(folder / "deck.inp")
+
+
 def test_preset_and_study_are_drawn(tmp_path):
     study = tmp_path / "study.yaml"
     study.write_text("fingertip: {preset: wang2014-2d}\ntime: {step: 5 ms, end: 10 ms}\n", encoding="utf-8")
@@ -116,6 +154,7 @@ def test_preset_and_study_are_drawn(tmp_path):
     [
         (save_mesh, "wang2014-2e a.msh", r"mesh wang2014-2e: is neither .*; did you mean 'wang2014-2d'"),
         (save_mesh, "nix a.msh", "mesh nix: is neither a preset nor a study file, .*; presets: wang2014-2d"),
+        (lambda *paths: save_mesh(*paths, "inch"), "file a.png", "unit: got 'inch', needs one of m, cm, mm, um"),
         (save_mesh, "block.yaml file/copy.msh", r"file/copy\.msh: cannot be written"),
         (draw_specimen, "wang2014-3d finger.doc", r"needs a file that ends in \.png, \.svg, \.pdf"),
         (draw_specimen, "nobody finger.png", "preset: 'nobody' is not known"),
@@ -134,8 +173,22 @@ def test_a_figure_of_a_study_or_of_a_run_stands_beside_its_results(finished, for
     written = write_figure(finished, FigureChoice("latency", form=form))
     assert written == finished / f"latency.{form}"
     assert written.read_bytes().startswith(start)
+    if form == "png":
+        assert write_figure(finished, FigureChoice("composed", form=form)).name == "composed.png", "needs no run's name"
     if form == "pdf":
         assert write_figure(finished, FigureChoice("forces", run=RUN, style="slides")).name == f"forces-{RUN}.pdf"
+
+
+def test_what_the_detector_finds_in_the_markers_of_a_run_stands_beside_its_events(monkeypatch):
+    trial = synthetic_trial("slide", SyntheticSlide(travel=4e-3))
+    monkeypatch.setattr(views, "marker_tracks", lambda _: trial.tracks)
+    monkeypatch.setattr(views, "phase_times", lambda *_: [(0.0, 1.0)])
+    truth = fs.SlipEvents(incipient=1.2, overall=2.0)
+    figure = views._detector_figure(RunSubject(make(Process()), fs.Events(slip=truth)))
+    assert [axes.get_ylabel() for axes in figure.axes][1:] == ["left pattern [%]", "sure of slip [%]"]
+    lines = {float(line.get_xdata()[0]) for line in figure.axes[-1].lines if line.get_color() in EVENT_COLOURS.values()}
+    assert lines == {1.2, 2.0}
+    assert [text.get_text() for text in figure.axes[0].texts][-2:] == ["incipient", "overall"]
 
 
 RUN = "friction_coefficient-0.2"
@@ -153,6 +206,7 @@ RUN = "friction_coefficient-0.2"
         ("..", FigureChoice("latency"), None, "holds no study"),
         (RUN, FigureChoice("forces", times=("99 s",)), None, "--time: got 99 s, needs a time of the run, 0 to"),
         (RUN, FigureChoice("forces", run="x"), None, "--run: got 'x' with the folder of a run, needs the folder of"),
+        (RUN, FigureChoice("detector"), None, "has no hold before its slide, needs markers at rest first; write hold"),
         (RUN, FigureChoice("film"), "film.avi", "--output: got '.*film.avi', needs a name that ends in .mp4"),
     ],
 )

@@ -14,6 +14,7 @@ from fingerslip.study.inspection.show import (
     show,
     write_sensitivities,
 )
+from fingerslip.study.inspection.views import FigureChoice, write_figure
 from fingerslip.study.storage import reporting
 from fingerslip.tables.table import Measured, Missing
 from unit.study.block import FRICTIONS, NAMES, block_values, finger_values
@@ -195,6 +196,7 @@ def test_sobol_indices_are_written_with_their_figure(write_study):
     assert (folder / "sensitivity-overall_slip-sobol.csv").is_file()
     (linear,) = write_sensitivities(folder, "overall_slip", "linear")
     assert linear.title == "What moves overall slip (accumulated slip)"
+    assert write_figure(folder, FigureChoice("sensitivity", form="png")).read_bytes().startswith(b"\x89PNG")
     with pytest.raises(fs.InputError, match="of: no regression of 'normal_force_max'"):
         write_sensitivities(folder, "normal_force_max", "linear")
 

@@ -1,0 +1,20 @@
+"""``fingerslip cite``: what to write and whom to cite in a paper."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def cite(
+    target: Annotated[
+        Path, typer.Argument(metavar="RESULT", help="Folder of a run or of a study.", show_default=False)
+    ],
+    bibtex: Annotated[bool, typer.Option("--bibtex", help="Print the BibTeX entries alone.")] = False,
+) -> None:
+    """Print a paragraph of methods on what was really run, and the papers behind it as BibTeX."""
+    from fingerslip.study.inspection.cite import methods_and_papers
+
+    typer.echo(methods_and_papers(target, only_bibtex=bibtex))

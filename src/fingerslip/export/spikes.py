@@ -1,0 +1,167 @@
+"""Spikes for the programs of neurophysiology: files of Neurodata Without Borders, and Neo."""
+
+from __future__ import annotations
+
+import datetime as dt
+import importlib
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fingerslip.afferents.model import Spikes, human_afferents, spikes_of
+from fingerslip.afferents.signals import record_bandwidth
+from fingerslip.errors import InputError
+from fingerslip.slip.events import find_events
+from fingerslip.slip.windows import EVENTS
+from fingerslip.storage.files import digest, new_file
+from fingerslip.version import __version__
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_ABOUT = f"Simulated by fingerslip {__version__}: a finite-element model and models of afferents, not a recording."
+
+
+def neo_block(spikes: Spikes, history: xr.Dataset | None = None) -> Any:
+    """Return spikes as a block of Neo, which Elephant and other libraries take.
+
+    Parameters
+    ----------
+    spikes : Spikes
+        Spikes of afferents.
+    history : xarray.Dataset, optional
+        The history that they are of: force and motion of the counterfaces become signals, slip events an event.
+
+    Returns
+    -------
+    neo.Block
+        One segment with a spike train for each afferent, in seconds, annotated with `kind`.
+
+    Raises
+    ------
+    InputError
+        Where Neo is not installed.
+
+    Examples
+    --------
+    With ``pip install "fingerslip[neural]"``::
+
+        block = fs.neo_block(fs.spikes_of(history, fs.human_afferents()), history)
+        trains = [train for train in block.segments[0].spiketrains if train.annotations["kind"] == "SA-I"]
+    """
+    neo = _optional("neo", "neo")
+    block, segment = neo.Block(name="fingerslip", description=_ABOUT), neo.Segment(name="run")
+    block.segments.append(segment)
+    span = {"units": "s", "t_start": spikes.start, "t_stop": spikes.end}
+    for name, kind, times in zip(spikes.names, spikes.kinds, spikes.times, strict=True):
+        segment.spiketrains.append(neo.SpikeTrain(times, name=name, kind=kind, **span))
+    if history is not None:
+        times = history["time"].values
+        for name, unit, values in _signals(history):
+            signal = neo.IrregularlySampledSignal(times, values, units=unit, time_units="s", name=name)
+            segment.irregularlysampledsignals.append(signal)
+        slip = _slip_times(history)
+        segment.events.append(neo.Event(list(slip.values()), labels=list(slip), units="s", name="slip"))
+    return block
+
+
+def write_nwb(
+    spikes: Spikes, path: str | Path, history: xr.Dataset | None = None, *, start: dt.datetime | None = None
+) -> Path:
+    """Write spikes as a file of Neurodata Without Borders, whole or not at all.
+
+    Parameters
+    ----------
+    spikes : Spikes
+        Spikes of afferents: a unit for each, with the columns `site` and `kind`, and the interval of observation.
+    path : path
+        The file, such as ``spikes.nwb``; one that is there is replaced.
+    history : xarray.Dataset, optional
+        The history that they are of: force and motion of the counterfaces become stimuli, phases and partial slip
+        epochs, and each unit has the place of its receptor.
+    start : datetime, optional
+        What the file calls the start of the session, which it must; without it the time at which it is written.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    InputError
+        Where PyNWB is not installed.
+    """
+    pynwb = _optional("pynwb", "PyNWB")
+    file = pynwb.NWBFile(
+        session_description=_ABOUT,
+        identifier=digest(list(spikes.names), *spikes.times),
+        session_start_time=start or dt.datetime.now(dt.UTC),
+        keywords=["simulation", "fingertip", "slip", "tactile afferents"],
+        data_collection="No tissue was recorded from: thresholds of the models of afferents are assumed.",
+        notes="" if history is None else f"The records resolve {record_bandwidth(history):.3g} Hz.",
+    )
+    places = _places(history) if history is not None else {}
+    file.add_unit_column("site", "name of the receptor")
+    file.add_unit_column("kind", "type of afferent")
+    if places:
+        file.add_unit_column("position", "place of the receptor at rest [m]: along the slide, up, across")
+    for name, kind, times in zip(spikes.names, spikes.kinds, spikes.times, strict=True):
+        where = {"position": places[name]} if places else {}
+        file.add_unit(spike_times=times, obs_intervals=[[spikes.start, spikes.end]], site=name, kind=kind, **where)
+    if history is not None:
+        for name, unit, values in _signals(history):
+            times = history["time"].values
+            about = "of a counterface, simulated: along the slide, up, across"
+            file.add_stimulus(pynwb.TimeSeries(name=name, data=values, unit=unit, timestamps=times, description=about))
+        for first, last, words in _epochs(history):
+            file.add_epoch(first, last, [words])
+    with new_file(Path(path)) as partial, pynwb.NWBHDF5IO(str(partial), "w") as stream:
+        stream.write(file)
+    return Path(path)
+
+
+def write_history_nwb(history: xr.Dataset, folder: Path) -> None:
+    """Write the spikes that the models of human afferents make of a history into ``spikes.nwb``."""
+    _optional("pynwb", "PyNWB")
+    write_nwb(spikes_of(history, human_afferents()), folder / "spikes.nwb", history)
+
+
+def _signals(history: xr.Dataset) -> Iterator[tuple[str, str, Any]]:
+    """Yield name, unit and values (n_times, dim) of the force on and the motion of each counterface."""
+    for variable, words in (("counterface_force", "force"), ("counterface_displacement", "displacement")):
+        for number, name in enumerate(history["counterface"].values):
+            yield f"{words}_{name}", str(history[variable].attrs["units"]), history[variable].values[:, number]
+
+
+def _places(history: xr.Dataset) -> Mapping[str, Any]:
+    """Return the place of each site at rest, (3,) [m]."""
+    positions = history["site_position"].values
+    padded = np.pad(positions, ((0, 0), (0, 3 - positions.shape[1])))
+    return dict(zip(map(str, history["site"].values), padded, strict=True))
+
+
+def _slip_times(history: xr.Dataset) -> dict[str, float]:
+    """Return the times [s] of the slip events that happened, by their names."""
+    slip = find_events(history).slip
+    return {name: time for name in EVENTS if (time := slip.time(name)) is not None}
+
+
+def _epochs(history: xr.Dataset) -> Iterator[tuple[float, float, str]]:
+    """Yield start and end [s] of each phase, and of partial slip from incipient to overall."""
+    for kind, first, last in zip(*(history[f"phase_{name}"].values for name in ("kind", "start", "end")), strict=True):
+        yield float(first), float(last), str(kind)
+    slip = _slip_times(history)
+    if {"incipient", "overall"} <= slip.keys():
+        yield slip["incipient"], slip["overall"], "partial slip"
+
+
+def _optional(module: str, words: str) -> Any:
+    """Return a package of the extra."""
+    try:
+        return importlib.import_module(module)
+    except ImportError as error:
+        repair = 'install it: pip install "fingerslip[neural]"'
+        raise InputError("spikes", f"{words} is missing ({error})", f"needs {words}", repair) from error

@@ -1,0 +1,1 @@
+"""Decks of solvers as meshes: Abaqus and FEBio."""

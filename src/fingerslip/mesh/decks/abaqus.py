@@ -1,0 +1,322 @@
+"""Decks of Abaqus, as its own preprocessor and others write them: parts, instances, sets, surfaces, sections.
+
+Parts have nodes, elements and sets; instances put them into the assembly, shifted, then rotated; the sets of the
+assembly name an instance. A flat deck has all of it without parts. Capital and small letters are the same in names.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.errors import MeshError, shorten, unknown_name
+from fingerslip.mesh.decks.deck import SIDES, Block, Deck, Groups, Sides, assemble, outer_sides
+from fingerslip.mesh.decks.keywords import Keyword, read_keywords
+
+Integers = NDArray[np.int64]
+
+# Kinds of cells and their nodes, by the beginning of a type of element; letters behind it tell how it is integrated,
+# which is ours to choose.
+_KINDS: Mapping[str, tuple[str, int]] = MappingProxyType(
+    {
+        r"(CP(E|S|EG)|CAX|S|M3D|SFM3D|STRI|R3D)3": ("triangle", 3),
+        r"(CP(E|S|EG)|CAX|S|M3D|SFM3D|R3D)4": ("quad", 4),
+        r"(CP(E|S|EG)|CAX|M3D|SFM3D)6|STRI65": ("triangle6", 6),
+        r"(CP(E|S|EG)|CAX|S|M3D|SFM3D)8": ("quad8", 8),
+        r"C3D4": ("tetra", 4),
+        r"C3D6": ("wedge", 6),
+        r"C3D8": ("hexahedron", 8),
+        r"C3D10": ("tetra10", 10),
+        r"C3D15": ("wedge15", 15),
+        r"C3D20": ("hexahedron20", 20),
+        r"[TR][23]D2|B[23][13]": ("line", 2),
+        r"T[23]D3|B[23]2": ("line3", 3),
+    }
+)
+_NO_CELL = -1  # number of an element of a type that is not taken
+
+
+@dataclass(frozen=True)
+class _Set:
+    """A named set of nodes or elements."""
+
+    name: str
+    is_internal: bool  # made by the preprocessor for its own use
+    members: list[int] = field(default_factory=list)  # numbers of points or cells of the whole body
+
+
+@dataclass(frozen=True)
+class _Table:
+    """The nodes or the elements of all instances, in scopes: the names of instances, or "" for the assembly."""
+
+    word: str  # `node` or `element`
+    labels: dict[str, dict[int, int]]  # numbers in the whole body by scope and label
+    sets: dict[tuple[str, str], _Set] = field(default_factory=dict)  # by scope and name
+
+    def extend(self, keyword: Keyword, scope: str, option: str, members: Sequence[int]) -> None:
+        """Put members into the set that an option names; several keywords may fill it."""
+        name = keyword.option(option)
+        entry = self.sets.setdefault((scope, name.casefold()), _Set(name, "INTERNAL" in keyword.options))
+        entry.members.extend(members)
+
+    def find(self, keyword: Keyword, line: int, entry: str, scope: str) -> Sequence[int]:
+        """Return what an entry of a list means: a label or the name of a set, behind an instance and a dot or not."""
+        name = entry.strip('"')
+        instance, _, rest = name.rpartition(".")
+        if instance and instance.casefold() in self.labels:
+            scope, name = instance.casefold(), rest
+        if name.isdecimal() and (label := keyword.numbers(int, line, [name])[0]) in self.labels[scope]:
+            return [self.labels[scope][label]]
+        members = self.sets.get((scope, name.casefold())) or self.sets.get(("", name.casefold()))
+        if members is None:
+            fault = f"has '{shorten(entry)}', which is no {self.word} and no set of them"
+            raise keyword.error(fault, f"needs {self.word}s and sets that come before", line=line)
+        return members.members
+
+
+@dataclass
+class _Body:
+    """All instances in one, while they are read."""
+
+    points: list[list[float]] = field(default_factory=list)  # [unit of the file]
+    cells: list[Block] = field(default_factory=list)
+    nodes: _Table = field(default_factory=lambda: _Table("node", {"": {}}))
+    elements: _Table = field(default_factory=lambda: _Table("element", {"": {}}))
+    surfaces: dict[tuple[str, str], tuple[_Set, Sides]] = field(default_factory=dict)
+    sections: list[tuple[Keyword, str]] = field(default_factory=list)  # with their scopes
+    instances: dict[str, tuple[str, str, Integers]] = field(default_factory=dict)  # name, name of the part, cells
+    left_out: Counter[str] = field(default_factory=Counter)
+
+    @property
+    def count(self) -> int:
+        """Number of cells."""
+        return sum(len(nodes) for _, nodes in self.cells)
+
+    def add(self, keywords: Sequence[Keyword], scope: str = "") -> None:
+        """Read the keywords of a part in the scope of its instance, or those of the assembly."""
+        # Sets name elements and nodes, and surfaces name sets, wherever these are.
+        readers = (
+            {"NODE": self._add_nodes},
+            {"ELEMENT": self._add_elements},
+            {"NSET": self._add_set, "ELSET": self._add_set},
+            {"SURFACE": self._add_surface, "SOLID SECTION": lambda key, home: self.sections.append((key, home))},
+        )
+        for group in readers:
+            for keyword in keywords:
+                if keyword.name in group:
+                    group[keyword.name](keyword, scope)
+        names = {"HEADING", "PREPRINT", "ASSEMBLY", "END ASSEMBLY"}.union(*readers)
+        self.left_out.update(f"*{keyword.name.capitalize()}" for keyword in keywords if keyword.name not in names)
+
+    def _add_nodes(self, keyword: Keyword, scope: str) -> None:
+        first = len(self.points)
+        for line, fields in keyword.data:
+            (label,), position = keyword.numbers(int, line, fields[:1]), keyword.numbers(float, line, fields[1:4])
+            if not position:
+                raise keyword.error(f"node {label} has no coordinates", "needs 2 or 3 of them", line=line)
+            self.nodes.labels[scope][label] = len(self.points)
+            self.points.append([*position, 0.0, 0.0][:3])
+        if "NSET" in keyword.options:
+            self.nodes.extend(keyword, scope, "NSET", range(first, len(self.points)))
+
+    def _add_elements(self, keyword: Keyword, scope: str) -> None:
+        name, first, labels = keyword.option("TYPE").upper(), self.count, self.elements.labels[scope]
+        kinds = [kind for start, kind in _KINDS.items() if re.fullmatch(rf"(?:{start})[A-Z]*5?", name)]
+        if not kinds:
+            self.left_out[f"elements {name}"] += 1
+            for line, fields in keyword.data:
+                labels.setdefault(keyword.numbers(int, line, fields[:1])[0], _NO_CELL)
+            return
+        if name.startswith("CAX"):
+            self.left_out[f"the axial symmetry of {name}"] += 1
+        ((kind, count),), rows, record = kinds, list[list[int]](), list[int]()
+        for line, fields in keyword.data:
+            record += keyword.numbers(int, line, fields)
+            # Behind a comma an element goes on in the next line.
+            if len(record) <= count and not fields[-1] and line != keyword.data[-1][0]:
+                continue
+            label, *nodes = record
+            if len(nodes) != count:
+                raise keyword.error(f"element {label} has {len(nodes)} nodes", f"{name} needs {count}", line=line)
+            missing = [node for node in nodes if node not in self.nodes.labels[scope]]
+            if missing:
+                fault = f"element {label} has node {missing[0]}, which is not there"
+                raise keyword.error(fault, "needs nodes of its part", "write them under *Node", line)
+            labels[label] = first + len(rows)
+            rows.append([self.nodes.labels[scope][node] for node in nodes])
+            record = []
+        self.cells.append((kind, np.array(rows, dtype=np.int64).reshape(-1, count)))
+        if "ELSET" in keyword.options:
+            self.elements.extend(keyword, scope, "ELSET", range(first, self.count))
+
+    def _add_set(self, keyword: Keyword, scope: str) -> None:
+        table = self.nodes if keyword.name == "NSET" else self.elements
+        source = keyword.options.get("INSTANCE", scope).casefold()
+        if source not in table.labels:
+            names = [name for name, *_ in self.instances.values()]
+            raise keyword.error(f"there is no instance '{source}'", f"needs one of {', '.join(names) or 'none'}")
+        table.extend(keyword, scope, keyword.name, ())
+        for line, fields in keyword.data:
+            if "GENERATE" not in keyword.options:
+                members = [member for entry in fields if entry for member in table.find(keyword, line, entry, source)]
+            else:
+                first, last, step = (*keyword.numbers(int, line, fields), 1, 0, 0)[:3]
+                if step < 1:
+                    raise keyword.error(f"got '{', '.join(fields)}'", "needs first, last and a step >= 1", line=line)
+                wanted = range(first, last + 1, step)
+                members = [number for label, number in table.labels[source].items() if label in wanted]
+            table.extend(keyword, scope, keyword.name, members)
+
+    def _add_surface(self, keyword: Keyword, scope: str) -> None:
+        name, sides = keyword.option("NAME"), Sides()
+        surface = _Set(name, "INTERNAL" in keyword.options)
+        for line, (entry, *faces) in keyword.data:
+            if keyword.options.get("TYPE", "").upper() == "NODE":
+                surface.members.extend(self.nodes.find(keyword, line, entry, scope))
+                continue
+            for kind, nodes in self._cells_of(self.elements.find(keyword, line, entry, scope)):
+                sides += self._faces(keyword, (line, faces[0].upper() if faces else ""), kind, nodes)
+        self.surfaces[scope, name.casefold()] = surface, sides
+
+    def _cells_of(self, numbers: Sequence[int]) -> list[Block]:
+        """Return some of the cells, block by block."""
+        starts = np.cumsum([0, *(len(nodes) for _, nodes in self.cells)])
+        chosen = np.asarray(numbers, dtype=np.int64)
+        blocks = zip(self.cells, starts[:-1], starts[1:], strict=True)
+        return [(kind, nodes[chosen[(chosen >= a) & (chosen < b)] - a]) for (kind, nodes), a, b in blocks]
+
+    def _faces(self, keyword: Keyword, entry: tuple[int, str], kind: str, nodes: Integers) -> Sides:
+        """Return the named side of each of some cells, a shell itself, or without a name all that are free."""
+        line, face = entry
+        if not len(nodes):
+            return []
+        if kind not in SIDES or face in {"SPOS", "SNEG"}:
+            return [nodes[:, : len(SIDES.get(kind, "ab"))]]
+        if not face:
+            every = [nodes[:, corners] for corners in SIDES[kind]]
+            return [rows[[tuple(row) in self._free for row in np.sort(rows, axis=1).tolist()]] for rows in every]
+        names = [f"S{number}" for number in range(1, len(SIDES[kind]) + 1)]
+        if face not in names:
+            raise keyword.error(f"has the side '{shorten(face)}' of a {kind}", f"needs {', '.join(names)}", line=line)
+        return [nodes[:, SIDES[kind][names.index(face)]]]
+
+    @cached_property
+    def _free(self) -> set[tuple[int, ...]]:
+        """The sorted corners of all sides that only one cell has."""
+        return {tuple(row) for corners in outer_sides(self.cells) for row in np.sort(corners, axis=1).tolist()}
+
+    def groups(self) -> Groups:
+        """Return regions and boundaries by their names."""
+        groups = Groups(self._sections())
+        for key, elements in self.elements.sets.items():
+            if not elements.is_internal and not self._is_along_edge(key):
+                self.nodes.sets.pop(key, None)
+                groups.regions.setdefault(self._name(key[0], elements), _numbers(elements.members))
+        for (scope, _), (surface, sides) in self.surfaces.items():
+            table: dict[str, Any] = groups.sides if sides else groups.nodes
+            if not surface.is_internal:
+                table[self._name(scope, surface)] = sides or _numbers(surface.members)
+        for (scope, _), nodes in self.nodes.sets.items():
+            if not nodes.is_internal:
+                groups.nodes.setdefault(self._name(scope, nodes), _numbers(nodes.members))
+        for _, part, cells in self.instances.values():
+            if not any(np.isin(cells, members).any() for members in groups.regions.values()):
+                groups.regions[part] = cells
+        return groups
+
+    def _is_along_edge(self, key: tuple[str, str]) -> bool:
+        """Tell whether elements are those beside an edge, along which the set of nodes of the same name lies."""
+        if key not in self.nodes.sets:
+            return False
+        numbers = [nodes.ravel() for _, nodes in self._cells_of(self.elements.sets[key].members)]
+        return set(np.concatenate(numbers).tolist()) != set(self.nodes.sets[key].members)
+
+    def _sections(self) -> dict[str, Integers]:
+        """Return the regions of sections; one whose set the preprocessor named itself is called by its material."""
+        regions: dict[str, list[int]] = {}
+        for keyword, scope in self.sections:
+            key = scope, keyword.option("ELSET").casefold()
+            if key not in self.elements.sets:
+                raise keyword.error(f"has no set '{keyword.options['ELSET']}'", "needs elset= and a set of elements")
+            elements = self.elements.sets[key]
+            material = keyword.options.get("MATERIAL") if elements.is_internal else None
+            regions.setdefault(material or self._name(scope, elements), []).extend(elements.members)
+        return {name: _numbers(members) for name, members in regions.items()}
+
+    def _name(self, scope: str, entry: _Set) -> str:
+        """Return the name of a set or surface, behind its instance and a dot where several scopes have it."""
+        keys = (*self.nodes.sets, *self.elements.sets, *self.surfaces)
+        scopes = {home for home, name in keys if name == entry.name.casefold()}
+        return f"{self.instances[scope][0]}.{entry.name}" if scope and len(scopes) > 1 else entry.name
+
+
+def _numbers(members: Sequence[int]) -> Integers:
+    return np.array(members, dtype=np.int64)
+
+
+def read_abaqus(file: Path) -> Deck:
+    """Read a deck of Abaqus; what is not taken of it is listed."""
+    body, top = _Body(), list[Keyword]()
+    blocks: dict[str, list[tuple[Keyword, list[Keyword]]]] = {"PART": [], "INSTANCE": []}
+    target, opened = top, None
+    for keyword in read_keywords(file):
+        if keyword.name == "STEP":
+            body.left_out["*Step"] += 1
+            break
+        if keyword.name in blocks:
+            target, opened = [], keyword
+            blocks[keyword.name].append((keyword, target))
+        elif keyword.name.removeprefix("END ") in blocks:
+            target, opened = top, None
+        else:
+            target.append(keyword)
+    if opened is not None:
+        raise opened.error("does not end", f"needs *End {opened.name.capitalize()}", "export the deck again")
+    part_by_name = {keyword.option("NAME").casefold(): (keyword, content) for keyword, content in blocks["PART"]}
+    for keyword, content in blocks["INSTANCE"]:
+        _add_instance(body, keyword, content, part_by_name)
+    body.add(top)
+    if not body.count:
+        fault = f"has no elements that can be taken ({', '.join(body.left_out) or 'nothing else either'})"
+        repair = "put its parts into an assembly, by *Instance" * (bool(part_by_name) and not body.instances)
+        raise MeshError(str(file), fault, "needs elements such as CPE4, CPS3, C3D8 or C3D10", repair)
+    return assemble(np.array(body.points, dtype=float).reshape(-1, 3), body.cells, body.groups(), body.left_out)
+
+
+def _add_instance(
+    body: _Body, keyword: Keyword, content: list[Keyword], part_by_name: Mapping[str, tuple[Keyword, list[Keyword]]]
+) -> None:
+    """Put an instance of a part into the body: shifted first, then rotated about an axis through two points."""
+    name, part = keyword.option("NAME"), keyword.option("PART")
+    if part.casefold() not in part_by_name:
+        error = unknown_name("", part, [entry.options["NAME"] for entry, _ in part_by_name.values()])
+        raise keyword.error(error.found, error.allowed, error.repair)
+    scope, first, first_cell = name.casefold(), len(body.points), body.count
+    body.nodes.labels[scope], body.elements.labels[scope] = {}, {}
+    body.add([*part_by_name[part.casefold()][1], *content], scope)
+    body.instances[scope] = name, part, np.arange(first_cell, body.count)
+    points = np.array(body.points[first:], dtype=float).reshape(-1, 3)
+    for (line, fields), needed in zip(keyword.data, (3, 7), strict=False):
+        values = np.array(keyword.numbers(float, line, fields))
+        axis = values[3:6] - values[:3] if len(values) == needed == 7 else np.ones(1)
+        if len(values) != needed or not axis.any():
+            allowed = f"needs {needed} numbers" + ", two points of an axis and an angle" * (needed == 7)
+            raise keyword.error(f"got '{shorten(', '.join(fields))}'", allowed, line=line)
+        if needed == 3:
+            points += values
+        else:
+            # Slow to load, and this file is loaded with all that may read a mesh.
+            from scipy.spatial.transform import Rotation
+
+            turn = Rotation.from_rotvec(np.radians(values[6]) * axis / np.linalg.norm(axis))
+            points = turn.apply(points - values[:3]) + values[:3]
+    body.points[first:] = points.tolist()

@@ -1,0 +1,155 @@
+"""The materials of files of FEBio, as laws that exist here."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+from collections.abc import Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+from xml.etree import ElementTree as ET
+
+from fingerslip.errors import InputError, MeshError, shorten
+from fingerslip.materials.choice import AnyMaterial
+from fingerslip.materials.elastic import Elastic
+from fingerslip.materials.mooney_rivlin import MooneyRivlin
+from fingerslip.materials.neo_hookean import NeoHookean
+from fingerslip.materials.ogden import Ogden
+from fingerslip.mesh.decks.febio import LINE, read_content
+from fingerslip.parameters import as_mapping, from_mapping
+from fingerslip.parameters.yaml_text import to_text
+from fingerslip.units import LengthUnit, metres
+
+#: The newtons of a unit of force, by the systems of units that a file may name.
+_FORCES: Mapping[str, float] = MappingProxyType(
+    {"SI": 1.0, "mm-N-s": 1.0, "mm-kg-s": 1e-3, "mm-g-s": 1e-6, "mm-mg-s": 1e-9, "um-nN-s": 1e-9, "CGS": 1e-5}
+)
+# Densities of soft matter and of bone [kg/m^3]: others are left as the program's default, in models without inertia.
+_DENSITIES, _USUAL = (100.0, 20000.0), 1000.0
+_YOUNG = MappingProxyType({"neo-Hookean": NeoHookean, "isotropic elastic": Elastic})
+
+
+def read_materials(path: str | Path, unit: LengthUnit = "m") -> dict[str, AnyMaterial]:
+    '''Read the materials of a file of FEBio, region by region, where the law exists here.
+
+    These are `neo-Hookean`, `incomp neo-Hookean`, `Mooney-Rivlin`, `Ogden`, `isotropic elastic` (which is small strain
+    here) and `uncoupled viscoelastic` around one of them. Moduli are in newtons per square of the unit of length,
+    unless the file names another system of units. A density that cannot be one of tissue is taken as 1000 kg/m^3.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    unit : {'m', 'cm', 'mm', 'um'}
+        Unit of its lengths.
+
+    Returns
+    -------
+    dict of str to Elastic, NeoHookean, MooneyRivlin or Ogden
+        The materials by the names of regions; regions of other materials are not there.
+
+    Raises
+    ------
+    MeshError
+        Where the file is no file of FEBio.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> text = """<febio_spec version="4.0">
+    ... <Material><material id="1" name="gel" type="neo-Hookean"><E>0.05</E><v>0.45</v></material></Material>
+    ... <Mesh><Elements type="hex8" name="pad"/></Mesh>
+    ... <MeshDomains><SolidDomain name="pad" mat="gel"/></MeshDomains></febio_spec>"""
+    >>> with tempfile.NamedTemporaryFile("w", suffix=".feb") as file:
+    ...     _ = file.write(text), file.flush()
+    ...     read_materials(file.name, "mm")["pad"].youngs_modulus
+    50000.0
+    '''
+    return materials_and_rest(Path(path), unit)[0]
+
+
+def materials_and_rest(file: Path, unit: LengthUnit) -> tuple[dict[str, AnyMaterial], tuple[str, ...]]:
+    """Read the materials of a file of FEBio by regions, and in words those that have no law here."""
+    scale = metres(unit)
+    if not file.is_file() or file.suffix.lower() != ".feb":
+        fault = "is no file of FEBio" if file.is_file() else "no such file"
+        raise MeshError(str(file), fault, "needs a file that ends in .feb")
+    laws: dict[str, AnyMaterial] = {}
+    rest = []
+    content = read_content(file)
+    tags = {tag.get(key): tag for tag in content.root.iterfind("Material/material") for key in ("id", "name")}
+    domains = {tag.get("name"): tag.get("mat") for tag in content.root.iterfind("MeshDomains/*")}
+    force = _FORCES.get((content.root.findtext("Module/units") or "").strip(), 1.0)
+    for region, blocks in content.parts().items():
+        names = (domains.get(region), blocks[0].get("mat"))
+        tag = next((tags[name] for name in names if name in tags), None)
+        try:
+            laws[region] = _law(ET.Element("") if tag is None else tag, force / scale**2, force / scale**4)
+        except InputError as error:
+            kind = "none" if tag is None else tag.get("type", "of no type")
+            rest.append(f"the material of {region} ({kind}: {error.found})")
+    return laws, tuple(rest)
+
+
+def study_lines(laws: Mapping[str, Any]) -> list[str]:
+    """Return the lines in which a study file gives regions their laws; what a law has by itself is left out."""
+    lines = []
+    for region, law in laws.items():
+        defaults = {field.name: field.default for field in dataclasses.fields(law)}
+        values = {key: text for key, text in as_mapping(law).items() if getattr(law, key) != defaults[key]}
+        lines += to_text({region: {"law": law.law, **values}}).splitlines()
+    return lines
+
+
+def _law(tag: ET.Element, pressure: float, density: float) -> AnyMaterial:
+    """Return the law of a material, whose units of modulus [Pa] and of density [kg/m^3] are these."""
+    mass = density * _number(tag, "density", 0.0)
+    values: dict[str, Any] = {"density": f"{mass if _DENSITIES[0] <= mass <= _DENSITIES[1] else _USUAL:.12g} kg/m^3"}
+    inner, shape = tag, pressure
+    if tag.get("type") == "uncoupled viscoelastic":
+        # Moduli there are those after a long time, here those at once.
+        terms = _terms(tag, "g", "t")
+        total = _number(tag, "g0", 1.0) + sum(share for share, _ in terms)
+        values["prony"] = [{"share": share / total, "time": f"{time!r} s"} for share, time in terms]
+        elastic = tag.find("elastic")
+        inner, shape = tag if elastic is None else elastic, total * pressure
+    kind = inner.get("type", "")
+    if kind in _YOUNG and inner is tag:
+        values["youngs_modulus"] = f"{shape * _number(tag, 'E'):.12g} Pa"
+        return from_mapping(_YOUNG[kind], values | {"poisson_ratio": _number(tag, "v")})
+    volumes = {(inner.findtext("pressure_model") or "default").strip(), (tag.findtext("pressure_model") or "0").strip()}
+    if kind not in {"Mooney-Rivlin", "incomp neo-Hookean", "Ogden"} or not volumes <= {"default", "0"}:
+        raise InputError("", "has no law here", "needs one that read_materials names")
+    # The bulk modulus does not relax.
+    values["bulk_modulus"] = f"{pressure * _number(tag if tag.find('k') is not None else inner, 'k'):.12g} Pa"
+    if kind == "Ogden":
+        powers = _terms(inner, "c", "m")
+        values["terms"] = [{"modulus": f"{shape * c / (m or 1.0):.12g} Pa", "exponent": m} for c, m in powers]
+        return from_mapping(Ogden, values)
+    if kind == "Mooney-Rivlin":
+        constants = {"c10": _number(inner, "c1"), "c01": _number(inner, "c2", 0.0)}
+    else:
+        constants = {"c10": 0.5 * _number(inner, "G")}
+    return from_mapping(MooneyRivlin, values | {name: f"{shape * value:.12g} Pa" for name, value in constants.items()})
+
+
+def _terms(tag: ET.Element, first: str, second: str) -> list[tuple[float, float]]:
+    """Return the pairs of numbered constants whose first is not zero."""
+    numbers = [term for term in range(1, 7) if _number(tag, f"{first}{term}", 0.0)]
+    return [(_number(tag, f"{first}{term}"), _number(tag, f"{second}{term}")) for term in numbers]
+
+
+def _number(tag: ET.Element, name: str, default: float | None = None) -> float:
+    """Return a constant of a material."""
+    constant = tag.find(name)
+    if constant is None and default is not None:
+        return default
+    text = "" if constant is None else constant.text or ""
+    # Constants may follow a map, a load curve or a formula.
+    with contextlib.suppress(ValueError):
+        if constant is not None and constant.keys() == [LINE]:
+            return float(text)
+    raise InputError(
+        "", f"without a number {name}" if constant is None else f"with {name} '{shorten(text)}'", "needs a number"
+    )

@@ -1,0 +1,80 @@
+"""Meshes of two kinds of cells: triangles among quadrilaterals, prisms among hexahedra.
+
+A quadrilateral with two corners in one node is a linear triangle, and a hexahedron with an edge of its lower and of its
+upper face in one node each is a linear prism: the shape functions of corners that fall together add up to that of the
+one. So a mixed mesh is one of quadrilaterals, some (a, b, c, c), or of hexahedra, some (a, b, c, c, d, e, f, f).
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.mesh.facets import connected_pieces
+
+if TYPE_CHECKING:
+    import meshio
+
+Integers = NDArray[np.int64]
+
+# Kinds of cells with nodes between their corners, the kind without, and how many corners that has.
+_LINEAR = {
+    **dict.fromkeys(("quad8", "quad9"), ("quad", 4)),
+    **dict.fromkeys(("wedge15", "wedge18"), ("wedge", 6)),
+    **dict.fromkeys(("hexahedron20", "hexahedron27"), ("hexahedron", 8)),
+    "triangle6": ("triangle", 3),
+    "tetra10": ("tetra", 4),
+}
+_QUADRATIC = ({"triangle6"}, {"tetra10"})
+# The corners of triangles and prisms in the cells that they become; kinds of cells that make one mesh.
+_WIDER = {"triangle": ("quad", [0, 1, 2, 2]), "wedge": ("hexahedron", [0, 1, 2, 2, 3, 4, 5, 5])}
+_TOGETHER = ({"quad"}, {"quad", "triangle"}, {"hexahedron"}, {"hexahedron", "wedge"}, {"wedge"})
+_TURNED = {4: [1, 2, 3, 0], 8: [1, 2, 3, 0, 5, 6, 7, 4]}
+#: What triangles and prisms are where they stand alone: their kind, and their corners in the wider cells.
+NARROWER = {"quad": ("triangle", [0, 1, 2]), "hexahedron": ("wedge", [0, 1, 2, 4, 5, 6])}
+
+
+def is_degenerate(cells: Integers) -> NDArray[np.bool_]:
+    """Tell which quadrilaterals (n, 4) and hexahedra (n, 8), in the order of meshio, are triangles and prisms."""
+    if cells.shape[1] not in _TURNED:
+        return np.zeros(len(cells), dtype=bool)
+    return np.asarray((cells[:, 2::4] == cells[:, 3::4]).all(axis=1))
+
+
+def take_one_kind(data: meshio.Mesh) -> tuple[str, ...]:
+    """Change the cells of a file into one kind, where they go together; return in words what that leaves out."""
+    dim = max((block.dim for block in data.cells if len(block.data)), default=0)
+    kinds = {block.type for block in data.cells if block.dim == dim and len(block.data)}
+    quadratic = set() if kinds in _QUADRATIC else kinds & _LINEAR.keys()
+    corners = _LINEAR if quadratic else {}
+    if {corners.get(kind, (kind, 0))[0] for kind in kinds} in _TOGETHER:
+        content = [(*corners.get(block.type, (block.type, None)), np.asarray(block.data)) for block in data.cells]
+        blocks = _widen([(kind, nodes[:, :count]) for kind, count, nodes in content], len(data.points))
+        data.cells = [type(data.cells[0])(kind, nodes) for kind, nodes in blocks]
+    return (f"nodes between the corners of {', '.join(sorted(quadratic))}",) if quadratic else ()
+
+
+def _widen(blocks: list[tuple[str, Integers]], count: int) -> list[tuple[str, Integers]]:
+    """Return blocks of cells on `count` nodes with triangles and prisms as quadrilaterals and hexahedra.
+
+    Of prisms that stand on each other the same edges collapse, so that they share a face.
+    """
+    for number, (kind, nodes) in enumerate(blocks):
+        wider, order = _WIDER.get(kind, (kind, list(range(nodes.shape[-1]))))
+        nodes = nodes[:, order]  # noqa: PLW2901
+        # Programs write such cells themselves, and any of their corners may be the two.
+        for _ in range(4 * (nodes.shape[1] in _TURNED)):
+            nodes = np.where(is_degenerate(nodes)[:, None], nodes, nodes[:, _TURNED[nodes.shape[1]]])  # noqa: PLW2901
+        blocks[number] = wider, nodes
+    prisms = [nodes[is_degenerate(nodes)] for kind, nodes in blocks if kind == "hexahedron"]
+    edges = [np.stack([nodes[:, [0, 1, 2]], nodes[:, [4, 5, 6]]]).reshape(2, -1) for nodes in prisms]
+    column = connected_pieces(count, np.hstack([np.empty((2, 0), dtype=np.int64), *edges]))
+    for _, nodes in blocks:
+        rows = np.flatnonzero(is_degenerate(nodes))
+        for first in range(0, nodes.shape[1] if rows.size else 0, 4):
+            corners = nodes[rows, first : first + 3]
+            turn = (column[corners].argmin(axis=1)[:, None] + [1, 2, 3, 3]) % 3
+            nodes[rows, first : first + 4] = np.take_along_axis(corners, turn, axis=1)
+    return blocks

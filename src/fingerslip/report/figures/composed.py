@@ -1,0 +1,90 @@
+"""One figure of a run on one axis of time: what the plate does, the contact, what afferents say, the forces."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import ConnectionPatch
+
+from fingerslip.afferents.model import Spikes
+from fingerslip.contact.states import SLIP, STICK
+from fingerslip.history import is_solid, nearest_record, nearest_snapshot
+from fingerslip.report.colours import GREY
+from fingerslip.report.figures import style
+from fingerslip.report.figures.bodies import draw_contact, has_pictures, slide_moments
+from fingerslip.report.figures.signals import draw_forces, draw_raster, draw_ratios, draw_states, draw_stimulus
+from fingerslip.slip import Events
+
+_STIMULUS, _PICTURES, _STATES, _RASTER, _SERIES = 0.7, 1.3, 1.0, 0.8, 1.0  # inch
+_WIDTH = 6.8  # inch
+_PICTURES_SHOWN = 5
+
+
+@style.with_style
+def composed_figure(
+    history: xr.Dataset, events: Events = style.NO_EVENTS, spikes: Spikes | None = None, title: str = ""
+) -> Figure:
+    """Draw stimulus, pictures of the contact, stick and slip, rasters and forces, all over the same time."""
+    times, is_flat = history["time"].values, not is_solid(history)
+    kinds = tuple(dict.fromkeys(spikes.kinds)) if spikes else ()
+    moments = picture_times(history, events) if has_pictures(history) else []
+    heights = [_STIMULUS, _PICTURES, *[_STATES] * is_flat, *[_RASTER] * len(kinds), _SERIES, _SERIES]
+    heights = [height for height in heights if moments or height != _PICTURES]
+    heading = style.join_title("Stimulus, contact, afferents and forces", title)
+    size = (_WIDTH, float(np.mean(heights)))
+    figure, panels = style.figure_grid(
+        len(heights), 1, size, heading, ("time [s]", ""), share="x", heights=heights, lettered=False, full=True
+    )
+    stimulus, *others, forces, ratios = panels
+    draw_stimulus(stimulus, history, times)
+    lettered = [stimulus]
+    if moments:
+        pictures = _draw_pictures(figure, others.pop(0), history, moments, below=others[0] if others else forces)
+        lettered.append(pictures[0])
+    if is_flat:
+        draw_states(others[0], history, style.ShownTime(times))
+        others[0].set_ylabel("contact [mm]")
+    for axes, kind in zip(others[is_flat:], kinds, strict=True):
+        assert spikes is not None  # kinds are theirs
+        draw_raster(axes, spikes, history, kind)
+    draw_forces(forces, history, times)
+    draw_ratios(ratios, history, times)
+    ratios.set_ylabel("ratio, fraction")
+    style.add_keys_inside(forces)
+    ratios.legend(loc="lower right", bbox_to_anchor=(1.0, 0.97), borderaxespad=0.0, ncols=3)
+    ratios.set_xlim(times[0], times[-1])
+    style.limit_to_slides(ratios, {title: history}, {title: events}, before=np.inf)
+    style.mark_panels([stimulus, *others, forces, ratios], history, events.slip)
+    style.letter_panels([*lettered, *others, forces, ratios])
+    style.add_legend(figure, style.state_keys((STICK, SLIP)))
+    return figure
+
+
+def picture_times(history: xr.Dataset, events: Events) -> list[float]:
+    """Return the times of pictures [s]: the middle of the press, and evenly from the start of the slide on."""
+    moments = slide_moments(history, events, _PICTURES_SHOWN - 1)
+    nearest, name = (nearest_record, "time") if is_solid(history) else (nearest_snapshot, "snapshot_time")
+    numbers = [nearest(history, float(moment)) for moment in (0.5 * moments[0], *moments)]
+    return [float(history[name].values[number]) for number in dict.fromkeys(numbers)]
+
+
+def _draw_pictures(figure: Figure, row: Axes, history: xr.Dataset, moments: Sequence[float], below: Axes) -> list[Axes]:
+    """Draw pictures of the contact beside each other in the place of a panel, each led to its time below."""
+    cell = row.get_subplotspec()
+    assert cell is not None  # panels are made with one
+    grid: Any = cell.subgridspec(1, len(moments))
+    row.remove()
+    pictures: list[Axes] = [figure.add_subplot(entry) for entry in grid]
+    for axes, moment in zip(pictures, moments, strict=True):
+        draw_contact(axes, history, moment, scaled=axes is pictures[-1])
+        axes.set_title(f"{moment:.2f} s")
+        ends = (0.5, 0.0), (moment, 1.0), axes.transAxes, below.get_xaxis_transform()
+        line = ConnectionPatch(*ends, color=GREY, linewidth=0.7, zorder=1)
+        line.set_in_layout(False)
+        figure.add_artist(line)
+    return pictures

@@ -1,0 +1,142 @@
+"""Figures of meshes: their regions and boundaries by name."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
+import skfem
+from matplotlib.artist import Artist
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from fingerslip.report.colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, region_colours
+from fingerslip.report.figures.style import add_legend, figure_grid, join_title, with_style
+from fingerslip.report.scene.viewer import prepare_rendering
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+_BOUNDARY_COLOURS = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, BLACK)
+_HATCHES = ("///", "...", "\\\\\\", "xx", "ooo")
+_EDGE, _BODY = "#5c5c5c", "#c9ced3"
+_WIDEST, _NARROWEST = 5.0, 1.3  # points
+_COLUMNS, _PANEL, _WINDOW, _WHITE = 3, 2.9, (1000, 900), 250  # inch, pixels, brightness
+_FROM = (0.9, 0.55, 1.0)
+_CELLS = {"show_edges": True}
+#: Facets of a mesh, each group with how it looks.
+_Scene: TypeAlias = list[tuple[Integers, Mapping[str, Any]]]
+
+
+@with_style
+def mesh_figure(mesh: skfem.Mesh, title: str = "") -> Figure:
+    """Draw the regions and boundaries of a mesh [m]: a section as it is; of a solid half of it, then each boundary."""
+    return (_section if mesh.dim() == 2 else _solid)(mesh, join_title("Regions and boundaries", title))
+
+
+def _regions(mesh: skfem.Mesh) -> tuple[dict[str, Integers], dict[str, Integers]]:
+    """Return the regions that share no cells with those before them, and those that do."""
+    covered = np.zeros(mesh.nelements, dtype=bool)
+    alone: dict[str, Integers] = {}
+    above: dict[str, Integers] = {}
+    for name, cells in (mesh.subdomains or {"no region": np.arange(mesh.nelements)}).items():
+        (above if covered[cells].any() else alone)[name] = cells
+        covered[cells] = True
+    return alone, above
+
+
+def _section(mesh: skfem.Mesh, heading: str) -> Figure:
+    width, height = np.ptp(mesh.p, axis=1)
+    size = (6.6, float(np.clip(6.2 * height / width, 1.6, 6.2)))
+    figure, (axes,) = figure_grid(1, 1, size, heading, ("x [mm]", "y [mm]"))
+    points, keys = 1e3 * mesh.p.T, dict[str, Artist]()
+    regions, above = _regions(mesh)
+    colours = region_colours(tuple(regions))
+    corners = mesh.t[: mesh.elem.refdom.nnodes].T
+    for name, cells in regions.items():
+        look: dict[str, Any] = {"facecolor": colours[name], "edgecolor": _EDGE, "linewidth": 0.25}
+        axes.add_collection(PolyCollection(list(points[corners[cells]]), **look))
+        keys[name] = Patch(**look)
+    for (name, cells), hatch in zip(above.items(), _HATCHES * len(above), strict=False):
+        look = {"facecolor": "none", "edgecolor": _EDGE, "linewidth": 0.0, "hatch": hatch}
+        axes.add_collection(PolyCollection(list(points[corners[cells]]), **look))
+        keys[name] = Patch(**look)
+    # Wide lines below narrow ones, so that each is seen where several lie on each other.
+    boundaries = sorted((mesh.boundaries or {}).items(), key=lambda item: -len(item[1]))
+    widths = np.linspace(_WIDEST, _NARROWEST, max(len(boundaries), 2))
+    for number, ((name, facets), line) in enumerate(zip(boundaries, widths, strict=False)):
+        look = {"color": _BOUNDARY_COLOURS[number % len(_BOUNDARY_COLOURS)], "linewidth": line}
+        lines = list(points[mesh.facets[:, np.asarray(facets)].T])
+        axes.add_collection(LineCollection(lines, capstyle="round", zorder=3, **look))
+        keys[name] = Line2D([], [], **look)
+    axes.set_aspect("equal")
+    axes.grid(visible=False)
+    axes.margins(0.03)
+    axes.autoscale_view()
+    add_legend(figure, keys)
+    return figure
+
+
+def _solid(mesh: skfem.Mesh, heading: str) -> Figure:
+    regions, above = _regions(mesh)
+    groups = [(f"region {name}", _surface(mesh, cells)) for name, cells in above.items()]
+    groups += [(name, np.asarray(facets)) for name, facets in (mesh.boundaries or {}).items()]
+    everything = _surface(mesh, np.arange(mesh.nelements))
+    colours, visible = region_colours(tuple(regions)), _half(mesh, regions)
+    layers = {name: _surface(mesh, cells[visible[cells]]) for name, cells in regions.items()}
+    scenes: list[_Scene] = [[(facets, {"color": colours[name], **_CELLS}) for name, facets in layers.items()]]
+    for _, facets in groups:
+        others = np.setdiff1d(everything, facets)
+        scenes.append([(others, {"color": _BODY, "opacity": 0.3}), (facets, {"color": BLUE, **_CELLS})])
+    names = ["regions" if visible.all() else "regions, cut open", *(name for name, _ in groups)]
+    images = _render(mesh, scenes)
+    height = _PANEL * images[0].shape[0] / images[0].shape[1] + 0.3
+    figure, panels = figure_grid(len(names), _COLUMNS, (_PANEL, height), heading, ("", ""), share="none")
+    for axes, name, image in zip(panels, names, images, strict=True):
+        axes.imshow(image)
+        axes.set_axis_off()
+        axes.set_title(name)
+    add_legend(figure, {name: Patch(facecolor=colour, edgecolor=_EDGE) for name, colour in colours.items()})
+    return figure
+
+
+def _half(mesh: skfem.Mesh, regions: Mapping[str, Integers]) -> NDArray[np.bool_]:
+    """Tell which cells (n_cells,) are on the far side of a cut that leaves some of each region; all where none does."""
+    middles = mesh.p[:, mesh.t[: mesh.elem.refdom.nnodes]].mean(axis=1)
+    halves = [middle <= np.median(middle) for middle in middles[::-1]]
+    return next((half for half in halves if all(half[cells].any() for cells in regions.values())), middles[0] < np.inf)
+
+
+def _surface(mesh: skfem.Mesh, cells: Integers) -> Integers:
+    """Return the facets (k,) around cells, which have one of them on one side alone."""
+    return np.flatnonzero(np.bincount(mesh.t2f[:, cells].ravel(), minlength=mesh.nfacets) == 1)
+
+
+def _render(mesh: skfem.Mesh, scenes: Sequence[_Scene]) -> list[NDArray[np.uint8]]:
+    """Return a picture of each scene with the same camera, without what is white in all of them."""
+    import pyvista
+
+    prepare_rendering()
+    plotter: Any = pyvista.Plotter(off_screen=True, window_size=list(_WINDOW))
+    pictures = []
+    try:
+        plotter.set_background("white")
+        plotter.add_axes(viewport=(0.0, 0.0, 0.25, 0.25))
+        for scene in scenes:
+            plotter.clear_actors()
+            for facets, look in scene:
+                if len(facets):
+                    surface = pyvista.PolyData.from_regular_faces(1e3 * mesh.p.T, mesh.facets[:, facets].T)
+                    plotter.add_mesh(surface, edge_color=_EDGE, line_width=0.5, ambient=0.6, diffuse=0.45, **look)
+            plotter.view_vector(_FROM, viewup=(0.0, 1.0, 0.0))
+            plotter.reset_camera(bounds=np.stack([mesh.p.min(axis=1), mesh.p.max(axis=1)], axis=1).ravel() * 1e3)
+            pictures.append(np.asarray(plotter.screenshot(None, return_img=True))[..., :3])
+    finally:
+        plotter.close()
+    drawn = (np.min(pictures, axis=(0, 3)) < _WHITE).nonzero()
+    rows, columns = (slice(at.min(), at.max() + 1) for at in drawn)
+    return [picture[rows, columns] for picture in pictures]

@@ -1,0 +1,332 @@
+"""``fingerslip cite``: what was run as a paragraph of methods, and the papers behind it as BibTeX."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from fingerslip.history import read_history
+from fingerslip.published import published_set
+from fingerslip.report.citations import bibtex_entries, short_citation, source_keys
+from fingerslip.report.labels import short_labels
+from fingerslip.report.page.answer import definitions
+from fingerslip.report.tables.parameters import ASSUMED, NOT_USED, ShownValue
+from fingerslip.results import HISTORY, RUN, RunResult, StudyResult
+from fingerslip.slip import EventSettings
+from fingerslip.study.storage.reporting import (
+    DEFAULT,
+    STUDY_FILE,
+    read_results,
+    read_run_values,
+    read_stored_run,
+    value_rows,
+)
+from fingerslip.study.storage.store import read_manifest
+from fingerslip.units import Unit
+
+_SPECIMENS = {"fingertip": "a fingertip", "tactip": "an optical tactile sensor"}
+_ELEMENTS = {
+    "T3": "linear triangles",
+    "T6": "quadratic triangles",
+    "Q4": "bilinear quadrilaterals",
+    "T4": "linear tetrahedra",
+    "T10": "quadratic tetrahedra",
+    "H8": "trilinear hexahedra",
+}
+_INTEGRATION = {
+    "selective": "; their volumetric part was integrated at their centres (@malkus1978)",
+    "nodal": "; their volumetric part came from the mean dilatation around each node (@bonet1998)",
+}
+_SELECTIVE = ("Q4", "H8")
+_LAWS = {
+    "elastic": "isotropic linear elastic",
+    "neo_hookean": "neo-Hookean",
+    "mooney_rivlin": "Mooney-Rivlin (@mooney1940)",
+    "ogden": "Ogden's law (@ogden1972)",
+}
+_LIBRARIES = {
+    "scikit-fem": " (@gustafsson2020)",
+    "numpy": " (@harris2020)",
+    "scipy": " (@virtanen2020)",
+    "numba": " (@lam2015)",
+    "xarray": " (@hoyer2017)",
+    "gmsh": " (@geuzaine2009)",
+}
+_SOLVERS = {"MKL PARDISO": " (@schenk2004)", "SuperLU": " (@li2005)"}
+_LEAST_ALPHA = -1.0 / 3.0  # that Hilber, Hughes and Taylor recommend
+_TOLERANCE, _TOLERANCE_FINITE = 1e-10, 1e-6  # of contact, and of the balance at large strain, over the largest force
+_TIMES = ("slip.incipient", "slip.overall", "slip.latency")
+_CITED = re.compile(r"@(\w+)")
+_LENGTH, _STIFFNESS = Unit("m", "µm"), Unit("Pa/m", "GPa/m")
+
+
+@dataclass(frozen=True)
+class _Facts:
+    """What was run: values by path without those that are not used, histories' attributes for each mesh, results."""
+
+    values: Mapping[str, ShownValue]
+    attributes: Sequence[Mapping[str, Any]]
+    supports: Sequence[str]
+    study: StudyResult
+    versions: Mapping[str, str]
+    commit: str
+
+    def text(self, path: str) -> str:
+        """Return a value as text; empty where there is none."""
+        return self.values[path].value if path in self.values else ""
+
+    def below(self, group: str, *, only_set: bool = False) -> dict[str, str]:
+        """Return the values below a path, by what their paths have after it; only those of the study file if asked."""
+        return {
+            path.removeprefix(f"{group}."): value.value
+            for path, value in self.values.items()
+            if path.startswith(f"{group}.") and not (only_set and value.source == DEFAULT)
+        }
+
+    def span(self, name: str, unit: Unit | None = None) -> str:
+        """Return a property of the meshes, or the smallest and the largest of them."""
+        numbers = sorted({float(values[name]) for values in self.attributes if name in values})
+        texts = [f"{number:,.10g}" if unit is None else unit.format(float(f"{number:.3g}")) for number in numbers]
+        return " to ".join(dict.fromkeys((texts[0], texts[-1]))) if texts else ""
+
+    def largest(self, name: str) -> float | None:
+        """Return the largest of a number of the runs."""
+        numbers = [float(run.numbers[name] or 0.0) for run in self.study.runs if run.numbers.get(name) is not None]
+        return max(numbers, default=None)
+
+
+def methods_and_papers(folder: Path, *, only_bibtex: bool = False) -> str:
+    """Return a paragraph of methods on a run or a study, and the papers behind it as BibTeX."""
+    facts = _facts_of(folder)
+    text = " ".join(
+        filter(None, (*_model(facts), *_contact(facts), *_motion(facts), *_trust(facts), *_software(facts)))
+    )
+    keys = dict.fromkeys(_CITED.findall(text))
+    entries = bibtex_entries((), [published_set(name) for name in facts.study.compare], keys)
+    readable = _CITED.sub(lambda key: short_citation(key[1]), text)
+    return entries if only_bibtex else f"{readable}\n\n{entries}"
+
+
+def _facts_of(folder: Path) -> _Facts:
+    """Read what was run from the folder of a run or of a study."""
+    manifest = read_manifest(folder)
+    if manifest.get("runs"):
+        study, folders = read_results(folder), {name: folder / name for name in manifest["runs"]}
+    else:
+        run = read_stored_run(folder)
+        study, folders = StudyResult(folder, (), (run,)), {run.name: folder}
+        manifest = read_manifest(folder.parent)
+    specified = [read_run_values(folders[run.name] / RUN) for run in study.runs]
+    rows = value_rows(specified, manifest.get("given") or None)
+    # One history for each mesh says how large it is and how it was solved.
+    meshes = {run.mesh_hash: folders[run.name] for run in reversed(study.runs)}
+    histories = [read_history(path / HISTORY) for path in reversed(meshes.values())]
+    return _Facts(
+        values={row.path: row for row in rows if row.source != NOT_USED},
+        attributes=[history.attrs for history in histories],
+        supports=[str(name) for name in histories[0]["support"].values] if histories else [],
+        study=study,
+        versions={
+            name: _enumerate(dict.fromkeys(run.versions[name] for run in study.runs if name in run.versions))
+            for name in {name: "" for run in study.runs for name in run.versions}
+        },
+        commit=str(manifest.get("commit") or ""),
+    )
+
+
+def _model(facts: _Facts) -> Iterator[str]:
+    """Yield sentences on specimen, materials, supports and mesh."""
+    kind = next((kind for kind in _SPECIMENS if f"{kind}.preset" in facts.values), "")
+    formulation = (facts.text("formulation") or facts.text(f"{kind}.formulation")).replace("_", " ")
+    depth = facts.text("depth") or facts.text(f"{kind}.depth")
+    is_solid = "solid" in formulation
+    across = "" if is_solid else f", in {formulation} with an out-of-plane depth of {depth}"
+    if kind:
+        cut = f"two-dimensional {facts.text('fingertip.section')} section of".replace("  ", " ")
+        shape = "three-dimensional model of" if is_solid else cut
+        yield f"The specimen was a {shape} {_SPECIMENS[kind]} (preset {facts.text(f'{kind}.preset')}){across}."
+        yield from _origins(facts, kind)
+    else:
+        scan, file = facts.text("mesh.skin"), Path(facts.text("mesh.file")).name
+        yield f"The specimen was {f'a scan ({Path(scan).name})' if scan else f'the mesh {file}'}{across}."
+    yield from _layers(facts, kind)
+    if facts.supports:
+        components = facts.below("supports")
+        fixed = (f"{name} ({components[name]})" if name in components else name for name in facts.supports)
+        yield f"Fixed: {_enumerate(fixed)}."
+    yield "Strains and rotations were taken as " + {"small": "small.", "finite": "large."}.get(
+        kinematics := facts.text("kinematics"), f"({kinematics})."
+    )
+    yield from _mesh(facts)
+
+
+def _origins(facts: _Facts, kind: str) -> Iterator[str]:
+    """Yield sentences on where the values of a specimen are from: papers, the study, assumptions."""
+    values = [value for path, value in facts.values.items() if path.startswith(f"{kind}.") and path != f"{kind}.preset"]
+    if sources := source_keys(values):
+        yield f"Its values were taken from {_enumerate(f'@{key}' for key in sources)}."
+    changed = {
+        value.path: value.value
+        for value in values
+        if value.source.startswith(STUDY_FILE) and value.note != f"preset: {value.value}"
+    }
+    if changed:
+        yield f"Set differently from the preset: {_in_words(changed)}."
+    assumed = [value for value in values if value.source == ASSUMED]
+    if assumed:
+        # What was adjusted to results is no prediction.
+        adjusted = [value.path for value in assumed if re.search("calibrated|chosen", value.note)]
+        seen = f"; with published results in view: {_enumerate(short_labels(adjusted).values())}" if adjusted else ""
+        yield f"{len(assumed)} of its {len(values)} values are given by no source and were assumed{seen}."
+
+
+def _layers(facts: _Facts, kind: str) -> Iterator[str]:
+    """Yield a sentence on the material of every region."""
+    regions = str(facts.attributes[0].get("regions", "")).split(", ") if facts.attributes else []
+    texts = []
+    for region in regions:
+        values = facts.below(f"materials.{region}") or facts.below(f"{kind}.materials.{region}")
+        law = values.pop("law", "elastic")
+        words = _LAWS.get(law, law.replace("_", " "))
+        texts.append(f"{region}, {words} ({_in_words(values)})")
+    if texts:
+        yield f"Materials: {'; '.join(texts)}."
+    if any(".prony." in path for path in facts.values):
+        key = "simo1987" if facts.text("kinematics") == "finite" else "taylor1970"
+        yield f"Prony terms relax the deviatoric stress (@{key})."
+    damping = facts.below("damping")
+    if any(float(value.split()[0].rstrip(",")) for value in damping.values()):
+        yield f"Rayleigh damping was proportional to mass and stiffness ({_in_words(damping)})."
+
+
+def _mesh(facts: _Facts) -> Iterator[str]:
+    """Yield a sentence on the mesh."""
+    names = list(dict.fromkeys(str(values["element"]) for values in facts.attributes))
+    sizes = {path: text for path, text in facts.below("mesh").items() if path.endswith(("contact_size", "bulk_size"))}
+    size = f", {_in_words(sizes)}" if sizes else ""
+    rule = facts.text("integration")
+    integrated = _INTEGRATION.get(rule, "") if rule != "selective" or set(names) & set(_SELECTIVE) else ""
+    elements = _enumerate(f"{_ELEMENTS.get(name, 'elements')} ({name})" for name in names)
+    mesher = ", meshed by fTetWild (@hu2020)" if facts.text("mesh.skin") else ""
+    yield (
+        f"The mesh had {facts.span('n_nodes')} nodes and {facts.span('n_degrees_of_freedom')} unknowns in "
+        f"{elements}{size}{mesher}{integrated}."
+    )
+
+
+def _contact(facts: _Facts) -> Iterator[str]:
+    """Yield sentences on contact and friction, and how exactly they were solved."""
+    friction = {path: value for path, value in facts.values.items() if re.match(r"contacts?\.(\d+\.)?friction", path)}
+    if not friction:
+        return
+    bodies = [kind for kind in ("cylinder", "sphere") if any(f".{kind}." in path for path in facts.values)]
+    # A law that is named stands in the path of its values.
+    law = "" if any(".friction." in path for path in friction) else "Coulomb's, "
+    boundaries = [value.value for path, value in facts.values.items() if re.match(r"contacts?\.(\d+\.)?boundary", path)]
+    normal, tangential = facts.span("normal_penalty", _STIFFNESS), facts.span("tangential_penalty", _STIFFNESS)
+    parameters = _in_words({path: value.value for path, value in friction.items()})
+    penalties = f"by penalties at the nodes ({normal} normal, {tangential} tangential)"
+    pair = f"{_enumerate(dict.fromkeys(boundaries))} with a rigid {_enumerate(bodies) or 'plane'}"
+    yield (
+        f"Contact of the boundary {pair} was unilateral, with friction ({law}{parameters}), "
+        f"{penalties}{_deviations(facts)}"
+    )
+    finite = "finite" in facts.text("kinematics")
+    large = f"; at large strain the balance of forces to {_TOLERANCE_FINITE:g}" if finite else ""
+    yield (
+        f"In every step the conditions of contact and friction (@alart1991) held to {_TOLERANCE:g} of the largest "
+        f"force{large}."
+    )
+
+
+def _deviations(facts: _Facts) -> str:
+    """Say how far the penalties let the surface go."""
+    penetration, stretch = facts.largest("penetration_max_m"), facts.largest("elastic_slip_max_m")
+    if penetration is None or stretch is None:
+        return "."
+    texts = [_LENGTH.format(float(f"{length:.2g}")) for length in (penetration, stretch)]
+    return f"; the largest penetration was {texts[0]}, the largest elastic part of slip {texts[1]}."
+
+
+def _motion(facts: _Facts) -> Iterator[str]:
+    """Yield sentences on what was done to the specimen, and how time was integrated."""
+    phases: dict[str, dict[str, str]] = {}
+    for path, text in facts.below("programme", only_set=True).items():
+        number, verb, name = path.split(".", 2)
+        phases.setdefault(f"{number} {verb}", {})[name] = text
+    if phases:
+        listed = (f"{phase.split()[1]} ({_in_words(values)})" for phase, values in phases.items())
+        yield f"The counterface moved in phases: {', then '.join(listed)}."
+    if reaction := facts.below("reaction", only_set=True):
+        yield f"Held object and reaction: {_in_words(reaction)}."
+    scheme, step, alpha = facts.text("time.scheme"), facts.text("time.step"), facts.text("time.alpha")
+    steps = f"steps of {step}" if step != "auto" else f"steps that keep an error of {facts.text('time.tolerance')}"
+    if scheme == "quasi_static":
+        yield f"Inertia was left out: every one of the {steps} was in equilibrium."
+    else:
+        numbers = re.findall(r"-?\d[\d.]*", alpha)
+        is_beyond = any(float(number) < _LEAST_ALPHA for number in numbers)
+        beyond = " and beyond the range that its authors recommend" if is_beyond else ""
+        yield f"Motion was integrated by the HHT method (@hilber1977) with alpha = {alpha}{beyond}, in {steps}."
+    if normal := facts.span("basis_normal_modes"):
+        constraint = facts.span("basis_constraint_modes")
+        yield f"The basis (@craig1968) had {constraint} constraint modes and {normal} normal modes."
+
+
+def _trust(facts: _Facts) -> Iterator[str]:
+    """Yield sentences on events, error bars and energy."""
+    runs = facts.study.runs
+    if len(runs) > 1:
+        differ = {path: "" for run in runs for path in (*run.swept, *run.sampled)}
+        drawn = facts.study.design
+        design = f" ({drawn['count']} samples, {drawn['method']}, seed {drawn['seed']})" if drawn else ""
+        yield f"{len(runs)} runs{design} differ in {_enumerate(short_labels(list(differ)).values())}."
+    if any(run.events.slip.recorded and run.events.slip.overall is not None for run in runs):
+        words = definitions(EventSettings())
+        yield f"{words['slip'].partition(': ')[2].capitalize()} {words['latency']}"
+        yield "At the second of these shares people notice slip (@barrea2018)."
+    if (imbalance := facts.largest("energy_imbalance_over_work")) is not None:
+        yield f"The balance of energy closed to {max(imbalance, 1e-16):.0e} of the work done."
+    yield _error_bars(runs)
+
+
+def _error_bars(runs: Sequence[RunResult]) -> str:
+    """Say how well the times are known numerically."""
+    bars: dict[str, float] = {}
+    for key, bar in (item for run in runs for item in run.uncertainty.items()):
+        if key in _TIMES or key.startswith("reaction."):
+            bars[key] = max(bar, bars.get(key, 0.0))
+    if not bars:
+        return "Numerical uncertainty was not studied."
+    listed = _enumerate(f"{key.partition('.')[2]} {1e3 * bar:.2g} ms" for key, bar in bars.items())
+    return f"Numerical uncertainty over mesh, step, contact stiffness and damping is at most: {listed}."
+
+
+def _software(facts: _Facts) -> Iterator[str]:
+    """Yield a sentence on programs and their versions."""
+    versions = facts.versions
+    commit = (
+        f" (commit {facts.commit[:12]}{', with changes' if facts.commit.endswith('-dirty') else ''})"
+        if facts.commit
+        else ""
+    )
+    libraries = (f"{name} {versions[name]}{cited}" for name, cited in _LIBRARIES.items() if name in versions)
+    solvers = dict.fromkeys(str(values.get("linear_solver", "")) for values in facts.attributes)
+    solved = _enumerate(f"{name}{_SOLVERS.get(name, '')}" for name in solvers if name)
+    program = f"fingerslip {versions.get('fingerslip', '')}{commit} on Python {versions.get('python', '')}"
+    yield f"Computed with {program}, with {_enumerate(libraries)}; linear systems were solved by {solved}."
+
+
+def _in_words(values: Mapping[str, str]) -> str:
+    """Return values with the last parts of their paths in words; lists in brackets."""
+    labels = short_labels(list(values))
+    return ", ".join(f"{labels[path]} {f'({text})' if ',' in text else text}" for path, text in values.items())
+
+
+def _enumerate(texts: Iterable[str]) -> str:
+    """Return texts as a list in a sentence."""
+    *first, last = list(texts) or [""]
+    return f"{', '.join(first)} and {last}" if first else last

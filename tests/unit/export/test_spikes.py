@@ -1,0 +1,94 @@
+"""Spikes in files of NWB and in Neo's blocks are those of the afferents, with what the fingertip felt beside them."""
+
+import datetime as dt
+import sys
+
+import numpy as np
+import pytest
+
+import fingerslip as fs
+from fingerslip.errors import InputError
+from unit.synthetic import Process, make
+
+SPIKES = fs.Spikes(
+    ("FA-I-01", "FA-I-02", "SA-I-01"),
+    ("FA-I", "FA-I", "SA-I"),
+    (np.array([0.2, 1.5]), np.empty(0), np.array([2.0])),
+    0.0,
+    3.0,
+)
+START = dt.datetime(2026, 1, 2, tzinfo=dt.UTC)
+
+
+@pytest.fixture(scope="module")
+def felt():
+    """Return a history whose contact slips from its edges to the middle, with sites named as the spikes."""
+    history = make(Process())
+    names = [*SPIKES.names, *map(str, history["site"].values[len(SPIKES.names) :])]
+    return history.assign_coords(site=names)
+
+
+def test_a_file_of_nwb_has_units_stimuli_phases_and_partial_slip(felt, tmp_path):
+    pynwb = pytest.importorskip("pynwb")
+    path = fs.write_nwb(SPIKES, tmp_path / "spikes.nwb", felt, start=START)
+    assert [file.name for file in tmp_path.iterdir()] == ["spikes.nwb"]
+    with pynwb.NWBHDF5IO(str(path), "r") as stream:
+        file = stream.read()
+        assert "not a recording" in file.session_description
+        assert file.session_start_time == START
+        assert file.notes == "The records resolve 10 Hz.", "twenty steps of 5 ms"
+        units = file.units.to_dataframe()
+        assert units["site"].tolist() == list(SPIKES.names)
+        assert units["kind"].tolist() == list(SPIKES.kinds)
+        for times, read in zip(SPIKES.times, units["spike_times"], strict=True):
+            np.testing.assert_array_equal(read, times)
+        np.testing.assert_array_equal(np.vstack(units["obs_intervals"]), [[0.0, 3.0]] * 3)
+        np.testing.assert_array_equal(np.stack(units["position"])[:, :2], felt["site_position"].values[:3])
+        (name,) = felt["counterface"].values
+        force = file.stimulus[f"force_{name}"]
+        assert force.unit == "N"
+        np.testing.assert_array_equal(force.data[:], felt["counterface_force"].values[:, 0])
+        np.testing.assert_array_equal(force.timestamps[:], felt["time"].values)
+        epochs = file.epochs.to_dataframe()
+        slip = fs.find_events(felt).slip
+        assert [tags[0] for tags in epochs["tags"]] == [*felt["phase_kind"].values, "partial slip"]
+        assert epochs[["start_time", "stop_time"]].to_numpy()[-1].tolist() == [slip.incipient, slip.overall]
+
+
+def test_spikes_alone_are_a_file_too_and_the_same_ones_have_the_same_identifier(felt, tmp_path):
+    pynwb = pytest.importorskip("pynwb")
+    identifiers = []
+    for name, history in (("a", None), ("b", felt)):
+        with pynwb.NWBHDF5IO(str(fs.write_nwb(SPIKES, tmp_path / f"{name}.nwb", history)), "r") as stream:
+            file = stream.read()
+            identifiers.append(file.identifier)
+            assert ("position" in file.units.colnames) == (history is not None)
+    assert len(set(identifiers)) == 1
+
+
+def test_a_block_of_neo_has_trains_signals_and_slip_events(felt):
+    pytest.importorskip("neo")
+    (segment,) = fs.neo_block(SPIKES, felt).segments
+    assert [train.name for train in segment.spiketrains] == list(SPIKES.names)
+    assert [train.annotations["kind"] for train in segment.spiketrains] == list(SPIKES.kinds)
+    for train, times in zip(segment.spiketrains, SPIKES.times, strict=True):
+        np.testing.assert_array_equal(train.rescale("s").magnitude, times)
+        assert (float(train.t_start), float(train.t_stop)) == (0.0, 3.0)
+    forces, displacements = segment.irregularlysampledsignals
+    np.testing.assert_array_equal(forces.magnitude, felt["counterface_force"].values[:, 0])
+    assert (forces.dimensionality.string, displacements.dimensionality.string) == ("N", "m")
+    (slip,) = segment.events
+    times = fs.find_events(felt).slip
+    assert slip.labels.tolist() == ["incipient", "noticed", "three_quarter", "overall"]
+    assert slip.magnitude.tolist() == [times.incipient, times.noticed, times.three_quarter, times.overall]
+    assert len(fs.neo_block(SPIKES).segments[0].events) == 0
+
+
+@pytest.mark.parametrize(
+    ("module", "write"), [("pynwb", lambda path: fs.write_nwb(SPIKES, path)), ("neo", lambda _: fs.neo_block(SPIKES))]
+)
+def test_a_missing_package_is_named_with_what_installs_it(module, write, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, module, None)
+    with pytest.raises(InputError, match=r'pip install "fingerslip\[neural\]"'):
+        write(tmp_path / "spikes.nwb")
+    assert list(tmp_path.iterdir()) == []

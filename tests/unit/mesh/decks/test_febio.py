@@ -1,0 +1,159 @@
+"""Files of FEBio: they come with their regions, boundaries and materials; a damaged file is one error with its line."""
+
+import numpy as np
+import pytest
+
+import fingerslip as fs
+from fingerslip.errors import MeshError
+from fingerslip.fe.space import boundary_nodes, build_space
+from fingerslip.mesh.decks.materials import materials_and_rest, read_materials
+from fingerslip.mesh.io import read_mesh
+from unit.mesh.decks.texts import FEBIO
+
+# The same in the versions before.
+OF_3 = FEBIO.replace('version="4.0"', 'version="3.0"').replace(
+    '<NodeSet name="Free">9, 10</NodeSet>', '<NodeSet name="Free"><n id="9"/><n id="10"/></NodeSet>'
+)
+OF_25 = OF_3.replace('version="3.0"', 'version="2.5"').replace("Mesh>", "Geometry>")
+for number, part in enumerate(("Tissue", "Skin"), start=1):
+    OF_25 = OF_25.replace(f'name="{part}">', f'name="{part}" mat="{number}">')
+OF_25 = OF_25[: OF_25.index("\t<MeshDomains>")] + OF_25[OF_25.index("\t<Boundary>") :]
+
+
+def write(folder, text):
+    (folder / "pad.feb").write_text(text, encoding="latin-1")
+    return folder / "pad.feb"
+
+
+@pytest.mark.parametrize("text", [FEBIO, OF_3, OF_25], ids=["4.0", "3.0", "2.5"])
+def test_a_file_comes_with_its_regions_and_boundaries(tmp_path, text, caplog):
+    path = write(tmp_path, text)
+    with caplog.at_level("INFO"):
+        mesh = read_mesh(path, "mm")
+    space = build_space(mesh)
+    assert {name: len(cells) for name, cells in mesh.subdomains.items()} == {"Tissue": 2, "Skin": 1, "Inner": 2}
+    assert {name: len(facets) for name, facets in mesh.boundaries.items()} == {"Top": 1, "Beside": 2, "Fixed": 2}
+    np.testing.assert_allclose(space.positions[boundary_nodes(space, "Top"), 2], 2e-3)
+    np.testing.assert_allclose(space.positions[boundary_nodes(space, "Fixed"), 2], 0.0)
+    assert space.full.dx[mesh.subdomains["Tissue"]].sum() == pytest.approx(1.5e-9)
+    listed = "<Control>; <Boundary>; sets and surfaces with no cell and no side: Stamp, Rigid, Free"
+    assert [record.getMessage() for record in caplog.records] == [f"{path}: without {listed}"]
+    assert set(read_materials(path, "mm")) == {"Tissue", "Skin"}
+
+
+@pytest.mark.parametrize(
+    ("units", "unit", "modulus"),
+    [
+        *(("", "mm", 1e6), ("mm-N-s", "mm", 1e6), ("SI", "m", 1.0), ("um-nN-s", "um", 1e3), ("CGS", "cm", 0.1)),
+        *(("mm-kg-s", "mm", 1e3), ("mm-g-s", "mm", 1.0), ("mm-mg-s", "mm", 1e-3)),
+    ],
+)
+def test_materials_that_exist_here_come_in_pascals(tmp_path, units, unit, modulus):
+    path = write(tmp_path, FEBIO.replace("<units>mm-N-s</units>", f"<units>{units}</units>" if units else ""))
+    materials = read_materials(path, unit)
+    gel, skin = materials["Tissue"], materials["Skin"]
+    assert (type(gel), gel.poisson_ratio, gel.density) == (fs.NeoHookean, 0.45, 1000.0)
+    assert gel.youngs_modulus == pytest.approx(0.05 * modulus)
+    # Half as much again is there at once, of the shape alone.
+    assert (skin.c10, skin.c01) == pytest.approx((0.015 * modulus, 0.03 * modulus))
+    assert skin.bulk_modulus == pytest.approx(2.0 * modulus)
+    assert [(term.share, term.time) for term in skin.prony] == [(pytest.approx(0.5 / 1.5), 0.2)]
+    if unit == "mm" and units in {"mm-N-s", ""}:
+        assert skin.density == pytest.approx(1100.0)
+
+
+GEL = FEBIO[FEBIO.index('<material id="1"') : FEBIO.index('\t\t<material id="2"')]
+
+
+def material(kind, constants):
+    return f'<material id="1" name="gel" type="{kind}">{constants}</material>\n'
+
+
+OGDEN = material("Ogden", "<c1>0.6</c1><m1>6</m1><c2>0.1</c2><m2>-2</m2><k>40</k>")
+LINEAR = material("isotropic elastic", "<E>0.05</E><v>0.3</v>")
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        (LINEAR, fs.Elastic(0.05e6, 0.3, 1000.0)),
+        (
+            OGDEN,
+            fs.Ogden((fs.OgdenTerm(0.1e6, 6.0), fs.OgdenTerm(-0.05e6, -2.0)), bulk_modulus=40e6, density=1000.0),
+        ),
+        (
+            material("Mooney-Rivlin", "<density>1e-9</density><c1>0.1</c1><k>40</k>"),
+            fs.MooneyRivlin(0.1e6, 1000.0, bulk_modulus=40e6),
+        ),
+        (
+            material("incomp neo-Hookean", "<G>0.2</G><k>40</k><pressure_model>default</pressure_model>"),
+            fs.MooneyRivlin(0.1e6, 1000.0, bulk_modulus=40e6),
+        ),
+        (
+            material("viscoelastic", '<g1>1</g1><t1>1</t1><elastic type="neo-Hookean"/>'),
+            "viscoelastic: has no law here",
+        ),
+        (material("rigid body", ""), "rigid body: has no law here"),
+        (material("neo-Hookean", "<v>0.3</v>"), "neo-Hookean: without a number E"),
+        (material("neo-Hookean", "<E>soft</E><v>0.3</v>"), "neo-Hookean: with E 'soft'"),
+        (material("neo-Hookean", '<E type="map">stiffness</E><v>0.3</v>'), "neo-Hookean: with E 'stiffness'"),
+        (material("neo-Hookean", '<E lc="1">1</E><v>0.3</v>'), "neo-Hookean: with E '1'"),
+        (material("neo-Hookean", "<E>1</E><v>0.5</v>"), "neo-Hookean: got 0.5"),
+        (material("Ogden", "<c1>1</c1><m1>0</m1><k>40</k>"), "Ogden: got 0"),
+        (material("Mooney-Rivlin", "<c1>1</c1><k>40</k><pressure_model>1</pressure_model>"), "Mooney-Rivlin: has no"),
+        ("", "none: has no law here"),
+    ],
+)
+def test_every_material_is_a_law_or_is_listed(tmp_path, text, expected):
+    laws, rest = materials_and_rest(write(tmp_path, FEBIO.replace(GEL, text)), "mm")
+    if isinstance(expected, str):
+        assert list(laws) == ["Skin"]
+        assert rest[0].startswith(f"the material of Tissue ({expected}")
+    else:
+        assert rest == ("the material of Stamp (rigid body: has no law here)",)
+        assert laws["Tissue"].stiffness == pytest.approx(expected.stiffness)
+        assert str(laws["Tissue"])[:9] == str(expected)[:9]
+        strain = np.array([[0.1, -0.04, -0.05]])
+        if isinstance(expected, fs.Ogden):
+            np.testing.assert_allclose(laws["Tissue"].kirchhoff_stress(strain), expected.kirchhoff_stress(strain))
+
+
+def test_a_file_of_another_program_has_no_materials(tmp_path):
+    (tmp_path / "a.inp").write_text("*Node\n")
+    for name, message in (("a.inp", "is no file of FEBio"), ("b.feb", "no such file")):
+        with pytest.raises(MeshError, match=rf"{name}: {message}, needs a file that ends in .feb"):
+            read_materials(tmp_path / name)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "message"),
+    [
+        ('<node id="9">0,0,2</node>', '<node id="9">0,0</node>', "<node>: got 2 numbers, needs 3 coordinates"),
+        ('<node id="9">0,0,2</node>', '<node id="9">0,0,up</node>', "<node>: got '0,0,up', needs numbers between"),
+        ('<node id="9">0,0,2</node>', "<node>0,0,2</node>", "<node>: got id='', needs the id of one thing"),
+        ("2,13,3,6,14,7", "2,13,3,6,14", "<elem>: element 2 has 5 nodes, penta6 needs 6"),
+        ("2,13,3,6,14,7", "2,13,3,6,14,77", "<elem>: has 77, which is not there"),
+        ("9,10,11,12</quad4>", "9,10,11</quad4>", "<quad4>: has 3 nodes, needs 4"),
+        ("9, 10</NodeSet>", "9, 99</NodeSet>", "<NodeSet>: has 99, which is not there"),
+        ('<febio_spec version="4.0">', '<febio_spec version="1.2">', "has version 1.2, needs <febio_spec> of 2.5, 3.0"),
+        ("</Nodes>", "</Node>", r"is no XML \(mismatched tag.*needs a whole file of FEBio; export it again"),
+    ],
+)
+def test_a_damaged_file_is_one_error_with_its_line(tmp_path, before, after, message):
+    assert before in FEBIO
+    with pytest.raises(MeshError, match=rf"pad\.feb.*{message}") as caught:
+        read_mesh(write(tmp_path, FEBIO.replace(before, after, 1)))
+    assert caught.value.line == FEBIO[: FEBIO.index(before)].count("\n") + 1
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (FEBIO[: FEBIO.index("<NodeSet")], r"is no XML \(no element found"),
+        (FEBIO.replace("hex8", "hex9").replace("penta6", "pyra5").replace("quad4", "x"), "has no elements that can be"),
+        ('<febio_spec version="4.0"></febio_spec>', "has no <Mesh>, needs one, with nodes and elements"),
+    ],
+)
+def test_files_without_a_mesh_are_refused(tmp_path, text, message):
+    with pytest.raises(MeshError, match=message):
+        read_mesh(write(tmp_path, text))

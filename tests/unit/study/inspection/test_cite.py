@@ -1,0 +1,119 @@
+"""What a paper may say of a run: every sentence comes from what was run, and every paper named has its entry."""
+
+import dataclasses
+import re
+
+import pytest
+import yaml
+
+from fingerslip.dynamics.finite import newton
+from fingerslip.dynamics.step import contact_step
+from fingerslip.errors import ResultError
+from fingerslip.mesh.io import write_mesh
+from fingerslip.study.inspection import cite
+from fingerslip.study.inspection.cite import methods_and_papers
+from fingerslip.study.running.runner import run_study
+from unit.study.block import block_mesh, block_values, finger_values
+from unit.whole_result import WHOLE
+
+LIBRARIES = {"gustafsson2020", "harris2020", "virtanen2020", "lam2015", "hoyer2017", "geuzaine2009"}
+BLOCK = block_values() | {"sweep": {"contact.friction_coefficient": [0.2, 0.4]}}
+PRONY = {"youngs_modulus": "100 kPa", "poisson_ratio": 0.3, "density": "1000 kg/m^3", "law": "neo_hookean"}
+LARGE = block_values() | {
+    "kinematics": "finite",
+    "materials": {"block": {**PRONY, "prony": [{"share": 0.2, "time": "40 ms"}]}},
+    "contact": {
+        "friction": {"static_kinetic": {"static": 0.5, "kinetic": 0.4, "decay_speed": "1 mm/s"}},
+        "boundary": "bottom",
+    },
+    "damping": {"stiffness": "1 ms"},
+    "time": {"step": "10 ms", "scheme": "quasi_static"},
+    "sweep": {},
+}
+FINGER = finger_values(
+    fingertip={"preset": "wang2014-2d", "ridges": {"enabled": False}, "layers": {"skin_thickness": "1.4 mm"}},
+    mesh={"contact_size": "1 mm", "bulk_size": "2 mm"},
+    time={"step": "50 ms", "alpha": -0.41421},
+    dynamics={"basis": "reduced"},
+)
+CASES = {
+    "block": (
+        BLOCK,
+        (
+            "The specimen was the mesh block.msh, in plane strain with an out-of-plane depth of 1 mm.",
+            "block, isotropic linear elastic (Young's modulus 100 kPa, Poisson's ratio 0.3, density 1000 kg/m^3).",
+            "Fixed: top (x, y). Strains and rotations were taken as small.",
+            "45 nodes and 72 unknowns in bilinear quadrilaterals (Q4); their volumetric part was integrated at their",
+            "Contact of the boundary bottom with a rigid plane was unilateral, with friction (Coulomb's, ",
+            "friction coefficient (0.2, 0.4)), by penalties at the nodes (0.8 GPa/m normal, 0.8",
+            "(Alart & Curnier 1991) held to 1e-10 of the largest force. The counterface",
+            "press (depth 0.1 mm, speed 5 mm/s), then slide (distance 0.2 mm, speed 5 mm/s).",
+            "HHT method (Hilber et al. 1977) with alpha = -0.05, in steps of 2 ms.",
+            "2 runs differ in friction coefficient.",
+            "has slipped by more than 20 µm since then",
+            "Numerical uncertainty was not studied.",
+        ),
+        {"alart1991", "malkus1978", "hilber1977", "barrea2018", *LIBRARIES},
+    ),
+    "large strain": (
+        LARGE,
+        (
+            "block, neo-Hookean (",
+            "share 0.2, time 40 ms",
+            "relax the deviatoric stress (Simo 1987)",
+            "Strains and rotations were taken as large.",
+            "with friction (static 0.5, kinetic 0.4, decay speed 1 mm/s), by penalties",
+            "of the largest force; at large strain the balance of forces to 1e-06.",
+            "Rayleigh damping was proportional to mass and stiffness (mass 0 1/s, stiffness 0.001 s).",
+            "Inertia was left out: every one of the steps of 10 ms was in equilibrium.",
+        ),
+        {"alart1991", "malkus1978", "simo1987", *LIBRARIES},
+    ),
+    "fingertip": (
+        FINGER,
+        (
+            "two-dimensional sagittal section of a fingertip (preset wang2014-2d), in plane stress with an",
+            "Its values were taken from Wang et al. 2014.",
+            "Set differently from the preset: skin thickness 1.4 mm, ridges false.",
+            "with published results in view: half height, distal end and formulation.",
+            "contact size 1 mm, bulk size 2 mm",
+            "alpha = -0.41421 and beyond the range that its authors recommend, in steps of 50 ms.",
+            "constraint modes and",
+        ),
+        {"alart1991", "malkus1978", "hilber1977", "craig1968", "wang2014", *LIBRARIES},
+    ),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+@pytest.mark.usefixtures("settled")
+def test_a_text_says_what_was_run_and_has_an_entry_for_each_paper_in_it(case, tmp_path, monkeypatch):
+    monkeypatch.setattr("fingerslip.study.running.runner.write_report", lambda *_: None)
+    values, sentences, keys = CASES[case]
+    write_mesh(block_mesh(), tmp_path / "block.msh")
+    (tmp_path / "study.yaml").write_text(yaml.safe_dump({"title": "A study"} | values, sort_keys=False))
+    study = run_study(tmp_path / "study.yaml", results_dir=tmp_path / "results", workers=1)
+    text, _, entries = methods_and_papers(study.folder).partition("\n\n")
+    assert [sentence for sentence in sentences if sentence not in text] == [], text
+    assert not re.search(r"@|\{|  |None|\(\)", text)
+    solver = {"schenk2004" if "MKL PARDISO" in text else "li2005"}
+    assert set(re.findall(r"^@\w+\{(\w+),", entries, re.MULTILINE)) == {"fingerslip", *keys, *solver}
+    assert methods_and_papers(study.folder, only_bibtex=True) == entries
+    run = methods_and_papers(study.folder / study.runs[0].name)
+    assert "runs differ in" not in run
+    assert ("friction coefficient 0.2" in run) == (case == "block")
+
+
+def test_error_bars_are_the_largest_of_all_runs():
+    bars = ({"slip.overall": 2e-3, "slip.latency": 0.03, "displacement.overall": 1.0}, {"slip.overall": 4e-3}, {})
+    runs = [dataclasses.replace(WHOLE, uncertainty=uncertainty) for uncertainty in bars]
+    text = cite._error_bars(runs)
+    assert text.endswith("is at most: overall 4 ms and latency 30 ms.")
+    assert cite._error_bars(runs[2:]) == "Numerical uncertainty was not studied."
+
+
+def test_tolerances_are_those_of_the_solvers_and_what_is_no_result_is_refused(tmp_path):
+    assert cite._TOLERANCE == contact_step.TOLERANCE
+    assert cite._TOLERANCE_FINITE == newton._TOLERANCE
+    with pytest.raises(ResultError, match="holds no finished run"):
+        methods_and_papers(tmp_path)
