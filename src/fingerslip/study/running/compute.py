@@ -9,7 +9,6 @@ is left to the report, which then says why.
 from __future__ import annotations
 
 import contextlib
-import gc
 import logging
 import multiprocessing
 import os
@@ -231,11 +230,6 @@ def _compute_apart(
         news.close()
 
 
-# What workers load, dask and pint for xarray where they are installed.
-_PRELOADED = [
-    *(__name__, "fingerslip.dynamics.simulation", "fingerslip.report.page.pictures", "fingerslip.export.paraview"),
-    *("scipy.signal", "dask.array", "pint"),
-]
 # What macOS computes with does not bear to be forked.
 _METHOD = "forkserver" if sys.platform == "linux" else "spawn"
 
@@ -246,7 +240,7 @@ def prepare_workers() -> None:
         # Windows does not have the module.
         from multiprocessing import forkserver
 
-        forkserver.set_forkserver_preload(_PRELOADED)
+        forkserver.set_forkserver_preload(["fingerslip.study.running.preload"])
         with hold_interrupts():
             forkserver.ensure_running()
 
@@ -298,8 +292,6 @@ def _begin_worker(news: Any, stop: Any) -> None:
     """Prepare a worker: the parent alone answers Ctrl-C, and no worker outlives the parent."""
     global _news, _stop
     _news, _stop = news, stop
-    # What was loaded before the fork stays: looking through all of it for garbage takes 0.2 s every time.
-    gc.freeze()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     end_with_parent()
 
