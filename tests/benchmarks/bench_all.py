@@ -158,7 +158,7 @@ def main():
         scale = fixed / before["fixed work"] if before else 1.0
         for figure, value in results[name].items():
             goal, earlier = CASES[name].goals.get(figure, ""), before.get(figure, "")
-            is_ratio = " over " in figure or not before
+            is_ratio = " over " in figure or figure not in before
             line(name, figure, value, goal, earlier, earlier if is_ratio else earlier * scale, digits=3)
     write(options.write, results)
 
