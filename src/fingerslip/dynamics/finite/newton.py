@@ -107,6 +107,11 @@ class Factors:
             raise ValueError("no factors were made yet")
         return self.stepper
 
+    @property
+    def is_positive(self) -> bool:
+        """Whether the tangent of the present factors was made definite."""
+        return self.made_of is not None and self.made_of.positive
+
     def renew(self, state: BodyState, ahead: BodyState | None = None, *, rough: bool = True) -> Stepper:
         """Return the stepper with the tangent of a body, or of where it goes if that can be factorised.
 
