@@ -1,6 +1,6 @@
 """Draw the figures of docs/tactip.md.
 
-First: fingerslip run studies/tactip_slide.yaml studies/ridged_vs_smooth.yaml studies/tactip_gate_3d.yaml
+First: cd studies; fingerslip run tactip_slide.yaml ridged_vs_smooth.yaml tactip_gate_3d.yaml gel_slide.yaml --results ../results
 Then: python docs/figures/tactip_figures.py [RESULTS]
 """
 
@@ -15,6 +15,7 @@ import pyvista
 import xarray as xr
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from fingerslip.history import nearest_snapshot, phase_times, read_history
 from fingerslip.marker_tracks import marker_tracks
@@ -39,6 +40,7 @@ def main() -> None:
     draw_tracks(results / "ridged_vs_smooth")
     draw_gate(results / "tactip_gate_3d")
     draw_solid()
+    save_figure(gel_figure(read_history(results / "gel_slide" / "run" / "history.nc")), HERE / "gel-slide.png")
 
 
 def cells(axes: plt.Axes, points: np.ndarray, corners: np.ndarray, colour: str, edge: float) -> None:
@@ -165,6 +167,40 @@ def gate_figure(pins: dict[float, tuple[np.ndarray, np.ndarray]]) -> Figure:
     right.set_ylabel("travel at saturation [mm]")
     right.set_ylim(bottom=0.0)
     add_legend(figure, keys)
+    return figure
+
+
+@with_style
+def gel_figure(history: xr.Dataset) -> Figure:
+    """Draw where the markers of the flat gel went when pressed and when sheared, and their displacement over travel."""
+    tracks, start = marker_tracks(history), phase_times(history, "slide")[0][0]
+    positions, begin = 1e3 * tracks["position"].values, int(np.searchsorted(history["time"], start))
+    travel = 1e3 * history["counterface_displacement"].values[begin:, 0, 0]
+    end = begin + int(np.searchsorted(travel, 0.9 - 1e-9))
+    colours = ring_colours(int(tracks["ring"].max()) + 1)
+    shades = [colours[ring] for ring in tracks["ring"].values]
+    figure, panels = figure_grid(3, 3, (4.0, 3.4), "", ("x [mm]", ""), share="none", widths=(1.2, 1.2, 1.0))
+    fields = {
+        "pressed by 0.7 mm, arrows 20 times as long": (begin, 20),
+        "slid by 0.9 mm, arrows twice as long": (end, 2),
+    }
+    x, z = positions[0][:, [0, 2]].T
+    for axes, (title, (row, factor)) in zip(panels, fields.items(), strict=False):
+        along, across = factor * (positions[row] - positions[0])[:, [0, 2]].T
+        axes.scatter(x, z, s=5, c=shades)
+        axes.quiver(x, z, along, across, color=shades, angles="xy", scale_units="xy", scale=1.0, width=0.006)
+        axes.set_aspect("equal")
+        axes.set(title=title, ylabel="z [mm]", xlim=(-9.3, 9.3), ylim=(7.0, -7.0))
+    for marker in np.flatnonzero(np.abs(z) < 1e-9):
+        panels[2].plot(travel, (positions[begin:] - positions[begin])[:, marker, 0], color=shades[marker])
+    panels[2].axline((0.0, 0.0), slope=1.0, color="0.5", linestyle=":", zorder=0)
+    panels[2].set(
+        title="markers of the middle row", xlabel="travel of the ball [mm]", ylabel="since the slide began [mm]"
+    )
+    panels[2].set_ylim(-0.05, 1.05)
+    names = ["centre", *(f"ring {ring}" for ring in range(1, len(colours))), "with the ball"]
+    lines = [*(Line2D([], [], color=colour) for colour in colours), Line2D([], [], color="0.5", linestyle=":")]
+    add_legend(figure, dict(zip(names, lines, strict=True)))
     return figure
 
 

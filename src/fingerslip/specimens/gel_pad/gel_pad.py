@@ -1,29 +1,112 @@
-"""The gel pad as a specimen: its numbers, and what a model takes from it."""
+"""A flat gel with a grid of markers: its numbers, its meshes in rows of cells, and what a model takes from it."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
+import pydantic
+from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
-from fingerslip.materials.choice import kept_values
-from fingerslip.mesh.source import MeshSource
-from fingerslip.parameters import as_mapping, parameters
+from fingerslip.marker_layouts import MarkerLayout, grid_layout
+from fingerslip.materials.choice import MaterialChoice, kept_values
+from fingerslip.mesh.source import GROWTH, GradedMesh, MeshSource, grade
+from fingerslip.parameters import PositiveLength, as_mapping, parameters
 from fingerslip.parameters.presets import Presets
 from fingerslip.sites import Site
-from fingerslip.specimens.gel_pad.meshing import PadSizes
-from fingerslip.specimens.gel_pad.numbers import GelPadNumbers
 from fingerslip.specimens.protocol import ModelUse
+from fingerslip.units import millimetres
+
+if TYPE_CHECKING:
+    import skfem
+
+Floats = NDArray[np.float64]
 
 #: The group of sites, as study files name it.
 MARKERS = "internal_markers"
 _SHAPE = ("part", "length", "width", "thickness", "markers")
+_POINTS = 100  # along which the wanted size is known
+_Count = Annotated[int, pydantic.Field(ge=1, le=100)]
 
 
 @parameters
-class GelPad(GelPadNumbers):
+class Markers:
+    """A grid of markers on the touched surface of the gel, about its middle.
+
+    Parameters
+    ----------
+    rows, columns : int
+        Markers along z and along x.
+    spacing : float
+        Distance of neighbours [m].
+    """
+
+    rows: _Count
+    columns: _Count
+    spacing: PositiveLength
+
+
+@parameters
+class PadSizes(GradedMesh):
+    """Element sizes and element type of a gel pad.
+
+    Parameters
+    ----------
+    contact_size : float
+        Size among the markers on the touched surface, at most: whole cells from marker to marker [m].
+    bulk_size : float
+        Largest size [m].
+    element : {'Q4', 'H8'}
+        Bilinear quadrilateral of a section, trilinear hexahedron in 3D.
+    body : {'gel_pad'}
+        What is meshed.
+    """
+
+    contact_size: PositiveLength = 0.6e-3
+    bulk_size: PositiveLength = 2e-3
+    element: Literal["Q4", "H8"] = "Q4"
+    body: Literal["gel_pad"] = "gel_pad"
+
+    @property
+    def dim(self) -> int:
+        """Dimension of space."""
+        return 2 if self.element == "Q4" else 3
+
+    def build(self, specimen: GelPad, /) -> skfem.Mesh:
+        """Build the mesh [m]: the region `gel`, boundaries `contact` (y = 0) and `back`."""
+        import skfem
+
+        if (specimen.part == "section") != (self.element == "Q4"):
+            allowed = f"needs {'section' if self.element == 'Q4' else 'whole'}"
+            raise InputError("part", f"got {specimen.part} with mesh.element {self.element}", allowed)
+        markers, top = specimen.markers, specimen.thickness
+        x = self._lines(markers.columns, markers.spacing, specimen.length)
+        z = self._lines(markers.rows, markers.spacing, specimen.width)
+        y = self._graded(0.0, top)
+        mesh = skfem.MeshQuad.init_tensor(x, y) if self.element == "Q4" else skfem.MeshHex.init_tensor(x, y, z)
+        mesh = mesh.with_subdomains({"gel": lambda points: points[1] > 0.0})
+        limit = 1e-6 * top
+        return mesh.with_boundaries(
+            {"contact": lambda points: points[1] < limit, "back": lambda points: points[1] > top - limit}
+        )
+
+    def _lines(self, count: int, spacing: float, extent: float) -> Floats:
+        """Return the coordinates (n,) [m] of lines of nodes: even among markers, then wider to both ends."""
+        last = 0.5 * (count - 1) * spacing
+        among = (count - 1) * int(np.ceil(spacing / self.contact_size - 1e-9)) + 1
+        outside = self._graded(last, 0.5 * extent)[1:]
+        return np.concatenate([-outside[::-1], np.linspace(-last, last, among), outside])
+
+    def _graded(self, start: float, end: float) -> Floats:
+        """Divide a length [m] from the contact size at its start on."""
+        along = np.linspace(start, end, _POINTS)
+        return grade(along, np.minimum(self.bulk_size, self.contact_size + GROWTH * (along - start)))
+
+
+@parameters
+class GelPad:
     """A flat gel on a rigid window, with a grid of markers on the surface that is touched.
 
     Its touched surface is y = 0, the gel above it.
@@ -46,6 +129,36 @@ class GelPad(GelPadNumbers):
 
     mesh_sources: ClassVar[tuple[type[MeshSource], ...]] = (PadSizes,)
     largest_extent: ClassVar[float] = 0.2
+
+    part: Literal["section", "whole"]
+    length: PositiveLength
+    width: PositiveLength
+    thickness: PositiveLength
+    markers: Markers
+    materials: dict[str, MaterialChoice]
+    formulation: Literal["plane_strain", "plane_stress"]
+    depth: PositiveLength
+
+    def __post_init__(self) -> None:
+        if set(self.materials) != {"gel"}:
+            raise InputError("materials", f"has {', '.join(self.materials) or 'nothing'}", "needs gel")
+        for name, count in (("length", self.markers.columns), ("width", self.markers.rows)):
+            span, room = (count - 1) * self.markers.spacing, getattr(self, name)
+            if span >= room:
+                fault = f"has {count} markers over {millimetres(span)}"
+                raise InputError("markers", fault, f"needs < {millimetres(room)} ({name})", "take fewer or closer ones")
+
+    @property
+    def layout(self) -> MarkerLayout:
+        """The markers of what is modelled; those of a section are one row."""
+        rows = 1 if self.part == "section" else self.markers.rows
+        return grid_layout(self.markers.spacing, rows, self.markers.columns)
+
+    @property
+    def marker_points(self) -> Floats:
+        """Points of the markers, shape (n, 2) for a section, else (n, 3) [m]."""
+        x, z = self.layout.position.T
+        return np.column_stack([x, np.zeros_like(x), z][: 2 if self.part == "section" else 3])
 
     @property
     def default_mesh(self) -> MeshSource:
