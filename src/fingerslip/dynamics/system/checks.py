@@ -28,13 +28,13 @@ from fingerslip.fe.space import Space, boundary_nodes, build_space, free_pieces,
 from fingerslip.materials.large_strain import FiniteMaterial
 from fingerslip.materials.material import Material
 from fingerslip.materials.prony import recurrence
-from fingerslip.mesh.facets import site_nodes
+from fingerslip.mesh.facets import outward_normals, site_nodes
 from fingerslip.model.model import Contact, Model
 from fingerslip.model.programme import Slide
 from fingerslip.model.timing import shortest_step
 from fingerslip.units import coordinates, millimetres
 
-__all__ = ["CheckedModel", "check_model", "contact_penalties", "inspect_model"]
+__all__ = ["CheckedModel", "check_model", "contact_penalties", "direction_text", "inspect_model", "inward_normals"]
 
 
 def contact_penalties(model: Model, contact: Contact) -> tuple[float, float]:
@@ -234,7 +234,7 @@ def _candidates(model: Model, space: Space, number: int, counterface: Counterfac
     contact = model.contacts[number]
     size = float(np.ptp(space.positions, axis=0).max())
     automatic = np.inf if model.is_loaded else _SEARCH * largest_approach(motion, counterface) + 1e-6 * size
-    return find_candidates(
+    candidates = find_candidates(
         counterface,
         space.positions,
         boundary_nodes(space, contact.boundary),
@@ -244,6 +244,25 @@ def _candidates(model: Model, space: Space, number: int, counterface: Counterfac
         penalties=contact_penalties(model, contact),
         where=f"contacts.{number}",
     )
+    offsets = candidates.positions - candidates.positions[0]
+    if space.dim == 3 and np.linalg.matrix_rank(offsets, 1e-9 * size) < 2:
+        fault = f"meets {len(offsets)} nodes of '{contact.boundary}', all on a line"
+        normal = direction_text(inward_normals(model, contact.boundary).mean(axis=0))
+        repair = f"this boundary takes a plate with the normal {normal}"
+        raise InputError(f"contacts.{number}.counterface", fault, "needs to meet more than an edge", repair)
+    return candidates
+
+
+def inward_normals(model: Model, boundary: str) -> NDArray[np.float64]:
+    """Return the unit normals (n_facets, dim) of a boundary, into the body."""
+    facets = np.asarray(model.mesh.boundaries[boundary])
+    return -outward_normals(model.mesh, facets, model.mesh.f2t[0, facets]).T
+
+
+def direction_text(direction: NDArray[np.float64]) -> str:
+    """Return the unit vector along `direction` (dim,) in words."""
+    unit = np.round(direction / np.linalg.norm(direction), 3) + 0.0
+    return f"({', '.join(f'{value:.3g}' for value in unit)})"
 
 
 def _check_order(
