@@ -16,11 +16,12 @@ from matplotlib.tri import Triangulation
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from fingerslip.history import is_solid, nearest_snapshot
+from fingerslip.history import nearest_snapshot
 from fingerslip.report.colours import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILLION
 from fingerslip.report.figures.bodies import crop
 from fingerslip.report.figures.style import add_legend, figure_grid, join_title, say, show_picture, with_style
 from fingerslip.report.scene.options import SceneOptions
+from fingerslip.report.scene.scene import middle_cut
 from fingerslip.report.scene.viewer import stills
 from fingerslip.slip import slide_window
 from fingerslip.vision.fields import larger_principal
@@ -400,7 +401,7 @@ def frames_figure(history: xr.Dataset, frames: Mapping[float, NDArray[np.uint8]]
     heading = join_title("What the camera sees, and the body at that time", title)
     figure, panels = figure_grid(2 * len(times), len(times), _PANEL, heading, ("", ""), share="none")
     numbers = [nearest_snapshot(history, max(time, 0.0)) for time in times]
-    options = SceneOptions(scalar="region", cut="z" if is_solid(history) else "none", camera="side", written=False)
+    options = SceneOptions(scalar="region", cut=middle_cut(history), camera="side", written=False)
     bodies = crop(stills(history, numbers, options, _SIZE))
     for number, time in enumerate(times):
         above, below = panels[number], panels[len(times) + number]
