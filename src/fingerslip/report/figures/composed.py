@@ -55,8 +55,8 @@ def composed_figure(
     draw_forces(forces, history, times)
     draw_ratios(ratios, history, times)
     ratios.set_ylabel("ratio, fraction")
-    style.add_keys_inside(forces)
-    ratios.legend(loc="lower right", bbox_to_anchor=(1.0, 0.97), borderaxespad=0.0, ncols=3)
+    for axes in (forces, ratios):
+        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.97), borderaxespad=0.0, ncols=3)
     ratios.set_xlim(times[0], times[-1])
     style.limit_to_slides(ratios, {title: history}, {title: events}, before=np.inf)
     style.mark_panels([stimulus, *others, forces, ratios], history, events.slip)

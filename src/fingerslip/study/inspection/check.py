@@ -57,7 +57,7 @@ def check_plans(plans: Sequence[Plan]) -> Table:
         job_groups += groups([job for job in jobs if job.run.name not in finished])
     warnings = list(dict.fromkeys(doubts))
     title = "Checked: no mistakes found" + f", {len(warnings)} warning{'s' * (len(warnings) != 1)}" * bool(warnings)
-    note = "".join((_note(rows, job_groups), *(f" WARNING: {warning}." for warning in warnings)))
+    note = "\n".join((_note(rows, job_groups), *(f"WARNING: {warning}." for warning in warnings)))
     return Table(title, _COLUMNS, tuple(rows), note)
 
 

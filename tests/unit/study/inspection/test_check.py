@@ -34,7 +34,7 @@ def test_every_run_is_counted_with_its_size_and_what_is_too_coarse_is_said(write
     assert [row[:6] for row in table.rows] == [("block.yaml", name, "to do", 90, 30, 30) for name in NAMES]
     assert [row[6] for row in table.rows] == [estimated_seconds(90, 30)] * 3
     assert table.note.startswith(
-        "3 runs, about 0.1 min of computing in one process. Each process takes about 0.4 GB. WARNING: "
+        "3 runs, about 0.1 min of computing in one process. Each process takes about 0.4 GB.\nWARNING: "
     )
     assert table.title == "Checked: no mistakes found, 3 warnings"
     assert "block.yaml: programme.0: the press takes 10 steps, and fewer than 25 are too coarse" in table.note
