@@ -103,7 +103,8 @@ def _friction(model: Model) -> Iterator[str]:
 
 def _nearest(counterface: Counterface, corners: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the least gap of the corners (dim, corners, n) [m] of each facet, shape (n,) [m]."""
-    return np.array([counterface.gap(points.T) for points in corners.swapaxes(0, 1)]).min(axis=0)
+    nearest: NDArray[np.float64] = np.min([counterface.gap(points.T) for points in corners.swapaxes(0, 1)], axis=0)
+    return nearest
 
 
 def _supports(model: Model) -> Iterator[str]:

@@ -154,7 +154,8 @@ def _is_z_up(history: xr.Dataset) -> bool:
 
 def _directions(history: xr.Dataset, camera: Camera) -> Floats:
     """Return the vectors (2, 3) to a camera and upwards in its picture."""
-    return np.matmul(_DIRECTIONS[camera], _Z_UP if _is_z_up(history) else np.eye(3))
+    directions: Floats = np.matmul(_DIRECTIONS[camera], _Z_UP if _is_z_up(history) else np.eye(3))
+    return directions
 
 
 def middle_cut(history: xr.Dataset) -> Cut:
