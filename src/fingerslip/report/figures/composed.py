@@ -41,7 +41,6 @@ def composed_figure(
         len(heights), 1, size, heading, ("time [s]", ""), share="x", heights=heights, lettered=False, full=True
     )
     stimulus, *others, forces, ratios = panels
-    draw_stimulus(stimulus, history, times)
     lettered = [stimulus]
     if moments:
         pictures = _draw_pictures(figure, others.pop(0), history, moments, below=others[0] if others else forces)
@@ -59,6 +58,8 @@ def composed_figure(
         axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.97), borderaxespad=0.0, ncols=3)
     ratios.set_xlim(times[0], times[-1])
     style.limit_to_slides(ratios, {title: history}, {title: events}, before=np.inf)
+    seen = times <= ratios.get_xlim()[1]
+    draw_stimulus(stimulus, history.isel(time=seen), times[seen])
     style.mark_panels([stimulus, *others, forces, ratios], history, events.slip)
     style.letter_panels([*lettered, *others, forces, ratios])
     style.add_legend(figure, style.state_keys((STICK, SLIP)))
