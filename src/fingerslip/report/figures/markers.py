@@ -143,7 +143,9 @@ def _draw_estimates(
 
 
 # What lengths are shown in, and how many of it there are to the unit of the tracks.
-_SHOWN = {"m": ("mm", 1e3), "px": ("px", 1.0)}
+_MIDDLE = 1e-9  # as far from x = 0 a marker counts as in the middle
+#: How a length of tracks is shown: its unit, and the factor to it.
+SHOWN_UNITS = {"m": ("mm", 1e3), "px": ("px", 1.0)}
 _SHARE = 0.8  # of the distance between markers that the longest arrow of a panel takes
 
 
@@ -169,7 +171,7 @@ def centre_last(rings: NDArray[np.integer]) -> NDArray[np.intp]:
 @with_style
 def marker_tracks_figure(tracks: xr.Dataset, title: str = "") -> Figure:
     """Draw how far each marker has moved along each axis since it was first seen, over time, coloured by ring."""
-    unit, scale = _SHOWN[str(tracks["position"].attrs["units"])]
+    unit, scale = SHOWN_UNITS[str(tracks["position"].attrs["units"])]
     axes_names, heading = [str(name) for name in tracks["axis"].values], join_title("Markers over time", title)
     labels = ("time [s]", f"displacement [{unit}]")
     figure, panels = figure_grid(len(axes_names), 3, (3.6, 2.8), heading, labels, share="x")
@@ -194,7 +196,7 @@ def marker_tracks_figure(tracks: xr.Dataset, title: str = "") -> Figure:
 def fields_figure(fields: xr.Dataset, time: float, title: str = "") -> Figure:
     """Draw the fields of markers at one time [s]."""
     now = fields.isel(time=int(np.abs(fields["time"].values - time).argmin()))
-    unit, scale = _SHOWN[str(fields["position"].attrs["units"])]
+    unit, scale = SHOWN_UNITS[str(fields["position"].attrs["units"])]
     heading = join_title(f"Fields from markers at {float(now['time']):.3g} s", title)
     figure, panels = figure_grid(6, 3, (3.3, 3.1), heading, (f"x at rest [{unit}]", f"y at rest [{unit}]"))
     arrows = {"displacement": unit, "velocity": f"{unit}/s", "rigid_residual": unit}
@@ -371,13 +373,14 @@ def slide_tracks_figure(tracks: xr.Dataset, history: xr.Dataset, title: str = ""
         # All move with the body by millimetres; what tells of slip is by how much they differ.
         apart = along[:, rows] - along[:, rows[rings[rows].argmin()]][:, None]
         for number in centre_last(rings[rows]):
-            style = "-" if start[rows[number]] >= -1e-9 else "--"
+            style = "-" if start[rows[number]] >= -_MIDDLE else "--"
             axes.plot(travel, apart[:, number], style, color=colours[int(rings[rows[number]])], linewidth=0.9)
         low, high = float(np.nanmin(apart)), float(np.nanmax(apart))
         room = 0.06 * max(high - low, 1e-3)
         axes.set_ylim(low - room, high + room)
         axes.set_title(f"{kind} markers")
-    add_legend(figure, ring_keys(rings))
+    opposite = {"starts at x < 0": Line2D([], [], color=BLACK, linestyle="--")} if (start < -_MIDDLE).any() else {}
+    add_legend(figure, ring_keys(rings) | opposite)
     return figure
 
 

@@ -202,7 +202,7 @@ FIGURES = {
         {"centre", "ring 1", "ring 2", "Markers at rest: a run"}),
     "markers": (
         of_run("markers", filmed_history, Events()), ["internal markers", "external markers"],
-        {"travel of the plate [mm]"}),
+        {"travel of the plate [mm]", "centre", "starts at x < 0"}),
     "sensor": (
         lambda: specimens.tactip_figure(PRESETS.read("tactip-ridged-2d"), "ridged"),
         ["cut open along the axis", "81 internal markers, from inside", "81 external markers, from below"],

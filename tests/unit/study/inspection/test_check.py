@@ -180,12 +180,16 @@ def test_a_figure_of_a_study_or_of_a_run_stands_beside_its_results(finished, for
 
 
 def test_what_the_detector_finds_in_the_markers_of_a_run_stands_beside_its_events(monkeypatch):
-    trial = synthetic_trial("slide", SyntheticSlide(travel=4e-3))
-    monkeypatch.setattr(views, "marker_tracks", lambda _: trial.tracks)
+    tracks = synthetic_trial("slide", SyntheticSlide(travel=4e-3)).tracks
+    tracks = tracks.assign(position=(1e-4 * tracks["position"]).assign_attrs(units="m"))
+    monkeypatch.setattr(views, "marker_tracks", lambda _: tracks)
     monkeypatch.setattr(views, "phase_times", lambda *_: [(0.0, 1.0)])
     truth = fs.SlipEvents(incipient=1.2, overall=2.0)
     figure = views._detector_figure(RunSubject(make(Process()), fs.Events(slip=truth)))
-    assert [axes.get_ylabel() for axes in figure.axes][1:] == ["left pattern [%]", "sure of slip [%]"]
+    assert [axes.get_ylabel() for axes in figure.axes] == ["displaced [mm]", "left pattern [%]", "sure of slip [%]"]
+    assert 0.1 < max(figure.axes[0].lines[0].get_ydata()) < 10.0
+    keys = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert keys == ["slip begins", "gross slip begins"], "no press was seen"
     lines = {float(line.get_xdata()[0]) for line in figure.axes[-1].lines if line.get_color() in EVENT_COLOURS.values()}
     assert lines == {1.2, 2.0}
     assert [text.get_text() for text in figure.axes[0].texts][-2:] == ["incipient", "overall"]
