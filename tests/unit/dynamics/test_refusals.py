@@ -41,6 +41,8 @@ def pressed_and_slid(direction, depth=1e-3):
 MODELS = [
     ({"contacts": contact(boundary="pulp")}, "boundary 'pulp' not in mesh, it has: bottom, left, right, top"),
     ({"supports": {"nail": ("x",)}}, "boundary 'nail' not in mesh"),
+    ({"materials": dict.fromkeys(("a", "b"), TISSUE), "supports": {"nail": ("x",)}, "contacts": contact(boundary="c")},
+     "(?s)materials.a: no such region.*materials.b: no such region.*boundary 'c' not.*boundary 'nail' not"),
     ({"supports": {"top": ("z",)}}, "supports.top: got component 'z', needs x or y"),
     ({"supports": {"bulk": ("x", "y")}}, "supports: fix every degree of freedom"),
     ({"tractions": {"left": (1.0,)}}, "tractions.left: got 1 components, needs 2"),

@@ -22,7 +22,7 @@ from fingerslip.dynamics.system.bodies import (
 )
 from fingerslip.dynamics.system.loads import Load, model_loads
 from fingerslip.dynamics.system.scheme import make_scheme
-from fingerslip.errors import InputError
+from fingerslip.errors import InputError, Mistakes
 from fingerslip.fe.cell_materials import CellMaterials, cell_materials, finite_cell_materials, small_strain_law
 from fingerslip.fe.space import Space, boundary_nodes, build_space, free_pieces, nodal_areas, region_nodes, vector_dofs
 from fingerslip.materials.large_strain import FiniteMaterial
@@ -95,7 +95,16 @@ def check_model(model: Model) -> None:
 def inspect_model(model: Model, space: Space | None = None) -> CheckedModel:
     """Check a model, with the space of its mesh where that is known; return what was found out."""
     space = space or build_space(model.mesh)
-    materials = cell_materials(space, model.materials, model.formulation)
+    mistakes = Mistakes()
+    with mistakes.collect():
+        materials = cell_materials(space, model.materials, model.formulation)
+    for contact in model.contacts:
+        with mistakes.collect():
+            boundary_nodes(space, contact.boundary)
+    for name in model.supports:
+        with mistakes.collect():
+            _supported_nodes(space, name)
+    mistakes.raise_all()
     finite = finite_cell_materials(space, model.materials, model.formulation) if model.is_finite else None
     for name, material in model.materials.items():
         terms = getattr(small_strain_law(material), "prony", ())
@@ -190,11 +199,15 @@ def _held_dofs(model: Model, space: Space) -> dict[str, NDArray[np.int64]]:
                 f"got component '{beyond[0]}'",
                 f"needs {'x or y' if space.dim == 2 else 'x, y or z'}",
             )
-        is_region = name not in (space.mesh.boundaries or {}) and name in (space.mesh.subdomains or {})
-        nodes = region_nodes(space, name) if is_region else boundary_nodes(space, name)
         axes = ["xyz".index(component) for component in components]
-        held[name] = vector_dofs(nodes, space.dim)[:, axes].ravel()
+        held[name] = vector_dofs(_supported_nodes(space, name), space.dim)[:, axes].ravel()
     return held
+
+
+def _supported_nodes(space: Space, name: str) -> NDArray[np.int64]:
+    """Return the nodes of a boundary, or of a region where no boundary has the name, shape (k,)."""
+    is_region = name not in (space.mesh.boundaries or {}) and name in (space.mesh.subdomains or {})
+    return region_nodes(space, name) if is_region else boundary_nodes(space, name)
 
 
 def _check_support_motions(model: Model, space: Space) -> None:
