@@ -59,7 +59,10 @@ def composed_figure(
     draw_ratios(ratios, history, times)
     ratios.set_ylabel("ratio, fraction")
     for axes in (forces, ratios):
-        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.97), borderaxespad=0.0, ncols=3)
+        if axes is ratios or others:
+            axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.97), borderaxespad=0.0, ncols=3)
+        else:  # what leads from the pictures to their times is there
+            style.add_keys_inside(axes, ncols=2)
     ratios.set_xlim(times[0], times[-1])
     style.limit_to_slides(ratios, {title: history}, {title: events}, before=np.inf)
     seen = times <= ratios.get_xlim()[1]

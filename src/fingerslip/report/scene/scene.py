@@ -158,6 +158,14 @@ def _directions(history: xr.Dataset, camera: Camera) -> Floats:
     return directions
 
 
+def upright(history: xr.Dataset) -> xr.Dataset:
+    """Return a history whose vectors go right, up and to the viewer: turned where the first counterface is along z."""
+    if not _is_z_up(history):
+        return history
+    vectors = [name for name, variable in history.variables.items() if variable.dims[1:][-1:] == ("component",)]
+    return history.assign({name: history[name].copy(data=history[name].values @ _Z_UP.T) for name in vectors})
+
+
 def middle_cut(history: xr.Dataset) -> Cut:
     """Return the normal of the cut through the middle of a solid, across the counterface and facing the viewer."""
     return "y" if _is_z_up(history) else "z"
