@@ -25,7 +25,6 @@ from fingerslip.report.scene.scene import middle_cut
 from fingerslip.report.scene.viewer import stills
 from fingerslip.slip import slide_window
 from fingerslip.vision.fields import larger_principal
-from fingerslip.vision.tracking.track import jumps, lost_intervals, noise_at_rest, seen_count
 from fingerslip.vision.video import FINE
 
 Floats = NDArray[np.float64]
@@ -258,6 +257,9 @@ def _draw_surface(axes: Axes, now: xr.Dataset, scale: float, values: Floats, col
 @with_style
 def count_figure(tracks: xr.Dataset) -> Figure:
     """Draw how many markers were seen over time, and below it when each was lost."""
+    # What tracks is slow to load, and pages of runs do without.
+    from fingerslip.vision.tracking.track import seen_count
+
     labels = ("time [s]", "")
     figure, (count, lost) = figure_grid(2, 1, (6.4, 1.9), "Markers that were seen", labels, share="x")
     time, n_markers = tracks["time"].values, tracks.sizes["marker"]
@@ -275,6 +277,8 @@ def count_figure(tracks: xr.Dataset) -> Figure:
 
 
 def _draw_lost(axes: Axes, tracks: xr.Dataset) -> None:
+    from fingerslip.vision.tracking.track import lost_intervals
+
     time = tracks["time"].values
     step = float(np.median(np.diff(time))) if len(time) > 1 else 1.0
     intervals = lost_intervals(tracks)
@@ -290,6 +294,8 @@ def _draw_lost(axes: Axes, tracks: xr.Dataset) -> None:
 @with_style
 def noise_figure(tracks: xr.Dataset, frame: NDArray[np.uint8] | None = None) -> Figure:
     """Draw the markers where they rest, coloured by their noise there, on the first frame."""
+    from fingerslip.vision.tracking.track import noise_at_rest
+
     figure, (axes,) = figure_grid(1, 1, (6.0, 4.4), "Noise at rest", ("x [px]", "y [px]"))
     name = "image_position" if "image_position" in tracks else "position"
     rest = tracks[name].values[: max(int(tracks.attrs.get("rest_frames", 1)), 1)]
@@ -314,6 +320,8 @@ def noise_figure(tracks: xr.Dataset, frame: NDArray[np.uint8] | None = None) -> 
 @with_style
 def jump_figure(tracks: xr.Dataset) -> Figure:
     """Draw how often markers moved by how much more than their neighbours between two frames."""
+    from fingerslip.vision.tracking.track import jumps
+
     labels = ("displacement between frames beyond the neighbours' [px]", "marker-frames")
     figure, (axes,) = figure_grid(1, 1, (6.4, 2.6), "Jumps", labels)
     sizes = jumps(tracks)

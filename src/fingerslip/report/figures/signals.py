@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
 
 import matplotlib as mpl
 import numpy as np
@@ -16,7 +17,6 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from fingerslip.afferents.model import Spikes, resolved_afferents
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.history import sites_of_kinds
 from fingerslip.report import colours as palette
@@ -36,6 +36,9 @@ from fingerslip.slip import (
     slipping_fraction,
 )
 from fingerslip.slip.windows import split_along
+
+if TYPE_CHECKING:
+    from fingerslip.afferents.model import Spikes
 
 Floats = NDArray[np.float64]
 
@@ -416,6 +419,9 @@ def spike_figure(
 
     Rows are ordered by place along the slide. Mean rates are counted in windows [s] of at least ten records.
     """
+    # Models of afferents are slow to load, and pages of runs do without.
+    from fingerslip.afferents.model import resolved_afferents
+
     kinds = tuple(dict.fromkeys(spikes.kinds))
     times, heading = history["time"].values, style.join_title("Spikes of afferents", title)
     figure, panels = style.figure_grid(len(kinds) + 2, 1, (6.8, 1.1), heading, ("time [s]", ""), share="x")

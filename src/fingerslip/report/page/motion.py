@@ -249,7 +249,7 @@ def pack_arrays(arrays: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
         chunks.append(data + b"\0" * (-len(data) % 4))
         header[name] = {"type": kind, "shape": list(array.shape), "at": at}
         at += len(chunks[-1])
-    return {"arrays": header, "data": base64.b64encode(zlib.compress(b"".join(chunks), 9)).decode("ascii")}
+    return {"arrays": header, "data": base64.b64encode(zlib.compress(b"".join(chunks))).decode("ascii")}
 
 
 Integers = NDArray[np.int64]

@@ -105,7 +105,7 @@ def snapshot_grid(history: xr.Dataset, number: int) -> pyvista.UnstructuredGrid:
 
     snapshot = read_snapshot(history, number)
     points = 1e3 * (snapshot.points + snapshot.point_fields["displacement"])
-    grid = pyvista.UnstructuredGrid({snapshot.cell_type.vtk: snapshot.cells}, points)
+    grid = pyvista.UnstructuredGrid({snapshot.cell_type: snapshot.cells}, points)
     for name, vectors in snapshot.point_fields.items():
         grid.point_data[name] = SCALARS[name][1] * np.linalg.norm(vectors, axis=1)
     for name, values in snapshot.cell_fields.items():
