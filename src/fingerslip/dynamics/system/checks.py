@@ -258,7 +258,7 @@ def _candidates(model: Model, space: Space, number: int, counterface: Counterfac
         where=f"contacts.{number}",
     )
     offsets = candidates.positions - candidates.positions[0]
-    if space.dim == 3 and np.linalg.matrix_rank(offsets, 1e-9 * size) < 2:
+    if space.dim == 3 and counterface.is_flat and np.linalg.matrix_rank(offsets, 1e-9 * size) < 2:
         fault = f"meets {len(offsets)} nodes of '{contact.boundary}', all on a line"
         normal = direction_text(inward_normals(model, contact.boundary).mean(axis=0))
         repair = f"this boundary takes a plate with the normal {normal}"
