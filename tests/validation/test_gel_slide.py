@@ -1,6 +1,6 @@
 """The shipped slide on a flat gel: its force, its plateau, where it slips first, and its film.
 
-Tolerances: on cells of 0.36 mm and steps of 50 ms forces and marker displacements differ by less than 2 % from those
+Tolerances: on cells of 0.36 mm and steps of 50 ms forces and marker displacements differ by less than 1 % from those
 here. The closed form of a bonded layer is one of small strain without friction.
 """
 

@@ -64,7 +64,7 @@ class PadSizes(GradedMesh):
         What is meshed.
     """
 
-    contact_size: PositiveLength = 0.6e-3
+    contact_size: PositiveLength = 0.45e-3
     bulk_size: PositiveLength = 2e-3
     element: Literal["Q4", "H8"] = "Q4"
     body: Literal["gel_pad"] = "gel_pad"
