@@ -1,6 +1,7 @@
 """Draw the figures of docs/tactip.md.
 
-First: cd studies; fingerslip run tactip_slide.yaml ridged_vs_smooth.yaml tactip_gate_3d.yaml gel_slide.yaml --results ../results
+First: fingerslip run studies/tactip_slide.yaml studies/ridged_vs_smooth.yaml studies/tactip_gate_3d.yaml
+and: fingerslip run studies/gel_slide.yaml
 Then: python docs/figures/tactip_figures.py [RESULTS]
 """
 

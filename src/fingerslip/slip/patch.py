@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 # Triangles that bridge a hole or a hollow of the contact have longer sides than its own, which are alike.
 _LONGEST_SIDE = 3.0
+_FLAT = 1e-9  # twice the area over the square of the longest side
 _STRAINS = ("along", "across", "shear")
 
 
@@ -63,9 +64,13 @@ def contact_patch(history: xr.Dataset, counterface: int = 0) -> Patch:
     except QhullError:
         fault = f"has all contact candidates of counterface {counterface} on a line"
         raise InputError("history", fault, "needs a contact that is more than an edge") from None
-    sides = np.linalg.norm(points[triangles] - points[np.roll(triangles, 1, axis=1)], axis=2)
-    short = sides.max(axis=1) <= _LONGEST_SIDE * np.median(sides)
-    return Patch(nodes, points, np.asarray(triangles[short], dtype=np.int64), axes)
+    edges = points[triangles] - points[np.roll(triangles, 1, axis=1)]
+    sides = np.linalg.norm(edges, axis=2)
+    (x, y), (along, across) = edges[:, 0].T, edges[:, 1].T
+    # Nodes in a row at the rim of a regular mesh make triangles without area.
+    usable = np.abs(x * across - y * along) > _FLAT * sides.max(axis=1) ** 2
+    usable &= sides.max(axis=1) <= _LONGEST_SIDE * np.median(sides)
+    return Patch(nodes, points, np.asarray(triangles[usable], dtype=np.int64), axes)
 
 
 def patch_series(history: xr.Dataset, counterface: int = 0) -> xr.Dataset:

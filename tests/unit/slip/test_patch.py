@@ -33,6 +33,18 @@ def test_triangles_cover_the_patch_once(history):
     assert patch.axes[0] == pytest.approx([1.0, 0.0, 0.0])  # along the slide
 
 
+def test_nodes_that_are_nearly_in_a_row_make_no_triangles_without_area(history):
+    position = history["contact_position"].copy(deep=True)
+    x, y = position.values[:, :2].T
+    rim = (x == x.min()) & (y > y.min()) & (y < y.max())
+    position.values[rim, 0] += 1e-13
+    dented, straight = (
+        contact_patch(candidates) for candidates in (history.assign(contact_position=position), history)
+    )
+    assert rim.any()
+    assert len(dented.triangles) == len(straight.triangles)
+
+
 def test_stretch_and_shear_give_their_green_lagrange_strains_and_a_turn_none(history):
     strains = surface_strains(moved(history, np.diag([1.2, 0.9, 1.0]))).isel(time=-1)
     assert strains.sel(strain_component="along").values == pytest.approx((1.2**2 - 1.0) / 2.0)
