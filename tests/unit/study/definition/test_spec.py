@@ -15,6 +15,7 @@ from fingerslip.contact.friction import Anisotropic, Conditions, Coulomb
 from fingerslip.mesh.source import MeshFile
 from fingerslip.parameters import as_mapping, from_mapping
 from fingerslip.parameters.dotted import assign, walk
+from fingerslip.specimens.choice import SPECIMENS
 from fingerslip.study.definition.runs import expand_mapping, read_runs
 from fingerslip.study.definition.settings import CameraSettings, ContactSettings, TimeSettings, TrialSettings
 from fingerslip.study.definition.spec import Study, known_paths, mistakes_between, parse_study, read_study
@@ -422,9 +423,10 @@ def test_fields_that_are_missing_together_come_with_mistakes_elsewhere_and_relat
     assert (mistake.where, mistake.found) == ("contact", "is missing, and the programme moves the plate")
     assert mistakes_between({**fields, "programme": ()}) == []
     assert mistakes_between({**fields, "contacts": (object(),)}) == []
-    fields = {"fingertip": None, "tactip": None, "mesh": MeshFile("a.msh"), "formulation": "solid", "materials": {}}
+    none = dict.fromkeys(SPECIMENS)
+    fields = {**none, "mesh": MeshFile("a.msh"), "formulation": "solid", "materials": {}}
     assert [mistake.where for mistake in mistakes_between(fields)] == ["materials"]
-    assert mistakes_between({"fingertip": None, "tactip": None, "materials": {}}) == []
+    assert mistakes_between({**none, "materials": {}}) == []
     mistakes = mistakes_between(fields | {"formulation": None, "depth": None})
     assert [mistake.where for mistake in mistakes] == ["materials", "formulation", "depth"]
 
