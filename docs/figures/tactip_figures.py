@@ -180,7 +180,7 @@ def gel_figure(history: xr.Dataset) -> Figure:
     end = begin + int(np.searchsorted(travel, 0.9 - 1e-9))
     colours = ring_colours(int(tracks["ring"].max()) + 1)
     shades = [colours[ring] for ring in tracks["ring"].values]
-    figure, panels = figure_grid(3, 3, (4.0, 3.4), "", ("x [mm]", ""), share="none", widths=(1.2, 1.2, 1.0))
+    figure, panels = figure_grid(3, 3, (2.9, 2.8), "", ("x [mm]", ""), share="none", widths=(1.2, 1.2, 1.0))
     fields = {
         "pressed by 0.7 mm, arrows 20 times as long": (begin, 20),
         "slid by 0.9 mm, arrows twice as long": (end, 2),
@@ -195,9 +195,7 @@ def gel_figure(history: xr.Dataset) -> Figure:
     for marker in np.flatnonzero(np.abs(z) < 1e-9):
         panels[2].plot(travel, (positions[begin:] - positions[begin])[:, marker, 0], color=shades[marker])
     panels[2].axline((0.0, 0.0), slope=1.0, color="0.5", linestyle=":", zorder=0)
-    panels[2].set(
-        title="markers of the middle row", xlabel="travel of the ball [mm]", ylabel="since the slide began [mm]"
-    )
+    panels[2].set(title="middle row", xlabel="travel of the ball [mm]", ylabel="since the slide began, along x [mm]")
     panels[2].set_ylim(-0.05, 1.05)
     names = ["centre", *(f"ring {ring}" for ring in range(1, len(colours))), "with the ball"]
     lines = [*(Line2D([], [], color=colour) for colour in colours), Line2D([], [], color="0.5", linestyle=":")]
