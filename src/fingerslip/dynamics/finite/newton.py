@@ -253,7 +253,7 @@ def advance_finite(
 
 def _solve(factors: Factors, start: Prediction, watch: Stopwatch) -> tuple[_Iterate, ContactStep, int]:
     """Iterate to the solution of a step; also return its contact and how many iterations it took."""
-    iterate, mixing, contact = _first(factors, start, watch), Mixing(), None
+    iterate, mixing, contact = _first(factors, start), Mixing(), None
     last, contraction, slow, renewals = np.inf, _USUAL, 0, 0
     pushed = factors.scheme.end_weight * start.before.contact_forces
     for iteration in range(1, _MOST + 1):
@@ -271,9 +271,7 @@ def _solve(factors: Factors, start: Prediction, watch: Stopwatch) -> tuple[_Iter
         mixed = mixing.next(solved.end, solved.residual)
         # Only at the end of an iteration does contact obey its law; a mixed iterate cannot be the last.
         is_end = contraction * solved.error <= _TOLERANCE
-        iterate, reached = _towards(
-            factors, start, iterate, solved.end if is_end else mixed, (pushed, solved.force), watch
-        )
+        iterate, reached = _towards(factors, start, iterate, solved.end if is_end else mixed, (pushed, solved.force))
         last, pushed = solved.error, solved.force
         if is_end and reached and _error(factors.current, iterate, solved) <= _TOLERANCE:
             return iterate, contact, iteration
@@ -287,7 +285,7 @@ def _iterations_left(error: float, last: float) -> float:
     return float(np.log(error / _TOLERANCE) / np.log(last / error)) if error < last else np.inf
 
 
-def _first(factors: Factors, start: Prediction, watch: Stopwatch) -> _Iterate:
+def _first(factors: Factors, start: Prediction) -> _Iterate:
     """Return the first iterate: the displacement goes on with the velocity at the start, statically as in that step."""
     scheme, before, body = factors.scheme, start.before, factors.inclusions
     # The acceleration at the start says less of a step than none: it turns with every node that touches.
@@ -295,7 +293,7 @@ def _first(factors: Factors, start: Prediction, watch: Stopwatch) -> _Iterate:
     best = None
     for displacement in (body.displacement(onwards), start.free.displacement):
         try:
-            iterate = _at(factors, start, displacement, before.large_body, watch)
+            iterate = _at(factors, start, displacement, before.large_body)
         except FingerslipError as error:
             too_far = error
             continue
@@ -371,7 +369,7 @@ def _with_contact(stepper: Stepper, iterate: _Iterate, force: Array) -> tuple[Ar
 
 
 def _towards(
-    factors: Factors, start: Prediction, iterate: _Iterate, aim: Array, forces: tuple[Array, Array], watch: Stopwatch
+    factors: Factors, start: Prediction, iterate: _Iterate, aim: Array, forces: tuple[Array, Array]
 ) -> tuple[_Iterate, bool]:
     """Return the iterate at some coordinates (m,), and whether it is there.
 
@@ -383,7 +381,7 @@ def _towards(
         share = 0.5**halved
         there = aim if not halved else here + share * (aim - here)
         try:
-            tried = _at(factors, start, factors.inclusions.displacement(there), iterate.body, watch)
+            tried = _at(factors, start, factors.inclusions.displacement(there), iterate.body)
         except FingerslipError as error:
             too_far = error
             continue
@@ -398,7 +396,7 @@ def _towards(
     return best, reached
 
 
-def _at(factors: Factors, start: Prediction, displacement: Array, near: BodyState, watch: Stopwatch) -> _Iterate:
+def _at(factors: Factors, start: Prediction, displacement: Array, near: BodyState) -> _Iterate:
     """Evaluate the equation of motion without contact forces at a displacement (n,) [m]."""
     stepper = factors.current
     system, scheme = stepper.system, stepper.scheme
@@ -406,7 +404,7 @@ def _at(factors: Factors, start: Prediction, displacement: Array, near: BodyStat
     unknown[system.unknowns.moving] = 0.0
     displacement = start.free.displacement + scheme.displacement_factor * unknown
     velocity = start.free.velocity + scheme.velocity_factor * unknown
-    with watch.part("bulk"):
+    with factors.watch.part("bulk"):
         body = system.require_body().at(displacement, near)
     inertia = np.zeros_like(unknown)
     if scheme.inertia_factor:
