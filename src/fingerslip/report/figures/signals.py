@@ -43,6 +43,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 _ROUNDING = 1e-16
+_KEYS_ROOM = 1.75  # of the largest value, so that keys above lines cover none
 # Windows in which spikes are counted: their length [s], and at least so many records.
 _WINDOW, _RECORDS_A_WINDOW = 0.05, 10.0
 # Below this share of the largest normal force the ratio of the forces is rounding.
@@ -103,6 +104,7 @@ def draw_stimulus(axes: Axes, history: xr.Dataset, times: Floats) -> None:
     axes.plot(times, 1e3 * towards, color=palette.BLACK, label="press")
     axes.plot(times, 1e3 * np.linalg.norm(along, axis=1), color=palette.BLACK, linestyle="--", label="slide")
     axes.set_ylabel("plate [mm]")
+    axes.set_ylim(top=_KEYS_ROOM * axes.get_ylim()[1])
     style.add_keys_inside(axes, loc="upper left", ncols=2)
 
 
