@@ -184,6 +184,8 @@ _PATIENCE, _LITTLE = 3, 1
 # over the error of the iterate, and at most. On the shipped fingertip in 3D this takes as many iterations as 1e-12
 # does, and moves accelerations by less than the tolerance does.
 _AT_END, _OF_ERROR, _COARSEST = 1e-8, 1e-2, 1e-5
+# Residual over forces above which half of the way is tried, too.
+_FAR = 0.3
 # Contraction that is expected before any is known.
 _USUAL = 0.1
 _PROBLEM = "motion at large strain"
@@ -251,8 +253,9 @@ def advance_finite(
 
 def _solve(factors: Factors, start: Prediction, watch: Stopwatch) -> tuple[_Iterate, ContactStep, int]:
     """Iterate to the solution of a step; also return its contact and how many iterations it took."""
-    iterate, mixing, contact = _first(factors, start, watch), Mixing(), None
+    iterate, mixing, contact = _first(factors, start), Mixing(), None
     last, contraction, slow, renewals = np.inf, _USUAL, 0, 0
+    pushed = factors.scheme.end_weight * start.before.contact_forces
     for iteration in range(1, _MOST + 1):
         solved = _linearise(factors, start, iterate, contact, (last, contraction), watch=watch)
         contact, contraction = solved.contact, solved.contraction
@@ -268,8 +271,8 @@ def _solve(factors: Factors, start: Prediction, watch: Stopwatch) -> tuple[_Iter
         mixed = mixing.next(solved.end, solved.residual)
         # Only at the end of an iteration does contact obey its law; a mixed iterate cannot be the last.
         is_end = contraction * solved.error <= _TOLERANCE
-        iterate, reached = _towards(factors, start, iterate, solved.end if is_end else mixed, watch)
-        last = solved.error
+        iterate, reached = _towards(factors, start, iterate, solved.end if is_end else mixed, (pushed, solved.force))
+        last, pushed = solved.error, solved.force
         if is_end and reached and _error(factors.current, iterate, solved) <= _TOLERANCE:
             return iterate, contact, iteration
     raise _failure(factors.current, start, iterate, solved)
@@ -282,7 +285,7 @@ def _iterations_left(error: float, last: float) -> float:
     return float(np.log(error / _TOLERANCE) / np.log(last / error)) if error < last else np.inf
 
 
-def _first(factors: Factors, start: Prediction, watch: Stopwatch) -> _Iterate:
+def _first(factors: Factors, start: Prediction) -> _Iterate:
     """Return the first iterate: the displacement goes on with the velocity at the start, statically as in that step."""
     scheme, before, body = factors.scheme, start.before, factors.inclusions
     # The acceleration at the start says less of a step than none: it turns with every node that touches.
@@ -290,7 +293,7 @@ def _first(factors: Factors, start: Prediction, watch: Stopwatch) -> _Iterate:
     best = None
     for displacement in (body.displacement(onwards), start.free.displacement):
         try:
-            iterate = _at(factors, start, displacement, before.large_body, watch)
+            iterate = _at(factors, start, displacement, before.large_body)
         except FingerslipError as error:
             too_far = error
             continue
@@ -366,20 +369,34 @@ def _with_contact(stepper: Stepper, iterate: _Iterate, force: Array) -> tuple[Ar
 
 
 def _towards(
-    factors: Factors, start: Prediction, iterate: _Iterate, aim: Array, watch: Stopwatch
+    factors: Factors, start: Prediction, iterate: _Iterate, aim: Array, forces: tuple[Array, Array]
 ) -> tuple[_Iterate, bool]:
-    """Return the iterate at some coordinates (m,), or as near as cells let it go, and whether it was reached."""
-    here = iterate.local.flat()
+    """Return the iterate at some coordinates (m,), and whether it is there.
+
+    Far from equilibrium it goes half of the way where that leaves a smaller residual, with contact forces (n_c, dim)
+    between those of the iteration before and of this one [N]; and less where cells let it go no further.
+    """
+    here, best, least = iterate.local.flat(), None, np.inf
     for halved in range(_HALVINGS):
+        share = 0.5**halved
+        there = aim if not halved else here + share * (aim - here)
         try:
-            there = aim if not halved else here + 0.5**halved * (aim - here)
-            return _at(factors, start, factors.inclusions.displacement(there), iterate.body, watch), not halved
+            tried = _at(factors, start, factors.inclusions.displacement(there), iterate.body)
         except FingerslipError as error:
             too_far = error
-    raise _failure(factors.current, start, iterate, None, too_far)
+            continue
+        residual, size = _with_contact(factors.current, tried, (1.0 - share) * forces[0] + share * forces[1])
+        error_there = float(np.linalg.norm(residual)) / size
+        if best is None or error_there < least:
+            best, reached, least = tried, not halved, error_there
+        if least <= _FAR or halved:
+            break
+    if best is None:
+        raise _failure(factors.current, start, iterate, None, too_far)
+    return best, reached
 
 
-def _at(factors: Factors, start: Prediction, displacement: Array, near: BodyState, watch: Stopwatch) -> _Iterate:
+def _at(factors: Factors, start: Prediction, displacement: Array, near: BodyState) -> _Iterate:
     """Evaluate the equation of motion without contact forces at a displacement (n,) [m]."""
     stepper = factors.current
     system, scheme = stepper.system, stepper.scheme
@@ -387,7 +404,7 @@ def _at(factors: Factors, start: Prediction, displacement: Array, near: BodyStat
     unknown[system.unknowns.moving] = 0.0
     displacement = start.free.displacement + scheme.displacement_factor * unknown
     velocity = start.free.velocity + scheme.velocity_factor * unknown
-    with watch.part("bulk"):
+    with factors.watch.part("bulk"):
         body = system.require_body().at(displacement, near)
     inertia = np.zeros_like(unknown)
     if scheme.inertia_factor:
