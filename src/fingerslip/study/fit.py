@@ -217,17 +217,9 @@ def _summary(
     """Show what the posterior says of each value, and what the measurement cannot tell."""
     intervals = np.percentile(values, _PERCENTS, axis=0).T
     left = (intervals[:-1, 2] - intervals[:-1, 1]) / (0.68 * (ranges[1] - ranges[0]))
-    rows = tuple(
-        (label, unit, *interval, share, r_hat, time)
-        for label, unit, interval, share, r_hat, time in zip(
-            *names,
-            intervals.tolist(),
-            [*left.tolist(), Missing.NOT_DEFINED],
-            chain.r_hat,
-            chain.times,
-            strict=True,
-        )
-    )
+    shares = [*left.tolist(), Missing.NOT_DEFINED]
+    cells = zip(*names, intervals.tolist(), shares, chain.r_hat, chain.times, strict=True)
+    rows = tuple((label, unit, *interval, *others) for label, unit, interval, *others in cells)
     labels, related = names[0], np.corrcoef(values[:, :-1].T).reshape(len(left), -1)
     little = [label for label, share in zip(labels, left, strict=False) if share > _TELLS_LITTLE]
     pairs = [
@@ -248,17 +240,15 @@ def _predictions(runs: Sequence[RunResult], points: Array, samples: Array, gener
         quantities = [required_output(run, name) for run in runs]
         has = np.array([quantity.value is not None for quantity in quantities])
         outputs = np.array([quantity.value for quantity in quantities if quantity.value is not None])
-        counted = f"{has.sum()} of {len(runs)}"
-        if has.sum() < _LEAST_WITH_EVENT or np.ptp(outputs) == 0.0:
-            rows.append((quantities[0].label, quantities[0].unit, *(Missing.NO_EVENT,) * (len(_PERCENTS) + 1), counted))
-            continue
-        middle, spread = outputs.mean(), outputs.std()
-        processes = fit_processes(points[has], ((outputs - middle) / spread)[:, None])
-        mean, variance = processes.predict(samples)
-        drawn_outputs = middle + spread * (mean + np.sqrt(variance) * generator.standard_normal(mean.shape))
-        error = spread * float(np.sqrt(np.mean(processes.errors**2)))
-        intervals = np.percentile(drawn_outputs, _PERCENTS).tolist()
-        rows.append((quantities[0].label, quantities[0].unit, *intervals, error, counted))
+        cells: Sequence[Cell] = (Missing.NO_EVENT,) * (len(_PERCENTS) + 1)
+        if has.sum() >= _LEAST_WITH_EVENT:
+            middle, spread = outputs.mean(), outputs.std() or 1.0
+            processes = fit_processes(points[has], ((outputs - middle) / spread)[:, None])
+            mean, variance = processes.predict(samples)
+            mean += np.sqrt(variance) * generator.standard_normal(mean.shape)
+            error = spread * np.sqrt(np.mean(processes.errors**2))
+            cells = [*(middle + spread * np.percentile(mean, _PERCENTS)).tolist(), float(error)]
+        rows.append((quantities[0].label, quantities[0].unit, *cells, f"{has.sum()} of {len(runs)}"))
     columns = Column("output"), Column("unit"), *(Column(name, significant=4) for name in _INTERVALS)
     return Table(
         "What the fitted model predicts",

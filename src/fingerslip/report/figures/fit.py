@@ -19,15 +19,19 @@ from fingerslip.sampling.curves import OVER, Measurement, column_unit
 Array = NDArray[np.float64]
 
 _BINS, _LEVELS = 40, (0.95, 0.68)
+_SMOOTHING, _MARGIN = 1.5, 0.3  # bins; shares of what is drawn of a value
 _MOST_PANELS, _MOST_RUNS = 6, 60
 _SHOWN = {"m": ("mm", 1e3), "s": ("s", 1.0), "N": ("N", 1.0), "Pa": ("kPa", 1e-3)}
 
 
 @with_style
 def corner_figure(values: Array, labels: Sequence[str], units: Sequence[str], ranges: tuple[Array, Array]) -> Figure:
-    """Draw samples (n, dim + 1): each value against its prior, and each pair with contours of 68 and 95 %."""
+    """Draw samples (n, dim + 1), where they are: each value beside its prior, each pair with 68 and 95 % of them."""
     count = len(labels)
-    limits = [*zip(*ranges, strict=True), (0.0, float(np.percentile(values[:, -1], 99.5)))]
+    ends = np.percentile(values, (0.5, 99.5), axis=0)
+    margins = _MARGIN * np.ptp(ends, axis=0)
+    limits = list(zip(np.maximum(ends[0] - margins, [*ranges[0], 0.0]), ends[1] + margins, strict=True))
+    limits[:-1] = [(low, min(high, end)) for (low, high), end in zip(limits, ranges[1], strict=False)]
     figure, panels = figure_grid(count**2, count, (1.9, 1.9), "Posterior", ("", ""), share="none", lettered=False)
     for number, axes in enumerate(panels):
         row, column = divmod(number, count)
@@ -65,7 +69,7 @@ def _draw_pair(
     axes: Axes, first: Array, second: Array, limits: tuple[tuple[float, float], tuple[float, float]]
 ) -> None:
     counts, *edges = np.histogram2d(first, second, _BINS, limits)
-    density = gaussian_filter(counts, 2.0)
+    density = gaussian_filter(counts, _SMOOTHING)
     ordered = np.sort(density.ravel())[::-1]
     shares = np.cumsum(ordered) / ordered.sum()
     levels = [float(ordered[np.searchsorted(shares, level)]) for level in _LEVELS]
