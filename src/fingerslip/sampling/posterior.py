@@ -26,9 +26,10 @@ from fingerslip.sampling.indices import fit_process, optional_module
 Array = NDArray[np.float64]
 
 _LEFT_OUT, _MOST_COMPONENTS = 0.1, 12  # standard deviations that components may leave out, and how many there are
+_UNPREDICTED = 0.5  # share of the variance of an output
 _JITTER = 1e-10  # added to the kernel's matrix, in variances
 _LENGTH = 0.2  # of the discrepancy, as a share of the curve
-_WALKERS, _CHUNK, _MOST_STEPS = 32, 500, 40_000
+_FIRST, _WALKERS, _CHUNK, _MOST_STEPS = 4096, 32, 500, 40_000
 _LENGTHS, _R_HAT = 50, 1.05  # autocorrelation times of a chain at least, and R-hat at most
 EMCEE = ("emcee", "emcee", "fit", "fit")
 
@@ -44,16 +45,18 @@ class Processes:
     roots: Array  # (n_outputs, n, n), inverses of the Cholesky factors of the kernel's matrix
     errors: Array  # (n_outputs, n), of each run in a process without it
     noises: Array  # (n_outputs,), variance that is not of the points
-    widening: Array  # (n_outputs,), how much larger these errors are, squared, than the process says; 1 at least
 
     def predict(self, points: Array) -> tuple[Array, Array]:
-        """Return means and variances at points (m, dim), both (m, n_outputs)."""
+        """Return means and variances at points (m, dim), both (m, n_outputs).
+
+        No variance is less than the mean square of the errors: else a likelihood has modes beside the runs.
+        """
         squares = (points[:, None] - self.points) ** 2
         kernel = self.variances * np.exp(-0.5 * (squares @ self.scales.T))
         mean = np.einsum("mno,on->mo", kernel, self.weights)
         explained = (np.matmul(self.roots, kernel.transpose(2, 1, 0)) ** 2).sum(axis=1).T
         variance = self.variances + self.noises - explained
-        return mean, np.maximum(variance, 1e-12 * self.variances) * self.widening
+        return mean, np.maximum(variance, (self.errors**2).mean(axis=1))
 
 
 def fit_processes(points: Array, outputs: Array) -> Processes:
@@ -64,13 +67,13 @@ def fit_processes(points: Array, outputs: Array) -> Processes:
         variance = kernel.k1.k1.constant_value
         matrix = kernel(points) + _JITTER * variance * np.eye(len(points))
         root = np.linalg.inv(np.linalg.cholesky(matrix))
-        # Errors of runs that are left out, and their variances, in closed form (Rasmussen & Williams 2006).
-        weights, spread = root.T @ (root @ values), 1.0 / (root**2).sum(axis=0)
-        errors = weights * spread
+        weights = root.T @ (root @ values)
+        # Errors of runs that are left out, in closed form (Rasmussen & Williams 2006).
+        errors, noise = weights / (root**2).sum(axis=0), kernel.k2.noise_level
+        if np.mean(errors**2) > _UNPREDICTED:  # nothing is known between the runs
+            weights, root, variance, noise, errors = 0.0 * weights, 0.0 * root, 1.0, 0.0, values
         lengths = np.broadcast_to(kernel.k1.k2.length_scale, points.shape[1])
-        widening = max(1.0, float(np.mean(errors**2 / spread)))
-        noise = kernel.k2.noise_level
-        columns.append((lengths**-2.0, variance, weights, root, errors, noise, widening))
+        columns.append((lengths**-2.0, variance, weights, root, errors, noise))
     return Processes(points, *map(np.array, zip(*columns, strict=True)))
 
 
@@ -169,11 +172,12 @@ def sample_posterior(density: Likelihood, dim: int, seed: int = 1) -> Chain:
     emcee: Any = optional_module(*EMCEE)
     generator = np.random.default_rng(seed)
     walkers = max(_WALKERS, 4 * (dim + 1))
-    sizes = density.scale * np.abs(generator.standard_normal((walkers, 1)))
-    moves = [(emcee.moves.DEMove(), 0.9), (emcee.moves.DEMove(gamma0=1.0), 0.1)]
+    sizes = density.scale * np.abs(generator.standard_normal((_FIRST, 1)))
+    first = np.hstack((generator.random((_FIRST, dim)), sizes))
+    moves = [(emcee.moves.DEMove(), 0.5), (emcee.moves.StretchMove(), 0.5)]  # the second brings in those far away
     sampler = emcee.EnsembleSampler(walkers, dim + 1, density, vectorize=True, moves=moves)
     sampler.random_state = np.random.MT19937(seed).state
-    state: Any = np.hstack((generator.random((walkers, dim)), sizes))
+    state: Any = first[np.argsort(density(first))[-walkers:]]
     for steps in range(_CHUNK, _MOST_STEPS + 1, _CHUNK):
         state = sampler.run_mcmc(state, _CHUNK)
         chain = sampler.get_chain(discard=steps // 3)

@@ -53,9 +53,16 @@ def test_processes_know_smooth_functions_and_how_far_off_they_are() -> None:
     assert mean[:, 1] == pytest.approx(across @ np.linalg.solve(matrix, outputs[:30, 1]))
     explained = np.einsum("ij,ji->i", across, np.linalg.solve(matrix, across.T))
     spread = processes.variances[1] + processes.noises[1] - explained
-    assert variance[:, 1] == pytest.approx(processes.widening[1] * spread)
+    assert variance[:, 1] == pytest.approx(np.maximum(spread, np.mean(processes.errors[1] ** 2)))
     by_others = matrix[0, 1:] @ np.linalg.solve(matrix[1:, 1:], outputs[1:30, 1])
     assert processes.errors[1, 0] == pytest.approx(outputs[0, 1] - by_others)
+
+
+def test_of_an_output_that_nothing_predicts_nothing_is_said() -> None:
+    noise = np.random.default_rng(4).standard_normal((len(POINTS), 1))
+    mean, variance = fit_processes(POINTS, (noise - noise.mean()) / noise.std()).predict(POINTS[:3] + 0.01)
+    assert mean[:, 0] == pytest.approx(np.zeros(3), abs=0.3)
+    assert (variance > 0.7).all()
 
 
 def kernel(processes: Processes, first: Array, second: Array) -> Array:

@@ -39,7 +39,11 @@ def corner_figure(values: Array, labels: Sequence[str], units: Sequence[str], ra
         if row > column:
             _draw_pair(axes, values[:, column], values[:, row], (limits[column], limits[row]))
         elif row == column:
-            _draw_value(axes, values[:, row], limits[row], has_prior=row < count - 1)
+            axes.hist(values[:, row], bins=_BINS, range=limits[row], density=True, color=SKY)
+            axes.axvline(float(np.median(values[:, row])), color=BLACK, linewidth=1.0)
+            axes.set_yticks([])
+            if row < count - 1:
+                axes.axhline(1.0 / (ranges[1][row] - ranges[0][row]), color=GREY, linestyle="--", linewidth=1.0)
         axes.set_xlim(limits[column])
         axes.tick_params(labelbottom=row == count - 1, labelleft=row > column == 0)
         axes.locator_params(nbins=4)
@@ -55,14 +59,6 @@ def corner_figure(values: Array, labels: Sequence[str], units: Sequence[str], ra
 
 def _named(label: str, unit: str) -> str:
     return f"{label}\n[{unit}]" if unit else label
-
-
-def _draw_value(axes: Axes, values: Array, limits: tuple[float, float], *, has_prior: bool) -> None:
-    axes.hist(values, bins=_BINS, range=limits, density=True, color=SKY)
-    axes.axvline(float(np.median(values)), color=BLACK, linewidth=1.0)
-    if has_prior:
-        axes.axhline(1.0 / (limits[1] - limits[0]), color=GREY, linestyle="--", linewidth=1.0)
-    axes.set_yticks([])
 
 
 def _draw_pair(

@@ -24,6 +24,9 @@ def test_axes_end_with_the_posterior_or_the_prior_and_contours_hold_their_share(
     assert limits[1] == (60.0, 110.0)
     assert limits[2][0] == 0.0
     assert figure.axes[6].get_xlabel() == "tissue\n[kPa]"
+    # Densities over the whole range, wherever the axis ends.
+    assert figure.axes[0].lines[-1].get_ydata()[0] == pytest.approx(1.0 / 40.0)
+    assert max(bar.get_height() for bar in figure.axes[0].patches) == pytest.approx(0.8, rel=0.15)
     pair = figure.axes[3]
     for collection, share in zip(pair.collections, (0.95, 0.68), strict=True):
         (outline,) = (path for path in collection.get_paths() if len(path.vertices))
