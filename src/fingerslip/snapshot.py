@@ -26,25 +26,8 @@ Floats = NDArray[np.float64]
 _FLAT = 1e-3
 
 
-@dataclass(frozen=True)
-class CellType:
-    """The name of a kind of cell in meshio, and its number in VTK."""
-
-    meshio: str
-    vtk: int
-
-
-#: The kinds of cells by the name of the element.
-CELL_TYPES: Mapping[str, CellType] = MappingProxyType(
-    {
-        "Q4": CellType("quad", 9),
-        "T3": CellType("triangle", 5),
-        "T6": CellType("triangle6", 22),
-        "H8": CellType("hexahedron", 12),
-        "T4": CellType("tetra", 10),
-        "T10": CellType("tetra10", 24),
-    }
-)
+#: Numbers of the kinds of cells in VTK, by the name of the element.
+CELL_TYPES: Mapping[str, int] = MappingProxyType({"Q4": 9, "T3": 5, "T6": 22, "H8": 12, "T4": 10, "T10": 24})
 
 _POINT_FIELDS = {"displacement": "snapshot_displacement", "velocity": "snapshot_velocity"}
 _CELL_FIELDS = {"strain_energy_density": "snapshot_strain_energy_density", "von_mises": "snapshot_von_mises"}
@@ -55,10 +38,10 @@ class Snapshot:
     """One moment of the whole mesh."""
 
     time: float  # the moment [s]
-    cell_type: CellType  # the kind of all cells
+    cell_type: int  # the kind of all cells, as VTK numbers them
     points: Floats  # (n_nodes, 3), reference positions [m]
     cells: NDArray[np.integer[Any]]  # (n_cells, n), nodes of each cell, in the order of VTK
-    point_fields: Mapping[str, Floats]  # (n_nodes, 3), ``displacement`` [m] and ``velocity`` [m/s]
+    point_fields: Mapping[str, NDArray[Any]]  # (n_nodes, 3), ``displacement`` [m] and ``velocity`` [m/s]
     cell_fields: Mapping[str, NDArray[Any]]  # (n_cells,) [J/m^3]
 
 

@@ -47,6 +47,9 @@ _FACTORS: Mapping[str, tuple[str, float]] = MappingProxyType(
 _SHOWN: Mapping[tuple[str, str], float] = MappingProxyType(
     {
         ("m", "mm"): 1e3,
+        ("m", "um"): 1e6,
+        ("m^2", "mm^2"): 1e6,
+        ("kg", "g"): 1e3,
         ("s", "ms"): 1e3,
         ("Pa", "kPa"): 1e-3,
         ("m/s", "mm/s"): 1e3,

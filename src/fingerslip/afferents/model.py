@@ -152,7 +152,8 @@ def spikes_of(history: xr.Dataset, models: Mapping[str, AfferentModel]) -> Spike
         trains = model.spikes(times, values)
         if len(trains) != rows.size:
             raise InputError(f"{kind}.spikes", f"gave {len(trains)} arrays", f"needs {rows.size}, one a receptor")
-        result |= dict(zip(rows.tolist(), trains, strict=True))
+        # What a delay carries past the last record is not observed.
+        result |= {int(row): train[train <= times[-1]] for row, train in zip(rows, trains, strict=True)}
     order = sorted(result)
     names, kinds = (tuple(str(labels[row]) for row in order) for labels in (stimuli["site"].values, available))
     return Spikes(names, kinds, tuple(result[row] for row in order), float(times[0]), float(times[-1]))

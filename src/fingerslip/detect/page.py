@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from fingerslip.detect.live import Finding
 from fingerslip.detect.residual import ResidualFinding, ResidualSettings, Slide, slides_of
 from fingerslip.report.colours import BLACK, BLUE, GREY, ORANGE, SKY, VERMILLION
+from fingerslip.report.figures.markers import SHOWN_UNITS
 from fingerslip.report.figures.style import add_legend, figure_grid, picture_bytes, say, show_picture, with_style
 from fingerslip.report.page.page import Picture, Report, ReportSection, write_page
 from fingerslip.storage.files import check_replaceable, new_folder, write_text
@@ -217,8 +218,8 @@ def timeline_figure(clip: SlipClip) -> Figure:
     rows, time = clip.residual, np.array([entry.time for entry in clip.findings])
     figure, panels = figure_grid(3 if rows else 1, 1, (7.2, 1.35), f"Slip in {clip.name}", ("time [s]", ""), share="x")
     if rows:
-        unit = str(clip.tracks["position"].attrs["units"])
-        panels[0].plot(time, [entry.displacement for entry in rows], color=BLUE, linewidth=1.2)
+        unit, scale = SHOWN_UNITS[str(clip.tracks["position"].attrs["units"])]
+        panels[0].plot(time, [scale * entry.displacement for entry in rows], color=BLUE, linewidth=1.2)
         panels[0].set_ylabel(f"displaced [{unit}]")
         panels[1].plot(time, [100 * entry.share for entry in rows], color=BLACK, linewidth=1.0)
         panels[1].axhline(100 * ResidualSettings().share, color=GREY, linewidth=0.8, linestyle=":")
@@ -233,10 +234,15 @@ def timeline_figure(clip: SlipClip) -> Figure:
         for slide in clip.slides:
             if slide.is_press:
                 axes.axvspan(slide.start, time[-1] if slide.end is None else slide.end, color=_PRESS, zorder=0)
+    seen = [[slide.onsets.incipient for slide in clip.slides], [slide.onsets.gross for slide in clip.slides]]
     keys: dict[str, Artist] = {
-        name: Line2D([], [], color=colour, linestyle=dash) for name, (colour, dash) in _LINES.items()
+        name: Line2D([], [], color=colour, linestyle=dash)
+        for (name, (colour, dash)), times in zip(_LINES.items(), seen, strict=True)
+        if any(time is not None for time in times)
     }
-    add_legend(figure, {**keys, "press, not judged": Patch(color=_PRESS)})
+    if any(slide.is_press for slide in clip.slides):
+        keys["press, not judged"] = Patch(color=_PRESS)
+    add_legend(figure, keys)
     return figure
 
 

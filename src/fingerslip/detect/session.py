@@ -125,7 +125,8 @@ def train_detector(dataset: Path, output: Path, classifier: str, choices: Choice
     """Train a detector on what is no test trial of the benchmark, write it, and return what was done."""
     detector = choices.train(open_trials(dataset), classifier)
     write_detector(detector, output)
-    promise, calibration = "no guarantee", detector.calibration
+    promise = "no guarantee on false alarms: too few trials"
+    calibration = detector.calibration
     if calibration.trials:
         promise = f"false alarms <= {100 * calibration.share:g} % by {calibration.trials} trials"
     trials, samples = detector.provenance["trials"], detector.provenance["samples"]

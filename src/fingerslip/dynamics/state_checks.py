@@ -29,17 +29,17 @@ class OutsideCheck:
     def __init__(self, system: System) -> None:
         numbered = enumerate(zip(system.outsiders, system.counterfaces.shapes, strict=True))
         self._beside = [_beside(*contact, number, system.rotations) for number, contact in numbered]
-        # Only what the check reads is kept of a state.
-        self._waiting: list[tuple[float, Array, list[Array]]] = []
+        # Only what the check reads is kept of states.
+        self._waiting: list[tuple[Array, Array, list[Array]]] = []
         self._at_once = system.coordinates.checks_at_once
 
     def look(self, state: State) -> None:
         """Check a state, or several, time first in their arrays, now or with some that follow; refuse slip outside."""
         displacements = np.atleast_2d(state.displacement)
         travels = state.counterfaces.reshape(len(displacements), *state.counterfaces.shape[-2:])
-        for time, travel, moved in zip(np.ravel(state.time).tolist(), travels, displacements, strict=True):
-            self._waiting.append((time, travel, [moved[neighbour.columns] for neighbour in self._beside]))
-        if len(self._waiting) >= self._at_once:
+        moved = [displacements[:, neighbours.columns] for neighbours in self._beside]
+        self._waiting.append((np.atleast_1d(state.time), travels, moved))
+        if sum(len(times) for times, *_ in self._waiting) >= self._at_once:
             self.finish()
 
     def finish(self) -> None:
@@ -47,10 +47,11 @@ class OutsideCheck:
         waiting, self._waiting = self._waiting, []
         if not waiting:
             return
+        times = np.concatenate([times for times, *_ in waiting]).tolist()
+        travels = np.concatenate([travels for _, travels, _ in waiting])
         for number, beside in enumerate(self._beside):
-            fields = np.stack([read[number] for *_, read in waiting])
-            travel = np.stack([counterfaces[number] for _, counterfaces, _ in waiting])
-            for (time, *_), gaps in zip(waiting, beside.gaps(fields, travel), strict=True):
+            fields = np.concatenate([moved[number] for *_, moved in waiting])
+            for time, gaps in zip(times, beside.gaps(fields, travels[:, number]), strict=True):
                 check_outsiders(gaps, beside.outsiders.nodes, beside.outsiders.positions, time)
 
 

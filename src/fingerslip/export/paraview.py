@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+import dataclasses
+import zlib
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-import meshio
 import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.errors import ResultError
 from fingerslip.history import full_tensors, is_solid, nearest_record, site_kinds
 from fingerslip.sites import RECEPTOR_KINDS
-from fingerslip.snapshot import flat_faces, in_space, read_snapshot
+from fingerslip.snapshot import Snapshot, flat_faces, in_space, read_snapshot
 from fingerslip.storage.files import csv_text, write_text
 
 if TYPE_CHECKING:
@@ -23,6 +24,10 @@ Floats = NDArray[np.float64]
 
 _HEADER = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>\n'
 _FOOTER = "  </Collection>\n</VTKFile>\n"
+_GRID = """<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" header_type="UInt64"
+    compressor="vtkZLibDataCompressor">
+<UnstructuredGrid>
+"""
 #: Names of the contact's fields on the points of the body, and of what a history has.
 _CONTACT = {
     "contact_pressure": "normal_traction",
@@ -31,6 +36,8 @@ _CONTACT = {
     "slip_distance": "slip_distance",
     "contact_state": "contact_state",
 }
+_VERTEX, _LINE, _QUAD = 1, 3, 9  # kinds of cells in VTK
+_WORTH_IT = 0.4  # compressed size over the size of an array, below which the next ones are compressed, too
 _HALF_SIDE = 0.6  # of a plane that is drawn, over the largest extent of the body
 
 
@@ -55,49 +62,82 @@ def write_paraview(history: xr.Dataset, folder: Path) -> None:
         repair = "write record: {snapshots_every: 50 ms} and run again"
         raise ResultError(f"the result has no snapshots of the whole mesh; {repair}")
     series = {"body": _body, "counterfaces": _faces} | ({"sites": _sites} if history.sizes.get("site", 0) else {})
-    times = history["snapshot_time"].values.tolist()
-    for name, mesh_of in series.items():
-        write_series(folder, name, ((time, mesh_of(history, number)) for number, time in enumerate(times)))
+    for name, snapshot_of in series.items():
+        write_series(folder, name, (snapshot_of(history, number) for number in range(history.sizes["snapshot_time"])))
     regions = enumerate(str(history.attrs.get("regions", "")).split(", "))
     write_text(folder / "regions.csv", csv_text([("number", "region"), *regions]))
     write_text(folder / "show.py", _SCRIPT)
 
 
-def write_series(folder: Path, name: str, meshes: Iterable[tuple[float, meshio.Mesh]]) -> None:
-    """Write meshes over time [s] as a collection ``names.pvd`` and a numbered file ``name_0000.vtu`` for each."""
-    entries, kind = [], name.removesuffix("s")
-    for number, (time, mesh) in enumerate(meshes):
+def write_series(folder: Path, name: str, snapshots: Iterable[Snapshot]) -> None:
+    """Write snapshots as a collection ``names.pvd`` and a numbered file ``name_0000.vtu`` for each."""
+    entries, kind, blocks = [], name.removesuffix("s"), _Blocks()
+    for number, snapshot in enumerate(snapshots):
         file = f"{kind}_{number:04d}.vtu"
-        mesh.write(folder / file, file_format="vtu")
-        entries.append(f'    <DataSet timestep="{time:.9g}" file="{file}"/>\n')
+        (folder / file).write_bytes(_vtu(snapshot, blocks))
+        entries.append(f'    <DataSet timestep="{snapshot.time:.9g}" file="{file}"/>\n')
     write_text(folder / f"{name}.pvd", _HEADER + "".join(entries) + _FOOTER)
 
 
-def snapshot_mesh(
-    history: xr.Dataset,
-    number: int,
-    more: Mapping[str, Floats] | None = None,
-    of_cells: Mapping[str, Floats] | None = None,
-) -> meshio.Mesh:
-    """Return a snapshot as a mesh with its fields."""
-    snapshot = read_snapshot(history, number)
-    return meshio.Mesh(
-        snapshot.points,
-        [(snapshot.cell_type.meshio, snapshot.cells)],
-        {**snapshot.point_fields, **(more or {})},
-        {name: [values] for name, values in {**snapshot.cell_fields, **(of_cells or {})}.items()},
-    )
+class _Blocks:
+    """Arrays of a series as its files hold them, each compressed where it changes and as long as that is worth it."""
+
+    def __init__(self) -> None:
+        self._last: dict[str, tuple[bytes, int, bytes]] = {}
+
+    def block(self, name: str, values: NDArray[Any]) -> bytes:
+        """Return an array as one block of zlib, behind the count of blocks, their sizes, and the compressed size."""
+        content = values.astype(values.dtype.newbyteorder("<"), copy=False).tobytes()
+        before, level, block = self._last.get(name, (b"", 6, b""))
+        if content != before:
+            packed = zlib.compress(content, level)
+            # Most fields are hardly smaller compressed, which would take most of the time of a series.
+            level = 1 if level and len(packed) < _WORTH_IT * len(content) else 0
+            block = np.array([1, len(content), len(content), len(packed)], "<u8").tobytes() + packed
+            self._last[name] = content, level, block
+        return block
+
+
+def _vtu(snapshot: Snapshot, blocks: _Blocks) -> bytes:
+    """Return a snapshot as a file of VTK: what arrays there are as XML, and behind it their bytes."""
+    count, corners = snapshot.cells.shape
+    groups: dict[str, Mapping[str, NDArray[Any]]] = {
+        "Points": {"points": snapshot.points},
+        "Cells": {
+            "connectivity": snapshot.cells.ravel(),
+            "offsets": np.arange(corners, corners * count + 1, corners, dtype=snapshot.cells.dtype),
+            "types": np.full(count, snapshot.cell_type, np.uint8),
+        },
+        "PointData": snapshot.point_fields,
+        "CellData": snapshot.cell_fields,
+    }
+    text, data = f'{_GRID}<Piece NumberOfPoints="{len(snapshot.points)}" NumberOfCells="{count}">\n', b""
+    for group, arrays in groups.items():
+        text += f"<{group}>\n"
+        for name, values in arrays.items():
+            kind = values.dtype.name.title().replace("Uint", "UInt")
+            width = f' NumberOfComponents="{values.shape[1]}"' if values.ndim > 1 else ""
+            text += f'<DataArray type="{kind}" Name="{name}"{width} format="appended" offset="{len(data)}"/>\n'
+            data += blocks.block(name, values)
+        text += f"</{group}>\n"
+    text += '</Piece>\n</UnstructuredGrid>\n<AppendedData encoding="raw">\n_'
+    return text.encode() + data + b"\n</AppendedData>\n</VTKFile>\n"
+
+
+def _time(history: xr.Dataset, number: int) -> float:
+    """Return the time of a snapshot [s]."""
+    return float(history["snapshot_time"].values[number])
 
 
 def _record(history: xr.Dataset, number: int) -> int:
     """Return the record at the time of a snapshot."""
-    return nearest_record(history, float(history["snapshot_time"][number]))
+    return nearest_record(history, _time(history, number))
 
 
-def _body(history: xr.Dataset, number: int) -> meshio.Mesh:
+def _body(history: xr.Dataset, number: int) -> Snapshot:
     """Return the body with tensors, and fields of its contact that are no numbers where nothing may touch."""
-    step, nodes = _record(history, number), history["contact_node"].values
-    fields = {}
+    snapshot, step = read_snapshot(history, number), _record(history, number)
+    fields, nodes = {}, history["contact_node"].values
     for name, stored in _CONTACT.items():
         values = history[stored].values[step]
         values = in_space(values) if values.ndim > 1 else values
@@ -105,10 +145,14 @@ def _body(history: xr.Dataset, number: int) -> meshio.Mesh:
         fields[name][nodes] = values
     # Tensors are written as their nine numbers row by row.
     tensors = {name: values.reshape(-1, 9) for name, values in cell_tensors(history, number).items()}
-    return snapshot_mesh(history, number, fields, tensors)
+    return dataclasses.replace(
+        snapshot,
+        point_fields={**snapshot.point_fields, **fields},
+        cell_fields={**snapshot.cell_fields, **tensors},
+    )
 
 
-def _faces(history: xr.Dataset, number: int) -> meshio.Mesh:
+def _faces(history: xr.Dataset, number: int) -> Snapshot:
     """Return the flat counterfaces as squares, in 2D as lines."""
     half_side = _HALF_SIDE * float(np.ptp(history["node_position"].values, axis=0).max())
     faces, solid, corners = flat_faces(history, number), is_solid(history), []
@@ -122,19 +166,19 @@ def _faces(history: xr.Dataset, number: int) -> meshio.Mesh:
             along = np.array([face.normal[1], -face.normal[0], 0.0])
             ends = [-along, along]
         corners += [face.centre + half_side * end for end in ends]
-    points, (kind, n_corners) = np.reshape(corners, (-1, 3)), ("quad", 4) if solid else ("line", 2)
+    points, (kind, n_corners) = np.reshape(corners, (-1, 3)), (_QUAD, 4) if solid else (_LINE, 2)
     numbers = np.array([face.number for face in faces], dtype=np.int64)
     cells = np.arange(len(points)).reshape(-1, n_corners)
-    return meshio.Mesh(points, [(kind, cells)], cell_data={"counterface": [numbers]})
+    return Snapshot(_time(history, number), kind, points, cells, {}, {"counterface": numbers})
 
 
-def _sites(history: xr.Dataset, number: int) -> meshio.Mesh:
+def _sites(history: xr.Dataset, number: int) -> Snapshot:
     """Return the recorded sites as points with their displacement and the number of their kind."""
     points = in_space(history["site_position"].values)
     kinds = [RECEPTOR_KINDS.index(kind) if kind in RECEPTOR_KINDS else -1 for kind in site_kinds(history)]
     displacement = in_space(history["displacement"].values[_record(history, number)])
-    cells = np.arange(len(points))[:, None]
-    return meshio.Mesh(points, [("vertex", cells)], {"displacement": displacement, "kind": np.array(kinds)})
+    fields = {"displacement": displacement, "kind": np.array(kinds)}
+    return Snapshot(_time(history, number), _VERTEX, points, np.arange(len(points))[:, None], fields, {})
 
 
 _SCRIPT = '''"""Shows this folder in ParaView: File > Load State, or: pvpython --script show.py."""

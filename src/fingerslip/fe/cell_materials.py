@@ -9,7 +9,7 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.errors import InputError
+from fingerslip.errors import InputError, Mistakes
 from fingerslip.fe.space import Space
 from fingerslip.materials.choice import AnyMaterial
 from fingerslip.materials.large_strain import FiniteMaterial
@@ -93,9 +93,14 @@ def _numbers(space: Space, materials: Mapping[str, AnyMaterial]) -> NDArray[np.i
     """Return the index of every cell's material among `materials`, shape (n_cells,)."""
     regions: Mapping[str, Any] = space.mesh.subdomains or {}
     numbers = np.full(space.mesh.nelements, -1)
+    names = ", ".join(sorted(regions))
+    absent = [
+        InputError(f"materials.{n}", "no such region in the mesh", f"it has: {names}")
+        for n in materials
+        if n not in regions
+    ]
+    Mistakes(absent).raise_all()
     for number, name in enumerate(materials):
-        if name not in regions:
-            raise InputError(f"materials.{name}", "no such region in the mesh", f"it has: {', '.join(sorted(regions))}")
         if (numbers[regions[name]] >= 0).any():
             raise InputError("mesh", f"region '{name}' shares cells with another", "a cell has one material")
         numbers[regions[name]] = number

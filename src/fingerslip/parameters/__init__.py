@@ -211,9 +211,9 @@ def walk_values(instance: object) -> Iterator[Leaf]:
     yield from _leaves(instance, "", dataclasses.MISSING)
 
 
-def _leaves(instance: object, prefix: str, default: object) -> Iterator[Leaf]:
-    cls = type(instance)
-    for field in dataclasses.fields(instance):  # type: ignore[arg-type]
+def _leaves(instance: Any, prefix: str, default: object) -> Iterator[Leaf]:
+    cls: Any = type(instance)
+    for field in dataclasses.fields(instance):
         default_value = getattr(default, field.name, dataclasses.MISSING) if type(default) is cls else field.default
         marks = unit_of(cls, field.name), choice_of(cls, field.name)
         yield from _below(f"{prefix}{field.name}", getattr(instance, field.name), default_value, *marks)

@@ -78,11 +78,13 @@ def type_hints(cls: type) -> dict[str, Any]:
     return get_type_hints(cls, include_extras=True)
 
 
+@functools.cache
 def unit_of(cls: type, name: str) -> Unit | None:
     """Return the unit mark of field `name` of `cls`, None where it has none."""
     return next(_marks_in(type_hints(cls).get(name), Unit), None)
 
 
+@functools.cache
 def choice_of(cls: type, name: str) -> Choice | None:
     """Return the choice among kinds of field `name` of `cls`, None where it has none."""
     return next(_marks_in(type_hints(cls).get(name), Choice), None)

@@ -45,9 +45,9 @@ def contact_patch(history: xr.Dataset, counterface: int = 0) -> Patch:
     Raises
     ------
     InputError
-        For a history in 2D, or with fewer than three candidates.
+        For a history in 2D, or with fewer than three candidates, or all on a line.
     """
-    from scipy.spatial import Delaunay
+    from scipy.spatial import Delaunay, QhullError
 
     if not is_solid(history):
         raise InputError("history", "is two-dimensional", "needs a history in 3D")
@@ -58,7 +58,11 @@ def contact_patch(history: xr.Dataset, counterface: int = 0) -> Patch:
     tangent = windows.slide_tangent(history, counterface)
     axes = np.array([tangent, np.cross(tangent, windows.counterface_normal(history, counterface))])
     points = history["contact_position"].values[nodes] @ axes.T
-    triangles = Delaunay(points).simplices
+    try:
+        triangles = Delaunay(points).simplices
+    except QhullError:
+        fault = f"has all contact candidates of counterface {counterface} on a line"
+        raise InputError("history", fault, "needs a contact that is more than an edge") from None
     sides = np.linalg.norm(points[triangles] - points[np.roll(triangles, 1, axis=1)], axis=2)
     short = sides.max(axis=1) <= _LONGEST_SIDE * np.median(sides)
     return Patch(nodes, points, np.asarray(triangles[short], dtype=np.int64), axes)

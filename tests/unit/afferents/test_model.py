@@ -28,12 +28,12 @@ SITES = (
 
 
 class Once:
-    """Fires once, when the stimulus is largest."""
+    """Fires once, when the stimulus is largest, and once after all that is recorded."""
 
     stimulus, highest_frequency = "equivalent_strain", 1.0
 
     def spikes(self, times, values):
-        return [times[[column.argmax()]] for column in values.T]
+        return [np.append(times[column.argmax()], times[-1] + 1e-3) for column in values.T]
 
 
 @pytest.fixture(scope="module")

@@ -92,6 +92,8 @@ RINGING: dict[str, object] = {
         ({"time": fs.QuasiStatic(20e-3)}, ["programme.2: the slide takes 20 steps"]),
         ({"contacts": (dataclasses.replace(PLATE, counterface=fs.Plane(normal=(0, -2))),)},
          ["contacts.0.counterface: its normal points away from the body", "write (0, 1)"]),
+        ({"contacts": (dataclasses.replace(PLATE, counterface=fs.Plane(normal=(1, 0))),)},
+         ["contacts.0.counterface: its normal (1, 0) runs along 'bottom'", "write (0, 1)"]),
         ({"contacts": (FAR,), "programme": (fs.Press(0.2e-3, 1e-3),)},
          ["contacts.0: never touches 'bottom', which is 1 mm away", "comes 0.2 mm nearer"]),
         ({"mesh": box("Q4", np.linspace(0.0, 10e-3, 9), np.linspace(0.0, 4e-3, 5))},

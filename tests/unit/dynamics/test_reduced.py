@@ -205,6 +205,14 @@ def test_the_first_of_several_motions_tries_a_basis_out_for_all(monkeypatch):
     assert store.saves == 1
 
 
+def test_the_first_of_several_motions_leaves_room_for_the_errors_of_the_others(monkeypatch):
+    monkeypatch.setattr(bases, "_FEWEST", 4)
+    loose = fs.simulate(with_basis(0.5)).attrs
+    model, modes = with_basis(1.3 * loose["basis_error"]), loose["basis_normal_modes"]
+    assert fs.simulate(model).attrs["basis_normal_modes"] == modes
+    assert fs.simulate_together([model, model])[0].attrs["basis_normal_modes"] == 2 * modes
+
+
 @pytest.mark.parametrize(
     "change",
     [

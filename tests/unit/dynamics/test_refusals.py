@@ -21,6 +21,7 @@ BODY, FREE = fs.RigidBody(1.0), fs.RigidBody(0.02, free=("x", "y"))
 PRESS, SLIDE = fs.Press(1e-3, 1e-3), fs.Slide(1e-3, 1e-3)
 ASIDE = fs.Ramp((0.0, 0.1), (0.0, 1.0))
 LOWERED = {"supports": {"top": ("x", "y")}, "support_motions": {"top": fs.SupportMotion((0.0, -1e-4), ASIDE)}}
+CUBE = box("H8", *[np.linspace(0.0, 4e-3, 3)] * 3)
 STATIC = fs.QuasiStatic(5e-3)
 TERMS = (fs.PronyTerm(0.3, 4e-3), fs.PronyTerm(0.3, 0.07))
 NEO_HOOKEAN = {"kinematics": "finite", "materials": {"bulk": fs.NeoHookean(1e5, 0.45, 1e3)}}
@@ -40,6 +41,8 @@ def pressed_and_slid(direction, depth=1e-3):
 MODELS = [
     ({"contacts": contact(boundary="pulp")}, "boundary 'pulp' not in mesh, it has: bottom, left, right, top"),
     ({"supports": {"nail": ("x",)}}, "boundary 'nail' not in mesh"),
+    ({"materials": dict.fromkeys(("a", "b"), TISSUE), "supports": {"nail": ("x",)}, "contacts": contact(boundary="c")},
+     "(?s)materials.a: no such region.*materials.b: no such region.*boundary 'c' not.*boundary 'nail' not"),
     ({"supports": {"top": ("z",)}}, "supports.top: got component 'z', needs x or y"),
     ({"supports": {"bulk": ("x", "y")}}, "supports: fix every degree of freedom"),
     ({"tractions": {"left": (1.0,)}}, "tractions.left: got 1 components, needs 2"),
@@ -51,6 +54,8 @@ MODELS = [
     # Counterfaces, and programmes that move them.
     (plane(offset=1e-3), "contacts.0.offset: the counterface starts 1 mm inside the body, needs an offset <= 0 mm"),
     (plane(offset=-1.0), "no node of the boundary is within 0.6 mm of the counterface"),
+    ({"mesh": CUBE, "formulation": "solid", "depth": 1.0, **plane(normal=(1, 0, 0)), "programme": (PRESS,)},
+     r"contacts.0.counterface: meets 3 nodes of 'bottom', all on a line, .* a plate with the normal \(0, 0, 1\)"),
     (plane(normal=(0, 0, 1)), "contacts.0.counterface.normal: got 3 components, needs 2"),
     ({"contacts": contact(counterface=fs.Plane(offset=-1e-3), clearance=0.2e-3)},
      "contacts.0.clearance: got 0.2 mm for a counterface whose start is given, needs a counterface without"),

@@ -53,6 +53,21 @@ def test_contact_plate_and_sites_are_where_they_are_and_the_script_is_python(fol
     ast.parse((folder / "show.py").read_text(encoding="utf-8"))
 
 
+def test_every_file_of_a_series_has_the_fields_of_its_snapshot_and_the_same_mesh(folder, pushed):
+    for number, moved in enumerate(pushed["snapshot_displacement"].values):
+        reader = vtkXMLUnstructuredGridReader()
+        reader.SetFileName(str(folder / f"body_{number:04d}.vtu"))
+        reader.Update()
+        grid, body = reader.GetOutput(), meshio.read(folder / f"body_{number:04d}.vtu")
+        read = vtk_to_numpy(grid.GetPointData().GetArray("displacement"))
+        np.testing.assert_array_equal(read[:, : moved.shape[1]], moved)
+        np.testing.assert_array_equal(body.point_data["displacement"], read)
+        np.testing.assert_array_equal(vtk_to_numpy(grid.GetPoints().GetData()), body.points)
+        np.testing.assert_array_equal(body.points[:, : moved.shape[1]], pushed["node_position"])
+        np.testing.assert_array_equal(body.cells[0].data, pushed["cell_nodes"])
+        np.testing.assert_array_equal(body.cell_data["region"][0], pushed["cell_region"])
+
+
 def test_plates_in_space_are_squares(tmp_path):
     grid = np.linspace(0.0, 4e-3, 3)
     model = push_and_slide(

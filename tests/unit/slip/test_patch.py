@@ -82,3 +82,6 @@ def test_a_triangle_slips_where_a_corner_does_and_a_section_has_no_patch(history
     assert (states[~around & ~open_] == STICK).all()
     with pytest.raises(InputError, match="two-dimensional"):
         contact_patch(block_history("Q4"))
+    edge = history["contact_position"] * np.array([1.0, 0.0, 0.0])
+    with pytest.raises(InputError, match="has all contact candidates of counterface 0 on a line"):
+        contact_patch(history.assign_coords(contact_position=edge))

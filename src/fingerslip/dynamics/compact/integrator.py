@@ -111,10 +111,12 @@ class _Steps:
         # The last state, and the arrays of compiled code that are at it.
         self._latest: tuple[State | None, Any] = None, None
         self._has_constant_friction = all(getattr(law, "is_constant", False) for law in system.counterfaces.friction)
+        self._friction: Array | None = None
 
     def steer(self, stepper: Stepper) -> None:
         """Go on with a stepper whose counterfaces or loads are others from now on."""
         self.stepper = stepper
+        self._friction = None
         self._body = self._body._replace(loads=self._loads())
 
     def _loads(self) -> Array:
@@ -141,9 +143,11 @@ class _Steps:
         A step whose contact Newton's method does not solve in partitions is taken as on a mesh.
         """
         system, body = self.stepper.system, self._body
-        candidates, count = system.candidates, times.size
-        limits = conditions(candidates, state.interface, state.step, float(times[0]))
-        friction = system.counterfaces.coefficients(limits, candidates.counterface)
+        count = times.size
+        if self._friction is None or not self._has_constant_friction:
+            limits = conditions(system.candidates, state.interface, state.step, float(times[0]))
+            friction = system.counterfaces.coefficients(limits, system.candidates.counterface)
+            self._friction = np.ascontiguousarray(friction)
         travel = np.zeros((count + 1, len(system.motions), 2))
         travel[0] = state.counterfaces
         for number, travels in enumerate(system.motions):
@@ -154,13 +158,14 @@ class _Steps:
         inverse = Inverse(*(getattr(partition, name) for name in Inverse._fields))
         motion = self._latest[1] if state is self._latest[0] else self._motion(state, partition)
         loads = factors.reshape(count, len(body.loads))
-        solved = take_steps(body, inverse, motion, travel, loads, np.ascontiguousarray(friction), TOLERANCE, records)
+        solved = take_steps(body, inverse, motion, travel, loads, self._friction, TOLERANCE, records)
         if not solved:
             end = float(times[0])
             after = advance([self.stepper], [state], end, [system.displacements(end)], watch=Stopwatch())[0]
             return after, after
-        of_steps: dict[str, Any] = {name: values[:solved] for name, values in records._asdict().items()}
-        records = Records(**of_steps)
+        if solved < count:
+            of_steps: dict[str, Any] = {name: values[:solved] for name, values in records._asdict().items()}
+            records = Records(**of_steps)
         block = self._block(state, times[:solved], travel[1 : solved + 1], records)
         forces, product = motion.forces[:2].copy()
         last = self._last(state, block, motion, replace(partition, forces=forces, product=product))

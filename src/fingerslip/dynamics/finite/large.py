@@ -70,6 +70,12 @@ class Large:
         after = self._halves(states[0], end, 0) if length is None else self._whole(states[0], end, length)
         return {0: (after, [after])}
 
+    def renewed(self, state: State) -> Stepper | None:
+        """Return the stepper with the tangent of a state, which serves on; None where this is not definite."""
+        self._counts["factorisations"] += 1
+        stepper = self._last.renew(state.large_body, rough=False)
+        return None if self._last.is_positive else stepper
+
     def steer(self, system: System) -> None:
         """Go on with a system whose counterfaces or loads are others from now on."""
         self._system = system

@@ -17,12 +17,14 @@ from __future__ import annotations
 
 import contextlib
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.dynamics.finite.body import BodyState
+from fingerslip.dynamics.finite.inclusions import Inclusions, Local, find_inclusions
 from fingerslip.dynamics.step.anchor import Mixing
 from fingerslip.dynamics.step.contact_step import ContactStep, solve_step, turn, weighted_forces
 from fingerslip.dynamics.step.finish import Strained, finish
@@ -71,6 +73,9 @@ class Factors:
     watch: Stopwatch  # takes the times of tangents and factorisations
     reserved_bytes: int = 0  # memory that must stay free for the histories [bytes]
     stepper: Stepper | None = None
+    turn: Array = field(
+        default_factory=lambda: np.zeros((0, 3, 3)), repr=False
+    )  # (k, 3, 3), rotations of the inclusions of what they are made of [-]
     count: int = 0
     made_of: MadeOf | None = None
     _least: int = field(default=0, repr=False)
@@ -101,6 +106,11 @@ class Factors:
         if self.stepper is None:
             raise ValueError("no factors were made yet")
         return self.stepper
+
+    @property
+    def is_positive(self) -> bool:
+        """Whether the tangent of the present factors was made definite."""
+        return self.made_of is not None and self.made_of.positive
 
     def renew(self, state: BodyState, ahead: BodyState | None = None, *, rough: bool = True) -> Stepper:
         """Return the stepper with the tangent of a body, or of where it goes if that can be factorised.
@@ -138,6 +148,13 @@ class Factors:
         self._excess += iterations - self._least
         self._served += 1
 
+    @cached_property
+    def inclusions(self) -> Inclusions:
+        """What is stiff beside the rest of the body."""
+        bulk, system = self.system.require_body().bulk, self.system
+        stiffness = np.array([material.stiffness for material in bulk.materials.materials])[bulk.materials.number]
+        return find_inclusions(system.space.positions, bulk.nodes, stiffness, system.unknowns, system.candidates.nodes)
+
     def _make(self, made_of: MadeOf) -> Stepper:
         with self.watch.part("tangent"):
             tangent = self.system.require_body().tangent(made_of.body, positive=made_of.positive)
@@ -153,6 +170,7 @@ class Factors:
         # A working set of other factors, or of those of a halved step, holds another compliance.
         edition = replace(stepper.compliance, edition=(self.scheme.step, self.count))
         self.stepper, self.made_of = replace(stepper, system=self.system, compliance=edition), made_of
+        self.turn = self.inclusions.rotations(self.inclusions.local(made_of.body.displacement).turn)
         return self.stepper
 
 
@@ -160,13 +178,14 @@ class Factors:
 # largest acceleration, and slip times to 1e-8 s: the step and the mesh cost a thousand times as much.
 _TOLERANCE = 1e-6
 _MOST, _HALVINGS, _RENEWALS = 60, 8, 15
-# Residual over that of the iteration before, from which on an iteration is slow; how many slow ones in a row ask for
-# new factors, and how many once there were some in the step.
-_SLOW, _PATIENCE, _LITTLE = 0.7, 3, 1
+# How many slow iterations in a row ask for new factors, and how many once there were some in the step.
+_PATIENCE, _LITTLE = 3, 1
 # What contact may miss its law by, relative to the largest force: in the iteration that should be the last, in others
 # over the error of the iterate, and at most. On the shipped fingertip in 3D this takes as many iterations as 1e-12
 # does, and moves accelerations by less than the tolerance does.
 _AT_END, _OF_ERROR, _COARSEST = 1e-8, 1e-2, 1e-5
+# Residual over forces above which half of the way is tried, too.
+_FAR = 0.3
 # Contraction that is expected before any is known.
 _USUAL = 0.1
 _PROBLEM = "motion at large strain"
@@ -177,11 +196,12 @@ class _Iterate:
     """An iterate, evaluated.
 
     `residual` (n,) is that of the equation of motion without contact forces [N], `size` the scale of its forces [N];
-    `moved` (n_c, dim) [m] and `pose` are those of the candidates.
+    `moved` (n_c, dim) [m] and `pose` are those of the candidates, `local` are the coordinates of the displacement.
     """
 
     unknown: Array
     displacement: Array
+    local: Local
     velocity: Array
     moved: Array
     pose: Pose | None
@@ -194,14 +214,14 @@ class _Iterate:
 class _Linearised:
     """The step linearised about an iterate, and solved.
 
-    `force` (n_c, dim) is that of contact as the equation of motion counts it [N], `change` (n,) that of the unknown.
+    `force` (n_c, dim) is that of contact as the equation of motion counts it [N], `end` (m,) where the iterate goes.
     `residual` (n,) is that of the iterate with these forces [N], `error` its norm over the size, and `contraction` that
     over the error of the iteration before.
     """
 
     contact: ContactStep
     force: Array
-    change: Array
+    end: Array
     residual: Array
     error: float
     contraction: float
@@ -233,43 +253,47 @@ def advance_finite(
 
 def _solve(factors: Factors, start: Prediction, watch: Stopwatch) -> tuple[_Iterate, ContactStep, int]:
     """Iterate to the solution of a step; also return its contact and how many iterations it took."""
-    stepper = factors.current
-    iterate, mixing, contact = _first(stepper, start, watch), Mixing(), None
+    iterate, mixing, contact = _first(factors, start), Mixing(), None
     last, contraction, slow, renewals = np.inf, _USUAL, 0, 0
+    pushed = factors.scheme.end_weight * start.before.contact_forces
     for iteration in range(1, _MOST + 1):
-        solved = _linearise(stepper, start, iterate, contact, (last, contraction), watch=watch)
+        solved = _linearise(factors, start, iterate, contact, (last, contraction), watch=watch)
         contact, contraction = solved.contact, solved.contraction
-        slow = slow + 1 if solved.error > _SLOW * last else 0
+        slow = slow + 1 if _iterations_left(solved.error, last) > _COST[factors.system.space.dim] else 0
         if slow >= (_LITTLE if renewals else _PATIENCE):
             if renewals == _RENEWALS:
                 break
             # Nothing may hold the old factors while new ones are made: in 3D both would not fit into memory.
             mixing, contact = Mixing(), None
-            del stepper
-            stepper, renewals, slow, last = factors.renew(iterate.body, rough=False), renewals + 1, 0, np.inf
+            factors.renew(iterate.body, rough=not renewals)
+            renewals, slow, last = renewals + 1, 0, np.inf
             continue
-        end = iterate.unknown + solved.change
-        mixed = mixing.next(end, solved.residual)
+        mixed = mixing.next(solved.end, solved.residual)
         # Only at the end of an iteration does contact obey its law; a mixed iterate cannot be the last.
         is_end = contraction * solved.error <= _TOLERANCE
-        iterate, reached = _towards(stepper, start, iterate, end if is_end else mixed, watch)
-        last = solved.error
-        if is_end and reached and _error(stepper, iterate, solved) <= _TOLERANCE:
+        iterate, reached = _towards(factors, start, iterate, solved.end if is_end else mixed, (pushed, solved.force))
+        last, pushed = solved.error, solved.force
+        if is_end and reached and _error(factors.current, iterate, solved) <= _TOLERANCE:
             return iterate, contact, iteration
-    raise _failure(stepper, start, iterate, solved)
+    raise _failure(factors.current, start, iterate, solved)
 
 
-def _first(stepper: Stepper, start: Prediction, watch: Stopwatch) -> _Iterate:
+def _iterations_left(error: float, last: float) -> float:
+    """Return how many iterations are left if errors go on to shrink as in the last one; zero after the first."""
+    if error <= _TOLERANCE:
+        return 0.0
+    return float(np.log(error / _TOLERANCE) / np.log(last / error)) if error < last else np.inf
+
+
+def _first(factors: Factors, start: Prediction) -> _Iterate:
     """Return the first iterate: the displacement goes on with the velocity at the start, statically as in that step."""
-    scheme, before = stepper.scheme, start.before
+    scheme, before, body = factors.scheme, start.before, factors.inclusions
     # The acceleration at the start says less of a step than none: it turns with every node that touches.
-    onwards = before.displacement + scheme.step * before.velocity
-    unknown = (onwards - start.free.displacement) / scheme.displacement_factor
-    unknown[stepper.system.unknowns.moving] = 0.0
+    onwards = body.moved(body.local(before.displacement), scheme.step * before.velocity)
     best = None
-    for tried in (unknown, np.zeros_like(unknown)):
+    for displacement in (body.displacement(onwards), start.free.displacement):
         try:
-            iterate = _at(stepper, start, tried, before.large_body, watch)
+            iterate = _at(factors, start, displacement, before.large_body)
         except FingerslipError as error:
             too_far = error
             continue
@@ -283,11 +307,11 @@ def _first(stepper: Stepper, start: Prediction, watch: Stopwatch) -> _Iterate:
 
 
 def _linearise(
-    stepper: Stepper,
+    factors: Factors,
     start: Prediction,
     iterate: _Iterate,
     earlier: ContactStep | None,
-    factors: tuple[float, float],
+    errors: tuple[float, float],
     *,
     watch: Stopwatch,
 ) -> _Linearised:
@@ -296,7 +320,8 @@ def _linearise(
     Contact is searched from that of an earlier iteration. It is as exact as the iterate needs, whose error is expected
     from the error of the iteration before and the contraction that are `known`, until contact tells it.
     """
-    last, contraction = factors
+    (last, contraction), stepper, body = errors, factors.current, factors.inclusions
+    turns = factors.turn, body.rotations(iterate.local.turn)
     here = replace(
         start,
         free=Predictor(iterate.displacement, iterate.velocity),
@@ -305,7 +330,7 @@ def _linearise(
         right_hand_side=iterate.residual,
     )
     with watch.part("substitution"):
-        halfway = stepper.condensed.forward(iterate.residual)
+        halfway = stepper.condensed.forward(body.forces(iterate.residual, *turns))
     local, goal = halfway.local[stepper.rows], _goal(contraction * last, contraction)
     for _ in range(2):
         with watch.part("contact"):
@@ -322,7 +347,9 @@ def _linearise(
         forces[stepper.rows] = force.ravel()
         change = stepper.condensed.backward(halfway, forces)
         turn(stepper, here, contact, change)
-    return _Linearised(contact, force, change, residual, error, contraction)
+        change = stepper.scheme.displacement_factor * body.motion(change, *turns)
+        end = body.moved(iterate.local, change)
+    return _Linearised(contact, force, end, residual, error, contraction)
 
 
 def _goal(error: float, contraction: float) -> float:
@@ -342,25 +369,42 @@ def _with_contact(stepper: Stepper, iterate: _Iterate, force: Array) -> tuple[Ar
 
 
 def _towards(
-    stepper: Stepper, start: Prediction, iterate: _Iterate, aim: Array, watch: Stopwatch
+    factors: Factors, start: Prediction, iterate: _Iterate, aim: Array, forces: tuple[Array, Array]
 ) -> tuple[_Iterate, bool]:
-    """Return the iterate at an unknown (n,), or as near as cells let it go, and whether it was reached."""
-    change = aim - iterate.unknown
+    """Return the iterate at some coordinates (m,), and whether it is there.
+
+    Far from equilibrium it goes half of the way where that leaves a smaller residual, with contact forces (n_c, dim)
+    between those of the iteration before and of this one [N]; and less where cells let it go no further.
+    """
+    here, best, least = iterate.local.flat(), None, np.inf
     for halved in range(_HALVINGS):
+        share = 0.5**halved
+        there = aim if not halved else here + share * (aim - here)
         try:
-            unknown = aim if not halved else iterate.unknown + 0.5**halved * change
-            return _at(stepper, start, unknown, iterate.body, watch), not halved
+            tried = _at(factors, start, factors.inclusions.displacement(there), iterate.body)
         except FingerslipError as error:
             too_far = error
-    raise _failure(stepper, start, iterate, None, too_far)
+            continue
+        residual, size = _with_contact(factors.current, tried, (1.0 - share) * forces[0] + share * forces[1])
+        error_there = float(np.linalg.norm(residual)) / size
+        if best is None or error_there < least:
+            best, reached, least = tried, not halved, error_there
+        if least <= _FAR or halved:
+            break
+    if best is None:
+        raise _failure(factors.current, start, iterate, None, too_far)
+    return best, reached
 
 
-def _at(stepper: Stepper, start: Prediction, unknown: Array, near: BodyState, watch: Stopwatch) -> _Iterate:
-    """Evaluate the equation of motion without contact forces at an unknown (n,)."""
+def _at(factors: Factors, start: Prediction, displacement: Array, near: BodyState) -> _Iterate:
+    """Evaluate the equation of motion without contact forces at a displacement (n,) [m]."""
+    stepper = factors.current
     system, scheme = stepper.system, stepper.scheme
+    unknown = (displacement - start.free.displacement) / scheme.displacement_factor
+    unknown[system.unknowns.moving] = 0.0
     displacement = start.free.displacement + scheme.displacement_factor * unknown
     velocity = start.free.velocity + scheme.velocity_factor * unknown
-    with watch.part("bulk"):
+    with factors.watch.part("bulk"):
         body = system.require_body().at(displacement, near)
     inertia = np.zeros_like(unknown)
     if scheme.inertia_factor:
@@ -376,7 +420,8 @@ def _at(stepper: Stepper, start: Prediction, unknown: Array, near: BodyState, wa
     residual[system.unknowns.moving] = 0.0
     size = max(float(np.linalg.norm(part)) for part in (elastic, inertia, start.load))
     size = max(size, system.rounding / _TOLERANCE)
-    return _Iterate(unknown, displacement, velocity, moved, pose, body, residual, size)
+    local = factors.inclusions.local(displacement)
+    return _Iterate(unknown, displacement, local, velocity, moved, pose, body, residual, size)
 
 
 def _error(stepper: Stepper, iterate: _Iterate, solved: _Linearised) -> float:

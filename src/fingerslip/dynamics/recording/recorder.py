@@ -152,7 +152,8 @@ class Recorder:
             sites = replace(self._sites, relax=dashpots_reader(self._system, self._viscous, state, self._sites))
             for name, method in _OF_STRAINS.items():
                 self.values[name][step] = getattr(sites, method)(strains)
-        self._energies[step] = np.stack(np.broadcast_arrays(*_energies_of(state.energies)), axis=-1)
+        for column, energy in enumerate(_energies_of(state.energies)):
+            self._energies[step, column] = energy
         self.values["contact_iterations"][step] = state.iterations
         self.values["contact_residual"][step] = state.residual
         self._snapshots.record(first, state, self.values)

@@ -50,6 +50,8 @@ _FEWEST, _MOST, _MOST_TIMES = 40, 320, 8
 # Numerical damping below which the first basis is twice as large: what begins to ring rings on. Where accelerations may
 # be off by more than the second number, neither this nor responses at sites are worth their time.
 _LITTLE, _COARSE = 0.2, 0.05
+# Share of the tolerances that the first of several motions may use up: others may leave twice its errors (measured).
+_SHARE_OF_FIRST = 0.5
 # Slow motions that excite them: more normal modes for each bring more than more motions do (measured).
 _MOTIONS = 20
 # Square matrices of the interface's size that exist at once: constraint modes, eigenvectors, compliances.
@@ -219,7 +221,8 @@ def _compute(maker: _Maker) -> Outcome:
             stored = maker.kept()
             basis = stored or maker.make(maker.fewest)
         if stored is None:
-            outcome, basis = _suitable(motions.part(slice(1)), maker, basis)
+            share = 1.0 if len(motions.models) == 1 else _SHARE_OF_FIRST
+            outcome, basis = _suitable(motions.part(slice(1)), maker, basis, share)
             maker.keep(basis)
     if outcome is not None and len(motions.models) == 1:
         return outcome
@@ -229,14 +232,17 @@ def _compute(maker: _Maker) -> Outcome:
     return outcome
 
 
-def _suitable(motions: Motions, maker: _Maker, basis: CraigBampton) -> tuple[Outcome, CraigBampton]:
-    """Compute some motions in a basis, and in larger ones up to one that suffices for them; return it, too."""
+def _suitable(motions: Motions, maker: _Maker, basis: CraigBampton, share: float = 1.0) -> tuple[Outcome, CraigBampton]:
+    """Compute some motions in a basis, and in larger ones up to one that suffices for them; return it, too.
+
+    It suffices where errors are within a share of their tolerances, the largest where they are within these.
+    """
     wanted, tried = _wanted(motions), list[tuple[int, float]]()
     while True:
         systems, check = _reduced(motions, maker, basis)
         outcome = compute(motions, systems, check.motions)
         count, excess = basis.frequencies.size, check.excess(wanted)
-        if excess <= 1.0:
+        if excess <= (share if count < _MOST else 1.0):
             return replace(outcome, attributes=check.attributes), basis
         tried.append((count, excess))
         fault = f"{count} normal modes leave errors of {check.error:.2g} and {check.acceleration_error:.2g}"

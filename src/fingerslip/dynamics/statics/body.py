@@ -14,7 +14,7 @@ strain, the motion is that of any other simulation; larger patches are an approx
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -185,7 +185,8 @@ def static_body(
     """
     check_kind(model, is_finite=False)
     stiffness, reads, body = _surface(model, reach, hidden, patch)
-    answers = answers_of(stiffness, reads, solver or preferred_solver())[None]
+    factor = (solver or preferred_solver()).factorise(stiffness)
+    answers = answers_of(lambda right: factor.backward(factor.forward(right)), reads)[None]
     return replace(
         body, answers=answers, moved=np.zeros(answers.shape[:2]), forces=np.zeros((1, *body.positions.shape))
     )
@@ -256,15 +257,14 @@ def _split_boundary(model: Model, system: System, reach: float, hidden: float) -
     return nodes[may_touch], nodes[near & ~may_touch]
 
 
-def answers_of(stiffness: sparse.csr_matrix, reads: Sequence[sparse.csr_matrix], solver: LinearSolver) -> Floats:
-    """Return A, shape (n, n_p * dim) [m/N], by solving for forces on each patch along each axis."""
-    factor = solver.factorise(stiffness)
+def answers_of(solve: Callable[[Floats], Floats], reads: Sequence[sparse.csr_matrix]) -> Floats:
+    """Return A, shape (n, n_p * dim) [m/N], by solving for forces on each patch along each axis, some at once."""
     every, forces = sparse.csr_matrix(sparse.vstack(reads)), sparse.csc_matrix(reads[0].T)
     answers: Floats = np.empty((every.shape[0], forces.shape[1]))
     for start in range(0, forces.shape[1], _AT_ONCE):
         some = slice(start, min(start + _AT_ONCE, forces.shape[1]))
         right = np.asfortranarray(forces[:, some].toarray())
-        answers[:, some] = every @ factor.backward(factor.forward(right))
+        answers[:, some] = every @ solve(right)
     compliance = answers[: forces.shape[1]]
     answers[: forces.shape[1]] = 0.5 * (compliance + compliance.T)
     return answers

@@ -19,9 +19,10 @@ from fingerslip.dynamics.statics.body import REPAIR, StaticBody, answers_of, che
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.stepper import Stopwatch
 from fingerslip.dynamics.system.system import System, build_system
-from fingerslip.errors import FingerslipError, InputError
+from fingerslip.errors import InputError
 from fingerslip.linear.resources import single_dense_thread
 from fingerslip.linear.solver import LinearSolver, preferred_solver
+from fingerslip.materials.elastic import RayleighDamping
 from fingerslip.model.model import Model
 from fingerslip.model.programme import phase_duration
 
@@ -56,9 +57,10 @@ def pressed_body(
     system, watch, chosen = build_system(model), Stopwatch(), solver or preferred_solver()
     if system.require_body().relaxes:
         raise InputError("materials", "relax", "needs elastic ones", REPAIR)
-    states = _States(system, phase_duration(model.programme[0]), (spacing, near, patch), chosen)
+    integrator = Large(replace(model, damping=RayleighDamping()), system, chosen, watch, 0)
+    states = _States(system, phase_duration(model.programme[0]), (spacing, near, patch), integrator)
     with single_dense_thread():
-        loop = Loop(Large(model, system, chosen, watch, 0), [states], [step_times(model)], watch)
+        loop = Loop(integrator, [states], [step_times(model)], watch)
         while loop.taken < loop.last and not states.slips:
             loop.step()
             if progress is not None:
@@ -82,8 +84,8 @@ class _States:
 
     room = 1
 
-    def __init__(self, system: System, begin: float, sizes: tuple[float, float, float], solver: LinearSolver) -> None:
-        self._system, self._begin, self._solver = system, begin, solver
+    def __init__(self, system: System, begin: float, sizes: tuple[float, float, float], integrator: Large) -> None:
+        self._system, self._begin, self._integrator = system, begin, integrator
         self._spacing, self._near, self._patch = sizes
         self._checks = OutsideCheck(system), RotationCheck(system)
         self._skin: _Skin | None = None
@@ -107,16 +109,19 @@ class _States:
         self.slips = bool(self._moved) and bool((states == STICK) @ area < _SLIPS * ((states != OPEN) @ area))
         if self._moved and self._shear(moved) < self._spacing:
             return
-        tangent = self._system.require_body().tangent(state.large_body)
-        try:
-            answers = answers_of(tangent, skin.reads, self._solver)
-        except FingerslipError as error:
+        stepper = self._integrator.renewed(state)
+        if stepper is None:
             # Without the contact a body under much pressure may give way; the states before stand for this one.
             if not self._answers:
-                raise
-            _logger.warning("no state is taken at t = %g s: %s", state.time, error)
+                raise InputError("programme.0", "presses a body that gives way", "needs less depth, or a finer mesh")
+            _logger.warning("no state is taken at t = %g s, where the body gives way without its contact", state.time)
             return
-        self._answers.append(answers)
+        condensed, rows = stepper.condensed, stepper.system.relative.shape[0]
+
+        def solve(right: Floats) -> Floats:
+            return condensed.backward(condensed.forward(right), np.zeros((rows, right.shape[1])))
+
+        self._answers.append(answers_of(solve, skin.reads))
         self._moved.append(moved)
         self._forces.append(np.asarray(skin.sums @ state.contact_forces[skin.rows]))
 

@@ -22,19 +22,19 @@ from fingerslip.dynamics.system.bodies import (
 )
 from fingerslip.dynamics.system.loads import Load, model_loads
 from fingerslip.dynamics.system.scheme import make_scheme
-from fingerslip.errors import InputError
+from fingerslip.errors import InputError, Mistakes
 from fingerslip.fe.cell_materials import CellMaterials, cell_materials, finite_cell_materials, small_strain_law
 from fingerslip.fe.space import Space, boundary_nodes, build_space, free_pieces, nodal_areas, region_nodes, vector_dofs
 from fingerslip.materials.large_strain import FiniteMaterial
 from fingerslip.materials.material import Material
 from fingerslip.materials.prony import recurrence
-from fingerslip.mesh.facets import site_nodes
+from fingerslip.mesh.facets import outward_normals, site_nodes
 from fingerslip.model.model import Contact, Model
 from fingerslip.model.programme import Slide
 from fingerslip.model.timing import shortest_step
 from fingerslip.units import coordinates, millimetres
 
-__all__ = ["CheckedModel", "check_model", "contact_penalties", "inspect_model"]
+__all__ = ["CheckedModel", "check_model", "contact_penalties", "direction_text", "inspect_model", "inward_normals"]
 
 
 def contact_penalties(model: Model, contact: Contact) -> tuple[float, float]:
@@ -95,7 +95,16 @@ def check_model(model: Model) -> None:
 def inspect_model(model: Model, space: Space | None = None) -> CheckedModel:
     """Check a model, with the space of its mesh where that is known; return what was found out."""
     space = space or build_space(model.mesh)
-    materials = cell_materials(space, model.materials, model.formulation)
+    mistakes = Mistakes()
+    with mistakes.collect():
+        materials = cell_materials(space, model.materials, model.formulation)
+    for contact in model.contacts:
+        with mistakes.collect():
+            boundary_nodes(space, contact.boundary)
+    for name in model.supports:
+        with mistakes.collect():
+            _supported_nodes(space, name)
+    mistakes.raise_all()
     finite = finite_cell_materials(space, model.materials, model.formulation) if model.is_finite else None
     for name, material in model.materials.items():
         terms = getattr(small_strain_law(material), "prony", ())
@@ -190,11 +199,15 @@ def _held_dofs(model: Model, space: Space) -> dict[str, NDArray[np.int64]]:
                 f"got component '{beyond[0]}'",
                 f"needs {'x or y' if space.dim == 2 else 'x, y or z'}",
             )
-        is_region = name not in (space.mesh.boundaries or {}) and name in (space.mesh.subdomains or {})
-        nodes = region_nodes(space, name) if is_region else boundary_nodes(space, name)
         axes = ["xyz".index(component) for component in components]
-        held[name] = vector_dofs(nodes, space.dim)[:, axes].ravel()
+        held[name] = vector_dofs(_supported_nodes(space, name), space.dim)[:, axes].ravel()
     return held
+
+
+def _supported_nodes(space: Space, name: str) -> NDArray[np.int64]:
+    """Return the nodes of a boundary, or of a region where no boundary has the name, shape (k,)."""
+    is_region = name not in (space.mesh.boundaries or {}) and name in (space.mesh.subdomains or {})
+    return region_nodes(space, name) if is_region else boundary_nodes(space, name)
 
 
 def _check_support_motions(model: Model, space: Space) -> None:
@@ -234,7 +247,7 @@ def _candidates(model: Model, space: Space, number: int, counterface: Counterfac
     contact = model.contacts[number]
     size = float(np.ptp(space.positions, axis=0).max())
     automatic = np.inf if model.is_loaded else _SEARCH * largest_approach(motion, counterface) + 1e-6 * size
-    return find_candidates(
+    candidates = find_candidates(
         counterface,
         space.positions,
         boundary_nodes(space, contact.boundary),
@@ -244,6 +257,25 @@ def _candidates(model: Model, space: Space, number: int, counterface: Counterfac
         penalties=contact_penalties(model, contact),
         where=f"contacts.{number}",
     )
+    offsets = candidates.positions - candidates.positions[0]
+    if space.dim == 3 and counterface.is_flat and np.linalg.matrix_rank(offsets, 1e-9 * size) < 2:
+        fault = f"meets {len(offsets)} nodes of '{contact.boundary}', all on a line"
+        normal = direction_text(inward_normals(model, contact.boundary).mean(axis=0))
+        repair = f"this boundary takes a plate with the normal {normal}"
+        raise InputError(f"contacts.{number}.counterface", fault, "needs to meet more than an edge", repair)
+    return candidates
+
+
+def inward_normals(model: Model, boundary: str) -> NDArray[np.float64]:
+    """Return the unit normals (n_facets, dim) of a boundary, into the body."""
+    facets = np.asarray(model.mesh.boundaries[boundary])
+    return -outward_normals(model.mesh, facets, model.mesh.f2t[0, facets]).T
+
+
+def direction_text(direction: NDArray[np.float64]) -> str:
+    """Return the unit vector along `direction` (dim,) in words."""
+    unit = np.round(direction / np.linalg.norm(direction), 3) + 0.0
+    return f"({', '.join(f'{value:.3g}' for value in unit)})"
 
 
 def _check_order(

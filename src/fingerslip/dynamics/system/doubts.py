@@ -6,10 +6,11 @@ from collections.abc import Iterator
 from itertools import chain
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fingerslip.contact.counterfaces import Counterface
 from fingerslip.contact.friction import StaticKinetic
-from fingerslip.dynamics.system.checks import CheckedModel
+from fingerslip.dynamics.system.checks import CheckedModel, direction_text, inward_normals
 from fingerslip.dynamics.system.scheme import make_scheme
 from fingerslip.fe.space import boundary_nodes
 from fingerslip.model.model import Model
@@ -21,8 +22,8 @@ __all__ = ["doubts"]
 
 # The softest tissues and gels in use are above; what is below is a number without a unit, as in closed forms [Pa].
 _SOFTEST, _PURE = 1e3, 10.0
-# Share of the way from a facet to the centre of its cell that has to lie behind the counterface.
-_BEHIND = 0.25
+# Least cosine between the normals of a counterface and of a facet, inwards, that faces it.
+_FACED = 0.25
 
 
 def doubts(model: Model, checked_model: CheckedModel) -> tuple[str, ...]:
@@ -56,9 +57,13 @@ def _contacts(model: Model, checked_model: CheckedModel) -> Iterator[str]:
         zip(model.contacts, checked_model.counterfaces, checked_model.motions, strict=True)
     ):
         where = f"contacts.{number}"
-        if _is_behind(model, contact.boundary, counterface):
-            turned = ", ".join(f"{-value:z.3g}" for value in counterface.unit_normal)
-            yield f"{where}.counterface: its normal points away from the body, which is inside it: write ({turned})"
+        facets = np.asarray(model.mesh.boundaries[contact.boundary])
+        inwards = inward_normals(model, contact.boundary)
+        corners = model.mesh.p[:, model.mesh.facets[:, facets]]  # (dim, corners, n_facets)
+        faced = np.sum(inwards * counterface.normals(corners.mean(axis=1).T), axis=1)
+        if faced.mean() < -_FACED:
+            fault = "its normal points away from the body, which is inside it"
+            yield f"{where}.counterface: {fault}: write {direction_text(-counterface.unit_normal)}"
             continue
         if model.is_loaded:
             continue
@@ -70,6 +75,11 @@ def _contacts(model: Model, checked_model: CheckedModel) -> Iterator[str]:
             yield (
                 f"{where}: never touches '{contact.boundary}', which is {millimetres(float(gaps.min()))} away while "
                 f"the counterface comes {millimetres(max(approach, 0.0))} nearer: press deeper, or start nearer"
+            )
+        elif faced[near := _nearest(counterface, corners) < approach].max(initial=-1.0) < _FACED:
+            yield (
+                f"{where}.counterface: its normal {direction_text(counterface.unit_normal)} runs along "
+                f"'{contact.boundary}' and meets only an edge of it: write {direction_text(inwards[near].mean(axis=0))}"
             )
         elif across < LEAST_ACROSS:
             yield (
@@ -91,14 +101,10 @@ def _friction(model: Model) -> Iterator[str]:
             )
 
 
-def _is_behind(model: Model, boundary: str, counterface: Counterface) -> bool:
-    """Tell whether the cells at a boundary lie on that side of it where the counterface is."""
-    mesh = model.mesh
-    facets = np.asarray(mesh.boundaries[boundary])
-    middles = mesh.p[:, mesh.facets[:, facets]].mean(axis=1).T
-    centres = mesh.p[:, mesh.t[: mesh.elem.refdom.nnodes, mesh.f2t[0, facets]]].mean(axis=1).T
-    inwards, depth = counterface.gap(centres) - counterface.gap(middles), np.linalg.norm(centres - middles, axis=1)
-    return bool(inwards.mean() < -_BEHIND * depth.mean())
+def _nearest(counterface: Counterface, corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the least gap of the corners (dim, corners, n) [m] of each facet, shape (n,) [m]."""
+    nearest: NDArray[np.float64] = np.min([counterface.gap(points.T) for points in corners.swapaxes(0, 1)], axis=0)
+    return nearest
 
 
 def _supports(model: Model) -> Iterator[str]:

@@ -32,6 +32,7 @@ from fingerslip.report.scene.scene import (
     check_options,
     contact_levels,
     field_limits,
+    middle_cut,
     region_names,
     scale_length,
     soft_regions,
@@ -105,7 +106,7 @@ def deformed_figure(
     heading: str = "",
 ) -> Figure:
     """Draw the deformed body with a field, a panel for each time [s]: sections to scale, or lit views of a solid."""
-    solid, options = is_solid(history), options or SceneOptions(cut="z", receptors=False, written=False)
+    solid, options = is_solid(history), options or SceneOptions(cut=middle_cut(history), receptors=False, written=False)
     check_options(history, options)
     moments, every = dict.fromkeys([] if times is None else times, ""), history["snapshot_time"].values
     if times is None:
@@ -258,14 +259,14 @@ _WHITE = 250
 
 def cut_frames_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, title: str = "") -> Figure:
     """Draw the inside of the finger at six snapshots from the end of the press to after overall slip."""
-    options = SceneOptions(cut="z", camera="side", receptors=False, written=False)
+    options = SceneOptions(cut=middle_cut(history), camera="side", receptors=False, written=False)
     heading = style.join_title("Stress on a cut along the finger", title)
     return deformed_figure(history, events, options, slide_moments(history, events, _CUT_FRAMES), heading=heading)
 
 
 def scene_figure(history: xr.Dataset, title: str) -> Figure:
     """Draw the layers of a solid, cut open, at the start."""
-    options = SceneOptions(scalar="region", cut="z", edges=True, written=False)
+    options = SceneOptions(scalar="region", cut=middle_cut(history), edges=True, written=False)
     heading = style.join_title("Layers and mesh at the start, cut open", title)
     return deformed_figure(history, options=options, times=[0.0], heading=heading)
 

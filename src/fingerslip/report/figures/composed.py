@@ -7,17 +7,21 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from matplotlib import colormaps
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import ConnectionPatch
+from matplotlib.patches import ConnectionPatch, Patch
 
 from fingerslip.afferents.model import Spikes
 from fingerslip.contact.states import SLIP, STICK
 from fingerslip.history import is_solid, nearest_record, nearest_snapshot
-from fingerslip.report.colours import GREY
+from fingerslip.report.colours import FIELD_MAP, GREY
 from fingerslip.report.figures import style
 from fingerslip.report.figures.bodies import draw_contact, has_pictures, slide_moments
 from fingerslip.report.figures.signals import draw_forces, draw_raster, draw_ratios, draw_states, draw_stimulus
+from fingerslip.report.scene.options import SceneOptions
+from fingerslip.report.scene.scene import field_limits
 from fingerslip.slip import Events
 
 _STIMULUS, _PICTURES, _STATES, _RASTER, _SERIES = 0.7, 1.3, 1.0, 0.8, 1.0  # inch
@@ -41,7 +45,6 @@ def composed_figure(
         len(heights), 1, size, heading, ("time [s]", ""), share="x", heights=heights, lettered=False, full=True
     )
     stimulus, *others, forces, ratios = panels
-    draw_stimulus(stimulus, history, times)
     lettered = [stimulus]
     if moments:
         pictures = _draw_pictures(figure, others.pop(0), history, moments, below=others[0] if others else forces)
@@ -55,14 +58,25 @@ def composed_figure(
     draw_forces(forces, history, times)
     draw_ratios(ratios, history, times)
     ratios.set_ylabel("ratio, fraction")
-    style.add_keys_inside(forces)
-    ratios.legend(loc="lower right", bbox_to_anchor=(1.0, 0.97), borderaxespad=0.0, ncols=3)
+    for axes in (forces, ratios):
+        if axes is ratios or others:
+            axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.97), borderaxespad=0.0, ncols=3)
+        else:  # what leads from the pictures to their times is there
+            style.add_keys_inside(axes, ncols=2)
     ratios.set_xlim(times[0], times[-1])
     style.limit_to_slides(ratios, {title: history}, {title: events}, before=np.inf)
+    seen = times <= ratios.get_xlim()[1]
+    draw_stimulus(stimulus, history.isel(time=seen), times[seen])
     style.mark_panels([stimulus, *others, forces, ratios], history, events.slip)
     style.letter_panels([*lettered, *others, forces, ratios])
-    style.add_legend(figure, style.state_keys((STICK, SLIP)))
+    style.add_legend(figure, style.state_keys((STICK, SLIP)) | (_stress_key(history) if is_flat and moments else {}))
     return figure
+
+
+def _stress_key(history: xr.Dataset) -> dict[str, Artist]:
+    """Return the key of what colours the sections: from light at zero to dark at the end of the scale."""
+    _, top = field_limits(history, SceneOptions())
+    return {f"von Mises stress, light 0 to dark {top:.2g} kPa": Patch(color=colormaps[FIELD_MAP](0.5))}
 
 
 def picture_times(history: xr.Dataset, events: Events) -> list[float]:

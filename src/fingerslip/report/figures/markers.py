@@ -16,15 +16,15 @@ from matplotlib.tri import Triangulation
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from fingerslip.history import is_solid, nearest_snapshot
+from fingerslip.history import nearest_snapshot
 from fingerslip.report.colours import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILLION
 from fingerslip.report.figures.bodies import crop
 from fingerslip.report.figures.style import add_legend, figure_grid, join_title, say, show_picture, with_style
 from fingerslip.report.scene.options import SceneOptions
+from fingerslip.report.scene.scene import middle_cut
 from fingerslip.report.scene.viewer import stills
 from fingerslip.slip import slide_window
 from fingerslip.vision.fields import larger_principal
-from fingerslip.vision.tracking.track import jumps, lost_intervals, noise_at_rest, seen_count
 from fingerslip.vision.video import FINE
 
 Floats = NDArray[np.float64]
@@ -142,7 +142,9 @@ def _draw_estimates(
 
 
 # What lengths are shown in, and how many of it there are to the unit of the tracks.
-_SHOWN = {"m": ("mm", 1e3), "px": ("px", 1.0)}
+_MIDDLE = 1e-9  # as far from x = 0 a marker counts as in the middle
+#: How a length of tracks is shown: its unit, and the factor to it.
+SHOWN_UNITS = {"m": ("mm", 1e3), "px": ("px", 1.0)}
 _SHARE = 0.8  # of the distance between markers that the longest arrow of a panel takes
 
 
@@ -168,7 +170,7 @@ def centre_last(rings: NDArray[np.integer]) -> NDArray[np.intp]:
 @with_style
 def marker_tracks_figure(tracks: xr.Dataset, title: str = "") -> Figure:
     """Draw how far each marker has moved along each axis since it was first seen, over time, coloured by ring."""
-    unit, scale = _SHOWN[str(tracks["position"].attrs["units"])]
+    unit, scale = SHOWN_UNITS[str(tracks["position"].attrs["units"])]
     axes_names, heading = [str(name) for name in tracks["axis"].values], join_title("Markers over time", title)
     labels = ("time [s]", f"displacement [{unit}]")
     figure, panels = figure_grid(len(axes_names), 3, (3.6, 2.8), heading, labels, share="x")
@@ -193,7 +195,7 @@ def marker_tracks_figure(tracks: xr.Dataset, title: str = "") -> Figure:
 def fields_figure(fields: xr.Dataset, time: float, title: str = "") -> Figure:
     """Draw the fields of markers at one time [s]."""
     now = fields.isel(time=int(np.abs(fields["time"].values - time).argmin()))
-    unit, scale = _SHOWN[str(fields["position"].attrs["units"])]
+    unit, scale = SHOWN_UNITS[str(fields["position"].attrs["units"])]
     heading = join_title(f"Fields from markers at {float(now['time']):.3g} s", title)
     figure, panels = figure_grid(6, 3, (3.3, 3.1), heading, (f"x at rest [{unit}]", f"y at rest [{unit}]"))
     arrows = {"displacement": unit, "velocity": f"{unit}/s", "rigid_residual": unit}
@@ -255,6 +257,9 @@ def _draw_surface(axes: Axes, now: xr.Dataset, scale: float, values: Floats, col
 @with_style
 def count_figure(tracks: xr.Dataset) -> Figure:
     """Draw how many markers were seen over time, and below it when each was lost."""
+    # What tracks is slow to load, and pages of runs do without.
+    from fingerslip.vision.tracking.track import seen_count
+
     labels = ("time [s]", "")
     figure, (count, lost) = figure_grid(2, 1, (6.4, 1.9), "Markers that were seen", labels, share="x")
     time, n_markers = tracks["time"].values, tracks.sizes["marker"]
@@ -272,6 +277,8 @@ def count_figure(tracks: xr.Dataset) -> Figure:
 
 
 def _draw_lost(axes: Axes, tracks: xr.Dataset) -> None:
+    from fingerslip.vision.tracking.track import lost_intervals
+
     time = tracks["time"].values
     step = float(np.median(np.diff(time))) if len(time) > 1 else 1.0
     intervals = lost_intervals(tracks)
@@ -287,6 +294,8 @@ def _draw_lost(axes: Axes, tracks: xr.Dataset) -> None:
 @with_style
 def noise_figure(tracks: xr.Dataset, frame: NDArray[np.uint8] | None = None) -> Figure:
     """Draw the markers where they rest, coloured by their noise there, on the first frame."""
+    from fingerslip.vision.tracking.track import noise_at_rest
+
     figure, (axes,) = figure_grid(1, 1, (6.0, 4.4), "Noise at rest", ("x [px]", "y [px]"))
     name = "image_position" if "image_position" in tracks else "position"
     rest = tracks[name].values[: max(int(tracks.attrs.get("rest_frames", 1)), 1)]
@@ -311,6 +320,8 @@ def noise_figure(tracks: xr.Dataset, frame: NDArray[np.uint8] | None = None) -> 
 @with_style
 def jump_figure(tracks: xr.Dataset) -> Figure:
     """Draw how often markers moved by how much more than their neighbours between two frames."""
+    from fingerslip.vision.tracking.track import jumps
+
     labels = ("displacement between frames beyond the neighbours' [px]", "marker-frames")
     figure, (axes,) = figure_grid(1, 1, (6.4, 2.6), "Jumps", labels)
     sizes = jumps(tracks)
@@ -370,13 +381,14 @@ def slide_tracks_figure(tracks: xr.Dataset, history: xr.Dataset, title: str = ""
         # All move with the body by millimetres; what tells of slip is by how much they differ.
         apart = along[:, rows] - along[:, rows[rings[rows].argmin()]][:, None]
         for number in centre_last(rings[rows]):
-            style = "-" if start[rows[number]] >= -1e-9 else "--"
+            style = "-" if start[rows[number]] >= -_MIDDLE else "--"
             axes.plot(travel, apart[:, number], style, color=colours[int(rings[rows[number]])], linewidth=0.9)
         low, high = float(np.nanmin(apart)), float(np.nanmax(apart))
         room = 0.06 * max(high - low, 1e-3)
         axes.set_ylim(low - room, high + room)
         axes.set_title(f"{kind} markers")
-    add_legend(figure, ring_keys(rings))
+    opposite = {"starts at x < 0": Line2D([], [], color=BLACK, linestyle="--")} if (start < -_MIDDLE).any() else {}
+    add_legend(figure, ring_keys(rings) | opposite)
     return figure
 
 
@@ -400,7 +412,7 @@ def frames_figure(history: xr.Dataset, frames: Mapping[float, NDArray[np.uint8]]
     heading = join_title("What the camera sees, and the body at that time", title)
     figure, panels = figure_grid(2 * len(times), len(times), _PANEL, heading, ("", ""), share="none")
     numbers = [nearest_snapshot(history, max(time, 0.0)) for time in times]
-    options = SceneOptions(scalar="region", cut="z" if is_solid(history) else "none", camera="side", written=False)
+    options = SceneOptions(scalar="region", cut=middle_cut(history), camera="side", written=False)
     bodies = crop(stills(history, numbers, options, _SIZE))
     for number, time in enumerate(times):
         above, below = panels[number], panels[len(times) + number]

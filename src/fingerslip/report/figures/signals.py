@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
 
 import matplotlib as mpl
 import numpy as np
@@ -16,7 +17,6 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from fingerslip.afferents.model import Spikes, resolved_afferents
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.history import sites_of_kinds
 from fingerslip.report import colours as palette
@@ -37,9 +37,13 @@ from fingerslip.slip import (
 )
 from fingerslip.slip.windows import split_along
 
+if TYPE_CHECKING:
+    from fingerslip.afferents.model import Spikes
+
 Floats = NDArray[np.float64]
 
 _ROUNDING = 1e-16
+_KEYS_ROOM = 1.75  # of the largest value, so that keys above lines cover none
 # Windows in which spikes are counted: their length [s], and at least so many records.
 _WINDOW, _RECORDS_A_WINDOW = 0.05, 10.0
 # Below this share of the largest normal force the ratio of the forces is rounding.
@@ -100,6 +104,7 @@ def draw_stimulus(axes: Axes, history: xr.Dataset, times: Floats) -> None:
     axes.plot(times, 1e3 * towards, color=palette.BLACK, label="press")
     axes.plot(times, 1e3 * np.linalg.norm(along, axis=1), color=palette.BLACK, linestyle="--", label="slide")
     axes.set_ylabel("plate [mm]")
+    axes.set_ylim(top=_KEYS_ROOM * axes.get_ylim()[1])
     style.add_keys_inside(axes, loc="upper left", ncols=2)
 
 
@@ -414,6 +419,9 @@ def spike_figure(
 
     Rows are ordered by place along the slide. Mean rates are counted in windows [s] of at least ten records.
     """
+    # Models of afferents are slow to load, and pages of runs do without.
+    from fingerslip.afferents.model import resolved_afferents
+
     kinds = tuple(dict.fromkeys(spikes.kinds))
     times, heading = history["time"].values, style.join_title("Spikes of afferents", title)
     figure, panels = style.figure_grid(len(kinds) + 2, 1, (6.8, 1.1), heading, ("time [s]", ""), share="x")

@@ -165,7 +165,8 @@ def section_figure(
     regions: Mapping[str, NDArray[np.int64]] = mesh.subdomains or {"body": np.arange(mesh.t.shape[1])}
     for axes, line, size in ((whole, 0.12, 1.6), (close, 0.3, 5.0)):
         for name, cells in regions.items():
-            _fill(axes, list(points[corners[cells]]), colours.get(name, REGION_COLOURS["tissue"]), line=line)
+            colour, shapes = colours.get(name, REGION_COLOURS["tissue"]), _MILLIMETRES * points[corners[cells]]
+            axes.add_collection(PolyCollection(shapes, facecolor=colour, edgecolor=_EDGE, linewidth=line))
         axes.axhline(1e3 * level, color=BLACK, linewidth=1.6, zorder=3)
         _draw_to_scale(axes)
         for kind, values in positions.items():

@@ -283,9 +283,11 @@ def figure_bytes(figure: Figure, kind: str = "png") -> bytes:
     if kind == "png":
         # Drawn once: ``savefig`` draws twice, the first time only to find the layout. A report renders dozens of
         # figures: time counts more than the last kilobytes.
-        write: Any = FigureCanvasAgg(figure).print_png
+        canvas: Any = FigureCanvasAgg(figure)
         figure.set_dpi(_DOTS_PER_INCH)
-        write(stream, pil_kwargs={"compress_level": 2})
+        canvas.draw()
+        opaque = Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3])
+        opaque.save(stream, "png", compress_level=2, dpi=(_DOTS_PER_INCH, _DOTS_PER_INCH))
     else:
         with mpl.rc_context(_TEXT):
             # Fields are pixels there too, for print.

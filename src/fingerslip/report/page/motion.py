@@ -21,7 +21,7 @@ from fingerslip.history import is_solid, nearest_record, sites_of_kinds
 from fingerslip.report import colours as palette
 from fingerslip.report.figures.signals import PRESSED
 from fingerslip.report.scene.options import SCALARS, SceneOptions
-from fingerslip.report.scene.scene import CORNERS, field_limits, region_names, soft_regions
+from fingerslip.report.scene.scene import CORNERS, field_limits, region_names, soft_regions, upright
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import Events, contact_forces, receptor_signals, slide_tangent, slide_window, slipping_fraction
 from fingerslip.slip.windows import EVENTS
@@ -213,6 +213,7 @@ def _plane_body(history: xr.Dataset, frames: list[int]) -> tuple[dict[str, Any],
 
 def _solid_body(history: xr.Dataset, frames: list[int]) -> tuple[dict[str, Any], Arrays]:
     """Return the surfaces of all layers and the cut through them: how they move, their stress, the contact's states."""
+    history = upright(history)
     surface = surface_arrays(history, frames)
     # Means over cells are smaller than what cells have: the colours are those of what is drawn.
     soft = np.unique(surface.triangles[np.isin(surface.regions, soft_regions(history))])
@@ -248,7 +249,7 @@ def pack_arrays(arrays: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
         chunks.append(data + b"\0" * (-len(data) % 4))
         header[name] = {"type": kind, "shape": list(array.shape), "at": at}
         at += len(chunks[-1])
-    return {"arrays": header, "data": base64.b64encode(zlib.compress(b"".join(chunks), 9)).decode("ascii")}
+    return {"arrays": header, "data": base64.b64encode(zlib.compress(b"".join(chunks))).decode("ascii")}
 
 
 Integers = NDArray[np.int64]

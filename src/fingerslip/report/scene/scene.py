@@ -12,7 +12,7 @@ from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import InputError, ResultError
 from fingerslip.history import is_solid, nearest_record, site_kinds
 from fingerslip.report import colours as palette
-from fingerslip.report.scene.names import Camera
+from fingerslip.report.scene.names import Camera, Cut
 from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.slip.patch import Patch as ContactPatch
 from fingerslip.slip.patch import contact_patch
@@ -38,6 +38,10 @@ _DIRECTIONS: Mapping[Camera, tuple[tuple[float, float, float], tuple[float, floa
     "below": ((0.0, -1.0, 0.0), (1.0, 0.0, 0.0)),
     "oblique": ((0.55, 0.5, 0.9), (0.0, 1.0, 0.0)),
 }
+# Least part of a plate's normal along z where z is up.
+_UPRIGHT = 0.75
+# Where z is up: to the right, upwards, to the viewer.
+_Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 # Levels do not come nearer to zero than this: an edge does not go through a node.
 _LEAST_LEVEL = 0.05
 # Of the largest extent of the body: the side of a plate's outline; of that side the length of its arrow.
@@ -101,7 +105,7 @@ def snapshot_grid(history: xr.Dataset, number: int) -> pyvista.UnstructuredGrid:
 
     snapshot = read_snapshot(history, number)
     points = 1e3 * (snapshot.points + snapshot.point_fields["displacement"])
-    grid = pyvista.UnstructuredGrid({snapshot.cell_type.vtk: snapshot.cells}, points)
+    grid = pyvista.UnstructuredGrid({snapshot.cell_type: snapshot.cells}, points)
     for name, vectors in snapshot.point_fields.items():
         grid.point_data[name] = SCALARS[name][1] * np.linalg.norm(vectors, axis=1)
     for name, values in snapshot.cell_fields.items():
@@ -120,8 +124,10 @@ def draw_scene(plotter: Any, history: xr.Dataset, number: int, options: SceneOpt
         # Means at the nodes of a layer: its cells are not seen, its borders are.
         layer, border = layer.cell_data_to_point_data(), None
         if is_cut:
-            border = layer.slice(normal=options.cut, origin=grid.center)
-            layer = layer.clip(normal=options.cut, origin=grid.center, invert=True)
+            # What is in front, as the viewer sees it, is left out.
+            normal = np.eye(3)["xyz".index(options.cut)] * (-1.0 if options.cut == "y" and _is_z_up(history) else 1.0)
+            border = layer.slice(normal=normal, origin=grid.center)
+            layer = layer.clip(normal=normal, origin=grid.center, invert=True)
         elif not is_solid(history):
             border = layer.extract_surface(algorithm=None)
         actors[name] = plotter.add_mesh(layer, name=f"layer {name}", **_look(name, history, options, limits))
@@ -140,10 +146,35 @@ def draw_scene(plotter: Any, history: xr.Dataset, number: int, options: SceneOpt
     return actors
 
 
+def _is_z_up(history: xr.Dataset) -> bool:
+    """Tell whether the first counterface comes along z; else y is up in pictures."""
+    normals = history["counterface_normal"].values[:1]
+    return is_solid(history) and bool((np.abs(normals[:, 2:]) > _UPRIGHT).any())
+
+
+def _directions(history: xr.Dataset, camera: Camera) -> Floats:
+    """Return the vectors (2, 3) to a camera and upwards in its picture."""
+    directions: Floats = np.matmul(_DIRECTIONS[camera], _Z_UP if _is_z_up(history) else np.eye(3))
+    return directions
+
+
+def upright(history: xr.Dataset) -> xr.Dataset:
+    """Return a history whose vectors go right, up and to the viewer: turned where the first counterface is along z."""
+    if not _is_z_up(history):
+        return history
+    vectors = [name for name, variable in history.variables.items() if variable.dims[1:][-1:] == ("component",)]
+    return history.assign({name: history[name].copy(data=history[name].values @ _Z_UP.T) for name in vectors})
+
+
+def middle_cut(history: xr.Dataset) -> Cut:
+    """Return the normal of the cut through the middle of a solid, across the counterface and facing the viewer."""
+    return "y" if _is_z_up(history) else "z"
+
+
 def aim(plotter: Any, history: xr.Dataset, options: SceneOptions) -> None:
     """Point the camera at the whole scene, without perspective: a scale bar holds everywhere."""
     plotter.enable_parallel_projection()
-    plotter.view_vector(*_DIRECTIONS[options.camera if is_solid(history) else "side"])
+    plotter.view_vector(*_directions(history, options.camera if is_solid(history) else "side"))
     plotter.reset_camera()
     width, height = plotter.window_size
     plotter.camera.zoom(_ZOOM * min(1.0, width / (_WIDE * height)))
@@ -232,7 +263,7 @@ def _draw_plates(plotter: Any, history: xr.Dataset, number: int, grid: pyvista.U
         if length > _STILL:
             travel = in_space(furthest[None] / length)[0]
             beside = 0.06 * face.normal if flat else 0.42 * np.cross(face.normal, travel)
-            if not flat and beside @ _DIRECTIONS["oblique"][0] > 0.0:
+            if not flat and beside @ _directions(history, "oblique")[0] > 0.0:
                 beside = -beside  # on the side of the camera
             start = 1e3 * face.centre - size * (0.5 * _ARROW * travel + beside)
             shape: dict[str, Any] = {"shaft_radius": 0.015, "tip_radius": 0.05, "tip_length": 0.2}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import copy
 import functools
+import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,8 @@ from fingerslip.parameters.yaml_text import Document, parse_document, to_text
 
 def read_mapping(path: Path) -> dict[str, Any]:
     """Read a YAML file that holds one mapping."""
-    content = copy.deepcopy(_document(_read_text(path), str(path)).content)
+    text = _read_text(path)
+    content = copy.deepcopy(_entries_of_run(text) or _document(text, str(path)).content)
     if not isinstance(content, dict):
         fault = "is empty" if content is None else f"holds a {type(content).__name__}"
         raise InputError(str(path), fault, "needs 'key: value' lines")
@@ -48,9 +50,27 @@ def line_numbers(path: Path) -> Iterator[None]:
 
 
 # A report reads the file of a run for its values and again for its study; parsing is most of that work.
-@functools.lru_cache(maxsize=256)
+@functools.lru_cache(maxsize=1024)
 def _document(text: str, where: str) -> Document:
     return parse_document(text, where)
+
+
+#: First line of the file of a run.
+REPEATS = "fingerslip run run.yaml repeats this run"
+
+
+def _entries_of_run(text: str) -> dict[str, Any]:
+    """Return what the file of a run holds, each entry read once for all runs that have it; empty where that fails.
+
+    Other files may have what reaches over several entries, as may this one when somebody has changed it.
+    """
+    entries = re.split(r"^(?=[^\s#-])", text, flags=re.MULTILINE)[1:] if text.startswith(f"# {REPEATS}\n") else []
+    try:
+        items = [item for entry in entries for item in _document(entry, "").content.items()]
+    except (InputError, AttributeError):
+        return {}
+    content = dict(items)
+    return content if len(content) == len(items) else {}
 
 
 def _read_text(path: Path) -> str:

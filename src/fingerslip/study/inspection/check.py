@@ -57,7 +57,7 @@ def check_plans(plans: Sequence[Plan]) -> Table:
         job_groups += groups([job for job in jobs if job.run.name not in finished])
     warnings = list(dict.fromkeys(doubts))
     title = "Checked: no mistakes found" + f", {len(warnings)} warning{'s' * (len(warnings) != 1)}" * bool(warnings)
-    note = "".join((_note(rows, job_groups), *(f" WARNING: {warning}." for warning in warnings)))
+    note = "\n".join((_note(rows, job_groups), *(f"WARNING: {warning}." for warning in warnings)))
     return Table(title, _COLUMNS, tuple(rows), note)
 
 
@@ -116,7 +116,8 @@ def save_mesh(target: str, path: Path | None = None, unit: LengthUnit | None = N
         near = difflib.get_close_matches(name, names, n=1)
         repair = f"did you mean '{near[0]}'?" if near else f"presets: {', '.join(names)}"
         allowed = "needs the name of a preset or the path of a study (.yaml) or of a mesh"
-        raise InputError(f"mesh {name}", "is neither a preset nor a study file", allowed, repair)
+        fault = "is no file that is there" if Path(target).suffix else "is neither a preset nor a file that is there"
+        raise InputError(f"mesh {name}", fault, allowed, repair)
     path = path or Path("meshes") / f"{name}{suffix or inspected.suffix}"
     with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)

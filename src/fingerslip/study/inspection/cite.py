@@ -313,7 +313,10 @@ def _software(facts: _Facts) -> Iterator[str]:
         if facts.commit
         else ""
     )
-    libraries = (f"{name} {versions[name]}{cited}" for name, cited in _LIBRARIES.items() if name in versions)
+    # Gmsh meshes the specimens; a mesh of one's own is only read.
+    meshed = any(f"{kind}.preset" in facts.values for kind in _SPECIMENS)
+    names = [name for name in _LIBRARIES if name in versions and (meshed or name != "gmsh")]
+    libraries = (f"{name} {versions[name]}{_LIBRARIES[name]}" for name in names)
     solvers = dict.fromkeys(str(values.get("linear_solver", "")) for values in facts.attributes)
     solved = _enumerate(f"{name}{_SOLVERS.get(name, '')}" for name in solvers if name)
     program = f"fingerslip {versions.get('fingerslip', '')}{commit} on Python {versions.get('python', '')}"

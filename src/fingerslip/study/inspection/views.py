@@ -163,8 +163,13 @@ def _run_folder(target: Path, choice: FigureChoice) -> Path:
 
 
 def _run_subject(folder: Path, choice: FigureChoice) -> RunSubject:
+    # What knows how a body is seen loads the contact patch and its libraries.
+    from fingerslip.report.scene.scene import middle_cut
+
     result, history = read_stored_run(folder), read_history(folder / HISTORY)
-    opened = {"cut": "z", "receptors": False} if is_solid(history) and "camera" not in choice.options else {}
+    opened = (
+        {"cut": middle_cut(history), "receptors": False} if is_solid(history) and "camera" not in choice.options else {}
+    )
     options = from_mapping(SceneOptions, {"written": False, **opened, **choice.options}, "figure")
     times = tuple(time_of_run(history, time, "figure: --time") for time in choice.times)
     return RunSubject(history, result.events, options, times)

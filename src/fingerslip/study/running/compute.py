@@ -1,9 +1,9 @@
 """Jobs computed, in this process or in several side by side, and their folders written.
 
 Each of several processes computes groups of runs. Workers do not import the user's script, and none outlives the
-process that started it. The worker that has computed a run draws it, so that a study never uses more processes than it
-was given. What is drawn stays in memory until the report is written; a picture that cannot be drawn is left to the
-report, which then says why.
+process that started it. Who has computed a run draws it, with the mesh that it has, so that a study never uses more
+processes than it was given. What is drawn stays in memory until the report is written; a picture that cannot be drawn
+is left to the report, which then says why.
 """
 
 from __future__ import annotations
@@ -26,15 +26,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fingerslip.errors import FingerslipError
-from fingerslip.history import read_history
-from fingerslip.results import HISTORY, LOG
+from fingerslip.results import LOG, RunResult
 from fingerslip.storage.files import new_folder, writing
 from fingerslip.study.definition.runs import Plan
 from fingerslip.study.running.build import Job, groups, name_errors
 from fingerslip.study.running.progress import StudyProgress
-from fingerslip.study.storage.store import BasisFolder, read_run, write_run
+from fingerslip.study.storage.store import BasisFolder, write_run
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from fingerslip.report.content import RunPictures
 
 #: Folder of the reduced bases in the results of a study.
@@ -53,12 +54,25 @@ class Outcome:
     pictures: Mapping[str, RunPictures] = field(default_factory=dict)  # what was drawn already
 
 
+@dataclass(frozen=True)
+class Finished:
+    """A run whose folder is written."""
+
+    job: Job  # the job
+    result: RunResult  # its result, without its values
+    history: xr.Dataset  # its history
+
+
 def compute_group(
-    jobs: Sequence[Job], tell: Callable[[str, float], None], threads: int
+    jobs: Sequence[Job],
+    tell: Callable[[str, float], None],
+    threads: int,
+    show: Callable[[Finished], None] = lambda _: None,
 ) -> dict[str, FingerslipError | MemoryError]:
     """Compute jobs together, or in halves where that fails, so that only those fail that would fail alone.
 
-    `tell` receives the name of a run and how much of it is done; returns what went wrong by the names of the runs.
+    `tell` receives the name of a run and how much of it is done, `show` every finished run; returns what went wrong by
+    the names of the runs.
     """
 
     def tell_all(fraction: float) -> None:
@@ -66,17 +80,20 @@ def compute_group(
             tell(job.run.name, fraction)
 
     try:
-        compute(jobs, tell_all, threads)
+        finished = compute(jobs, tell_all, threads)
     except (FingerslipError, MemoryError) as error:
         if len(jobs) == 1:
             return {jobs[0].run.name: error}
-        half = len(jobs) // 2
-        return compute_group(jobs[:half], tell, threads) | compute_group(jobs[half:], tell, threads)
+        halves = jobs[: len(jobs) // 2], jobs[len(jobs) // 2 :]
+        return {name: error for half in halves for name, error in compute_group(half, tell, threads, show).items()}
+    for run in finished:
+        show(run)
     return {}
 
 
-def compute(jobs: Sequence[Job], progress: Callable[[float], None], threads: int | None = None) -> None:
+def compute(jobs: Sequence[Job], progress: Callable[[float], None], threads: int | None = None) -> list[Finished]:
     """Simulate runs that share a matrix and write their folders, all whole or none."""
+    finished = []
     with contextlib.ExitStack() as stack:
         folders = [stack.enter_context(new_folder(job.folder)) for job in jobs]
         with contextlib.ExitStack() as logs:
@@ -89,7 +106,9 @@ def compute(jobs: Sequence[Job], progress: Callable[[float], None], threads: int
         for job, folder, history in zip(jobs, folders, histories, strict=True):
             with _log(folder / LOG):
                 _logger.info("simulated %d records in %.1f s", history.sizes["time"], seconds)
-                write_run(folder, job.run, history, inputs=job.identity, mesh=job.model.mesh, seconds=seconds)
+                measured = {"inputs": job.identity, "mesh": job.model.mesh, "seconds": seconds}
+                finished.append(Finished(job, write_run(folder, job.run, history, **measured), history))
+    return finished
 
 
 def _simulate(
@@ -166,7 +185,27 @@ def compute_all(
         yield from _compute_apart(job_groups, at_once, progress, threads, drawings)
         return
     for part in job_groups:
-        yield Outcome(part, compute_group(part, progress.advance, threads))
+        yield Outcome(part, *_compute_and_draw(part, progress.advance, threads, drawings, lambda: False))
+
+
+def _compute_and_draw(
+    jobs: Sequence[Job],
+    tell: Callable[[str, float], None],
+    threads: int,
+    drawings: Mapping[str, Drawing],
+    stopped: Callable[[], bool],
+) -> tuple[Mapping[str, Exception], Mapping[str, RunPictures]]:
+    """Return what went wrong in jobs, and what was drawn of the others."""
+    pictures: dict[str, RunPictures] = {}
+
+    def draw(finished: Finished) -> None:
+        drawing = drawings.get(finished.result.name)
+        if drawing is not None and not stopped():
+            # Whatever goes wrong here goes wrong in the report too, which tells the user.
+            with contextlib.suppress(Exception):
+                pictures[finished.result.name] = draw_run(finished, drawing)
+
+    return compute_group(jobs, tell, threads, draw), pictures
 
 
 def _compute_apart(
@@ -201,7 +240,7 @@ def prepare_workers() -> None:
         # Windows does not have the module.
         from multiprocessing import forkserver
 
-        forkserver.set_forkserver_preload([__name__, "fingerslip.report.page.pictures", "scipy.signal"])
+        forkserver.set_forkserver_preload(["fingerslip.study.running.preload"])
         with hold_interrupts():
             forkserver.ensure_running()
 
@@ -260,9 +299,7 @@ def _begin_worker(news: Any, stop: Any) -> None:
 def _compute_in_worker(
     jobs: Sequence[Job], threads: int, drawings: Mapping[str, Drawing]
 ) -> tuple[Mapping[str, Exception], Mapping[str, Any]]:
-    """Return what went wrong in jobs, and what was drawn of the others."""
-    errors = compute_group(jobs, _tell, threads)
-    return errors, draw_runs([job for job in jobs if job.run.name not in errors], drawings, _stop.is_set)
+    return _compute_and_draw(jobs, _tell, threads, drawings, _stop.is_set)
 
 
 def _tell(name: str, fraction: float) -> None:
@@ -328,24 +365,14 @@ def drawings_of(plan: Plan, jobs: Sequence[Job]) -> dict[str, Drawing]:
     return {name: drawing for name, drawing in named.items() if drawing.contact or drawing.model}
 
 
-def draw_runs(
-    jobs: Sequence[Job], drawings: Mapping[str, Drawing], stopped: Callable[[], bool]
-) -> dict[str, RunPictures]:
-    """Draw finished runs from their folders, as the report would."""
-    pictures = {}
-    for job in jobs:
-        drawing = drawings.get(job.run.name)
-        if drawing is not None and not stopped():
-            # Whatever goes wrong here goes wrong in the report too, which tells the user.
-            with contextlib.suppress(Exception):
-                # What draws is slow to import, and a worker of a sweep mostly draws nothing.
-                from fingerslip.report.content import RunSubject
-                from fingerslip.report.labels import run_title
-                from fingerslip.report.page.pictures import draw_ahead
+def draw_run(finished: Finished, drawing: Drawing) -> RunPictures:
+    """Draw a finished run as the report would."""
+    # What draws is slow to import, and a worker of a sweep mostly draws nothing.
+    from fingerslip.report.content import RunSubject
+    from fingerslip.report.labels import run_title
+    from fingerslip.report.page.pictures import draw_ahead
 
-                result, history = read_run(job.folder), read_history(job.folder / HISTORY)
-                title = run_title(result, drawing.title)
-                run = RunSubject(history, result.events, name=result.name, title=title)
-                mesh = job.model.mesh if drawing.model else None
-                pictures[job.run.name] = draw_ahead(run, mesh, contact=drawing.contact)
-    return pictures
+    result = finished.result
+    title = run_title(result, drawing.title)
+    run = RunSubject(finished.history, result.events, name=result.name, title=title)
+    return draw_ahead(run, finished.job.model.mesh if drawing.model else None, contact=drawing.contact)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from fingerslip.errors import DamagedError, FingerslipError, InputError, ResultError
 from fingerslip.parameters.schema import require_kind
-from fingerslip.results import RefusedRun, RunResult, StudyResult, stored_result
+from fingerslip.results import RefusedRun, RunResult, StudyResult, result_mapping, stored_result
 from fingerslip.storage.files import check_folder, clean_stale, digest, remove_empty
 from fingerslip.study.definition.expressions import derive
 from fingerslip.study.definition.runs import Plan, Run, plan_studies
@@ -279,7 +279,8 @@ def write_up(
     about = f"{plan.study.title}\n{plan.study.description}"
     films = film_keys(plan.folder, list(finished))
     # All that a report shows: an unchanged one is not made again.
-    key = digest([about, list(plan.study.compare), identities, uncertainties, list(plan.given), films])
+    results = [result_mapping(result) for result in finished.values()]
+    key = digest([about, list(plan.study.compare), results, uncertainties, list(plan.given), films])
     current = manifest.get("report") == key and (plan.folder / REPORT).is_file()
     result = _write_tables(plan, finished, refused, report=key if current else "")
     if result.runs and not current:

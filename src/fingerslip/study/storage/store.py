@@ -42,8 +42,9 @@ from fingerslip.sampling.sensitivity import fits_of
 from fingerslip.slip import measures
 from fingerslip.slip.front import edge_warning
 from fingerslip.slip.measures import resolution_warnings
+from fingerslip.snapshot import read_snapshot
 from fingerslip.storage.files import alone, digest, read_json, write_bytes, write_json, write_text, writing
-from fingerslip.study.definition.file import read_mapping, write_mapping
+from fingerslip.study.definition.file import REPEATS, read_mapping, write_mapping
 from fingerslip.study.definition.runs import Run
 from fingerslip.tables.table import to_csv
 from fingerslip.uncertainty import Convergence, Series
@@ -77,8 +78,8 @@ def mesh_size(mesh: Any) -> float:
     return float(mesh.t.shape[1] ** (-1.0 / mesh.dim()))
 
 
-def write_run(folder: Path, run: Run, history: xr.Dataset, *, inputs: str, mesh: Any, seconds: float) -> None:
-    """Write the files of a run that took so many seconds, and log its measures."""
+def write_run(folder: Path, run: Run, history: xr.Dataset, *, inputs: str, mesh: Any, seconds: float) -> RunResult:
+    """Write the files of a run that took so many seconds, log its measures, and return its result."""
     result = dataclasses.replace(
         result_of(history, run.name, run.swept),
         identity=inputs,
@@ -98,9 +99,10 @@ def write_run(folder: Path, run: Run, history: xr.Dataset, *, inputs: str, mesh:
             _logger.warning("%s", warning)
     write_history(history, folder / HISTORY)
     with writing(folder):
-        write_mapping(run.plain_values(), folder / RUN, comment="fingerslip run run.yaml repeats this run")
+        write_mapping(run.plain_values(), folder / RUN, comment=REPEATS)
         write_snapshots(history, folder)
     write_result(result, folder)
+    return result
 
 
 def read_run(folder: Path, uncertainty: Mapping[str, float] = MappingProxyType({})) -> RunResult:
@@ -115,11 +117,10 @@ def write_snapshots(history: xr.Dataset, folder: Path) -> None:
     The points are reference positions. The field ``displacement`` [m] has three components, so that *Warp By Vector*
     shows the deformed body, to scale or exaggerated.
     """
-    from fingerslip.export.paraview import snapshot_mesh, write_series
+    from fingerslip.export.paraview import write_series
 
-    times = history["snapshot_time"].values.tolist() if "snapshot_time" in history.coords else []
-    if times:
-        write_series(folder, "snapshots", ((time, snapshot_mesh(history, number)) for number, time in enumerate(times)))
+    if count := history.sizes.get("snapshot_time", 0):
+        write_series(folder, "snapshots", (read_snapshot(history, number) for number in range(count)))
 
 
 @functools.cache

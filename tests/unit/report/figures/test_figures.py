@@ -22,6 +22,7 @@ from fingerslip.report.content import RunSubject, StudySubject
 from fingerslip.report.figures import bodies, markers, signals, specimens, study, style
 from fingerslip.report.page.pictures import draw_of_run, draw_of_study
 from fingerslip.report.scene.options import SceneOptions
+from fingerslip.report.scene.scene import field_limits
 from fingerslip.results import RunResult
 from fingerslip.sampling.sensitivity import fits_of
 from fingerslip.slip import Events, SlipEvents, contact_patch, slide_window
@@ -202,7 +203,7 @@ FIGURES = {
         {"centre", "ring 1", "ring 2", "Markers at rest: a run"}),
     "markers": (
         of_run("markers", filmed_history, Events()), ["internal markers", "external markers"],
-        {"travel of the plate [mm]"}),
+        {"travel of the plate [mm]", "centre", "starts at x < 0"}),
     "sensor": (
         lambda: specimens.tactip_figure(PRESETS.read("tactip-ridged-2d"), "ridged"),
         ["cut open along the axis", "81 internal markers, from inside", "81 external markers, from below"],
@@ -312,6 +313,8 @@ def test_pictures_of_a_run_are_led_to_their_times_on_one_axis_with_all_signals()
     )
     with style.looking("paper"):
         lettered = draw_of_run("composed", RunSubject(block_history("Q4"), AT_EVENTS))
+    top = field_limits(block_history("Q4"), SceneOptions())[1]
+    assert lettered.legends[0].get_texts()[-1].get_text() == f"von Mises stress, light 0 to dark {top:.2g} kPa"
     letters = [text for axes in panels(lettered) for text in texts(axes) if len(text) == 1]
     assert sorted(letters) == ["a", "b", "c", "d", "e"]
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from fingerslip.report.page.motion import language, pack_arrays, quantise, run_motion, surface_arrays
+from fingerslip.report.scene.scene import upright
 from fingerslip.slip import Events, SlipEvents
 from unit.report.scenes import block_history
 from unit.synthetic import Process, make
@@ -77,6 +78,18 @@ def test_solid_has_triangles_and_its_states():
     colours = language()
     assert len(colours["states"]) == len(colours["stateNames"]) == 3
     assert len(colours["map"]) == 33
+
+
+def test_a_solid_stands_on_its_plate_and_is_cut_across_it():
+    history = block_history("T4")  # on a plate along z
+    body = run_motion(history, Events(), "t")["body"]
+    assert body["plates"][0][0]["normal"] == pytest.approx([0.0, 1.0, 0.0])
+    assert body["cutAt"] == pytest.approx(-5.0, abs=1e-3), "the middle of y, from the viewer"
+    turned = upright(history)
+    np.testing.assert_allclose(
+        turned["node_position"].values, history["node_position"].values[:, [0, 2, 1]] * (1, 1, -1)
+    )
+    assert upright(turned) is turned
 
 
 @pytest.mark.parametrize("element", ["Q4", "T4"])

@@ -3,7 +3,6 @@
 import socket
 from unittest.mock import Mock
 
-import meshio
 import numpy as np
 import pytest
 import pyvista
@@ -22,6 +21,7 @@ from fingerslip.report.scene.scene import (
     draw_scale,
     draw_scene,
     field_limits,
+    middle_cut,
     region_names,
     snapshot_grid,
 )
@@ -96,6 +96,19 @@ def test_a_cut_leaves_half_of_the_body_and_the_plate_is_where_it_touches(history
     step = int(np.abs(history["time"].values - float(history["snapshot_time"][2])).argmin())
     height = 1e3 * float(history["counterface_displacement"].values[step, 0, 2])
     assert drawn(history).actors["plate 0"].bounds[4:] == pytest.approx((height, height), abs=1e-6)
+
+
+@pytest.mark.parametrize(("normal", "cut"), [((0, 0, 1), "y"), ((0, 0, -1), "y"), ((0, 1, 0), "z")])
+def test_a_body_stands_upright_on_its_plate_and_is_open_towards_the_camera(history, normal, cut):
+    seen = history.assign(counterface_normal=(history["counterface_normal"].dims, np.array([normal], dtype=float)))
+    assert middle_cut(seen) == cut
+    plotter = drawn(seen, camera="side", cut=cut, plate=False, receptors=False)
+    assert np.abs(plotter.camera.up) == pytest.approx(np.abs(normal), abs=1e-9)
+    half, whole = (
+        np.mean(np.reshape(shape.bounds, (3, 2)), axis=1)
+        for shape in (plotter.actors["layer tissue"], snapshot_grid(seen, 2))
+    )
+    assert (half - whole) @ plotter.camera.direction > 1.0  # mm
 
 
 def test_within_the_contact_and_its_stick_zone_levels_are_above_zero_and_nowhere_else(history):
@@ -174,15 +187,8 @@ def test_a_free_port_is_taken_and_one_in_use_or_of_the_system_is_refused(monkeyp
     ("Q4", "QUAD"), ("T3", "TRIANGLE"), ("T6", "QUADRATIC_TRIANGLE"),
     ("H8", "HEXAHEDRON"), ("T4", "TETRA"), ("T10", "QUADRATIC_TETRA")
 ])  # fmt: skip
-def test_both_libraries_know_every_element_under_these_names(element, name):
-    kind = CELL_TYPES[element]
-    assert kind.vtk == getattr(pyvista.CellType, name)
-    points = np.random.default_rng(0).normal(size=(10, 3))
-    count = {"quad": 4, "triangle": 3, "triangle6": 6, "hexahedron": 8, "tetra": 4, "tetra10": 10}[kind.meshio]
-    cells = np.arange(count)[None]
-    (block,) = meshio.Mesh(points, [(kind.meshio, cells)]).cells
-    assert block.type == kind.meshio
-    assert pyvista.UnstructuredGrid({kind.vtk: cells}, points).n_cells == 1
+def test_vtk_knows_every_element_under_these_numbers(element, name):
+    assert CELL_TYPES[element] == getattr(pyvista.CellType, name)
 
 
 @pytest.mark.parametrize("element", ["Q4", "T4"])

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import sys
 
 import pytest
@@ -18,7 +19,7 @@ from fingerslip.parameters import kinds_of
 from fingerslip.results import Quantity, RunResult
 from fingerslip.slip.events import Events, SlipEvents
 from fingerslip.study.definition.expressions import check_expression, check_names, derive
-from fingerslip.study.definition.file import line_numbers, read_mapping, read_with_base, write_mapping
+from fingerslip.study.definition.file import REPEATS, line_numbers, read_mapping, read_with_base, write_mapping
 from fingerslip.study.definition.runs import read_runs
 from fingerslip.study.definition.schema import study_schema
 from fingerslip.study.definition.spec import Study, read_study
@@ -66,17 +67,30 @@ plain = st.recursive(
     | st.booleans()
     | st.integers(-1000, 1000)
     | st.floats(allow_nan=False)
-    | st.sampled_from(["no", "1.5 mm", "a b"]),
+    | st.sampled_from(["no", "1.5 mm", "a b", "a\n\n b: 1\nc", "- a", "# b" + 60 * " word"]),
     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.sampled_from("abc"), inner, max_size=3),
     max_leaves=8,
 )
 
 
 @given(values=st.dictionaries(st.sampled_from(["x", "y", "on"]), plain, min_size=1))
-def test_what_is_written_reads_back(tmp_path_factory, values):
+def test_what_is_written_reads_back_also_by_entries(tmp_path_factory, values):
     path = tmp_path_factory.mktemp("yaml") / "x.yaml"
-    write_mapping(values, path, comment="a comment")
-    assert read_mapping(path) == values
+    for comment in ("a comment", REPEATS):
+        write_mapping(values, path, comment=comment)
+        assert read_mapping(path) == values
+
+
+@pytest.mark.parametrize("text", ["a: &a 1\nb: *a\n", "{a: 1,\nb: 1}\n", "a: 1\n---\nb: 1\n", "a: 1\na: 1\n"])
+def test_a_file_of_a_run_that_was_changed_is_read_as_a_whole(tmp_path, text):
+    read = []
+    for front in ("", f"# {REPEATS}\n"):
+        (tmp_path / "run.yaml").write_text(front + text, encoding="utf-8")
+        try:
+            read.append(read_mapping(tmp_path / "run.yaml"))
+        except InputError as error:
+            read.append(re.sub(r"line \d", "line", str(error)))
+    assert read[0] == read[1]
 
 
 def test_keys_are_text_in_their_order_and_anchors_are_followed(tmp_path):

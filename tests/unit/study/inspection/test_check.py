@@ -34,7 +34,7 @@ def test_every_run_is_counted_with_its_size_and_what_is_too_coarse_is_said(write
     assert [row[:6] for row in table.rows] == [("block.yaml", name, "to do", 90, 30, 30) for name in NAMES]
     assert [row[6] for row in table.rows] == [estimated_seconds(90, 30)] * 3
     assert table.note.startswith(
-        "3 runs, about 0.1 min of computing in one process. Each process takes about 0.4 GB. WARNING: "
+        "3 runs, about 0.1 min of computing in one process. Each process takes about 0.4 GB.\nWARNING: "
     )
     assert table.title == "Checked: no mistakes found, 3 warnings"
     assert "block.yaml: programme.0: the press takes 10 steps, and fewer than 25 are too coarse" in table.note
@@ -153,7 +153,8 @@ def test_preset_and_study_are_drawn(tmp_path):
     ("make", "target", "message"),
     [
         (save_mesh, "wang2014-2e a.msh", r"mesh wang2014-2e: is neither .*; did you mean 'wang2014-2d'"),
-        (save_mesh, "nix a.msh", "mesh nix: is neither a preset nor a study file, .*; presets: wang2014-2d"),
+        (save_mesh, "nix a.msh", "mesh nix: is neither a preset nor a file that is there, .*; presets: wang2014-2d"),
+        (save_mesh, "pad.inp a.msh", "mesh pad.inp: is no file that is there, .* or of a mesh"),
         (lambda *paths: save_mesh(*paths, "inch"), "file a.png", "unit: got 'inch', needs one of m, cm, mm, um"),
         (save_mesh, "block.yaml file/copy.msh", r"file/copy\.msh: cannot be written"),
         (draw_specimen, "wang2014-3d finger.doc", r"needs a file that ends in \.png, \.svg, \.pdf"),
@@ -180,12 +181,16 @@ def test_a_figure_of_a_study_or_of_a_run_stands_beside_its_results(finished, for
 
 
 def test_what_the_detector_finds_in_the_markers_of_a_run_stands_beside_its_events(monkeypatch):
-    trial = synthetic_trial("slide", SyntheticSlide(travel=4e-3))
-    monkeypatch.setattr(views, "marker_tracks", lambda _: trial.tracks)
+    tracks = synthetic_trial("slide", SyntheticSlide(travel=4e-3)).tracks
+    tracks = tracks.assign(position=(1e-4 * tracks["position"]).assign_attrs(units="m"))
+    monkeypatch.setattr(views, "marker_tracks", lambda _: tracks)
     monkeypatch.setattr(views, "phase_times", lambda *_: [(0.0, 1.0)])
     truth = fs.SlipEvents(incipient=1.2, overall=2.0)
     figure = views._detector_figure(RunSubject(make(Process()), fs.Events(slip=truth)))
-    assert [axes.get_ylabel() for axes in figure.axes][1:] == ["left pattern [%]", "sure of slip [%]"]
+    assert [axes.get_ylabel() for axes in figure.axes] == ["displaced [mm]", "left pattern [%]", "sure of slip [%]"]
+    assert 0.1 < max(figure.axes[0].lines[0].get_ydata()) < 10.0
+    keys = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert keys == ["slip begins", "gross slip begins"], "no press was seen"
     lines = {float(line.get_xdata()[0]) for line in figure.axes[-1].lines if line.get_color() in EVENT_COLOURS.values()}
     assert lines == {1.2, 2.0}
     assert [text.get_text() for text in figure.axes[0].texts][-2:] == ["incipient", "overall"]

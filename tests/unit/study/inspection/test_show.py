@@ -163,7 +163,10 @@ def test_a_study_is_a_table_of_its_runs_and_a_run_the_tables_of_its_history(fini
         (lambda finished: show(str(finished.parent)), "holds no results of a study"),
         (lambda finished: show(str(finished / "gone.yaml")), r"gone\.yaml: is not there"),
         (lambda finished: export_result(finished.parent, "csv"), "holds no finished run"),
-        (lambda finished: export_result(finished, "vtu"), "format: got 'vtu', needs one of csv, json, mat, parquet"),
+        (
+            lambda finished: export_result(finished, "vtu"),
+            "got 'vtu', needs one of csv, json, mat, parquet; name the folder of a run",
+        ),
         (lambda finished: diff_runs(finished, finished / SECOND), "needs the folder of one of its runs"),
     ],
 )

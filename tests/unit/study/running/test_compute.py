@@ -155,11 +155,12 @@ def test_where_a_group_fails_its_halves_are_computed(monkeypatch, error):
         progress(1.0)
         if tried[-1] == "b":
             raise error
+        return [tried[-1]]
 
     monkeypatch.setattr(compute, "compute", failing)
-    told = []
-    errors = compute_group([job_of(name) for name in "abc"], lambda name, fraction: told.append((name, fraction)), 1)
-    assert errors == {"b": error}
+    told, shown, jobs = [], [], [job_of(name) for name in "abc"]
+    errors = compute_group(jobs, lambda name, fraction: told.append((name, fraction)), 1, shown.append)
+    assert (errors, shown) == ({"b": error}, ["a", "c"])
     assert tried == ["abc", "a", "bc", "b", "c"]
     assert told == [("a", 1.0), ("b", 1.0), ("c", 1.0)]
 
@@ -171,6 +172,7 @@ def test_failures_are_kept_by_name_and_the_others_go_on(monkeypatch, tmp_path):
         progress(0.5)
         if ends[jobs[0].run.name] is not None:
             raise ends[jobs[0].run.name]
+        return []
 
     monkeypatch.setattr(compute, "compute", compute_one)
     progress = Told()
@@ -204,7 +206,7 @@ def test_what_is_no_error_of_the_package_ends_the_study(monkeypatch):
 @pytest.mark.parametrize(("workers", "count", "apart"), [(1, 5, 0), (4, 1, 0), (4, 2, 2), (2, 5, 2)])
 def test_no_more_processes_than_runs_and_none_for_a_single_one(monkeypatch, workers, count, apart):
     started = []
-    monkeypatch.setattr(compute, "compute", lambda *_: None)
+    monkeypatch.setattr(compute, "compute", lambda *_: [])
     monkeypatch.setattr(compute, "_compute_apart", lambda _, number, *__: started.append(number) or ())
     outcomes = list(compute_all([job_of(str(number)) for number in range(count)], workers, StudyProgress(), {}))
     assert all(outcome.errors == {} for outcome in outcomes)

@@ -17,7 +17,7 @@ from fingerslip.study.definition.runs import plan_study
 from fingerslip.study.definition.settings import CameraSettings
 from fingerslip.study.running import runner
 from fingerslip.study.running.build import prepare
-from fingerslip.study.running.compute import Drawing, draw_runs, drawings_of
+from fingerslip.study.running.compute import Drawing, drawings_of
 from fingerslip.study.running.films import camera_of, film_history, film_runs
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.running.runner import Engine, compute_jobs, write_up
@@ -47,7 +47,6 @@ def test_runs_in_detail_are_drawn_with_the_first_model_of_each_mesh_unless_sampl
     resumed = drawings_of(plan, jobs[1:])
     assert resumed[jobs[1].run.name] == Drawing("Block on a plate", contact=True, model=True)
     assert drawings_of(dataclasses.replace(plan, study=SimpleNamespace(sample=object())), jobs) == {}
-    assert draw_runs(jobs, drawings, lambda: True) == {}
     # Of many runs only those are drawn that a report shows.
     frictions = [0.1 + 0.01 * number for number in range(MOST_RUNS + 2)]
     plan, jobs = planned(write_study(block_values() | {"sweep": {"contact.friction_coefficient": frictions}}))
@@ -63,8 +62,7 @@ def test_report_and_figures_are_the_same_whether_runs_are_drawn_beside_or_at_the
 ):
     monkeypatch.setattr(figures, "_DOTS_PER_INCH", 20)
     plan, jobs = planned(write_study())
-    compute_jobs(plan, jobs, Engine(StudyProgress(), 1))
-    pictures = draw_runs(jobs, drawings_of(plan, jobs), lambda: False)
+    _, pictures = compute_jobs(plan, jobs, Engine(StudyProgress(), 1), drawings_of(plan, jobs))
     assert sorted(pictures) == NAMES
     monkeypatch.setattr(runner, "write_report", only_drawn(runner.write_report))
     folder = write_up(plan, (), pictures).folder
@@ -92,14 +90,14 @@ def only_drawn(write):
 
 def test_what_cannot_be_drawn_is_left_to_the_report(write_study, simulated, monkeypatch):
     plan, jobs = planned(write_study())
-    compute_jobs(plan, jobs, Engine(StudyProgress(), 1))
 
     def failing(run, *_, **__):
         if run.name == NAMES[1]:
             raise ZeroDivisionError
 
     monkeypatch.setattr(page, "draw_ahead", failing)
-    assert list(draw_runs(jobs, drawings_of(plan, jobs), lambda: False)) == [NAMES[0], NAMES[2]]
+    failures, pictures = compute_jobs(plan, jobs, Engine(StudyProgress(), 1), drawings_of(plan, jobs))
+    assert (failures, list(pictures)) == ({}, [NAMES[0], NAMES[2]])
 
 
 SMALL = CameraSettings(

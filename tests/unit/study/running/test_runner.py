@@ -4,6 +4,7 @@ import csv
 import dataclasses
 import re
 import shutil
+from types import SimpleNamespace
 
 import pytest
 import yaml
@@ -229,6 +230,20 @@ def test_results_of_every_run_are_written_once(write_study, simulated, reports):
 def test_a_report_is_made_again_where_what_it_shows_has_changed(write_study, simulated, reports, changes):
     run(write_study(block_values() | {"compare": ["wang2014-table2"]} | changes))
     assert (simulated, len(reports)) == ([], 1)
+
+
+@pytest.mark.usefixtures("finished", "simulated")
+def test_a_report_is_made_again_where_runs_that_are_computed_again_come_to_something_else(
+    write_study, reports, monkeypatch
+):
+    path, whole = write_study(), simulation.simulate
+    for _ in range(2):
+        run(path)
+        assert len(reports) == 1
+    other = SimpleNamespace(contacts=[SimpleNamespace(friction=SimpleNamespace(coefficient=0.77))])
+    monkeypatch.setattr("fingerslip.dynamics.simulation.simulate", lambda _, **options: whole(other, **options))
+    run(path, force=True)
+    assert len(reports) == 2
 
 
 @pytest.mark.usefixtures("finished", "reports")
