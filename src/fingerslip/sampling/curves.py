@@ -105,7 +105,7 @@ class Measurement:
     values: Array  # (n_columns, n), [SI]
     deviations: Array  # (n_columns, 1), standard deviation of each [SI]
 
-    def scaled(self, curves: Array) -> Array:
+    def in_deviations(self, curves: Array) -> Array:
         """Return curves (..., n_columns, n) [SI] in standard deviations, (..., n_columns n)."""
         return np.asarray(curves / self.deviations).reshape(*curves.shape[:-2], -1)
 

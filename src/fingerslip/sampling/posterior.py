@@ -92,11 +92,11 @@ class Emulator:
         squares = (self.processes.errors**2).mean(axis=1) @ (self.components**2).mean(axis=1)
         return float(np.sqrt(squares + self.left_out))
 
-    def draw(self, points: Array, generator: np.random.Generator) -> Array:
-        """Draw a curve at each of some points, (n, m)."""
+    def draw(self, points: Array, generator: np.random.Generator, most: int | None = None) -> Array:
+        """Draw a curve at each of some points, (n, m); of m numbers the first ones."""
         mean, variance = self.processes.predict(points)
         scores = mean + np.sqrt(variance) * generator.standard_normal(mean.shape)
-        return np.asarray(self.mean + scores @ self.components)
+        return np.asarray(self.mean[:most] + scores @ self.components[:, :most])
 
 
 def fit_emulator(points: Array, curves: Array) -> Emulator:
@@ -124,7 +124,7 @@ class Likelihood:
         self.emulator, self.scale = emulator, scale
         self.eigenvalues, vectors = np.linalg.eigh(discrepancy(measurement.positions))
         shape = (-1, *measurement.values.shape)
-        residual = (measurement.scaled(measurement.values) - emulator.mean).reshape(shape)
+        residual = (measurement.in_deviations(measurement.values) - emulator.mean).reshape(shape)
         both = np.concatenate((residual, emulator.components.reshape(shape))) @ vectors
         self._products = np.einsum("acj,bcj->jab", both, both)
         self._columns = len(measurement.columns)

@@ -151,7 +151,7 @@ def fit(
 
 def _write(study: StudyResult, measurement: Measurement, settings: FitSettings) -> Posterior:
     """Fit the runs of a study to measured curves, and write what comes out."""
-    from fingerslip.report.figures.fit import corner_figure, fit_figure
+    from fingerslip.report.figures.fit import MOST_PANELS, corner_figure, fit_figure
     from fingerslip.report.figures.style import figure_bytes
 
     ends = [[number_and_unit(end) for end in two] for two in study.ranges.values()]
@@ -161,7 +161,7 @@ def _write(study: StudyResult, measurement: Measurement, settings: FitSettings) 
     curves = np.array(
         [curves_of(read_history(study.folder / run.name / HISTORY), measurement, run.name) for run in study.runs]
     )
-    emulator = fit_emulator(points, measurement.scaled(curves))
+    emulator = fit_emulator(points, measurement.in_deviations(curves))
     chain = sample_posterior(Likelihood(emulator, measurement, settings.discrepancy), len(low))
     _refuse_leaning(chain.samples[:, :-1], study, settings.bounds)
 
@@ -176,10 +176,12 @@ def _write(study: StudyResult, measurement: Measurement, settings: FitSettings) 
     )
     rows = generator.permutation(len(values))
     saved, drawn_samples = values[rows[:_SAVED]], chain.samples[rows[:_SAVED]]
-    models = emulator.draw(drawn_samples[:, :-1], generator).reshape(-1, *measurement.values.shape)
+    size = measurement.positions.size
+    models = emulator.draw(drawn_samples[:, :-1], generator, MOST_PANELS * size).reshape(len(saved), -1, size)
     noise = generator.standard_normal(models.shape)
-    root = np.linalg.cholesky(discrepancy(measurement.positions) + 1e-9 * np.eye(measurement.positions.size))
+    root = np.linalg.cholesky(discrepancy(measurement.positions) + 1e-9 * np.eye(size))
     smooth = drawn_samples[:, -1:, None] * generator.standard_normal(models.shape) @ root.T
+    deviations = measurement.deviations[: models.shape[1]]
     with new_folder(study.folder / FOLDER) as folder:
         headings = [f"{path} [{unit}]" if unit else path for path, unit in zip(study.ranges, units, strict=False)]
         cells = [[f"{value:.6g}" for value in row] for row in saved.tolist()]
@@ -188,9 +190,7 @@ def _write(study: StudyResult, measurement: Measurement, settings: FitSettings) 
             write_text(folder / f"{name}.csv", to_csv(table))
         figures = {
             "corner": corner_figure(values, labels, units, (low, high)),
-            "fit": fit_figure(
-                measurement, curves, *(measurement.deviations * each for each in (models, models + smooth + noise))
-            ),
+            "fit": fit_figure(measurement, curves, *(deviations * each for each in (models, models + smooth + noise))),
         }
         for name, figure in figures.items():
             write_bytes(folder / f"{name}.png", figure_bytes(figure))

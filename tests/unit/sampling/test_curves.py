@@ -34,7 +34,7 @@ def test_columns_are_read_in_si_and_patterns_name_several(tmp_path: Path) -> Non
     assert read.positions == pytest.approx(1e-4 * np.arange(6))
     assert read.values[:, 2] == pytest.approx(np.array([2e-4, 2e-7, 0.2]))
     assert read.deviations[:, 0] == pytest.approx(np.array([1e-6, 5e-6, 0.1]))
-    assert read.scaled(read.values)[[2, 8, 14]] == pytest.approx(np.array([200.0, 0.04, 2.0]))
+    assert read.in_deviations(read.values)[[2, 8, 14]] == pytest.approx(np.array([200.0, 0.04, 2.0]))
 
 
 @pytest.mark.parametrize(

@@ -96,7 +96,7 @@ def dense_density(emulator: Emulator, data: Measurement, first: float, second: f
         1.3 * np.eye(60) + emulator.components.T @ np.diag(variance[0]) @ emulator.components + size**2 * smooth
     )
     middle = emulator.mean + mean[0] @ emulator.components
-    return float(multivariate_normal.logpdf(data.scaled(data.values), middle, covariance))
+    return float(multivariate_normal.logpdf(data.in_deviations(data.values), middle, covariance))
 
 
 def test_components_leave_out_less_than_a_tenth_of_a_deviation_and_the_error_says_so() -> None:

@@ -20,7 +20,9 @@ Array = NDArray[np.float64]
 
 _BINS, _LEVELS = 40, (0.95, 0.68)
 _SMOOTHING, _MARGIN = 1.5, 0.3  # bins; shares of what is drawn of a value
-_MOST_PANELS, _MOST_RUNS = 6, 60
+#: How many columns are drawn.
+MOST_PANELS = 6
+_MOST_RUNS = 60
 _SHOWN = {"m": ("mm", 1e3), "s": ("s", 1.0), "N": ("N", 1.0), "Pa": ("kPa", 1e-3)}
 
 
@@ -48,16 +50,16 @@ def corner_figure(values: Array, labels: Sequence[str], units: Sequence[str], ra
         axes.tick_params(labelbottom=row == count - 1, labelleft=row > column == 0)
         axes.locator_params(nbins=4)
         if row == count - 1:
-            axes.set_xlabel(_named(labels[column], units[column]))
+            axes.set_xlabel(_with_unit(labels[column], units[column]))
         if row > column == 0:
-            axes.set_ylabel(_named(labels[row], units[row]))
+            axes.set_ylabel(_with_unit(labels[row], units[row]))
     keys = {"posterior": Patch(color=SKY), "prior": Line2D([], [], color=GREY, linestyle="--")}
     keys |= {"68 %": Patch(color=BLUE, alpha=0.8), "95 %": Patch(color=BLUE, alpha=0.35)}
     add_legend(figure, {**keys, "median": Line2D([], [], color=BLACK)})
     return figure
 
 
-def _named(label: str, unit: str) -> str:
+def _with_unit(label: str, unit: str) -> str:
     return f"{label}\n[{unit}]" if unit else label
 
 
@@ -82,7 +84,7 @@ def fit_figure(measurement: Measurement, runs: Array, models: Array, predicted: 
 
     All three are (n, n_columns, n_positions); of many columns the first ones are drawn.
     """
-    columns = measurement.columns[:_MOST_PANELS]
+    columns = measurement.columns[:MOST_PANELS]
     shown_unit, factor = _SHOWN[OVER[measurement.over]]
     order = np.argsort(measurement.positions)
     positions = factor * measurement.positions[order]
