@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 
 from fingerslip.errors import InputError, Mistakes
 from fingerslip.history import read_history
+from fingerslip.parameters.schema import require_kind
 from fingerslip.report.labels import short_labels
 from fingerslip.report.tables.runs import table_frame
 from fingerslip.results import HISTORY, RunResult, StudyResult
@@ -134,6 +136,8 @@ def fit(
 
         fs.fit("finger.yaml", "indentation.csv").predictions
     """
+    for name, path in (("study", study), ("data", data)):
+        require_kind(path, (str, os.PathLike), "the path of a file", f"fit: {name}")
     source = Path(study)
     plan = plan_study(source, results_dir)
     settings, sample = plan.study.fit, plan.study.sample

@@ -100,6 +100,8 @@ def test_a_study_without_a_fit_and_data_that_are_no_curves_are_refused_before_an
     study = write_study(changed("title", "Block"))
     with pytest.raises(fs.InputError, match=r"fit: is missing, needs the measured curves; write fit: \{over: depth"):
         fs.fit(study, tmp_path / "data.csv")
+    with pytest.raises(fs.InputError, match="fit: data: got 3, needs the path of a file"):
+        fs.fit(study, 3)  # type: ignore[arg-type]
     with pytest.raises(fs.InputError, match=r"gone\.csv: cannot be read"):
         fs.fit(write_study(values()), tmp_path / "gone.csv", results_dir=tmp_path / "results")
     assert not (tmp_path / "results").exists()
