@@ -57,12 +57,15 @@ def are_degenerate(mesh: skfem.Mesh) -> Flags:
 
 def outward_normals(mesh: skfem.Mesh, facets: Integers, inside: Integers) -> Floats:
     """Return the unit normals (dim, k) of facets (k,), as if they were flat, away from a cell `inside` (k,) of each."""
-    corners = mesh.p[:, mesh.facets[:, facets]]
-    along = corners[:, 1] - corners[:, 0]
+    nodes = np.sort(mesh.facets[:, facets], axis=0)
+    corners = mesh.p[:, nodes]
+    along = corners[:, -1] - corners[:, 0]
     if mesh.dim() == 2:
         normals = np.stack([along[1], -along[0]])
     else:
-        normals = np.cross(along, corners[:, 2] - corners[:, 0], axis=0)
+        # Two corners of a facet may be one node.
+        other = np.where(nodes[1] == nodes[0], corners[:, 2], corners[:, 1])
+        normals = np.cross(along, other - corners[:, 0], axis=0)
     outward = corners.mean(axis=1) - mesh.p[:, mesh.t[:, inside]].mean(axis=1)
     turned: Floats = normals * np.sign(np.sum(normals * outward, axis=0)) / np.linalg.norm(normals, axis=0)
     return turned

@@ -28,7 +28,7 @@ from fingerslip.fe.space import Space, boundary_nodes, build_space, free_pieces,
 from fingerslip.materials.large_strain import FiniteMaterial
 from fingerslip.materials.material import Material
 from fingerslip.materials.prony import recurrence
-from fingerslip.mesh.facets import outward_normals, site_nodes
+from fingerslip.mesh.facets import are_degenerate, outward_normals, site_nodes
 from fingerslip.model.model import Contact, Model
 from fingerslip.model.programme import Slide
 from fingerslip.model.timing import shortest_step
@@ -260,16 +260,21 @@ def _candidates(model: Model, space: Space, number: int, counterface: Counterfac
     offsets = candidates.positions - candidates.positions[0]
     if space.dim == 3 and counterface.is_flat and np.linalg.matrix_rank(offsets, 1e-9 * size) < 2:
         fault = f"meets {len(offsets)} nodes of '{contact.boundary}', all on a line"
-        normal = direction_text(inward_normals(model, contact.boundary).mean(axis=0))
+        normal = direction_text(inward_normals(model, contact.boundary)[0].mean(axis=0))
         repair = f"this boundary takes a plate with the normal {normal}"
         raise InputError(f"contacts.{number}.counterface", fault, "needs to meet more than an edge", repair)
     return candidates
 
 
-def inward_normals(model: Model, boundary: str) -> NDArray[np.float64]:
-    """Return the unit normals (n_facets, dim) of a boundary, into the body."""
+def inward_normals(model: Model, boundary: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the unit normals (k, dim) of the facets of a boundary that have a size, into the body, and their corners.
+
+    Arrays: corners (dim, n_corners, k) [m].
+    """
     facets = np.asarray(model.mesh.boundaries[boundary])
-    return -outward_normals(model.mesh, facets, model.mesh.f2t[0, facets]).T
+    facets = facets[~are_degenerate(model.mesh)[facets]]
+    normals = outward_normals(model.mesh, facets, model.mesh.f2t[0, facets])
+    return -normals.T, model.mesh.p[:, model.mesh.facets[:, facets]]
 
 
 def direction_text(direction: NDArray[np.float64]) -> str:

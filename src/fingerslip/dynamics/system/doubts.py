@@ -57,9 +57,7 @@ def _contacts(model: Model, checked_model: CheckedModel) -> Iterator[str]:
         zip(model.contacts, checked_model.counterfaces, checked_model.motions, strict=True)
     ):
         where = f"contacts.{number}"
-        facets = np.asarray(model.mesh.boundaries[contact.boundary])
-        inwards = inward_normals(model, contact.boundary)
-        corners = model.mesh.p[:, model.mesh.facets[:, facets]]  # (dim, corners, n_facets)
+        inwards, corners = inward_normals(model, contact.boundary)
         faced = np.sum(inwards * counterface.normals(corners.mean(axis=1).T), axis=1)
         if faced.mean() < -_FACED:
             fault = "its normal points away from the body, which is inside it"
