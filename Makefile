@@ -16,7 +16,7 @@ export PYTHONDONTWRITEBYTECODE :=
 
 # The oldest libraries that pyproject.toml allows, on the oldest Python; what newer ones call outdated is no mistake there.
 OLDEST := .venv-oldest
-EXTRAS := pardiso,vision,export,neural,detect,sensitivity,cluster,web,gym,dev
+EXTRAS := pardiso,vision,export,neural,detect,sensitivity,fit,cluster,web,gym,dev
 OUTDATED := -W ignore::DeprecationWarning -W ignore::PendingDeprecationWarning -W ignore::FutureWarning
 
 .PHONY: help study test test-all test-processors test-oldest lint format docs bench validate reference lock libraries clean
@@ -68,7 +68,7 @@ reference: $(READY)  ## make again what the documentation takes from runs (half 
 
 lock:  ## renew requirements.lock (needs uv)
 	uv pip compile --upgrade --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-annotate \
-		--no-header --extra pardiso --extra vision --extra export --extra neural --extra detect --extra sensitivity --extra cluster --extra web --extra gym --extra dev --extra docs pyproject.toml -o requirements.lock
+		--no-header --extra pardiso --extra vision --extra export --extra neural --extra detect --extra sensitivity --extra fit --extra cluster --extra web --extra gym --extra dev --extra docs pyproject.toml -o requirements.lock
 
 libraries:  ## check the system libraries that Gmsh and VTK load
 	$(PYTHON) src/fingerslip/installation.py

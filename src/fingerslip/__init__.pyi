@@ -133,6 +133,7 @@ from .specimens.fingertip.sites import (
 from .study.definition.schema import study_schema as study_schema
 from .study.definition.spec import read_study as read_study
 from .study.scripted import OpenedStudy as OpenedStudy, open_study as open_study
+from .study.fit import Posterior as Posterior, fit as fit
 from .study.running.runner import StudyFailedError as StudyFailedError, run_study as run_study
 from .study.scripted import Study as Study
 from .model.timing import Adaptive as Adaptive, QuasiStatic as QuasiStatic, TimeStepping as TimeStepping

@@ -13,7 +13,7 @@ from places import DOCS, ROOT
 PAGES = sorted(path for path in (DOCS / "howto").glob("*.md") if path.name != "index.md")
 TUTORIALS = sorted(path for path in (DOCS / "tutorials").glob("*.md") if path.name != "index.md")
 # Studies of their own, in other processes; seconds.
-LONG = {"results", "clusters", "own-mesh", "afferent-model", "held-object", "grip-controller"}
+LONG = {"results", "clusters", "own-mesh", "afferent-model", "held-object", "grip-controller", "fit"}
 SLOW = [page for page in (*PAGES, *TUTORIALS) if page.stem in LONG or page in TUTORIALS]
 
 

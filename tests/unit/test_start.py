@@ -60,6 +60,7 @@ FILES = (
         "cite none",
         "predict none --at a=1",
         "sensitivity none",
+        "fit none.yaml none.csv",
         "verify --only none",
     ),
     *("detect train none", "detect evaluate none", "detect transfer none none", "detect score none none.csv"),

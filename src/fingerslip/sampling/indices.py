@@ -151,7 +151,7 @@ def _require_samples(study: StudyResult) -> None:
 
 def _indices(method: str, paths: Sequence[str], shares: Array, values: Array) -> list[Index]:
     """Return what SALib makes of the values (n,) of an output at shares (n, n_paths)."""
-    analyze = _optional(f"SALib.analyze.{method}", *_SALIB).analyze
+    analyze = optional_module(f"SALib.analyze.{method}", *_SALIB).analyze
     problem = {"num_vars": len(paths), "names": list(paths), "bounds": [[0.0, 1.0]] * len(paths)}
     if method == "sobol":
         columns = analyze(problem, values, calc_second_order=False, **_OPTIONS)
@@ -185,12 +185,12 @@ def _sensitivity(  # noqa: PLR0917  what a sensitivity is made of
     )
 
 
-def _optional(module: str, library: str, where: str) -> Any:
+def optional_module(module: str, library: str, where: str, extra: str = "sensitivity") -> Any:
     """Return a module of a library that is an optional part."""
     try:
         return importlib.import_module(module)
     except ImportError:
-        fault, repair = f"needs {library}, which is not installed", "pip install 'fingerslip[sensitivity]'"
+        fault, repair = f"needs {library}, which is not installed", f"pip install 'fingerslip[{extra}]'"
         raise InputError(where, fault, "is an optional part", repair) from None
 
 
@@ -260,7 +260,7 @@ def fit_surrogate(runs: Sequence[RunResult], output: str, seed: int = 1) -> Surr
     columns, values = (np.array(column) for column in zip(*distinct.values(), strict=True))
     if np.ptp(values) == 0.0:
         raise InputError("of", f"'{output}' is {values[0]:.6g} {unit} in all runs", "needs an output that differs")
-    process = _fit(columns, values, None)
+    process = fit_process(columns, values, None)
     validation = replace(
         _validate(columns, values, process, seed),
         repeated=len(valued) - len(distinct),
@@ -269,16 +269,16 @@ def fit_surrogate(runs: Sequence[RunResult], output: str, seed: int = 1) -> Surr
     return Surrogate(output, unit, inputs, validation, process)
 
 
-def _fit(columns: Array, values: Array, start: Any) -> Any:
+def fit_process(columns: Array, values: Array, start: Any) -> Any:
     """Return a process fitted to values (n,) at columns (n, n_columns); `start` is a fitted one to begin from."""
-    processes = _optional("sklearn.gaussian_process", *_SKLEARN)
-    kernels = _optional("sklearn.gaussian_process.kernels", *_SKLEARN)
+    processes = optional_module("sklearn.gaussian_process", *_SKLEARN)
+    kernels = optional_module("sklearn.gaussian_process.kernels", *_SKLEARN)
     first = kernels.ConstantKernel(1.0, (1e-3, 1e4)) * kernels.RBF(np.ones(columns.shape[1]), (5e-2, 1e3))
     kernel = first + kernels.WhiteKernel(1e-4, (1e-9, 1.0)) if start is None else start.kernel_
     process = processes.GaussianProcessRegressor(kernel, normalize_y=True, random_state=0)
     with warnings.catch_warnings():
         # A length at the end of its range means a value that does nothing, which is a result.
-        warnings.simplefilter("ignore", _optional("sklearn.exceptions", *_SKLEARN).ConvergenceWarning)
+        warnings.simplefilter("ignore", optional_module("sklearn.exceptions", *_SKLEARN).ConvergenceWarning)
         return process.fit(columns, values)
 
 
@@ -287,7 +287,7 @@ def _validate(columns: Array, values: Array, process: Any, seed: int) -> Validat
     mean, deviation = np.empty_like(values), np.empty_like(values)
     for number in range(_FOLDS):
         left = fold == number
-        fit = _fit(columns[~left], values[~left], process)
+        fit = fit_process(columns[~left], values[~left], process)
         mean[left], deviation[left] = fit.predict(columns[left], return_std=True)
     errors = mean - values
     return Validation(

@@ -34,7 +34,7 @@ def _files_by_name(folder: Traversable) -> dict[str, Traversable]:
 
 
 # What templates read, written beside them.
-_READ = {"own-mesh": "pad.inp"}
+_READ = {"own-mesh": "pad.inp", "fit": "indentation.csv"}
 #: The templates of new study files, by name.
 TEMPLATES: Mapping[str, Traversable] = _files_by_name(_data("templates"))
 

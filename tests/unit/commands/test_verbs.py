@@ -12,6 +12,7 @@ import pytest
 import fingerslip as fs
 from fingerslip import validation
 from fingerslip.published import published_set
+from fingerslip.study import fit
 from fingerslip.study.inspection import show as inspection
 from fingerslip.study.storage import reporting
 from fingerslip.tables.table import Column, Table
@@ -111,6 +112,20 @@ def test_what_is_asked_for_is_passed_on_and_printed(invoke, monkeypatch, argumen
     monkeypatch.setattr(inspection, asked, lambda *own: calls.append(own) or answer)
     assert json.loads(invoke(*arguments, "--json").output)[0]["rows"] == [["latency"]]
     assert [str(calls[0][0]), *calls[0][1:]] == ["results/x", *expected]
+
+
+def test_a_fit_prints_its_tables_and_says_where_its_figures_are(invoke, monkeypatch):
+    calls = []
+    tables = tuple(Table(title, (Column("output"),), (("latency",),)) for title in ("Values", "Slip"))
+    answer = fit.Posterior(Path("results/x/fit"), tables)
+    monkeypatch.setattr(fit, "fit", lambda *own, **options: calls.append((*own, options["workers"])) or answer)
+    printed = invoke("fit", "x.yaml", "x.csv", "--workers", 3, "-q").stdout
+    assert "Values" in printed
+    assert "figures and samples: results/x/fit" in printed
+    assert [table["title"] for table in json.loads(invoke("fit", "x.yaml", "x.csv", "--json").stdout)] == [
+        table.title for table in tables
+    ]
+    assert calls[0] == (Path("x.yaml"), Path("x.csv"), 3)
 
 
 def test_folder_has_tracks_overlay_and_page(invoke, tmp_path):

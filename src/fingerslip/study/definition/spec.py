@@ -11,7 +11,7 @@ from typing import Annotated, Any
 
 import pydantic
 
-from fingerslip.errors import InputError, Mistakes
+from fingerslip.errors import InputError, Mistakes, unknown_name
 from fingerslip.fe.integration import Integration
 from fingerslip.materials.choice import PRESET, AnyMaterial, MaterialEntry, material_of
 from fingerslip.materials.elastic import RayleighDamping
@@ -35,6 +35,7 @@ from fingerslip.parameters.fields import in_order
 from fingerslip.published import published_set
 from fingerslip.react.scenario import HeldObject
 from fingerslip.react.settings import ReactionSettings
+from fingerslip.sampling.curves import RUNS_PER_VALUE, FitSettings
 from fingerslip.specimens.choice import SPECIMENS, SpecimenChoice, check_mesh, given_specimen
 from fingerslip.specimens.fingertip.meshing.sources import MeshSizes
 from fingerslip.specimens.protocol import Specimen
@@ -110,6 +111,22 @@ def _sampled_apart_from_swept(sweep: Mapping[str, tuple[Any, ...]], sample: Samp
             raise InputError(f"sample.{group}.{path}", fault, "needs paths apart from the sweep")
 
 
+def _fitted_by_samples(
+    fit: FitSettings | None, sample: SampleSettings | None, sweep: Mapping[str, tuple[Any, ...]]
+) -> None:
+    if fit is None:
+        return
+    if sample is None or sample.choices or sweep:
+        fault = "without sample" if sample is None else f"with {'sweep' if sweep else 'sample.choices'}"
+        raise InputError("fit", f"is given {fault}", "needs sample.ranges alone", "give what is fitted its range there")
+    if sample.total < (least := RUNS_PER_VALUE * len(sample.ranges)):
+        fault, allowed = f"makes {sample.total} runs", f"needs {RUNS_PER_VALUE} for each of the ranges that are fitted"
+        raise InputError("sample.count", fault, allowed, f"write count: {least} or more")
+    for path in fit.bounds:
+        if path not in sample.ranges:
+            raise unknown_name("fit.bounds", path, sample.ranges)
+
+
 def _of_a_body(name: str) -> Callable[..., None]:
     """Return a check of a value that only a specimen could give instead; a solid needs no depth."""
 
@@ -139,6 +156,7 @@ _CHECKS: tuple[tuple[str, Callable[..., None]], ...] = (
     ("contacts contact", _not_both("contacts", "contact", "move contact into contacts")),
     ("contact contacts programme", _contact_of_a_programme),
     ("sweep sample", _sampled_apart_from_swept),
+    ("fit sample sweep", _fitted_by_samples),
     ("repeats sample", _not_both("repeats", "sample", "let what scatters be sampled")),
     ("specimen mesh", check_mesh),
     ("specimen mesh materials", _of_a_body("materials")),
@@ -154,7 +172,9 @@ _CHECKS: tuple[tuple[str, Callable[..., None]], ...] = (
 
 
 #: The fields of a study that do not belong to a single run.
-NOT_OF_A_RUN = ("description", "sweep", "sample", "repeats", "derived", "compare", "converge", "trials", "cameras")
+NOT_OF_A_RUN = (
+    *("description", "sweep", "sample", "fit", "repeats", "derived", "compare", "converge", "trials", "cameras"),
+)
 
 
 def _check_references(name: str) -> str:
@@ -228,6 +248,8 @@ class Study(SpecimenChoice):
         are lists by several paths with commas between them.
     sample : SampleSettings, optional
         Samples of values that are known by their ranges only; every combination of the sweep is run with every sample.
+    fit : FitSettings, optional
+        Measured curves to which ``fingerslip fit`` fits the sampled values; the ranges of `sample` are their prior.
     repeats : RepeatSettings, optional
         Repeats of every run, in which some values scatter as from trial to trial.
     derived : mapping of str to str
@@ -270,6 +292,7 @@ class Study(SpecimenChoice):
     depth: PositiveLength | None = None
     sweep: Sweep = pydantic.Field(default_factory=dict)
     sample: SampleSettings | None = None
+    fit: FitSettings | None = None
     repeats: RepeatSettings | None = None
     derived: Derived = pydantic.Field(default_factory=dict)
     compare: tuple[PublishedName, ...] = ()

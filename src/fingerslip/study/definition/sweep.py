@@ -88,8 +88,8 @@ def _rows(key: str, values: Sequence[Any]) -> list[dict[str, Any]]:
 
 
 def with_values(plain: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a copy of a study as plain data with other values, without a sweep, samples and repeats."""
-    changed = {name: value for name, value in plain.items() if name not in ("sample", "repeats")} | {"sweep": {}}
+    """Return a copy of a study as plain data with other values, without a sweep, samples, a fit and repeats."""
+    changed = {name: value for name, value in plain.items() if name not in ("sample", "fit", "repeats")} | {"sweep": {}}
     changed = copy.deepcopy(changed)
     for path, value in changes.items():
         assign(changed, path, copy.deepcopy(value))

@@ -1,0 +1,262 @@
+"""The sampled values of a study fitted to measured curves: its runs, the posterior, and what it predicts."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.errors import InputError, Mistakes
+from fingerslip.history import read_history
+from fingerslip.parameters.schema import require_kind
+from fingerslip.report.labels import short_labels
+from fingerslip.report.tables.runs import table_frame
+from fingerslip.results import HISTORY, RunResult, StudyResult
+from fingerslip.sampling.curves import FitSettings, Measurement, curves_of, read_measurement
+from fingerslip.sampling.designs import required_output
+from fingerslip.sampling.indices import optional_module
+from fingerslip.sampling.posterior import (
+    EMCEE,
+    Chain,
+    Likelihood,
+    discrepancy,
+    fit_emulator,
+    fit_processes,
+    sample_posterior,
+)
+from fingerslip.sampling.sensitivity import number_and_unit
+from fingerslip.storage.files import csv_text, new_folder, write_bytes, write_text
+from fingerslip.study.definition.runs import plan_study
+from fingerslip.study.running.progress import StudyProgress
+from fingerslip.study.running.runner import run_plans
+from fingerslip.tables.table import Cell, Column, Missing, Table, to_csv
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Array = NDArray[np.float64]
+
+#: Folder of a fit in the results of its study.
+FOLDER = "fit"
+
+_LEAST_WITH_EVENT = 10
+_SAVED = 2000  # samples of the posterior in its file, and whose curves are drawn
+_EDGE, _LEANING = 0.02, 0.1  # share of a range, and of a posterior that leans against it
+_TELLS_LITTLE, _TOGETHER = 0.8, 0.9
+_EVENTS = ("incipient_slip", "overall_slip", "latency")
+_PERCENTS = (50.0, 16.0, 84.0, 2.5, 97.5)
+_INTERVALS = ("median", "68 % from", "68 % to", "95 % from", "95 % to")
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """What a measurement says of the sampled values of a study.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of ``posterior.csv``, ``summary.csv``, ``predictions.csv``, ``corner.png`` and ``fit.png``.
+    tables : tuple of Table
+        Values with their intervals, and predictions.
+
+    Examples
+    --------
+    The modulus with its interval of 68 %::
+
+        posterior = fs.fit("finger.yaml", "indentation.csv")
+        posterior.summary[["value", "median", "68 % from", "68 % to"]]
+    """
+
+    folder: Path
+    tables: tuple[Table, Table]
+
+    @property
+    def summary(self) -> pd.DataFrame:
+        """A row for each value: intervals, and the share of the prior's width that is left."""
+        return table_frame(self.tables[0])
+
+    @property
+    def predictions(self) -> pd.DataFrame:
+        """A row for each slip time and derived quantity, with intervals that contain the emulator's error."""
+        return table_frame(self.tables[1])
+
+    @property
+    def samples(self) -> pd.DataFrame:
+        """Samples of the posterior: columns named by path and unit."""
+        import pandas as pd
+
+        return pd.read_csv(self.folder / "posterior.csv")
+
+
+def fit(
+    study: str | Path,
+    data: str | Path,
+    *,
+    results_dir: str | Path = "results",
+    workers: int = 2,
+    progress: StudyProgress | None = None,
+) -> Posterior:
+    """Fit the sampled values of a study to measured curves.
+
+    The runs of the study are computed as by :func:`run_study`, but for those that are finished.
+
+    Parameters
+    ----------
+    study : path
+        The study file, with `sample` (ranges) and `fit` (curves).
+    data : path
+        CSV file of the measurement; its columns have units, such as ``depth [mm]``.
+    results_dir : path, optional
+        Folder that holds a folder for each study.
+    workers : int, optional
+        Number of cores.
+    progress : StudyProgress, optional
+        Receives the progress of the study; without it nothing is shown.
+
+    Returns
+    -------
+    Posterior
+        Where its files are, and its tables.
+
+    Raises
+    ------
+    InputError
+        For mistakes in study and data, for too few runs, and for ranges against whose ends the posterior leans.
+    StudyFailedError
+        Where runs failed, after the others are finished.
+
+    Examples
+    --------
+    How long is there to react, after what an indentation said of the tissue::
+
+        fs.fit("finger.yaml", "indentation.csv").predictions
+    """
+    for name, path in (("study", study), ("data", data)):
+        require_kind(path, (str, os.PathLike), "the path of a file", f"fit: {name}")
+    source = Path(study)
+    plan = plan_study(source, results_dir)
+    settings, sample = plan.study.fit, plan.study.sample
+    if settings is None or sample is None:
+        repair = "write fit: {over: depth, columns: {normal_force: 10 mN}}"
+        raise InputError(f"{source}: fit", "is missing", "needs the measured curves", repair)
+    optional_module(*EMCEE)
+    measurement = read_measurement(Path(data), settings)
+    (result,) = run_plans([plan], workers=workers, progress=progress)
+    try:
+        return _write(result, measurement, settings)
+    except InputError as error:
+        raise error.moved(lambda where: f"{source}: {where}") from None
+
+
+def _write(study: StudyResult, measurement: Measurement, settings: FitSettings) -> Posterior:
+    """Fit the runs of a study to measured curves, and write what comes out."""
+    from fingerslip.report.figures.fit import MOST_PANELS, corner_figure, fit_figure
+    from fingerslip.report.figures.style import figure_bytes
+
+    ends = [[number_and_unit(end) for end in two] for two in study.ranges.values()]
+    low, high = (np.array([two[side][0] for two in ends]) for side in (0, 1))
+    numbers = [[number_and_unit(run.sampled[path])[0] for path in study.ranges] for run in study.runs]
+    points = (np.array(numbers) - low) / (high - low)
+    curves = np.array(
+        [curves_of(read_history(study.folder / run.name / HISTORY), measurement, run.name) for run in study.runs]
+    )
+    emulator = fit_emulator(points, measurement.in_deviations(curves))
+    chain = sample_posterior(Likelihood(emulator, measurement, settings.discrepancy), len(low))
+    _refuse_leaning(chain.samples[:, :-1], study, settings.bounds)
+
+    generator = np.random.default_rng(1)
+    values = np.column_stack((low + chain.samples[:, :-1] * (high - low), chain.samples[:, -1]))
+    labels = [*short_labels(list(study.ranges)).values(), "discrepancy"]
+    units = [*(two[0][1] for two in ends), "standard deviations"]
+    note = f"Emulator of the curves: error {emulator.error:.2g} standard deviations of the measurement. "
+    tables = (
+        _summary(values, chain, (low, high), (labels, units), note),
+        _predictions(study.runs, points, chain.samples[:, :-1], generator),
+    )
+    rows = generator.permutation(len(values))
+    saved, drawn_samples = values[rows[:_SAVED]], chain.samples[rows[:_SAVED]]
+    size = measurement.positions.size
+    models = emulator.draw(drawn_samples[:, :-1], generator, MOST_PANELS * size).reshape(len(saved), -1, size)
+    noise = generator.standard_normal(models.shape)
+    root = np.linalg.cholesky(discrepancy(measurement.positions) + 1e-9 * np.eye(size))
+    smooth = drawn_samples[:, -1:, None] * generator.standard_normal(models.shape) @ root.T
+    deviations = measurement.deviations[: models.shape[1]]
+    with new_folder(study.folder / FOLDER) as folder:
+        headings = [f"{path} [{unit}]" if unit else path for path, unit in zip(study.ranges, units, strict=False)]
+        cells = [[f"{value:.6g}" for value in row] for row in saved.tolist()]
+        write_text(folder / "posterior.csv", csv_text([[*headings, f"discrepancy [{units[-1]}]"], *cells]))
+        for name, table in zip(("summary", "predictions"), tables, strict=True):
+            write_text(folder / f"{name}.csv", to_csv(table))
+        figures = {
+            "corner": corner_figure(values, labels, units, (low, high)),
+            "fit": fit_figure(measurement, curves, *(deviations * each for each in (models, models + smooth + noise))),
+        }
+        for name, figure in figures.items():
+            write_bytes(folder / f"{name}.png", figure_bytes(figure))
+    return Posterior(study.folder / FOLDER, tables)
+
+
+def _refuse_leaning(samples: Array, study: StudyResult, bounds: Sequence[str]) -> None:
+    """Refuse ranges whose ends cut the posterior off, samples (n, dim) as shares of the ranges."""
+    mistakes = Mistakes()
+    for (path, ends), shares in zip(study.ranges.items(), samples.T, strict=True):
+        for end, word, near in ((ends[0], "lower", shares < _EDGE), (ends[1], "higher", shares > 1.0 - _EDGE)):
+            if near.mean() > _LEANING and path not in bounds:
+                fault = f"has {100.0 * near.mean():.0f} % of the posterior within {100 * _EDGE:.0f} % of {end}"
+                repair = f"write a {word} end, or name the path in fit.bounds where nature ends it there"
+                mistakes.found.append(
+                    InputError(f"sample.ranges.{path}", fault, "needs an end that the measurement excludes", repair)
+                )
+    mistakes.raise_all()
+
+
+def _summary(
+    values: Array, chain: Chain, ranges: tuple[Array, Array], names: tuple[Sequence[str], Sequence[str]], note: str
+) -> Table:
+    """Show what the posterior says of each value, and what the measurement cannot tell."""
+    intervals = np.percentile(values, _PERCENTS, axis=0).T
+    left = (intervals[:-1, 2] - intervals[:-1, 1]) / (0.68 * (ranges[1] - ranges[0]))
+    shares = [*left.tolist(), Missing.NOT_DEFINED]
+    cells = zip(*names, intervals.tolist(), shares, chain.r_hat, chain.times, strict=True)
+    rows = tuple((label, unit, *interval, *others) for label, unit, interval, *others in cells)
+    labels, related = names[0], np.corrcoef(values[:, :-1].T).reshape(len(left), -1)
+    little = [label for label, share in zip(labels, left, strict=False) if share > _TELLS_LITTLE]
+    pairs = [
+        f"{labels[first]} and {labels[second]} together more than each"
+        for first, second in zip(*np.nonzero(np.triu(np.abs(related) > _TOGETHER, 1)), strict=True)
+    ]
+    note += f"The measurement says little of {', '.join(little)}. " if little else ""
+    note += f"It says {'; '.join(pairs)}. " if pairs else ""
+    columns = (Column("value"), Column("unit"), *(Column(name, significant=4) for name in _INTERVALS))
+    more = Column("share of prior left", digits=2), Column("R-hat", digits=3), Column("autocorrelation", "steps", 0)
+    return Table("What the measurement says", (*columns, *more), rows, note.strip())
+
+
+def _predictions(runs: Sequence[RunResult], points: Array, samples: Array, generator: np.random.Generator) -> Table:
+    """Show slip times and derived quantities with intervals, which contain the emulator's error."""
+    rows: list[tuple[Cell, ...]] = []
+    for name in (*_EVENTS, *runs[0].derived):
+        quantities = [required_output(run, name) for run in runs]
+        has = np.array([quantity.value is not None for quantity in quantities])
+        outputs = np.array([quantity.value for quantity in quantities if quantity.value is not None])
+        cells: Sequence[Cell] = (Missing.NO_EVENT,) * (len(_PERCENTS) + 1)
+        if has.sum() >= _LEAST_WITH_EVENT:
+            middle, spread = outputs.mean(), outputs.std() or 1.0
+            processes = fit_processes(points[has], ((outputs - middle) / spread)[:, None])
+            mean, variance = processes.predict(samples)
+            mean += np.sqrt(variance) * generator.standard_normal(mean.shape)
+            error = spread * np.sqrt(np.mean(processes.errors**2))
+            cells = [*(middle + spread * np.percentile(mean, _PERCENTS)).tolist(), float(error)]
+        rows.append((quantities[0].label, quantities[0].unit, *cells, f"{has.sum()} of {len(runs)}"))
+    columns = Column("output"), Column("unit"), *(Column(name, significant=4) for name in _INTERVALS)
+    return Table(
+        "What the fitted model predicts",
+        (*columns, Column("emulator's error", significant=2), Column("found in")),
+        tuple(rows),
+        "Intervals contain the emulator's error.",
+    )

@@ -1,0 +1,107 @@
+"""A study fitted to a measurement: a truth comes back, the files are there, and mistakes are told before and after."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import fingerslip as fs
+from fingerslip.sampling.curves import Measurement, curves_of
+from fingerslip.study.definition.spec import read_study
+from unit.study.block import block_values, changed
+
+MODULUS, FRICTION = "materials.block.youngs_modulus", "contact.friction_coefficient"
+TRUTH = {MODULUS: "110 kPa", FRICTION: 0.45}
+RANGES: dict[str, Any] = {MODULUS: ["60 kPa", "160 kPa"], FRICTION: [0.2, 0.8]}
+FIT = {"over": "displacement", "columns": {"normal_force": "0.2 mN", "tangential_force": "0.2 mN"}}
+DEVIATION, DISTANCE = 2e-4, 0.5
+
+
+def values(**changes: Any) -> dict[str, Any]:
+    sample = {"count": 20, "ranges": RANGES}
+    programme = [
+        {"press": {"depth": "0.1 mm", "speed": "5 mm/s"}},
+        {"slide": {"distance": f"{DISTANCE} mm", "speed": "5 mm/s"}},
+    ]
+    return block_values() | {"sweep": {}, "programme": programme, "sample": sample, "fit": FIT} | changes
+
+
+def measure(study: Path, data: Path, seed: int = 1) -> Path:
+    """Write what a run with the truth would measure."""
+    truth = fs.Study(study, changes=TRUTH | {"fit": None, "sample": None}, name="truth")
+    history = next(iter(truth.run(data.parent / "truth", workers=1).histories()))[1]
+    ways, generator = np.linspace(0.0, 1e-3 * DISTANCE, 21), np.random.default_rng(seed)
+    empty = Measurement("displacement", ways, tuple(FIT["columns"]), np.zeros((2, 21)), np.ones((2, 1)))  # type: ignore[arg-type]
+    curves = curves_of(history, empty, "truth") + DEVIATION * generator.standard_normal((2, 21))
+    columns = {"displacement [mm]": 1e3 * ways, "normal_force [mN]": 1e3 * curves[0], "tangential_force [N]": curves[1]}
+    pd.DataFrame(columns).to_csv(data, index=False)
+    return data
+
+
+@pytest.mark.usefixtures("reports")
+def test_a_truth_comes_back_within_its_interval(write_study: Callable[..., Path], tmp_path: Path) -> None:
+    pytest.importorskip("emcee")
+    study = write_study(values(derived={"way": "overall_slip * slide_speed"}))
+    data = measure(study, tmp_path / "data.csv")
+    posterior = fs.fit(study, data, results_dir=tmp_path / "results", workers=1)
+    summary = posterior.summary.set_index("value")
+    for name, truth in (("Young's modulus", 110.0), ("friction coefficient", 0.45)):
+        low, high, left = summary.loc[name, ["95 % from", "95 % to", "share of prior left"]]
+        assert low < truth < high
+        assert left < 0.2
+    predictions = posterior.predictions.set_index("output")
+    truth_events = fs.find_events(fs.read_history(tmp_path / "truth" / "truth" / "run" / "history.nc"))
+    low, high = predictions.loc["overall slip (accumulated slip)", ["95 % from", "95 % to"]]
+    assert low < truth_events.overall < high
+    assert "way" in predictions.index
+    assert list(posterior.samples) == [f"{MODULUS} [kPa]", FRICTION, "discrepancy [standard deviations]"]
+    assert posterior.samples.iloc[:, 0].median() == pytest.approx(summary.loc["Young's modulus", "median"], rel=0.01)
+    files = sorted(path.name for path in posterior.folder.iterdir())
+    assert files == ["corner.png", "fit.png", "posterior.csv", "predictions.csv", "summary.csv"]
+
+    # The runs are there now. A range that cuts the posterior off is refused, and the fit before stays.
+    narrow = values(sample={"count": 20, "ranges": RANGES | {FRICTION: [0.5, 0.8]}})
+    narrow_study = write_study(narrow, name="narrow")
+    said = rf"narrow\.yaml: sample\.ranges\.{FRICTION}: has .* % of the posterior within 2 % of 0\.5, needs"
+    with pytest.raises(fs.InputError, match=said):
+        fs.fit(narrow_study, data, results_dir=tmp_path / "results", workers=1)
+    assert not (tmp_path / "results" / "narrow" / "fit").exists()
+    # Where nature ends it, it may.
+    write_study(narrow | {"fit": FIT | {"bounds": [FRICTION]}}, name="narrow")
+    assert fs.fit(narrow_study, data, results_dir=tmp_path / "results", workers=1).folder.is_dir()
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"sample": None}, "fit: is given without sample, needs sample.ranges alone; give what is fitted its range"),
+        ({"sweep": {"depth": ["1 mm", "2 mm"]}}, "fit: is given with sweep, needs sample.ranges alone"),
+        ({"sample": {"count": 20, "ranges": RANGES, "choices": {"title": ["a", "b"]}}}, "fit: is given with sample"),
+        ({"sample": {"count": 19, "ranges": RANGES}}, "sample.count: makes 19 runs, needs 10 for .*write count: 20"),
+        ({"fit": FIT | {"bounds": [MODULUS, "depth"]}}, "fit.bounds: 'depth' is not known, needs one of materials"),
+        ({"fit": FIT | {"columns": {"normal_force": 2}}}, "fit.columns.normal_force: '2' has no unit"),
+        ({"fit": FIT | {"over": "force"}}, r"fit\.over: got 'force'"),
+    ],
+)  # fmt: skip
+def test_studies_that_cannot_be_fitted_are_refused(write_study: Callable[..., Path], changes: Any, said: str) -> None:
+    with pytest.raises(fs.InputError, match=rf"block\.yaml: {said}"):
+        read_study(write_study(values(**changes)))
+
+
+def test_a_study_without_a_fit_and_data_that_are_no_curves_are_refused_before_anything_runs(
+    write_study: Callable[..., Path], tmp_path: Path
+) -> None:
+    pytest.importorskip("emcee")
+    study = write_study(changed("title", "Block"))
+    with pytest.raises(fs.InputError, match=r"fit: is missing, needs the measured curves; write fit: \{over: depth"):
+        fs.fit(study, tmp_path / "data.csv")
+    with pytest.raises(fs.InputError, match="fit: data: got 3, needs the path of a file"):
+        fs.fit(study, 3)  # type: ignore[arg-type]
+    with pytest.raises(fs.InputError, match=r"gone\.csv: cannot be read"):
+        fs.fit(write_study(values()), tmp_path / "gone.csv", results_dir=tmp_path / "results")
+    assert not (tmp_path / "results").exists()
