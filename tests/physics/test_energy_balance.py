@@ -28,7 +28,7 @@ CONTROLLED = [path for path in SHIPPED if "\n  step: auto\n" in path.read_text(e
 # sensors, whose rods are 5e5 times as stiff as their gel, so that rounding leaves 1e-9.
 OWN = {
     **dict.fromkeys(("viscoelastic", "viscoelastic_3d", "wang2014_artificial_finger"), 1e-9),
-    **dict.fromkeys(("finite_strain", "finite_strain_3d", "ridged_vs_smooth_large"), 1e-7),
+    **dict.fromkeys(("finite_strain", "finite_strain_3d", "ridged_vs_smooth_large", "gel_slide"), 1e-7),
     **dict.fromkeys(("tactip_slide", "ridged_vs_smooth", "tactip_gate_3d", "tactip_directions_3d"), 1e-8),
     **dict.fromkeys(("tactip_relaxing", "marker_layout", "bulens2023_dataset", "bulens2023_dataset_small"), 1e-8),
     **dict.fromkeys(("bulens2023_section_slides", "bulens2023_section_moduli", "bulens2023_section_shape"), 1e-8),
@@ -68,7 +68,7 @@ def coarse(run):
     study = replace(run.study, time=replace(time, **longer))
     if isinstance(study.mesh, MeshFile):
         return replace(run, study=study)
-    if run.study.specimen_kind == "tactip":
+    if run.study.specimen_kind in {"tactip", "gel_pad"}:
         mesh = replace(study.mesh, contact_size=0.5e-3, bulk_size=2e-3)
         return replace(run, study=replace(study, mesh=mesh, time=replace(time, step=0.4)))
     fingertip = replace(run.specimen, ridges=replace(run.specimen.ridges, enabled=False))
