@@ -35,7 +35,7 @@ def models():
         "formulation": "solid",
         "depth": 1.0,
         "supports": {"top": ("x", "y", "z")},
-        "contacts": (fs.Contact("bottom", fs.Plane(normal=(0, 1, 0)), fs.Coulomb(0.3)),),
+        "contacts": (fs.Contact("bottom", fs.Plane(normal=(0, 0, 1)), fs.Coulomb(0.3)),),
         "programme": (fs.Press(0.3e-3, 6e-3), fs.Slide(0.6e-3, 12e-3, direction=(1.0, 0.0, 0.0))),
     }
     return {
