@@ -114,12 +114,16 @@ def read_measurement(path: Path, settings: FitSettings) -> Measurement:
     """Read measured curves from a CSV file whose columns have units."""
     import pandas as pd
 
-    try:
-        frame = pd.read_csv(path, comment="#", skipinitialspace=True)
+    try:  # headings as a row: else pandas renames a second column of a name, and takes longer rows for an index
+        rows = pd.read_csv(path, comment="#", skipinitialspace=True, header=None, dtype=str)
     except (OSError, ValueError) as error:
         raise InputError(str(path), f"cannot be read ({shorten(str(error))})", "needs a CSV file") from None
-    matches = [_HEADING.fullmatch(str(heading)) for heading in frame.columns]
-    columns = {match["name"]: (match[0], match["unit"] or "") for match in matches if match}
+    columns: dict[str, tuple[Any, str]] = {}
+    for number, heading in rows.iloc[0].dropna().items():
+        if match := _HEADING.fullmatch(heading):
+            if match["name"] in columns:
+                raise InputError(str(path), f"has the column '{match['name']}' twice", "needs each name once")
+            columns[match["name"]] = (number, match["unit"] or "")
     deviations: dict[str, float] = {}
     for pattern, deviation in ((settings.over, None), *settings.columns.items()):
         names = [pattern] if pattern in columns else fnmatch.filter(columns, pattern)
@@ -128,14 +132,17 @@ def read_measurement(path: Path, settings: FitSettings) -> Measurement:
             raise InputError(str(path), f"has no column '{pattern}'", "needs it, as the block fit says", repair)
         for name in names if deviation is not None else ():
             deviations.setdefault(name, _deviation(pattern, deviation))
-    if not _LEAST_ROWS <= len(frame) <= _MOST_ROWS:
+    count = len(rows) - 1
+    if not _LEAST_ROWS <= count <= _MOST_ROWS:
         allowed = f"needs {_LEAST_ROWS} to {_MOST_ROWS}"
-        raise InputError(str(path), f"has {len(frame)} rows", allowed, "average neighbouring rows of a long recording")
+        raise InputError(str(path), f"has {count} rows", allowed, "average neighbouring rows of a long recording")
     si_units = {settings.over: OVER[settings.over]} | {name: column_unit(name) for name in deviations}
     positions, *values = [
-        _numbers(frame[columns[name][0]], columns[name][1], si, f"{path}: column '{name}'")
+        _numbers(rows[columns[name][0]][1:], columns[name][1], si, f"{path}: column '{name}'")
         for name, si in si_units.items()
     ]
+    if np.ptp(positions) == 0.0:
+        raise InputError(f"{path}: column '{settings.over}'", "is the same in every row", "needs positions that differ")
     spreads = np.array(list(deviations.values()))[:, None]
     return Measurement(settings.over, positions, tuple(deviations), np.array(values), spreads)
 

@@ -188,7 +188,8 @@ def sample_posterior(density: Likelihood, dim: int, seed: int = 1) -> Chain:
             return Chain(thinned.reshape(-1, dim + 1), r_hat, times)
     fault = f"has an R-hat of {r_hat.max():.3g} and {len(chain) / times.max():.0f} autocorrelation times"
     allowed = f"needs at most {_R_HAT} and {_LENGTHS} after {_MOST_STEPS} steps"
-    raise InputError("posterior", fault, allowed, "narrow the ranges, or give the measurement a larger deviation")
+    repair = "check the units of the measurement, narrow the ranges, or give it a larger deviation"
+    raise InputError("posterior", fault, allowed, repair)
 
 
 def _r_hat(chain: Array) -> Array:

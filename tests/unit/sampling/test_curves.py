@@ -45,6 +45,8 @@ def test_columns_are_read_in_si_and_patterns_name_several(tmp_path: Path) -> Non
         (f"{DEPTHS},normal_force", 6, None, r"column 'normal_force': has no unit, needs a unit of \[N\]; write it"),
         ("depth [kg],normal_force [N]", 6, None, r"column 'depth': has the unit \[kg\], needs a unit of \[m\]"),
         (f"{DEPTHS},normal_force [N]", 4, None, "has 4 rows, needs 5 to 2000; average"),
+        (f"{DEPTHS},normal_force [N],normal_force [N]", 6, None, "has the column 'normal_force' twice, needs each"),
+        (f"{DEPTHS},normal_force [N],normal_force [mN]", 6, None, "has the column 'normal_force' twice, needs each"),
         (f"{DEPTHS},a.strain_xx [N]", 6, {"*.strain_xx": 0.1}, r"has the unit \[N\], needs a unit of \[\]"),
     ],
 )  # fmt: skip
@@ -61,6 +63,12 @@ def test_holes_and_files_that_are_no_tables_are_refused(tmp_path: Path) -> None:
     with pytest.raises(
         InputError, match="column 'normal_force': has no number in row 6, needs one in every row; leave"
     ):
+        read_measurement(path, settings())
+    path.write_text(f"{DEPTHS},normal_force [N]\n" + "1,1,\n" * 6)
+    with pytest.raises(InputError, match=r"cannot be read .*Expected 2 fields in line 2, saw 3"):
+        read_measurement(path, settings())
+    path.write_text(f"{DEPTHS},normal_force [N]\n" + "1,1\n" * 6)
+    with pytest.raises(InputError, match="column 'depth': is the same in every row, needs positions that differ"):
         read_measurement(path, settings())
     path.write_text("")
     for name in (path, tmp_path / "gone.csv"):

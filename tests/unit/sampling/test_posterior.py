@@ -139,7 +139,7 @@ def test_a_chain_that_does_not_settle_is_refused(monkeypatch: pytest.MonkeyPatch
     pytest.importorskip("emcee")
     monkeypatch.setattr(posterior, "_MOST_STEPS", 500)
     with pytest.raises(
-        InputError, match=r"posterior: has an R-hat of .*, needs at most 1\.05 and 50 after 500 steps; nar"
+        InputError, match=r"posterior: has an R-hat of .*, needs at most 1\.05 and 50 after 500 steps; check the u"
     ):
         sample_posterior(Likelihood(EMULATOR, measurement(stiffening(POINTS[:1])[0]), 1.0), 2)
 
