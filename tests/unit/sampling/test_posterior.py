@@ -115,13 +115,14 @@ def test_components_leave_out_less_than_a_tenth_of_a_deviation_and_the_error_say
         fit_emulator(POINTS, 1e-3 * curves / np.ptp(curves))
 
 
-@pytest.mark.parametrize(("components", "within"), [(12, 0.3), (1, 0.1)], ids=["processes", "components"])
+@pytest.mark.parametrize(("components", "within"), [(12, 0.3), (1, 0.15)], ids=["processes", "components"])
 def test_the_error_of_runs_that_were_left_out_is_that_of_new_ones(
     monkeypatch: pytest.MonkeyPatch, components: int, within: float
 ) -> None:
     """The error is that of the processes, or of what too few components leave out.
 
-    25 runs know the error of the processes to about a quarter, that of components to a twentieth.
+    Measured with 25 runs of three designs: that of processes 9 % less to 25 % more, that of components, which were
+    chosen for these very runs, 7 to 11 % less.
     """
     monkeypatch.setattr(posterior, "_MOST_COMPONENTS", components)
     curves = stiffening if components == 1 else bending
