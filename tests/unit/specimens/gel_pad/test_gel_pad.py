@@ -124,6 +124,7 @@ def sheared_history(sites):
 def test_the_tracker_finds_the_grid_of_a_filmed_pad(rows, columns, spacing, look, tmp_path):
     markers = {"rows": rows, "columns": columns, "spacing": f"{1e3 * spacing} mm"}
     history = sheared_history(changed(markers=markers).sites((MARKERS,), 3))
+    # The rate was chosen with a result in view: at 10 frames a second two of the 140 markers, 1.2 mm apart, are swapped.
     options = {"marker_radius": 0.2 * spacing, "markers": look, "frame_rate": 25.0, "rest": 0.2}
     settings = CameraSettings(distance=25e-3, view_width=18.6e-3, seed=1, **options)
     errors = film_history(history, "internal", settings, tmp_path / "film")
@@ -173,7 +174,7 @@ def thin_layer(radius, depth, thickness, material):
 @pytest.mark.parametrize(
     ("counterface", "depth", "error"),
     # A rod pushes the gel before it, too.
-    [(fs.Plane(), 0.05e-3, 1e-6), (fs.Cylinder(radius=7.5e-3, normal=(0.0, 1.0)), 0.2e-3, 0.05)],
+    [(fs.Plane(), 0.05e-3, 1e-6), (fs.Cylinder(radius=7.5e-3, normal=(0.0, 1.0)), 0.2e-3, 0.02)],
     ids=["plate", "rod"],
 )
 def test_a_section_slips_and_its_markers_stop_following(counterface, depth, error):
@@ -195,4 +196,4 @@ def test_the_force_of_a_ball_is_that_on_a_bonded_layer():
     ball = fs.Sphere(radius=radius, normal=(0.0, 1.0, 0.0))
     _, force = run(SOLID, sizes, ball, fs.Press(depth=depth, speed=5e-3))
     expected = thin_layer(radius, depth, SOLID.thickness, SOLID.materials["gel"])
-    assert force[-1, 1] == pytest.approx(expected, rel=0.06)
+    assert force[-1, 1] == pytest.approx(expected, rel=0.03), "measured: 2.3 % less"
