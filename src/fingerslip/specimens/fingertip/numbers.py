@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 from fingerslip.errors import InputError
-from fingerslip.materials.choice import MaterialChoice
+from fingerslip.materials.choice import MaterialChoice, check_regions
 from fingerslip.parameters import Angle, Length, NonNegativeLength, PositiveLength, parameters
 from fingerslip.units import millimetres
 
@@ -412,9 +412,7 @@ class FingertipNumbers:
 
     def __post_init__(self) -> None:
         has_nail = self.solid is not None and self.solid.nail is not None
-        needed = (*REGIONS, "nail") if has_nail else REGIONS
-        if set(self.materials) != set(needed):
-            raise InputError("materials", f"has {', '.join(self.materials) or 'nothing'}", f"needs {', '.join(needed)}")
+        check_regions(self.materials, (*REGIONS, "nail") if has_nail else REGIONS)
         _check_skin(self)
         _check_ridges(self)
         _check_fingerprint(self)

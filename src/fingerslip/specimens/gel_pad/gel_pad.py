@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
 from fingerslip.marker_layouts import MarkerLayout, grid_layout
-from fingerslip.materials.choice import MaterialChoice, kept_values
+from fingerslip.materials.choice import MaterialChoice, check_regions, kept_values
 from fingerslip.mesh.source import GROWTH, GradedMesh, MeshSource, grade
 from fingerslip.parameters import PositiveLength, as_mapping, parameters
 from fingerslip.parameters.presets import Presets
@@ -140,8 +140,7 @@ class GelPad:
     depth: PositiveLength
 
     def __post_init__(self) -> None:
-        if set(self.materials) != {"gel"}:
-            raise InputError("materials", f"has {', '.join(self.materials) or 'nothing'}", "needs gel")
+        check_regions(self.materials, ("gel",))
         for name, count in (("length", self.markers.columns), ("width", self.markers.rows)):
             span, room = (count - 1) * self.markers.spacing, getattr(self, name)
             if span >= room:

@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 
 from fingerslip.errors import InputError
-from fingerslip.materials.choice import MaterialChoice
+from fingerslip.materials.choice import MaterialChoice, check_regions
 from fingerslip.parameters import PositiveLength, parameters
 from fingerslip.specimens.tactip.parts import Dome, Markers, Rods, Skin, Window
 from fingerslip.specimens.tactip.profile import marker_places, place_points
@@ -38,9 +38,7 @@ class TacTipNumbers:
     depth: PositiveLength
 
     def __post_init__(self) -> None:
-        if set(self.materials) != set(REGIONS):
-            fault = f"has {', '.join(self.materials) or 'nothing'}"
-            raise InputError("materials", fault, f"needs {', '.join(REGIONS)}")
+        check_regions(self.materials, REGIONS)
         deepest, room = self.skin.relief + self.skin.thickness, min(self.dome.radius, self.dome.height)
         if deepest >= room:
             allowed = f"needs < {millimetres(room)} (dome.radius, dome.height)"
