@@ -1,9 +1,9 @@
 """The shipped slide on a flat gel: its force, its plateau, where it slips first, and its film.
 
 Tolerances: on cells of 0.36 mm and steps of 50 ms forces and marker displacements differ by less than 1 % from those
-here. The closed form of a bonded layer is one of small strain without friction; its tolerance, the span of the slip time, the
-plateau of 0.88 mm and the limits on the ratio were read from results of this study. No measurement stands behind them. Depth,
-friction, way and cells of the study were changed with a result in view, as its file says.
+here. The closed form of a bonded layer is one of small strain without friction. Its tolerance, the span of the slip
+time, the plateau of 0.88 mm and the limits on the ratio were read from results of this study: no measurement stands
+behind them. Depth, friction, way and cells of the study were changed with a result in view, as its file says.
 """
 
 import json

@@ -124,7 +124,7 @@ def sheared_history(sites):
 def test_the_tracker_finds_the_grid_of_a_filmed_pad(rows, columns, spacing, look, tmp_path):
     markers = {"rows": rows, "columns": columns, "spacing": f"{1e3 * spacing} mm"}
     history = sheared_history(changed(markers=markers).sites((MARKERS,), 3))
-    # The rate was chosen with a result in view: at 10 frames a second two of the 140 markers, 1.2 mm apart, are swapped.
+    # The rate was chosen with a result in view: at 10 frames a second two of the 140 markers are swapped.
     options = {"marker_radius": 0.2 * spacing, "markers": look, "frame_rate": 25.0, "rest": 0.2}
     settings = CameraSettings(distance=25e-3, view_width=18.6e-3, seed=1, **options)
     errors = film_history(history, "internal", settings, tmp_path / "film")
