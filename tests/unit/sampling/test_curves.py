@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from fingerslip.errors import InputError
 from fingerslip.sampling.curves import FitSettings, Measurement, column_unit, curves_of, read_measurement
@@ -116,6 +117,13 @@ def test_curves_of_a_history_are_taken_where_they_were_measured() -> None:
     ways = np.array([0.0, 1.065e-3, 2.7e-3])
     curves = curves_of(HISTORY, measured("displacement", list(ways), "tangential_force", "normal_force"), "run")
     assert curves == pytest.approx(np.array([[0.0, 0.12, 0.24], [0.4] * 3]), abs=1e-9)
+    # What was slid before does not count, nor what comes after the deepest point.
+    moved = HISTORY.copy(deep=True)
+    moved["counterface_displacement"][..., 0] += 5e-3
+    curves = curves_of(moved, measured("displacement", list(ways), "tangential_force"), "run")
+    assert curves == pytest.approx(np.array([[0.0, 0.12, 0.24]]), abs=1e-9)
+    moved["counterface_displacement"][..., 1] *= xr.where(moved["time"] > 1.0, 2.0 - moved["time"], 1.0)
+    assert curves_of(moved, measured("depth", depths, "normal_force"), "run")[0] == pytest.approx(force)
     site = str(HISTORY["site"].values[7])
     times = HISTORY["time"].values[[3, 250]].tolist()
     curves = curves_of(

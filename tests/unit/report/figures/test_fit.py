@@ -45,3 +45,20 @@ def test_columns_have_their_units_and_of_many_the_first_are_drawn() -> None:
     ]  # fmt: skip
     assert panels[-1].get_xlabel() == "depth [mm]"
     assert panels[0].lines[0].get_xdata() == pytest.approx([0.0, 1.0, 2.0])
+
+
+def test_bands_hold_95_percent_of_the_model_and_of_what_it_predicts() -> None:
+    positions, values = np.array([2e-3, 0.0, 1e-3]), np.array([[3e3, 1e3, 2e3]])
+    measurement = Measurement("depth", positions, ("m1.stress_xx",), values, np.array([[500.0]]))
+    spread = np.linspace(-1e3, 1e3, 201)[:, None, None]
+    (axes,) = fit_figure(measurement, values[None], values + spread, values + 1e3 + 2.0 * spread).axes
+    ends = []
+    for band in axes.collections[:2]:
+        heights = band.get_paths()[0].vertices
+        at_first = heights[np.isclose(heights[:, 0], 0.0), 1]
+        ends.append((at_first.min(), at_first.max()))
+    assert ends == [pytest.approx((0.1, 3.9)), pytest.approx((0.05, 1.95))], "in kPa"
+    assert axes.lines[1].get_ydata() == pytest.approx([1.0, 2.0, 3.0]), "median of the model"
+    assert axes.lines[2].get_ydata() == pytest.approx([1.0, 2.0, 3.0]), "measured"
+    bars = axes.collections[2].get_segments()
+    assert np.ptp(np.array(bars)[:, :, 1], axis=1) == pytest.approx(1.0), "two deviations"
