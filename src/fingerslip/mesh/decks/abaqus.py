@@ -92,7 +92,7 @@ class _Body:
     nodes: _Table = field(default_factory=lambda: _Table("node", {"": {}}))
     elements: _Table = field(default_factory=lambda: _Table("element", {"": {}}))
     surfaces: dict[tuple[str, str], tuple[_Set, Sides]] = field(default_factory=dict)
-    sections: list[tuple[Keyword, str]] = field(default_factory=list)  # with their scopes
+    later: list[tuple[Keyword, str]] = field(default_factory=list)  # surfaces and sections, with their scopes
     instances: dict[str, tuple[str, str, Integers]] = field(default_factory=dict)  # name, name of the part, cells
     left_out: Counter[str] = field(default_factory=Counter)
 
@@ -103,12 +103,12 @@ class _Body:
 
     def add(self, keywords: Sequence[Keyword], scope: str = "") -> None:
         """Read the keywords of a part in the scope of its instance, or those of the assembly."""
-        # Sets name elements and nodes, and surfaces name sets, wherever these are.
+        # Sets name elements and nodes, and surfaces name sets, wherever these are; sides are free among all cells.
         readers = (
             {"NODE": self._add_nodes},
             {"ELEMENT": self._add_elements},
             {"NSET": self._add_set, "ELSET": self._add_set},
-            {"SURFACE": self._add_surface, "SOLID SECTION": lambda key, home: self.sections.append((key, home))},
+            dict.fromkeys(("SURFACE", "SOLID SECTION"), lambda key, home: self.later.append((key, home))),
         )
         for group in readers:
             for keyword in keywords:
@@ -216,6 +216,9 @@ class _Body:
 
     def groups(self) -> Groups:
         """Return regions and boundaries by their names."""
+        for keyword, scope in self.later:
+            if keyword.name == "SURFACE":
+                self._add_surface(keyword, scope)
         groups = Groups(self._sections())
         for key, elements in self.elements.sets.items():
             if not elements.is_internal and not self._is_along_edge(key):
@@ -243,7 +246,7 @@ class _Body:
     def _sections(self) -> dict[str, Integers]:
         """Return the regions of sections; one whose set the preprocessor named itself is called by its material."""
         regions: dict[str, list[int]] = {}
-        for keyword, scope in self.sections:
+        for keyword, scope in (entry for entry in self.later if entry[0].name != "SURFACE"):
             key = scope, keyword.option("ELSET").casefold()
             if key not in self.elements.sets:
                 raise keyword.error(f"has no set '{keyword.options['ELSET']}'", "needs elset= and a set of elements")

@@ -139,11 +139,15 @@ def test_decks_that_meshio_writes_are_read(tmp_path, element, caplog):
 
 def test_two_instances_of_a_part_are_told_apart(tmp_path):
     second = "*Instance, name=Pad-2, part=Pad\n 0., 5., 0.\n*End Instance\n**\n*Instance, name=Stamp-1"
-    mesh = read_mesh(write(tmp_path, CAE.replace("*Instance, name=Stamp-1", second)))
+    around = "*Surface, name=Around\nOuter layer,\n** Section:"
+    text = CAE.replace("*Instance, name=Stamp-1", second).replace("** Section:", around)
+    mesh = read_mesh(write(tmp_path, text))
     # Sets of the preprocessor's own are called by their material in both.
     counts = {"Gel": 4, "Pad-1.Outer layer": 2, "Pad-2.Outer layer": 2, "Pad-1.Half": 3, "Pad-2.Half": 3}
     assert {name: len(cells) for name, cells in mesh.subdomains.items()} == counts
     assert mesh.p.T.max(axis=0) == pytest.approx([10.0, 7.0])
+    # A surface without sides of its own takes those that are free, in every instance.
+    assert [len(mesh.boundaries[f"Pad-{number}.Around"]) for number in (1, 2)] == [4, 4]
 
 
 def test_what_is_not_taken_is_listed_once(tmp_path, caplog):
