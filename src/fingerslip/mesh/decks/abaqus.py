@@ -176,15 +176,23 @@ class _Body:
                 members = [number for label, number in table.labels[source].items() if label in wanted]
             table.extend(keyword, scope, keyword.name, members)
 
+    def _add_surfaces(self) -> None:
+        for keyword, scope in self.later:
+            if keyword.name == "SURFACE":
+                self._add_surface(keyword, scope)
+
     def _add_surface(self, keyword: Keyword, scope: str) -> None:
         name, sides = keyword.option("NAME"), Sides()
-        surface = _Set(name, "INTERNAL" in keyword.options)
+        surface, kind = _Set(name, "INTERNAL" in keyword.options), keyword.options.get("TYPE", "ELEMENT").upper()
+        if kind not in {"ELEMENT", "NODE"} or "COMBINE" in keyword.options:
+            self.left_out[f"the surface {name}, {'of others' if 'COMBINE' in keyword.options else kind.lower()}"] += 1
+            return
         for line, (entry, *faces) in keyword.data:
-            if keyword.options.get("TYPE", "").upper() == "NODE":
+            if kind == "NODE":
                 surface.members.extend(self.nodes.find(keyword, line, entry, scope))
                 continue
-            for kind, nodes in self._cells_of(self.elements.find(keyword, line, entry, scope)):
-                sides += self._faces(keyword, (line, faces[0].upper() if faces else ""), kind, nodes)
+            for block in self._cells_of(self.elements.find(keyword, line, entry, scope)):
+                sides += self._faces(keyword, (line, faces[0].upper() if faces else ""), *block)
         self.surfaces[scope, name.casefold()] = surface, sides
 
     def _cells_of(self, numbers: Sequence[int]) -> list[Block]:
@@ -216,9 +224,7 @@ class _Body:
 
     def groups(self) -> Groups:
         """Return regions and boundaries by their names."""
-        for keyword, scope in self.later:
-            if keyword.name == "SURFACE":
-                self._add_surface(keyword, scope)
+        self._add_surfaces()
         groups = Groups(self._sections())
         for key, elements in self.elements.sets.items():
             if not elements.is_internal and not self._is_along_edge(key):

@@ -150,11 +150,17 @@ def test_two_instances_of_a_part_are_told_apart(tmp_path):
     assert [len(mesh.boundaries[f"Pad-{number}.Around"]) for number in (1, 2)] == [4, 4]
 
 
+ANALYTICAL = "*Surface, type=SEGMENTS, name=Plate\nSTART, 0., 0.\nLINE, 5., 0.\n"
+COMBINED = "*Surface, name=Both, combine=union\nTouch, Round\n"
+
+
 def test_what_is_not_taken_is_listed_once(tmp_path, caplog):
-    path = write(tmp_path, CAE)
+    text = CAE.replace("name=Stamp-1, part=STAMP\n", f"name=Stamp-1, part=STAMP\n{ANALYTICAL}")
+    path = write(tmp_path, text.replace("*End Assembly", f"{COMBINED}*End Assembly"))
     with caplog.at_level("INFO"):
-        read_mesh(path)
-    listed = "*Step; *Material; *Hyperelastic; sets and surfaces with no cell and no side: All, Corner"
+        assert "Plate" not in read_mesh(path).boundaries
+    listed = "*Step; *Material; *Hyperelastic; the surface Plate, segments; the surface Both, of others; "
+    listed += "sets and surfaces with no cell and no side: All, Corner"
     assert [record.getMessage() for record in caplog.records] == [f"{path}: without {listed}"]
 
 
