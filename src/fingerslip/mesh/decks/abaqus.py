@@ -105,7 +105,7 @@ class _Body:
         """Read the keywords of a part in the scope of its instance, or those of the assembly."""
         # Sets name elements and nodes, and surfaces name sets, wherever these are; sides are free among all cells.
         readers = (
-            {"NODE": self._add_nodes},
+            {"NODE": self._add_nodes, "SYSTEM": _refuse_system},
             {"ELEMENT": self._add_elements},
             {"NSET": self._add_set, "ELSET": self._add_set},
             dict.fromkeys(("SURFACE", "SOLID SECTION"), lambda key, home: self.later.append((key, home))),
@@ -118,6 +118,8 @@ class _Body:
         self.left_out.update(f"*{keyword.name.capitalize()}" for keyword in keywords if keyword.name not in names)
 
     def _add_nodes(self, keyword: Keyword, scope: str) -> None:
+        if keyword.options.get("SYSTEM", "R").upper() != "R":
+            _refuse_system(keyword, scope)
         first = len(self.points)
         for line, fields in keyword.data:
             (label,), position = keyword.numbers(int, line, fields[:1]), keyword.numbers(float, line, fields[1:4])
@@ -266,6 +268,11 @@ class _Body:
         keys = (*self.nodes.sets, *self.elements.sets, *self.surfaces)
         scopes = {home for home, name in keys if name == entry.name.casefold()}
         return f"{self.instances[scope][0]}.{entry.name}" if scope and len(scopes) > 1 else entry.name
+
+
+def _refuse_system(keyword: Keyword, _scope: str) -> None:
+    if keyword.data:  # without data *System goes back to the coordinates of the part
+        raise keyword.error("has a system of its own", "needs the x, y and z of the part", "write the deck without it")
 
 
 def _numbers(members: Sequence[int]) -> Integers:

@@ -174,6 +174,8 @@ def test_what_is_not_taken_is_listed_once(tmp_path, caplog):
         ("4, 5, 6, 9, 8", f"{'9' * 5000}, 5, 6, 9, 8", r"got '9+\.\.\.', needs whole numbers"),
         ("      9,           2.,           2.", "9, 2., up", r"\*Node: got '2., up', needs numbers"),
         ("      9,           2.,           2.", "9", r"\*Node: node 9 has no coordinates"),
+        ("*Node\n", "*Node, system=C\n", r"\*Node: has a system of its own, needs the x, y and z of the part; write"),
+        ("*Node\n", "*System\n1., 0., 0.\n*Node\n", r"\*System: has a system of its own"),
         (" 1,  6,  1", " 1,  6,  0", r"\*Nset: got '1, 6, 0', needs first, last and a step >= 1"),
         (" Outer layer", " Outer rim", r"\*Elset: has 'Outer rim', which is no element and no set"),
         ("_Touch_S2, S2", "_Touch_S2, S7", r"\*Surface: has the side 'S7' of a quad, needs S1, S2, S3, S4"),
