@@ -78,7 +78,8 @@ def materials_and_rest(file: Path, unit: LengthUnit) -> tuple[dict[str, AnyMater
     laws: dict[str, AnyMaterial] = {}
     rest = []
     content = read_content(file)
-    tags = {tag.get(key): tag for tag in content.root.iterfind("Material/material") for key in ("id", "name")}
+    materials = content.root.findall("Material/material")
+    tags = {tag.get(key): tag for tag in materials for key in ("id", "name") if tag.get(key)}
     domains = {tag.get("name"): tag.get("mat") for tag in content.root.iterfind("MeshDomains/*")}
     force = _FORCES.get((content.root.findtext("Module/units") or "").strip(), 1.0)
     for region, blocks in content.parts().items():
@@ -111,6 +112,8 @@ def _law(tag: ET.Element, pressure: float, density: float) -> AnyMaterial:
         # Moduli there are those after a long time, here those at once.
         terms = _terms(tag, "g", "t")
         total = _number(tag, "g0", 1.0) + sum(share for share, _ in terms)
+        if not total > 0.0:
+            raise InputError("", f"with shares that add up to {total:g}", "needs more than 0")
         values["prony"] = [{"share": share / total, "time": f"{time!r} s"} for share, time in terms]
         elastic = tag.find("elastic")
         inner, shape = tag if elastic is None else elastic, total * pressure

@@ -101,6 +101,8 @@ LINEAR = material("isotropic elastic", "<E>0.05</E><v>0.3</v>")
         (material("neo-Hookean", "<E>1</E><v>0.5</v>"), "neo-Hookean: got 0.5"),
         (material("Ogden", "<c1>1</c1><m1>0</m1><k>40</k>"), "Ogden: got 0"),
         (material("Mooney-Rivlin", "<c1>1</c1><k>40</k><pressure_model>1</pressure_model>"), "Mooney-Rivlin: has no"),
+        (material("uncoupled viscoelastic", "<g1>-1</g1><t1>1</t1>"), "uncoupled viscoelastic: with shares that add"),
+        (material("neo-Hookean", "<E>1</E><v>0.3</v>").replace(' id="1" name="gel"', ""), "none: has no law here"),
         ("", "none: has no law here"),
     ],
 )
