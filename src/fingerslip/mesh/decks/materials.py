@@ -52,7 +52,7 @@ def read_materials(path: str | Path, unit: LengthUnit = "m") -> dict[str, AnyMat
     Raises
     ------
     MeshError
-        Where the file is no file of FEBio.
+        Where the file is no file of FEBio, or names units that it does not have.
 
     Examples
     --------
@@ -81,7 +81,11 @@ def materials_and_rest(file: Path, unit: LengthUnit) -> tuple[dict[str, AnyMater
     materials = content.root.findall("Material/material")
     tags = {tag.get(key): tag for tag in materials for key in ("id", "name") if tag.get(key)}
     domains = {tag.get("name"): tag.get("mat") for tag in content.root.iterfind("MeshDomains/*")}
-    force = _FORCES.get((content.root.findtext("Module/units") or "").strip(), 1.0)
+    force = 1.0
+    for tag in content.root.iterfind("Module/units"):
+        if (units := (tag.text or "").strip()) not in {"", *_FORCES}:
+            raise content.error(tag, f"got '{shorten(units)}'", f"needs one of {', '.join(_FORCES)}")
+        force = _FORCES.get(units, 1.0)
     for region, blocks in content.parts().items():
         names = (domains.get(region), blocks[0].get("mat"))
         tag = next((tags[name] for name in names if name in tags), None)

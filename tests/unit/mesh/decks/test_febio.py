@@ -62,6 +62,11 @@ def test_materials_that_exist_here_come_in_pascals(tmp_path, units, unit, modulu
         assert skin.density == pytest.approx(1100.0)
 
 
+def test_units_that_febio_does_not_have_are_refused(tmp_path):
+    with pytest.raises(MeshError, match=r"pad\.feb: <units>: got 'mm-N-m', needs one of SI, mm-N-s, .*\(line 5\)"):
+        read_materials(write(tmp_path, FEBIO.replace("mm-N-s", "mm-N-m")))
+
+
 GEL = FEBIO[FEBIO.index('<material id="1"') : FEBIO.index('\t\t<material id="2"')]
 
 
@@ -113,11 +118,7 @@ def test_every_material_is_a_law_or_is_listed(tmp_path, text, expected):
         assert rest[0].startswith(f"the material of Tissue ({expected}")
     else:
         assert rest == ("the material of Stamp (rigid body: has no law here)",)
-        assert laws["Tissue"].stiffness == pytest.approx(expected.stiffness)
-        assert str(laws["Tissue"])[:9] == str(expected)[:9]
-        strain = np.array([[0.1, -0.04, -0.05]])
-        if isinstance(expected, fs.Ogden):
-            np.testing.assert_allclose(laws["Tissue"].kirchhoff_stress(strain), expected.kirchhoff_stress(strain))
+        assert laws["Tissue"] == expected
 
 
 def test_a_file_of_another_program_has_no_materials(tmp_path):
