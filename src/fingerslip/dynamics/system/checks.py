@@ -60,6 +60,8 @@ Array = NDArray[np.float64]
 # Candidates lie within this many times the approach of the counterface: the skin beside the contact bulges towards
 # the counterface and rolls onto it while sliding.
 _SEARCH = 1.5
+# The mean of the unit normals of a boundary is shorter where it goes round the body, and says no direction.
+_ONE_SIDED = 0.1
 
 # Of the soft thickness. A mean strain of a half is small in no sense (the published press is less than a third); one
 # of 99 % leaves nothing that could be a body.
@@ -260,8 +262,9 @@ def _candidates(model: Model, space: Space, number: int, counterface: Counterfac
     offsets = candidates.positions - candidates.positions[0]
     if space.dim == 3 and counterface.is_flat and np.linalg.matrix_rank(offsets, 1e-9 * size) < 2:
         fault = f"meets {len(offsets)} nodes of '{contact.boundary}', all on a line"
-        normal = direction_text(inward_normals(model, contact.boundary)[0].mean(axis=0))
-        repair = f"this boundary takes a plate with the normal {normal}"
+        normal, repair = inward_normals(model, contact.boundary)[0].mean(axis=0), "name the side that it meets"
+        if np.linalg.norm(normal) > _ONE_SIDED:
+            repair = f"this boundary takes a plate with the normal {direction_text(normal)}"
         raise InputError(f"contacts.{number}.counterface", fault, "needs to meet more than an edge", repair)
     return candidates
 
