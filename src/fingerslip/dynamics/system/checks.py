@@ -44,6 +44,7 @@ def contact_penalties(model: Model, contact: Contact) -> tuple[float, float]:
     """
     mesh = model.mesh
     facets = np.asarray(mesh.boundaries[contact.boundary])
+    facets = facets[~are_degenerate(mesh)[facets]]
     cells = mesh.f2t[0, facets]
     # A mesh may name further groups of cells that have no material of their own.
     touched = [name for name in model.materials if np.isin(cells, mesh.subdomains[name]).any()]
@@ -60,7 +61,7 @@ Array = NDArray[np.float64]
 # Candidates lie within this many times the approach of the counterface: the skin beside the contact bulges towards
 # the counterface and rolls onto it while sliding.
 _SEARCH = 1.5
-# The mean of the unit normals of a boundary is shorter where it goes round the body, and says no direction.
+# The mean of the unit normals of facets is shorter where they go round the body, and says no direction.
 _ONE_SIDED = 0.1
 
 # Of the soft thickness. A mean strain of a half is small in no sense (the published press is less than a third); one
@@ -262,9 +263,8 @@ def _candidates(model: Model, space: Space, number: int, counterface: Counterfac
     offsets = candidates.positions - candidates.positions[0]
     if space.dim == 3 and counterface.is_flat and np.linalg.matrix_rank(offsets, 1e-9 * size) < 2:
         fault = f"meets {len(offsets)} nodes of '{contact.boundary}', all on a line"
-        normal, repair = inward_normals(model, contact.boundary)[0].mean(axis=0), "name the side that it meets"
-        if np.linalg.norm(normal) > _ONE_SIDED:
-            repair = f"this boundary takes a plate with the normal {direction_text(normal)}"
+        normal = direction_text(inward_normals(model, contact.boundary)[0].mean(axis=0))
+        repair = f"this boundary takes a plate with the normal {normal}"
         raise InputError(f"contacts.{number}.counterface", fault, "needs to meet more than an edge", repair)
     return candidates
 
@@ -281,8 +281,11 @@ def inward_normals(model: Model, boundary: str) -> tuple[NDArray[np.float64], ND
 
 
 def direction_text(direction: NDArray[np.float64]) -> str:
-    """Return the unit vector along `direction` (dim,) in words."""
-    unit = np.round(direction / np.linalg.norm(direction), 3) + 0.0
+    """Return the unit vector along `direction` (dim,), a mean of unit normals, in words."""
+    length = np.linalg.norm(direction)
+    if length < _ONE_SIDED:
+        return "of one of its sides"
+    unit = np.round(direction / length, 3) + 0.0
     return f"({', '.join(f'{value:.3g}' for value in unit)})"
 
 
