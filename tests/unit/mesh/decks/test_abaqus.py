@@ -8,7 +8,7 @@ from fingerslip.errors import MeshError
 from fingerslip.fe.space import boundary_nodes, build_space
 from fingerslip.mesh.io import read_mesh, write_mesh
 from fingerslip.verification.meshes import box, dimension
-from unit.mesh.decks.texts import CAE, flat
+from unit.mesh.decks.texts import BETWEEN, CAE, CUBE, PRISM, SQUARE, TETRAHEDRON, TRIANGLE, flat
 
 
 def write(folder, text, name="deck.inp"):
@@ -40,11 +40,6 @@ def test_a_deck_of_the_preprocessor_comes_with_its_regions_and_boundaries(tmp_pa
     assert middles(mesh, "Line") == [(8.5, 0.0), (9.5, 0.0)]
 
 
-SQUARE = [(0, 0), (1, 0), (1, 1), (0, 1)]
-TRIANGLE = [(0, 0), (1, 0), (0, 1)]
-CUBE = [(*point, z) for z in (0, 1) for point in SQUARE]
-PRISM = [(*point, z) for z in (0, 1) for point in TRIANGLE]
-TETRAHEDRON = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
 # The sides S1, S2, ... of each kind of element, as the manual counts them, by what is constant on them: x + y on one
 # that is slanted, in a tetrahedron x + y + z.
 OF_SQUARE, OF_TRIANGLE = [("y", 0), ("x", 1), ("y", 1), ("x", 0)], [("y", 0), ("x + y", 1), ("x", 0)]
@@ -60,15 +55,6 @@ ELEMENTS = {
     **dict.fromkeys(("C3D6H",), (PRISM, OF_PRISM, 0)),
     **dict.fromkeys(("C3D4H",), (TETRAHEDRON, OF_TETRAHEDRON, 0)),
     **dict.fromkeys(("C3D10H", "C3D10HS", "C3D10MH"), (TETRAHEDRON, OF_TETRAHEDRON, 6)),
-}
-# The corners between which the further nodes of quadratic elements lie.
-BETWEEN = {
-    "CPE8": [(0, 1), (1, 2), (2, 3), (3, 0)],
-    "CPE6": [(0, 1), (1, 2), (2, 0)],
-    "C3D10": [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)],
-    "C3D20": [(a, b) for i in range(4) for a, b in [(i, (i + 1) % 4)]]
-    + [(4 + i, 4 + (i + 1) % 4) for i in range(4)]
-    + [(i, 4 + i) for i in range(4)],
 }
 
 

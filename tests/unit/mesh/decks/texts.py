@@ -1,5 +1,20 @@
 """Small decks in the manner of the programs that write them."""
 
+SQUARE = [(0, 0), (1, 0), (1, 1), (0, 1)]
+TRIANGLE = [(0, 0), (1, 0), (0, 1)]
+CUBE = [(*point, z) for z in (0, 1) for point in SQUARE]
+PRISM = [(*point, z) for z in (0, 1) for point in TRIANGLE]
+TETRAHEDRON = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+# The corners between which the further nodes of quadratic elements lie.
+BETWEEN = {
+    "CPE8": [(0, 1), (1, 2), (2, 3), (3, 0)],
+    "CPE6": [(0, 1), (1, 2), (2, 0)],
+    "C3D10": [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)],
+    "C3D20": [(a, b) for i in range(4) for a, b in [(i, (i + 1) % 4)]]
+    + [(4 + i, 4 + (i + 1) % 4) for i in range(4)]
+    + [(i, 4 + i) for i in range(4)],
+}
+
 # A pad of 2 by 2 quadrilaterals of 1 mm, stood up and shifted by its instance, and a stamp beside it.
 CAE = """\
 *Heading
