@@ -61,6 +61,9 @@ def assemble(points: Floats, cells: Sequence[Block], groups: Groups, left_out: I
     # Slow to load, and this file is loaded with all that may read a mesh.
     import meshio
 
+    if any(kind == "wedge15" for kind, _ in cells):  # meshio has no such cells
+        cells = [("wedge", nodes[:, :6]) if kind == "wedge15" else (kind, nodes) for kind, nodes in cells]
+        left_out = (*left_out, "nodes between the corners of wedge15")
     is_used = np.zeros(len(points), dtype=bool)
     for _, nodes in _highest(cells):
         is_used[nodes] = True
