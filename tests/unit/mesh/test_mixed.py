@@ -12,6 +12,7 @@ from fingerslip.fe.finite.bulk import large_strain
 from fingerslip.fe.forms import mass_matrix, stiffness_matrix
 from fingerslip.fe.recovery import cell_recovery, cells_around
 from fingerslip.fe.space import boundary_nodes, build_space, free_edge_nodes, nodal_areas
+from fingerslip.mesh.facets import outward_normals
 from fingerslip.mesh.io import read_mesh, write_mesh
 
 LAW = fs.NeoHookean(50e3, 0.45, 1000.0)
@@ -128,6 +129,9 @@ def test_mixed_meshes_are_read_and_written_with_their_names(tmp_path, dim, suffi
         top = boundary_nodes(space, "top")
         assert (space.positions[top, -1] == 1.0).all()
         assert top.size == (SIZE + 1) ** (dim - 1)
+        facets = read.boundaries["top"]
+        normals = outward_normals(read, facets, read.f2t[0, facets]).T
+        np.testing.assert_allclose(normals, np.broadcast_to(np.eye(dim)[-1], normals.shape), atol=1e-12)
         # Each side is there once, triangles of prisms as well.
         assert nodal_areas(space, "top", 1.0).sum() == pytest.approx(1.0)
         assert (space.full.dx > 0.0).all()

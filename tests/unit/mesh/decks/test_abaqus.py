@@ -12,7 +12,7 @@ from unit.mesh.decks.texts import BETWEEN, CAE, CUBE, PRISM, SQUARE, TETRAHEDRON
 
 
 def write(folder, text, name="deck.inp"):
-    (folder / name).write_text(text)
+    (folder / name).write_text(text, encoding="latin-1")
     return folder / name
 
 
@@ -53,6 +53,7 @@ ELEMENTS = {
     **dict.fromkeys(("C3D8H", "C3D8RH", "C3D8I"), (CUBE, OF_CUBE, 0)),
     **dict.fromkeys(("C3D20RH",), (CUBE, OF_CUBE, 12)),
     **dict.fromkeys(("C3D6H",), (PRISM, OF_PRISM, 0)),
+    **dict.fromkeys(("C3D15H",), (PRISM, OF_PRISM, 9)),
     **dict.fromkeys(("C3D4H",), (TETRAHEDRON, OF_TETRAHEDRON, 0)),
     **dict.fromkeys(("C3D10H", "C3D10HS", "C3D10MH"), (TETRAHEDRON, OF_TETRAHEDRON, 6)),
 }
@@ -77,6 +78,39 @@ def test_every_element_comes_with_its_sides_as_the_manual_counts_them(tmp_path, 
         total = sum(at[:, "xyz".index(axis)] for axis in axes.split(" + "))
         np.testing.assert_allclose(total, value, atol=1e-12)
         assert len(at) >= mesh.dim()
+
+
+@pytest.mark.parametrize(
+    "name", ["S3R", "STRI3", "SFM3D3", "M3D6", "STRI65", "S4R5", "M3D4R", "SFM3D4R", "S8R5", "R3D4"]
+)
+def test_shells_and_membranes_are_boundaries_and_have_sides(tmp_path, name):
+    of_triangles = name in {"S3R", "STRI3", "SFM3D3", "M3D6", "STRI65"}
+    solid, points = ("C3D10", TETRAHEDRON) if of_triangles else ("C3D20", CUBE)
+    every = [*points, *(np.mean([points[a], points[b]], axis=0) for a, b in BETWEEN[solid])]
+    nodes = [1, 2, 3, 5, 6, 7] if of_triangles else [1, 2, 3, 4, 9, 10, 11, 12]
+    count = {"M3D6": 6, "STRI65": 6, "S8R5": 8}.get(name, 3 if of_triangles else 4)
+    shell = f"*ELEMENT, TYPE={name}, ELSET=skin\n9, {', '.join(map(str, nodes[:count]))}\n"
+    more = f"{shell}*SURFACE, NAME=upper\nskin, SPOS\n"
+    mesh = read_mesh(write(tmp_path, flat(solid, every, [range(1, len(every) + 1)], more)))
+    assert {side: len(facets) for side, facets in mesh.boundaries.items()} == {"skin": 1, "upper": 1}
+    assert list(mesh.subdomains) == ["body"]
+
+
+@pytest.mark.parametrize(
+    ("sets", "regions"),
+    [
+        ("", ["Pad"]),
+        (
+            "*Elset, elset=First, instance=Pad-1\n1,\n*Elset, elset=Second, instance=Pad-1\nFirst,\n",
+            ["First", "Second"],
+        ),
+    ],
+)
+def test_a_part_is_a_region_where_no_set_is_and_sets_have_sets(tmp_path, sets, regions):
+    part = flat("CPE4", SQUARE, [(1, 2, 3, 4)]).replace(", ELSET=body", "")
+    instance = "*Assembly, name=All\n*Instance, name=Pad-1, part=Pad\n*End Instance\n"
+    mesh = read_mesh(write(tmp_path, f"*Part, name=Pad\n{part}*End Part\n{instance}{sets}*End Assembly\n"))
+    assert list(mesh.subdomains) == regions
 
 
 MIXED = flat("CPE4", [(0, 0), (1, 0), (1, 1), (0, 1), (2, 0)], [(1, 2, 3, 4)])
@@ -155,6 +189,7 @@ def test_what_is_not_taken_is_listed_once(tmp_path, caplog):
     [
         ("1, 1, 2, 5, 4", "1, 1, 2, 5", r"\*Element: element 1 has 3 nodes, CPE4RH needs 4"),
         ("4, 5, 6, 9, 8", "4, 5, 6, 9", r"\*Element: element 4 has 3 nodes, CPE4RH needs 4"),
+        ("4, 5, 6, 9, 8", "4, 5, 6, 9,", "element 4 has 3 nodes"),
         ("4, 5, 6, 9, 8", "4, 5, 6, 99, 8", "element 4 has node 99, which is not there, .*; write them"),
         ("4, 5, 6, 9, 8", "4, 5, x, 9, 8", r"got '4, 5, x, 9, 8', needs whole numbers"),
         ("4, 5, 6, 9, 8", f"{'9' * 5000}, 5, 6, 9, 8", r"got '9+\.\.\.', needs whole numbers"),

@@ -8,7 +8,7 @@ from fingerslip.errors import MeshError
 from fingerslip.fe.space import boundary_nodes, build_space
 from fingerslip.mesh.decks.materials import materials_and_rest, read_materials
 from fingerslip.mesh.io import read_mesh
-from unit.mesh.decks.texts import FEBIO
+from unit.mesh.decks.texts import BETWEEN, CUBE, FEBIO, PRISM, SQUARE, TETRAHEDRON, TRIANGLE
 
 # The same in the versions before.
 OF_3 = FEBIO.replace('version="4.0"', 'version="3.0"').replace(
@@ -39,6 +39,31 @@ def test_a_file_comes_with_its_regions_and_boundaries(tmp_path, text, caplog):
     listed = "<Control>; <Boundary>; sets and surfaces with no cell and no side: Stamp, Rigid, Free"
     assert [record.getMessage() for record in caplog.records] == [f"{path}: without {listed}"]
     assert set(read_materials(path, "mm")) == {"Tissue", "Skin"}
+
+
+@pytest.mark.parametrize(
+    ("kinds", "corners", "size"),
+    [
+        ({"tri3": 3, "tri6": 6}, TRIANGLE, 1 / 2),
+        ({"quad4": 4, "quad8": 8, "quad9": 9}, SQUARE, 1.0),
+        ({"tet4": 4, "tet10": 10}, TETRAHEDRON, 1 / 6),
+        ({"penta6": 6, "penta15": 15}, PRISM, 1 / 2),
+        ({"hex8": 8, "hex20": 20, "hex27": 27}, CUBE, 1.0),
+    ],
+)
+def test_every_element_is_read_and_has_its_size(tmp_path, kinds, corners, size):
+    for kind, count in kinds.items():
+        # Others are taken by their corners, wherever their further nodes are.
+        between = {"tri6": BETWEEN["CPE6"], "tet10": BETWEEN["C3D10"]}.get(kind, [(0, 1)] * (count - len(corners)))
+        points = [*corners, *(np.mean([corners[a], corners[b]], axis=0) for a, b in between)]
+        nodes = [
+            f'<node id="{n}">{",".join(map(str, [*point, 0][:3]))}</node>' for n, point in enumerate(points, start=1)
+        ]
+        cell = f'<elem id="1">{",".join(map(str, range(1, count + 1)))}</elem>'
+        content = f'<Nodes>{"".join(nodes)}</Nodes><Elements type="{kind}">{cell}</Elements>'
+        mesh = read_mesh(write(tmp_path, f'<febio_spec version="4.0"><Mesh>{content}</Mesh></febio_spec>'))
+        assert build_space(mesh).full.dx.sum() == pytest.approx(size)
+        assert list(mesh.subdomains) == ["Part1"]
 
 
 @pytest.mark.parametrize(
@@ -97,6 +122,13 @@ LINEAR = material("isotropic elastic", "<E>0.05</E><v>0.3</v>")
         (
             material("viscoelastic", '<g1>1</g1><t1>1</t1><elastic type="neo-Hookean"/>'),
             "viscoelastic: has no law here",
+        ),
+        (
+            material(
+                "uncoupled viscoelastic",
+                '<g1>1</g1><t1>1</t1><k>1</k><elastic type="neo-Hookean"><E>1</E><v>0.3</v></elastic>',
+            ),
+            "uncoupled viscoelastic: has no law here",
         ),
         (material("rigid body", ""), "rigid body: has no law here"),
         (material("neo-Hookean", "<v>0.3</v>"), "neo-Hookean: without a number E"),

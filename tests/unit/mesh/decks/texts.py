@@ -10,6 +10,7 @@ BETWEEN = {
     "CPE8": [(0, 1), (1, 2), (2, 3), (3, 0)],
     "CPE6": [(0, 1), (1, 2), (2, 0)],
     "C3D10": [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)],
+    "C3D15": [(0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)],
     "C3D20": [(a, b) for i in range(4) for a, b in [(i, (i + 1) % 4)]]
     + [(4 + i, 4 + (i + 1) % 4) for i in range(4)]
     + [(i, 4 + i) for i in range(4)],
@@ -18,7 +19,7 @@ BETWEEN = {
 # A pad of 2 by 2 quadrilaterals of 1 mm, stood up and shifted by its instance, and a stamp beside it.
 CAE = """\
 *Heading
-** Job name: pad Model name: Model-1
+** Job name: Größe Model name: Model-1
 *Preprint, echo=NO, model=NO, history=NO, contact=NO
 **
 ** PARTS
