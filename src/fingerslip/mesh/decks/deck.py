@@ -81,7 +81,7 @@ def assemble(points: Floats, cells: Sequence[Block], groups: Groups, left_out: I
     first = 0
     for block, (_, nodes) in enumerate(cells):
         for name, numbers in groups.regions.items():
-            members = np.unique(numbers[(numbers >= first) & (numbers < first + len(nodes))]) - first
+            members = numbers[(numbers >= first) & (numbers < first + len(nodes))] - first
             sets[name][block] = members[is_used[nodes[members]].all(axis=1)]
         first += len(nodes)
     for block, (name, corners) in enumerate(named, start=len(cells)):

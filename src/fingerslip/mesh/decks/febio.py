@@ -79,7 +79,7 @@ class Content:
 
     def members(self, tag: ET.Element, numbers: Mapping[int, int]) -> list[int]:
         """Return the numbers of labels that stand between commas, or each in a tag of its own."""
-        labels = [*self.numbers(tag, int, tag.text), *(self.label(entry) for entry in tag if not entry.text)]
+        labels = [*self.numbers(tag, int, tag.text), *(self.label(entry) for entry in tag)]
         missing = [label for label in labels if label not in numbers]
         if missing:
             raise self.error(tag, f"has {missing[0]}, which is not there", "needs labels that the mesh has")
