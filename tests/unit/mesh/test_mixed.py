@@ -1,5 +1,7 @@
 """Triangles among quadrilaterals and prisms among hexahedra: they are what they would be alone, and all else runs."""
 
+from types import SimpleNamespace
+
 import meshio
 import numpy as np
 import pytest
@@ -7,12 +9,14 @@ import skfem
 from scipy.sparse.linalg import spsolve
 
 import fingerslip as fs
+from fingerslip.contact.candidates import automatic_penalty
+from fingerslip.dynamics.system.checks import contact_penalties
 from fingerslip.fe.cell_materials import cell_materials, finite_cell_materials
 from fingerslip.fe.finite.bulk import large_strain
 from fingerslip.fe.forms import mass_matrix, stiffness_matrix
 from fingerslip.fe.recovery import cell_recovery, cells_around
 from fingerslip.fe.space import boundary_nodes, build_space, free_edge_nodes, nodal_areas
-from fingerslip.mesh.facets import outward_normals
+from fingerslip.mesh.facets import are_degenerate, outward_normals
 from fingerslip.mesh.io import read_mesh, write_mesh
 
 LAW = fs.NeoHookean(50e3, 0.45, 1000.0)
@@ -139,6 +143,20 @@ def test_mixed_meshes_are_read_and_written_with_their_names(tmp_path, dim, suffi
         edge = space.positions[free_edge_nodes(space, "top", held)]
         assert len(edge) == {2: 2, 3: 4 * SIZE}[dim]
         assert ((edge[:, :-1] == 0.0) | (edge[:, :-1] == 1.0)).any(axis=1).all()
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("dim", [2, 3])
+def test_the_penalty_of_a_boundary_follows_from_sides_that_have_a_size(tmp_path, dim, seed):
+    """Of triangles and one square, whose edges are about half of a millimetre or, across a square, longer."""
+    mesh = read_mesh(saved(tmp_path / "a.msh", dim, split=lambda i, j: min(i + j, 1), size=2, seed=seed), "mm")
+    # A test of positions takes sides without a size, too.
+    nowhere = np.tile(np.flatnonzero(are_degenerate(mesh)), 9)
+    mesh = mesh.with_boundaries({"top": np.append(mesh.boundaries["top"], nowhere)})
+    contact = fs.Contact("top", fs.Plane(normal=(0, 1, 0)[:dim]), fs.Coulomb(0.5))
+    penalty, _ = contact_penalties(SimpleNamespace(mesh=mesh, materials={"pad": LAW}), contact)
+    least, largest = (automatic_penalty(LAW.stiffness, size) for size in (0.8e-3, 0.4e-3))
+    assert least < penalty < largest
 
 
 def test_the_quality_of_a_mixed_mesh_is_the_worst_of_both_kinds(tmp_path):

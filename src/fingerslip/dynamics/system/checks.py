@@ -49,8 +49,7 @@ def contact_penalties(model: Model, contact: Contact) -> tuple[float, float]:
     # A mesh may name further groups of cells that have no material of their own.
     touched = [name for name in model.materials if np.isin(cells, mesh.subdomains[name]).any()]
     stiffness = max(model.materials[name].stiffness for name in touched)
-    corners = mesh.facets[:, facets]
-    ends = mesh.p[:, [corners[0], np.where(corners[0] == corners[1], corners[-1], corners[1])]]
+    ends = mesh.p[:, mesh.facets[:2, facets]]
     size = float(np.median(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=0)))
     automatic = automatic_penalty(stiffness, size)
     return contact.normal_penalty or automatic, contact.tangential_penalty or automatic
