@@ -82,9 +82,9 @@ def materials_and_rest(file: Path, unit: LengthUnit) -> tuple[dict[str, AnyMater
     tags = {tag.get(key): tag for tag in materials for key in ("id", "name") if tag.get(key)}
     domains = {tag.get("name"): tag.get("mat") for tag in content.root.iterfind("MeshDomains/*")}
     force = 1.0
-    for tag in content.root.iterfind("Module/units"):
-        if (units := (tag.text or "").strip()) not in {"", *_FORCES}:
-            raise content.error(tag, f"got '{shorten(units)}'", f"needs one of {', '.join(_FORCES)}")
+    for entry in content.root.iterfind("Module/units"):
+        if (units := (entry.text or "").strip()) not in {"", *_FORCES}:
+            raise content.error(entry, f"got '{shorten(units)}'", f"needs one of {', '.join(_FORCES)}")
         force = _FORCES.get(units, 1.0)
     for region, blocks in content.parts().items():
         names = (domains.get(region), blocks[0].get("mat"))
