@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.errors import MeshError, shorten, unknown_name
-from fingerslip.mesh.decks.deck import SIDES, Block, Deck, Groups, Sides, assemble, outer_sides
+from fingerslip.mesh.decks.deck import NO_CELL, SIDES, Block, Deck, Groups, Sides, assemble, outer_sides
 from fingerslip.mesh.decks.keywords import Keyword, read_keywords
 
 Integers = NDArray[np.int64]
@@ -42,7 +42,6 @@ _KINDS: Mapping[str, tuple[str, int]] = MappingProxyType(
         r"T[23]D3|B[23]2": ("line3", 3),
     }
 )
-_NO_CELL = -1  # number of an element of a type that is not taken
 
 
 @dataclass(frozen=True)
@@ -136,7 +135,7 @@ class _Body:
         if not kinds:
             self.left_out[f"elements {name}"] += 1
             for line, fields in keyword.data:
-                labels.setdefault(keyword.numbers(int, line, fields[:1])[0], _NO_CELL)
+                labels.setdefault(keyword.numbers(int, line, fields[:1])[0], NO_CELL)
             return
         if name.startswith("CAX"):
             self.left_out[f"the axial symmetry of {name}"] += 1

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
+Number = TypeVar("Number", int, float)
 #: Cells of one kind, named as meshio does, and their nodes (k, n).
 Block: TypeAlias = tuple[str, Integers]
 #: Sides of cells with equally many corners each, by their nodes (k, n).
@@ -33,6 +34,9 @@ SIDES: Mapping[str, tuple[tuple[int, ...], ...]] = MappingProxyType(
         **dict.fromkeys(("hexahedron", "hexahedron20", "hexahedron27"), _HEXAHEDRON),
     }
 )
+#: The number of an element that is not taken.
+NO_CELL = -1
+_LARGEST = 1e18
 _SIDE_KINDS = {2: "line", 3: "triangle", 4: "quad"}
 
 
@@ -51,6 +55,15 @@ class Groups:
     regions: dict[str, Integers] = field(default_factory=dict)  # numbers of cells, counted through all blocks
     sides: dict[str, Sides] = field(default_factory=dict)
     nodes: dict[str, Integers] = field(default_factory=dict)
+
+
+def to_numbers(kind: type[Number], entries: Iterable[str]) -> list[Number] | None:
+    """Return entries of a deck as numbers; None where one is none, or too large to be counted or measured."""
+    try:
+        values = [kind(entry) for entry in entries]
+    except ValueError:
+        return None
+    return values if all(abs(value) < _LARGEST for value in values) else None
 
 
 def assemble(points: Floats, cells: Sequence[Block], groups: Groups, left_out: Iterable[str]) -> Deck:

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import contextlib
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import TypeVar
 from xml.etree import ElementTree as ET
 from xml.parsers import expat
 
@@ -15,9 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.errors import MeshError, shorten
-from fingerslip.mesh.decks.deck import Block, Deck, Groups, assemble
-
-Number = TypeVar("Number", int, float)
+from fingerslip.mesh.decks.deck import NO_CELL, Block, Deck, Groups, Number, assemble, to_numbers
 
 _VERSIONS = ("2.5", "3.0", "4.0")
 _KINDS: Mapping[str, tuple[str, int]] = MappingProxyType(
@@ -37,8 +33,6 @@ _KINDS: Mapping[str, tuple[str, int]] = MappingProxyType(
     }
 )
 _SECTIONS = frozenset({"Module", "Globals", "Material", "Mesh", "Geometry", "MeshDomains", "Output"})
-_LARGEST = 1e18
-_NO_CELL = -1  # number of an element that is not taken
 #: The attribute that every tag has besides its own: its line.
 LINE = "line of the file"
 
@@ -62,13 +56,12 @@ class Content:
                 return tag
         raise self.error(self.root, "has no <Mesh>", "needs one, with nodes and elements")
 
-    def numbers(self, tag: ET.Element, kind: Callable[[str], Number], text: str | None) -> list[Number]:
+    def numbers(self, tag: ET.Element, kind: type[Number], text: str | None) -> list[Number]:
         """Return the numbers between the commas of a text of a tag."""
-        with contextlib.suppress(ValueError):
-            values = [kind(entry) for entry in (text or "").split(",") if entry.strip()]
-            if all(abs(value) < _LARGEST for value in values):
-                return values
-        raise self.error(tag, f"got '{shorten(text or '')}'", "needs numbers between commas")
+        values = to_numbers(kind, filter(str.strip, (text or "").split(",")))
+        if values is None:
+            raise self.error(tag, f"got '{shorten(text or '')}'", "needs numbers between commas")
+        return values
 
     def label(self, tag: ET.Element) -> int:
         """Return the number that a tag has as its `id`."""
@@ -149,7 +142,7 @@ def _elements(
 ) -> tuple[list[Block], dict[int, int], dict[str, NDArray[np.int64]]]:
     """Return the cells, their numbers by the labels of all elements, and the numbers of each part."""
     cells: list[Block] = []
-    elements = {content.label(tag): _NO_CELL for tag in content.mesh.iterfind("Elements/elem")}
+    elements = {content.label(tag): NO_CELL for tag in content.mesh.iterfind("Elements/elem")}
     regions: dict[str, NDArray[np.int64]] = {}
     first = 0
     for name, block in ((name, block) for name, blocks in content.parts().items() for block in blocks):
