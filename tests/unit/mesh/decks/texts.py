@@ -1,5 +1,10 @@
 """Small decks in the manner of the programs that write them."""
 
+import pytest
+
+from fingerslip.errors import MeshError
+from fingerslip.mesh.io import read_mesh
+
 SQUARE = [(0, 0), (1, 0), (1, 1), (0, 1)]
 TRIANGLE = [(0, 0), (1, 0), (0, 1)]
 CUBE = [(*point, z) for z in (0, 1) for point in SQUARE]
@@ -122,6 +127,19 @@ Fixed, 1.
 Fixed, 1, 1
 *End Step
 """
+
+
+def write(path, text):
+    path.write_text(text, encoding="latin-1")
+    return path
+
+
+def check_damage(path, text, before, after, message):
+    """Check that a deck with something else in it is refused by one error, with the line of it."""
+    assert before in text
+    with pytest.raises(MeshError, match=rf"{path.name}.*{message}") as caught:
+        read_mesh(write(path, text.replace(before, after, 1)))
+    assert caught.value.line == text[: text.index(before)].count("\n") + 1
 
 
 def flat(name, points, cells, more=""):
