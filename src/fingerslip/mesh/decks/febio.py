@@ -124,11 +124,11 @@ def read_febio(file: Path) -> Deck:
         name = tag.get("name", "")
         if tag.tag == "Elements" and tag.get("type") not in _KINDS:
             left_out.append(f"elements {name} ({tag.get('type', 'of no type')})")
-        elif tag.tag == "NodeSet":
+        elif tag.tag == "NodeSet" and name:
             groups.nodes[name] = np.array(content.members(tag, nodes), dtype=np.int64)
-        elif tag.tag == "ElementSet":
+        elif tag.tag == "ElementSet" and name:
             groups.regions.setdefault(name, np.array(content.members(tag, elements), dtype=np.int64))
-        elif tag.tag == "Surface":
+        elif tag.tag == "Surface" and name:
             faces = [_corners(content, face, nodes) for face in tag]
             sizes = sorted({*map(len, faces)})
             groups.sides[name] = [np.array([face for face in faces if len(face) == size]) for size in sizes]

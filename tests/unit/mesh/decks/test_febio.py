@@ -84,6 +84,14 @@ def test_materials_that_exist_here_come_in_pascals(tmp_path, units, unit, modulu
         assert skin.density == pytest.approx(1100.0)
 
 
+@pytest.mark.parametrize("tag", ["NodeSet", "ElementSet", "Surface"])
+def test_sets_without_a_name_are_left_out(tmp_path, tag, caplog):
+    with caplog.at_level("INFO"):
+        mesh = read_mesh(write(tmp_path / "pad.feb", FEBIO.replace("</Mesh>", f"<{tag}/></Mesh>")))
+    assert "" not in {**mesh.boundaries, **mesh.subdomains}
+    assert f"<{tag}>; sets" in caplog.text
+
+
 def test_units_that_febio_does_not_have_are_refused(tmp_path):
     with pytest.raises(MeshError, match=r"pad\.feb: <units>: got 'mm-N-m', needs one of SI, mm-N-s, .*\(line 5\)"):
         read_materials(write(tmp_path / "pad.feb", FEBIO.replace("mm-N-s", "mm-N-m")))
