@@ -183,8 +183,8 @@ _PATIENCE, _LITTLE = 3, 1
 # over the error of the iterate, and at most. On the shipped fingertip in 3D this takes as many iterations as 1e-12
 # does, and moves accelerations by less than the tolerance does.
 _AT_END, _OF_ERROR, _COARSEST = 1e-8, 1e-2, 1e-5
-# Residual over forces above which half of the way is tried, too. It changes the cost alone: one dome in 3D, pressed by 2 mm
-# and slid by 2 mm, took 43 factors in place of 52.
+# Residual over forces above which half of the way is tried, too. It changes the cost alone: one dome in 3D, pressed and
+# slid by 2 mm, took 43 factors in place of 52.
 _FAR = 0.3
 # Contraction that is expected before any is known.
 _USUAL = 0.1
