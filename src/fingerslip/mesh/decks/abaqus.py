@@ -7,7 +7,7 @@ assembly name an instance. A flat deck has all of it without parts. Capital and 
 from __future__ import annotations
 
 import re
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -91,7 +91,8 @@ class _Body:
     nodes: _Table = field(default_factory=lambda: _Table("node", {"": {}}))
     elements: _Table = field(default_factory=lambda: _Table("element", {"": {}}))
     surfaces: dict[tuple[str, str], tuple[_Set, Sides]] = field(default_factory=dict)
-    later: list[tuple[Keyword, str]] = field(default_factory=list)  # surfaces and sections, with their scopes
+    # Surfaces and sections with their scopes, by the names of their keywords.
+    later: defaultdict[str, list[tuple[Keyword, str]]] = field(default_factory=lambda: defaultdict(list))
     instances: dict[str, tuple[str, str, Integers]] = field(default_factory=dict)  # name, name of the part, cells
     left_out: Counter[str] = field(default_factory=Counter)
 
@@ -107,7 +108,7 @@ class _Body:
             {"NODE": self._add_nodes, "SYSTEM": _refuse_system},
             {"ELEMENT": self._add_elements},
             {"NSET": self._add_set, "ELSET": self._add_set},
-            dict.fromkeys(("SURFACE", "SOLID SECTION"), lambda key, home: self.later.append((key, home))),
+            dict.fromkeys(("SURFACE", "SOLID SECTION"), lambda key, home: self.later[key.name].append((key, home))),
         )
         for group in readers:
             for keyword in keywords:
@@ -177,11 +178,6 @@ class _Body:
                 members = [number for label, number in table.labels[source].items() if label in wanted]
             table.extend(keyword, scope, keyword.name, members)
 
-    def _add_surfaces(self) -> None:
-        for keyword, scope in self.later:
-            if keyword.name == "SURFACE":
-                self._add_surface(keyword, scope)
-
     def _add_surface(self, keyword: Keyword, scope: str) -> None:
         name, sides = keyword.option("NAME"), Sides()
         surface, kind = _Set(name, "INTERNAL" in keyword.options), keyword.options.get("TYPE", "ELEMENT").upper()
@@ -225,7 +221,8 @@ class _Body:
 
     def groups(self) -> Groups:
         """Return regions and boundaries by their names."""
-        self._add_surfaces()
+        for entry in self.later["SURFACE"]:
+            self._add_surface(*entry)
         groups = Groups(self._sections())
         for key, elements in self.elements.sets.items():
             if not elements.is_internal and not self._is_along_edge(key):
@@ -253,7 +250,7 @@ class _Body:
     def _sections(self) -> dict[str, Integers]:
         """Return the regions of sections; one whose set the preprocessor named itself is called by its material."""
         regions: dict[str, list[int]] = {}
-        for keyword, scope in (entry for entry in self.later if entry[0].name != "SURFACE"):
+        for keyword, scope in self.later["SOLID SECTION"]:
             key = scope, keyword.option("ELSET").casefold()
             if key not in self.elements.sets:
                 raise keyword.error(f"has no set '{keyword.options['ELSET']}'", "needs elset= and a set of elements")
