@@ -183,9 +183,6 @@ _PATIENCE, _LITTLE = 3, 1
 # over the error of the iterate, and at most. On the shipped fingertip in 3D this takes as many iterations as 1e-12
 # does, and moves accelerations by less than the tolerance does.
 _AT_END, _OF_ERROR, _COARSEST = 1e-8, 1e-2, 1e-5
-# Residual over forces above which half of the way is tried, too. It changes the cost alone: one dome in 3D, pressed and
-# slid by 2 mm, took 43 factors in place of 52.
-_FAR = 0.3
 # Contraction that is expected before any is known.
 _USUAL = 0.1
 _PROBLEM = "motion at large strain"
@@ -255,7 +252,6 @@ def _solve(factors: Factors, start: Prediction, watch: Stopwatch) -> tuple[_Iter
     """Iterate to the solution of a step; also return its contact and how many iterations it took."""
     iterate, mixing, contact = _first(factors, start), Mixing(), None
     last, contraction, slow, renewals = np.inf, _USUAL, 0, 0
-    pushed = factors.scheme.end_weight * start.before.contact_forces
     for iteration in range(1, _MOST + 1):
         solved = _linearise(factors, start, iterate, contact, (last, contraction), watch=watch)
         contact, contraction = solved.contact, solved.contraction
@@ -272,8 +268,8 @@ def _solve(factors: Factors, start: Prediction, watch: Stopwatch) -> tuple[_Iter
         mixed = mixing.next(solved.end, solved.residual)
         # Only at the end of an iteration does contact obey its law; a mixed iterate cannot be the last.
         is_end = contraction * solved.error <= _TOLERANCE
-        iterate, reached = _towards(factors, start, iterate, solved.end if is_end else mixed, (pushed, solved.force))
-        last, pushed = solved.error, solved.force
+        iterate, reached = _towards(factors, start, iterate, solved.end if is_end else mixed)
+        last = solved.error
         if is_end and reached and _error(factors.current, iterate, solved) <= _TOLERANCE:
             return iterate, contact, iteration
     raise _failure(factors.current, start, iterate, solved)
@@ -369,33 +365,17 @@ def _with_contact(stepper: Stepper, iterate: _Iterate, force: Array) -> tuple[Ar
     return residual, max(iterate.size, float(np.linalg.norm(pushed)))
 
 
-def _towards(
-    factors: Factors, start: Prediction, iterate: _Iterate, aim: Array, forces: tuple[Array, Array]
-) -> tuple[_Iterate, bool]:
-    """Return the iterate at some coordinates (m,), and whether it is there.
-
-    Far from equilibrium it goes half of the way where that leaves a smaller residual, with contact forces (n_c, dim)
-    between those of the iteration before and of this one [N]; and less where cells let it go no further.
-    """
-    here, best, least = iterate.local.flat(), None, np.inf
+def _towards(factors: Factors, start: Prediction, iterate: _Iterate, aim: Array) -> tuple[_Iterate, bool]:
+    """Return the iterate at some coordinates (m,), or as near as cells let it go, and whether it was reached."""
+    here = iterate.local.flat()
     for halved in range(_HALVINGS):
-        share = 0.5**halved
-        there = aim if not halved else here + share * (aim - here)
         try:
+            there = aim if not halved else here + 0.5**halved * (aim - here)
             displacement = factors.inclusions.displacement(there, factors.rotations)
-            tried = _at(factors, start, displacement, iterate.body)
+            return _at(factors, start, displacement, iterate.body), not halved
         except FingerslipError as error:
             too_far = error
-            continue
-        residual, size = _with_contact(factors.current, tried, (1.0 - share) * forces[0] + share * forces[1])
-        error_there = float(np.linalg.norm(residual)) / size
-        if best is None or error_there < least:
-            best, reached, least = tried, not halved, error_there
-        if least <= _FAR or halved:
-            break
-    if best is None:
-        raise _failure(factors.current, start, iterate, None, too_far)
-    return best, reached
+    raise _failure(factors.current, start, iterate, None, too_far)
 
 
 def _at(factors: Factors, start: Prediction, displacement: Array, near: BodyState) -> _Iterate:
