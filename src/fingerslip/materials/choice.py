@@ -8,13 +8,13 @@ from __future__ import annotations
 import dataclasses
 import functools
 import operator
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import pydantic
 
-from fingerslip.errors import InputError, unknown_name
+from fingerslip.errors import unknown_name
 from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.large_strain import FiniteMaterial
 from fingerslip.materials.material import Material
@@ -63,12 +63,6 @@ def kept_values(values: Mapping[str, Any], changes: Mapping[str, Any]) -> Mappin
         return values
     needed = [name for name, field in _fields(_LAWS[law]).items() if field.default is dataclasses.MISSING]
     return {name: value for name, value in values.items() if name in needed}
-
-
-def check_regions(materials: Collection[str], regions: Collection[str]) -> None:
-    """Refuse materials of other regions than those that a body has."""
-    if set(materials) != set(regions):
-        raise InputError("materials", f"has {', '.join(materials) or 'nothing'}", f"needs {', '.join(regions)}")
 
 
 def _name(value: object) -> str:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
+from fingerslip.errors import InputError
 from fingerslip.materials.choice import AnyMaterial
 from fingerslip.materials.material import Formulation
 from fingerslip.mesh.source import MeshSource
@@ -67,3 +68,9 @@ class Specimen(Protocol):
 
     def unused_reason(self, path: str, use: ModelUse, /) -> str:
         """Return why the value of a dotted path makes no difference to a model; empty for one that it uses."""
+
+
+def check_regions(materials: Collection[str], regions: Collection[str]) -> None:
+    """Refuse materials of other regions than those that a body has."""
+    if set(materials) != set(regions):
+        raise InputError("materials", f"has {', '.join(materials) or 'nothing'}", f"needs {', '.join(regions)}")

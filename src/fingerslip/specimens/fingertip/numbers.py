@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Literal
 
 from fingerslip.errors import InputError
-from fingerslip.materials.choice import MaterialChoice, check_regions
+from fingerslip.materials.choice import MaterialChoice
 from fingerslip.parameters import Angle, Length, NonNegativeLength, PositiveLength, parameters
+from fingerslip.specimens.protocol import check_regions
 from fingerslip.units import millimetres
 
 _LONGEST = 1.0  # m

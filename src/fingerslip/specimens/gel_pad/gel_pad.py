@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
 from fingerslip.marker_layouts import MarkerLayout, grid_layout
-from fingerslip.materials.choice import MaterialChoice, check_regions, kept_values
+from fingerslip.materials.choice import MaterialChoice, kept_values
 from fingerslip.mesh.source import GROWTH, GradedMesh, MeshSource, grade
 from fingerslip.parameters import PositiveLength, as_mapping, parameters
 from fingerslip.parameters.presets import Presets
 from fingerslip.sites import Site
-from fingerslip.specimens.protocol import ModelUse
+from fingerslip.specimens.protocol import ModelUse, check_regions
 from fingerslip.units import millimetres
 
 if TYPE_CHECKING:

@@ -7,8 +7,9 @@ from typing import Literal
 import numpy as np
 
 from fingerslip.errors import InputError
-from fingerslip.materials.choice import MaterialChoice, check_regions
+from fingerslip.materials.choice import MaterialChoice
 from fingerslip.parameters import PositiveLength, parameters
+from fingerslip.specimens.protocol import check_regions
 from fingerslip.specimens.tactip.parts import Dome, Markers, Rods, Skin, Window
 from fingerslip.specimens.tactip.profile import marker_places, place_points
 from fingerslip.units import millimetres
