@@ -248,8 +248,11 @@ def hero_pictures(content: ReportContent) -> list[Picture]:
     history = content.histories[run.name]
     if not bodies.has_pictures(history):
         return swept
-    figure = _DRAW_RUNS["composed"](RunSubject(history, run.events, title=content.titles[run.name] if swept else ""))
-    return [*swept, Picture("answer", prose("captions", "answer"), figure)]
+    subject = RunSubject(history, run.events, title=content.titles[run.name] if swept else "")
+    spikes = run_spikes(subject)
+    along = "" if is_solid(history) else prose("captions", "answer-along")
+    caption = prose("captions", "answer-spikes" if spikes else "answer", {"along": along})
+    return [*swept, Picture("answer", caption, composed_figure(history, run.events, spikes, subject.title))]
 
 
 def swept_pictures(content: ReportContent, which: slice = slice(None)) -> list[Picture]:
