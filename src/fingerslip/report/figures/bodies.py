@@ -15,6 +15,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from matplotlib.tri import Triangulation
 from numpy.typing import NDArray
 
@@ -74,6 +75,15 @@ def draw_contact(axes: Axes, history: xr.Dataset, moment: float, *, scaled: bool
         draw_section(axes, history, nearest_snapshot(history, moment), "von_mises", limits, scaled=False)
     if scaled:
         _draw_scale(axes)
+
+
+def contact_keys(history: xr.Dataset) -> dict[str, Artist]:
+    """Return the keys of what :func:`draw_contact` draws; the stress of sections is light at zero, dark at its end."""
+    keys = style.state_keys((STICK, SLIP))
+    if not is_solid(history):
+        _, top = field_limits(history, SceneOptions())
+        keys[f"von Mises stress, light 0 to dark {top:.2g} kPa"] = Patch(color=mpl.colormaps[palette.FIELD_MAP](0.5))
+    return keys
 
 
 def frame_times(history: xr.Dataset, events: Events, names: Sequence[str] = MAIN_EVENTS) -> dict[float, str]:

@@ -21,7 +21,7 @@ from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.history import sites_of_kinds
 from fingerslip.report import colours as palette
 from fingerslip.report.figures import style
-from fingerslip.report.figures.bodies import draw_contact, frame_times, has_pictures
+from fingerslip.report.figures.bodies import contact_keys, draw_contact, frame_times, has_pictures
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import (
     Events,
@@ -74,9 +74,9 @@ def force_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, title: s
     panels = every[::columns]
     draw_forces(panels[0], history, time.values)
     draw_ratios(panels[1], history, time.values)
-    panels[1].set_ylabel("ratio, fraction")
-    for axes in panels:
-        style.add_keys_inside(axes)
+    panels[1].set(ylabel="ratio, fraction", ylim=(-0.03, _KEYS_ROOM * panels[1].get_ylim()[1]))
+    for axes, where in zip(panels, ("best", "upper left"), strict=True):
+        style.add_keys_inside(axes, loc=where)
         time.fit(axes)
     style.mark_panels(panels, history, events.slip)
     for axes, (moment, words) in zip(every[1::2], moments.items(), strict=False):
@@ -84,7 +84,7 @@ def force_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, title: s
         style.name_panel(axes, f"{moment:.3f} s, {words}", 2)
     for unused in every[1 + 2 * len(moments) :: 2] if moments else ():
         unused.set_visible(False)
-    style.add_legend(figure, style.state_keys((STICK, SLIP)) if moments else {})
+    style.add_legend(figure, contact_keys(history) if moments else {})
     return figure
 
 

@@ -110,6 +110,7 @@ FIELDS = ["displacement", "velocity", "rigid residual", "divergence [%]", "curl 
 PHALANGES = ["phalanx original", "phalanx scaled"]
 VIEWED = SceneOptions(scalar="region", contact=True, camera="below", written=False)
 AT_EVENTS = Events(slip=SlipEvents(incipient=0.06, noticed=0.07, overall=0.1))
+STRESS_KEY = f"von Mises stress, light 0 to dark {field_limits(block_history('Q4'), SceneOptions())[1]:.2g} kPa"
 LATER = Events(slip=SlipEvents(incipient=0.055, overall=0.085))
 ACROSS = [{VARIANT: name} for name in ("original", "scaled")]
 STRAIN_MODELS = {"FA-II": fs.human_afferents()["SA-I"]}
@@ -296,10 +297,21 @@ def test_ratio_reaches_the_friction_coefficient_and_is_left_out_while_hardly_any
     np.testing.assert_allclose(curves[0], curves[1], err_msg="a magnitude, whatever the direction of the slide")
 
 
+def test_keys_of_ratios_cover_no_curve():
+    figure = signals.force_figure(block_history("Q4"), AT_EVENTS)
+    figure.draw_without_rendering()
+    (ratios,) = (axes for axes in panels(figure) if axes.get_ylabel() == "ratio, fraction")
+    highest = max(np.nanmax(np.asarray(curve.get_ydata(), dtype=float)) for curve in ratios.lines[:3])
+    lowest_key = ratios.transData.inverted().transform(ratios.get_legend().get_window_extent())[0, 1]
+    assert highest < lowest_key
+
+
 def test_forces_have_the_body_beside_at_the_start_of_the_slide_and_at_overall_slip():
     expected = ["0.050 s, start of slide", "0.100 s, overall"]
-    for element in ("Q4", "T4"):
-        assert titles(signals.force_figure(block_history(element), AT_EVENTS)) == expected
+    for element, keys in (("Q4", ["stick", "slip", STRESS_KEY]), ("T4", ["stick", "slip"])):
+        figure = signals.force_figure(block_history(element), AT_EVENTS)
+        assert titles(figure) == expected
+        assert [text.get_text() for text in figure.legends[0].get_texts()] == keys
     assert titles(signals.force_figure(block_history("Q4"))) == expected[:1]
     assert titles(signals.force_figure(HISTORY, EVENTS)) == [], "without snapshots there is none"
 
@@ -317,8 +329,7 @@ def test_pictures_of_a_run_are_led_to_their_times_on_one_axis_with_all_signals()
     )
     with style.looking("paper"):
         lettered = draw_of_run("composed", RunSubject(block_history("Q4"), AT_EVENTS))
-    top = field_limits(block_history("Q4"), SceneOptions())[1]
-    assert lettered.legends[0].get_texts()[-1].get_text() == f"von Mises stress, light 0 to dark {top:.2g} kPa"
+    assert lettered.legends[0].get_texts()[-1].get_text() == STRESS_KEY
     letters = [text for axes in panels(lettered) for text in texts(axes) if len(text) == 1]
     assert sorted(letters) == ["a", "b", "c", "d", "e"]
 
