@@ -169,9 +169,7 @@ def _model(facts: _Facts) -> Iterator[str]:
         components = facts.below("supports")
         fixed = (f"{name} ({components[name]})" if name in components else name for name in facts.supports)
         yield f"Fixed: {_enumerate(fixed)}."
-    yield "Strains and rotations were taken as " + {"small": "small.", "finite": "large."}.get(
-        kinematics := facts.text("kinematics"), f"({kinematics})."
-    )
+    yield f"Strains and rotations were taken as {facts.text('kinematics').replace('finite', 'large')}."
     yield from _mesh(facts)
 
 
