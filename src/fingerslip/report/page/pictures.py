@@ -18,6 +18,7 @@ from fingerslip.report.content import (
     OF_RUNS,
     RUN_FIGURES,
     STUDY_FIGURES,
+    STYLES,
     FigureKind,
     ReportContent,
     RunPictures,
@@ -174,7 +175,7 @@ def draw(
     Raises
     ------
     InputError
-        For a kind that is not there, or that shows histories of another dimension.
+        For a kind or style that is not there, or a kind that shows histories of another dimension.
     ResultError
         Where the history lacks what the figure shows, such as snapshots.
 
@@ -184,8 +185,9 @@ def draw(
 
         fs.save_figure(fs.draw(history, "spikes", style="paper"), "spikes.pdf")
     """
-    if kind not in OF_RUNS:
-        raise InputError("kind", f"got '{kind}'", f"needs one of {', '.join(OF_RUNS)}")
+    for name, value, allowed in (("kind", kind, OF_RUNS), ("style", style, STYLES)):
+        if value not in allowed:
+            raise InputError(name, f"got '{value}'", f"needs one of {', '.join(allowed)}")
     marked = find_events(history) if events is None else events
     with looking(style):
         return draw_of_run(kind, RunSubject(history, marked, times=tuple(times), title=title, afferents=afferents))
