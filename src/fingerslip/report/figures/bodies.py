@@ -68,7 +68,7 @@ def has_pictures(history: xr.Dataset) -> bool:
 def draw_contact(axes: Axes, history: xr.Dataset, moment: float, *, scaled: bool = True) -> None:
     """Draw the contact at about a time [s]: the section that is pressed in 2D, in 3D what sticks, from below."""
     if is_solid(history):
-        _fill_states(axes, contact_patch(history), history, nearest_record(history, moment))
+        fill_states(axes, contact_patch(history), history, nearest_record(history, moment))
         axes.set_axis_off()
     else:
         limits = field_limits(history, SceneOptions())
@@ -310,7 +310,7 @@ def slip_frames_figure(
     figure, panels = style.figure_grid(len(moments), 3, _panel_size(history, patch, 2.6), heading, _LABELS)
     events_read = style.event_times(events.slip)
     for axes, moment, before in zip(panels, moments, [np.inf, *moments[:-1]], strict=True):
-        _fill_states(axes, patch, history, nearest_record(history, moment))
+        fill_states(axes, patch, history, nearest_record(history, moment))
         passed = ", ".join(EVENTS[name] for name, time in events_read.items() if before < time <= moment)
         axes.set_title(f"{moment:.3f} s{f', after {passed}' if passed else ''}")
     style.add_legend(figure, style.state_keys((STICK, SLIP, OPEN)))
@@ -353,7 +353,7 @@ def _draw_fields(
     return colours
 
 
-def _fill_states(axes: Axes, patch: ContactPatch, history: xr.Dataset, step: int) -> None:
+def fill_states(axes: Axes, patch: ContactPatch, history: xr.Dataset, step: int) -> None:
     """Fill what is open, slips and sticks; the edges are where pressure ends and the tractions reach their limit."""
     touch, stick = contact_levels(history, patch, step)
     _fill_patch(axes, patch, history, palette.STATE_COLOURS[OPEN])
