@@ -16,7 +16,8 @@ from fingerslip.contact.states import SLIP, STICK
 from fingerslip.history import is_solid, nearest_record, nearest_snapshot
 from fingerslip.report.colours import GREY
 from fingerslip.report.figures import style
-from fingerslip.report.figures.bodies import contact_keys, draw_contact, has_pictures, slide_moments
+from fingerslip.report.figures.bodies import contact_keys, draw_contact, has_pictures
+from fingerslip.report.figures.patches import slide_moments
 from fingerslip.report.figures.signals import draw_forces, draw_raster, draw_ratios, draw_states, draw_stimulus
 from fingerslip.slip import Events
 

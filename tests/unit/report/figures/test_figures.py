@@ -19,7 +19,7 @@ from fingerslip.marker_tracks import filmed_tracks, marker_tracks
 from fingerslip.published import published_set
 from fingerslip.report.colours import STATE_COLOURS, STIFF_COLOUR
 from fingerslip.report.content import RunSubject, StudySubject
-from fingerslip.report.figures import bodies, markers, signals, specimens, study, style
+from fingerslip.report.figures import bodies, markers, patches, signals, specimens, study, style
 from fingerslip.report.page.pictures import draw_of_run, draw_of_study
 from fingerslip.report.scene.options import SceneOptions
 from fingerslip.report.scene.scene import field_limits
@@ -580,18 +580,18 @@ def test_every_snapshot_is_cut_once_and_white_margins_go_at_the_same_place_of_al
 
 def test_frames_end_after_overall_slip_and_strains_and_stick_ratios_have_their_rows_and_scales():
     history = block_history()
-    (triangles,) = panels(bodies.slip_frames_figure(history, times=[0.0]))[0].collections
+    (triangles,) = panels(patches.slip_frames_figure(history, times=[0.0]))[0].collections
     assert len(triangles.get_paths()) == 32
     assert len({tuple(colour) for colour in triangles.get_facecolor()}) == 1, "all open before the press"
-    _, slips, sticks = panels(bodies.slip_frames_figure(history, times=[0.06]))[0].collections
+    _, slips, sticks = panels(patches.slip_frames_figure(history, times=[0.06]))[0].collections
     assert [to_hex(zone.get_facecolor()[0]) for zone in (slips, sticks)] == [STATE_COLOURS[SLIP], STATE_COLOURS[STICK]]
-    assert len(titles(bodies.slip_frames_figure(history))) == 9
-    until = titles(bodies.slip_frames_figure(history, Events(SlipEvents(overall=0.07))))
+    assert len(titles(patches.slip_frames_figure(history))) == 9
+    until = titles(patches.slip_frames_figure(history, Events(SlipEvents(overall=0.07))))
     assert (len(until), until[0][:7], until[-1][:7]) == (9, "0.050 s", "0.070 s")
     times = history["time"].values
     events = SlipEvents(incipient=times[-4] - 1e-6, overall=times[-2] - 1e-6)
     expected = {f"{times[-4]:.3f} s, after incipient", f"{times[-2]:.3f} s, after overall"}
-    assert expected <= set(titles(bodies.slip_frames_figure(history, Events(events))))
+    assert expected <= set(titles(patches.slip_frames_figure(history, Events(events))))
     scales = [axes for axes in panels(drawn("surface-strain")) if "[" in axes.get_ylabel()]
     assert [axes.get_ylabel() for axes in scales] == ["strain along the slide [%]", "its rate [%/s]"]
     assert all(axes.get_ylim()[0] == pytest.approx(-axes.get_ylim()[1]) for axes in scales)
@@ -604,13 +604,13 @@ def test_frames_end_after_overall_slip_and_strains_and_stick_ratios_have_their_r
 def test_the_frame_holds_what_ever_touches_or_all_where_nothing_does():
     history = block_history()
     patch = contact_patch(history)
-    low, high = bodies._touched_frame(history, patch, patch.points)
+    low, high = patches._touched_frame(history, patch, patch.points)
     assert (*low, *high) == pytest.approx((-0.8, -10.8, 10.8, 0.8))
     apart = history.assign(contact_state=0 * history["contact_state"])
-    np.testing.assert_allclose(bodies._touched_frame(apart, patch, patch.points), (low, high))
+    np.testing.assert_allclose(patches._touched_frame(apart, patch, patch.points), (low, high))
     corner = 0 * history["contact_state"]
     corner[-1, patch.nodes[0]] = 1
-    low, high = bodies._touched_frame(history.assign(contact_state=corner), patch, patch.points)
+    low, high = patches._touched_frame(history.assign(contact_state=corner), patch, patch.points)
     np.testing.assert_allclose(0.5 * (low + high), 1e3 * patch.points[0], atol=1e-9)
 
 
@@ -630,20 +630,20 @@ def triangles_of(figure):
 def test_onsets_count_from_the_start_of_the_slide_on_one_scale_in_the_axes_of_the_plate():
     window = slide_window(block_history())
     early, late = window.start + 0.02, window.end - 0.01
-    figure = bodies.slip_onset_figure({name: with_states(STICK, SLIP, at) for name, at in (("a", early), ("b", late))})
+    figure = patches.slip_onset_figure({name: with_states(STICK, SLIP, at) for name, at in (("a", early), ("b", late))})
     first, second = triangles_of(figure)
     assert len({tuple(colour) for colour in first}) == len({tuple(colour) for colour in second}) == 1
     assert not np.array_equal(first[0], second[0])
     (scale,) = [axes for axes in figure.axes if "time into" in axes.get_ylabel()]
     assert scale.get_ylim()[1] == pytest.approx(late - window.start, abs=0.011)  # a record
     same = {state: with_states(state, state, 0.0) for state in (STICK, OPEN)}
-    stuck, never = triangles_of(bodies.slip_onset_figure(same))
+    stuck, never = triangles_of(patches.slip_onset_figure(same))
     assert np.allclose(stuck, stuck[0])
     assert stuck[0][:3].max() < 0.25, "dark"
     assert len(never) == 0
     history = block_history()
     turned = history.assign(counterface_displacement=-history["counterface_displacement"])
-    figure = bodies.slip_onset_figure({"there": history, "back": turned})
+    figure = patches.slip_onset_figure({"there": history, "back": turned})
     first, second = (axes for axes in figure.axes if axes.get_title("left"))
     (there,), (back,) = ([text for text in axes.texts if hasattr(text, "arrow_patch")] for axes in (first, second))
     forth = np.subtract(there.xy, there.xyann)
