@@ -104,13 +104,13 @@ def write_nwb(
         data_collection="No tissue was recorded from: thresholds of the models of afferents are assumed.",
         notes="" if history is None else f"The records resolve {record_bandwidth(history):.3g} Hz.",
     )
-    places = [] if history is None else in_space(spike_places(spikes, history))
+    places = None if history is None else in_space(spike_places(spikes, history))
     file.add_unit_column("site", "name of the receptor")
     file.add_unit_column("kind", "type of afferent")
-    if history is not None:
+    if places is not None:
         file.add_unit_column("position", "place of the receptor at rest [m]: along the slide, up, across")
     for number, (name, kind, times) in enumerate(zip(spikes.names, spikes.kinds, spikes.times, strict=True)):
-        where = {} if history is None else {"position": places[number]}
+        where = {} if places is None else {"position": places[number]}
         file.add_unit(spike_times=times, obs_intervals=[[spikes.start, spikes.end]], site=name, kind=kind, **where)
     if history is not None:
         for name, unit, values in _signals(history):

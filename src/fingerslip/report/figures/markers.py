@@ -141,7 +141,6 @@ def _draw_estimates(
     return axes.plot(position, centre, style, color=colour)
 
 
-# What lengths are shown in, and how many of it there are to the unit of the tracks.
 _MIDDLE = 1e-9  # as far from x = 0 a marker counts as in the middle
 #: How a length of tracks is shown: its unit, and the factor to it.
 SHOWN_UNITS = {"m": ("mm", 1e3), "px": ("px", 1.0)}
