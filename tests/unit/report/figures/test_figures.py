@@ -19,7 +19,7 @@ from fingerslip.marker_tracks import filmed_tracks, marker_tracks
 from fingerslip.published import published_set
 from fingerslip.report.colours import STATE_COLOURS, STIFF_COLOUR
 from fingerslip.report.content import RunSubject, StudySubject
-from fingerslip.report.figures import bodies, markers, patches, signals, specimens, study, style
+from fingerslip.report.figures import bodies, detectors, markers, patches, signals, specimens, study, style
 from fingerslip.report.page.pictures import draw_of_run, draw_of_study
 from fingerslip.report.scene.options import SceneOptions
 from fingerslip.report.scene.scene import field_limits
@@ -198,7 +198,7 @@ FIGURES = {
         {"Fields from markers at 0.5 s: slide", "x at rest [mm]"}),
     "fields in an image": (
         lambda: markers.fields_figure(fs.marker_fields(tracks("px")), 0.5), FIELDS, {"x at rest [px]"}),
-    "robustness": (lambda: markers.robustness_figure(DISTURBED), ["lost", "noise"], {"share of positions lost"}),
+    "robustness": (lambda: detectors.robustness_figure(DISTURBED), ["lost", "noise"], {"share of positions lost"}),
     "markers at rest": (
         lambda: markers.marker_places_figure(marker_tracks(filmed_history()), "a run"),
         ["1 internal markers, from inside", "5 external markers, from below"],
@@ -721,13 +721,13 @@ def test_quality_is_counted_lost_intervals_noise_at_rest_and_jumps():
 
 def test_figures_of_detectors_draw_estimates_with_their_intervals():
     points = [(4, Estimate(0.7, 0.6, 0.8), Estimate(0.6, 0.5, 0.7)), (8, Estimate(0.8, 0.7, 0.9), Estimate(0.75))]
-    (axes,) = markers.learning_curve_figure(points).axes
+    (axes,) = detectors.learning_curve_figure(points).axes
     assert [item.get_ydata().tolist() for item in axes.get_lines()] == [[0.7, 0.8], [0.6, 0.75]]
     assert [path.vertices[:, 1].tolist() for path in axes.collections[0].get_paths()] == [[0.6, 0.8], [0.7, 0.9]]
     assert ticks(axes) == ["4", "8"]
-    (axes,) = markers.importance_figure({0: Estimate(0.02, 0.01, 0.03), 1: Estimate(-0.01, -0.02, 0.0)}).axes
+    (axes,) = detectors.importance_figure({0: Estimate(0.02, 0.01, 0.03), 1: Estimate(-0.01, -0.02, 0.0)}).axes
     assert [bar.get_height() for bar in axes.patches] == pytest.approx([0.02, -0.01])
-    accuracy, unusable = markers.robustness_figure(DISTURBED).axes[0].get_lines()
+    accuracy, unusable = detectors.robustness_figure(DISTURBED).axes[0].get_lines()
     assert accuracy.get_xdata().tolist() == [0.0], "no accuracy where nothing is classified"
     assert unusable.get_ydata().tolist() == [0.0, 1.0]
 
