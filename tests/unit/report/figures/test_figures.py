@@ -297,6 +297,12 @@ def test_ratio_reaches_the_friction_coefficient_and_is_left_out_while_hardly_any
     np.testing.assert_allclose(curves[0], curves[1], err_msg="a magnitude, whatever the direction of the slide")
 
 
+def test_the_stimulus_of_a_composed_figure_ends_where_its_axis_of_time_does():
+    plate = panels(draw_of_run("composed", RunSubject(HISTORY, SLIPPED)))[0]
+    last = plate.lines[0].get_xdata()[-1]
+    assert last <= plate.get_xlim()[1] < HISTORY["time"].values[-1]
+
+
 def test_fields_of_cells_are_drawn_as_their_means_at_nodes():
     corners = np.array([[0, 1, 2], [1, 2, 3]])
     assert bodies._node_means(corners, np.array([1.0, 3.0]), 5).tolist() == [1.0, 2.0, 2.0, 3.0, 0.0]
