@@ -27,13 +27,16 @@ def two_inclusions(dim, seed):
 def test_coordinates_lead_back_and_a_small_change_is_what_it_is_on_the_mesh(dim, seed):
     body, (displacement, other), (change, force) = two_inclusions(dim, seed)
     assert len(body.means.indptr) == 3, "two inclusions"
-    local = body.local(displacement)
-    np.testing.assert_allclose(body.displacement(local.flat()), displacement, atol=1e-14)
+    start = body.rotations(other)
+    local = body.local(displacement, start)
+    np.testing.assert_allclose(body.displacement(local.flat(), start), displacement, atol=1e-14)
     small = 1e-5 * change
-    np.testing.assert_allclose(body.displacement(body.moved(local, small)), displacement + small, atol=2e-9)
-    old, new = (body.rotations(body.local(motion).turn) for motion in (other, displacement))
-    assert force @ body.motion(change, old, new) == pytest.approx(body.forces(force, old, new) @ change, rel=1e-12)
-    np.testing.assert_allclose(body.motion(change, new, new), change, atol=1e-13)
+    end = body.displacement(body.moved(local, small, start), start)
+    np.testing.assert_allclose(end, displacement + small, atol=2e-9)
+    turned = body.motion(change, local, start)
+    assert force @ turned == pytest.approx(body.forces(force, local, start) @ change, rel=1e-12)
+    there = body.rotations(displacement)
+    np.testing.assert_allclose(body.motion(change, body.local(displacement, there), there), change, atol=1e-13)
 
 
 def test_a_far_turn_of_an_inclusion_is_no_strain():
@@ -42,10 +45,28 @@ def test_a_far_turn_of_an_inclusion_is_no_strain():
     held = displacement.size
     change = np.zeros(held + 1)
     change[body.rows] = np.cross([0.0, 0.0, 0.5], body.arms)
-    turned = np.append(body.displacement(body.moved(body.local(np.zeros(held)), change[:held])), 0.0)
+    rest = np.zeros(held)
+    start = body.rotations(rest)
+    turned = np.append(body.displacement(body.moved(body.local(rest, start), change[:held], start), start), 0.0)
     is_free = body.rows[:, 2] < held
     lengths = np.linalg.norm(body.arms + turned[body.rows], axis=1)
     np.testing.assert_allclose(lengths[is_free], np.linalg.norm(body.arms, axis=1)[is_free], rtol=1e-12)
+
+
+def test_half_way_between_two_turns_is_between_them_beyond_half_a_turn_too():
+    positions = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [5.0, 5.0]])
+    stiffness, touching = np.array([1e6, 1.0]), np.zeros(0, dtype=int)
+    body = find_inclusions(positions, np.array([[0, 1, 2], [1, 2, 3]]), stiffness, Unknowns(np.arange(8)), touching)
+
+    def turned(angle):
+        sine, cosine = np.sin(angle), np.cos(angle)
+        return (positions @ np.array([[cosine, sine], [-sine, cosine]]) - positions).ravel()
+
+    start = body.rotations(turned(3.1))
+    ends = [body.local(turned(angle), start).flat() for angle in (3.1, 3.2)]
+    middle = body.displacement(0.5 * sum(ends), start)
+    sides = (positions.ravel() + middle).reshape(-1, 2)[:3]
+    np.testing.assert_allclose(sides[1] - sides[0], [np.cos(3.15), np.sin(3.15)], atol=1e-12)
 
 
 def sheared_block(element, *counts):

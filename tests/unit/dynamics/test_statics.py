@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import fingerslip as fs
+from fingerslip.dynamics.finite.large import Large
 from fingerslip.dynamics.statics.body import depth_in_hull, sheared, static_body
 from fingerslip.dynamics.statics.motion import static_motion
 from fingerslip.dynamics.statics.pressed import pressed_body
@@ -237,6 +238,16 @@ def test_a_dome_in_3d_with_patches_under_a_tilted_plate_begins_in_balance_and_sl
 def test_a_body_that_cannot_be_pressed_is_refused(changes, words):
     with pytest.raises(InputError, match=words):
         pressed_body(dataclasses.replace(pressed_pad(), **changes), spacing=0.2e-3, near=1e-3)
+
+
+def test_a_body_that_gives_way_without_its_contact_is_refused_and_later_states_are_left_out(monkeypatch, caplog):
+    renewed, counts = Large.renewed, itertools.count()
+    monkeypatch.setattr(Large, "renewed", lambda *_: None)
+    with pytest.raises(InputError, match=r"programme\.0: presses a body that gives way, needs less depth"):
+        pressed_body(pressed_pad(), spacing=0.2e-3, near=1e-3)
+    monkeypatch.setattr(Large, "renewed", lambda *given: None if next(counts) else renewed(*given))
+    assert len(pressed_body(pressed_pad(), spacing=0.2e-3, near=1e-3).answers) == 1
+    assert "no state is taken at t = " in caplog.text
 
 
 def test_skin_that_touches_later_has_to_be_near_enough():

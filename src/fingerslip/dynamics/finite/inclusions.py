@@ -4,11 +4,12 @@ Where an inclusion is a hundred thousand times stiffer than what it lies in, a l
 it, by half the square of the angle: its forces then outweigh all others. And factors of a tangent hold an inclusion
 that has turned by a thousandth since. So the position of a node of an inclusion is written ::
 
-    x = c + t + R(phi) (a + d),    a = X - c
+    x = c + t + R(phi) R_0 (a + d),    a = X - c
 
-with the mean c of its nodes at rest, their mean displacement t, rotation vector phi, and small displacements d that
-deform it. Iterates are extrapolated, mixed and corrected in t, phi and d. The inverse of a tangent at rotations R_0
-serves at R_1 as T A^-1 T^T, where T takes each motion of an inclusion to that which is turned with it.
+with the mean c of its nodes at rest, their mean displacement t, the rotation R_0 of the tangent that is factorised, the
+rotation vector phi since then, and small displacements d that deform it. Iterates are extrapolated, mixed and corrected
+in t, phi and d. The inverse of the tangent serves at another rotation as T A^-1 T^T, where T takes each motion of an
+inclusion to that which is turned with it.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ class Local:
     values: Array  # (n,), the displacement; of inclusions it does not count [m]
     strained: Array  # (m, 3), the displacements d that deform inclusions [m]
     shift: Array  # (k, 3), mean displacements t of inclusions [m]
-    turn: Array  # (k, 3), their rotation vectors phi [rad]
+    turn: Array  # (k, 3), their rotation vectors phi since R_0 [rad]
 
     def flat(self) -> Array:
         """Return all coordinates in one row, shape (n + 3 m + 6 k,)."""
@@ -64,51 +65,56 @@ class Inclusions:
         inertia: Array = np.trace(squares, axis1=1, axis2=2)[:, None, None] * np.eye(3) - squares
         return inertia
 
-    def local(self, displacement: Array) -> Local:
-        """Return the coordinates of a displacement (n,) [m]."""
+    def rotations(self, displacement: Array) -> Array:
+        """Return how inclusions have turned at a displacement (n,) [m], shape (k, 3, 3)."""
         positions = self.arms + self._read(displacement)
-        shift = self.means @ positions
-        positions -= shift[self.owner]
+        # That of the nodes about their mean; arms have none.
         left, _, right = np.linalg.svd(self._outer(positions, self.arms))
         left[:, :, 2] *= np.linalg.det(left @ right)[:, None]
-        turn = left @ right
-        strained = _turned_back(turn[self.owner], positions) - self.arms
-        return Local(displacement, strained, shift, self._vectors(turn))
+        return np.asarray(left @ right)
 
-    def displacement(self, flat: Array) -> Array:
+    def local(self, displacement: Array, start: Array) -> Local:
+        """Return the coordinates of a displacement (n,) [m] from rotations R_0 (k, 3, 3)."""
+        positions, turn = self.arms + self._read(displacement), self.rotations(displacement)
+        shift = self.means @ positions
+        strained = _turned_back(turn[self.owner], positions - shift[self.owner]) - self.arms
+        return Local(displacement, strained, shift, self._vectors(turn @ np.swapaxes(start, 1, 2)))
+
+    def displacement(self, flat: Array, start: Array) -> Array:
         """Return the displacement (n,) [m] of coordinates (n + 3 m + 6 k,)."""
         sizes = 3 * np.array([len(self.arms), len(self._inertia), len(self._inertia)])
         values, *parts = np.split(flat, flat.size - np.cumsum(sizes[::-1])[::-1])
         strained, shift, turn = (part.reshape(-1, 3) for part in parts)
-        arms = _turned(self.rotations(turn)[self.owner], self.arms + strained)
+        arms = _turned((self._matrices(turn) @ start)[self.owner], self.arms + strained)
         return self._written(values, arms + shift[self.owner] - self.arms)
 
-    def moved(self, local: Local, change: Array) -> Array:
+    def moved(self, local: Local, change: Array, start: Array) -> Array:
         """Return the coordinates (n + 3 m + 6 k,) after a linear change of displacements (n,) [m]."""
-        matrices = self.rotations(local.turn)
+        since = self._matrices(local.turn)
+        matrices = since @ start
         shift, turn, rest = self._split(self._read(change), matrices)
         rest -= np.cross(turn[self.owner], _turned(matrices[self.owner], local.strained))
         strained = local.strained + _turned_back(matrices[self.owner], rest)
-        turns = self._vectors(self.rotations(turn) @ matrices)
+        turns = self._vectors(self._matrices(turn) @ since)
         return Local(local.values + change, strained, local.shift + shift, turns).flat()
 
-    def motion(self, values: Array, old: Array, new: Array) -> Array:
-        """Return T x of a motion x (n,), from rotations R_0 to R_1, each (k, 3, 3)."""
-        between, owner = new @ np.swapaxes(old, 1, 2), self.owner
-        shift, turn, rest = self._split(self._read(values), old)
-        across = np.cross(turn[owner], _turned(new[owner], self.arms))
-        return self._written(values, shift[owner] + across + _turned(between[owner], rest))
+    def motion(self, values: Array, local: Local, start: Array) -> Array:
+        """Return T x of a motion x (n,), from rotations R_0 (k, 3, 3) to where inclusions are."""
+        since, owner = self._matrices(local.turn), self.owner
+        shift, turn, rest = self._split(self._read(values), start)
+        across = np.cross(turn[owner], _turned((since @ start)[owner], self.arms))
+        return self._written(values, shift[owner] + across + _turned(since[owner], rest))
 
-    def forces(self, values: Array, old: Array, new: Array) -> Array:
+    def forces(self, values: Array, local: Local, start: Array) -> Array:
         """Return T^T f of forces f (n,); see :meth:`motion`."""
-        between, owner, forces = new @ np.swapaxes(old, 1, 2), self.owner, self._read(values)
-        mean, moment = self.means @ forces, self.means @ np.cross(_turned(new[owner], self.arms), forces)
-        mean -= _turned_back(between, mean)
-        turn = self._per_moment(moment - _turned_back(between, moment), old)
-        across = np.cross(turn[owner], _turned(old[owner], self.arms))
-        return self._written(values, _turned_back(between[owner], forces) + mean[owner] + across)
+        since, owner, forces = self._matrices(local.turn), self.owner, self._read(values)
+        mean, moment = self.means @ forces, self.means @ np.cross(_turned((since @ start)[owner], self.arms), forces)
+        mean -= _turned_back(since, mean)
+        turn = self._per_moment(moment - _turned_back(since, moment), start)
+        across = np.cross(turn[owner], _turned(start[owner], self.arms))
+        return self._written(values, _turned_back(since[owner], forces) + mean[owner] + across)
 
-    def rotations(self, vectors: Array) -> Array:
+    def _matrices(self, vectors: Array) -> Array:
         """Return the rotations (k, 3, 3) of rotation vectors (k, 3) [rad]."""
         return np.asarray(Rotation.from_rotvec(vectors).as_matrix()) if self.owner.size else np.zeros((0, 3, 3))
 

@@ -73,9 +73,8 @@ class Factors:
     watch: Stopwatch  # takes the times of tangents and factorisations
     reserved_bytes: int = 0  # memory that must stay free for the histories [bytes]
     stepper: Stepper | None = None
-    turn: Array = field(
-        default_factory=lambda: np.zeros((0, 3, 3)), repr=False
-    )  # (k, 3, 3), rotations of the inclusions of what they are made of [-]
+    # (k, 3, 3), rotations R_0 of the inclusions of what they are made of [-]
+    rotations: Array = field(default_factory=lambda: np.zeros((0, 3, 3)), repr=False)
     count: int = 0
     made_of: MadeOf | None = None
     _least: int = field(default=0, repr=False)
@@ -170,7 +169,7 @@ class Factors:
         # A working set of other factors, or of those of a halved step, holds another compliance.
         edition = replace(stepper.compliance, edition=(self.scheme.step, self.count))
         self.stepper, self.made_of = replace(stepper, system=self.system, compliance=edition), made_of
-        self.turn = self.inclusions.rotations(self.inclusions.local(made_of.body.displacement).turn)
+        self.rotations = self.inclusions.rotations(made_of.body.displacement)
         return self.stepper
 
 
@@ -184,8 +183,6 @@ _PATIENCE, _LITTLE = 3, 1
 # over the error of the iterate, and at most. On the shipped fingertip in 3D this takes as many iterations as 1e-12
 # does, and moves accelerations by less than the tolerance does.
 _AT_END, _OF_ERROR, _COARSEST = 1e-8, 1e-2, 1e-5
-# Residual over forces above which half of the way is tried, too.
-_FAR = 0.3
 # Contraction that is expected before any is known.
 _USUAL = 0.1
 _PROBLEM = "motion at large strain"
@@ -255,7 +252,6 @@ def _solve(factors: Factors, start: Prediction, watch: Stopwatch) -> tuple[_Iter
     """Iterate to the solution of a step; also return its contact and how many iterations it took."""
     iterate, mixing, contact = _first(factors, start), Mixing(), None
     last, contraction, slow, renewals = np.inf, _USUAL, 0, 0
-    pushed = factors.scheme.end_weight * start.before.contact_forces
     for iteration in range(1, _MOST + 1):
         solved = _linearise(factors, start, iterate, contact, (last, contraction), watch=watch)
         contact, contraction = solved.contact, solved.contraction
@@ -266,13 +262,14 @@ def _solve(factors: Factors, start: Prediction, watch: Stopwatch) -> tuple[_Iter
             # Nothing may hold the old factors while new ones are made: in 3D both would not fit into memory.
             mixing, contact = Mixing(), None
             factors.renew(iterate.body, rough=not renewals)
+            iterate = replace(iterate, local=factors.inclusions.local(iterate.displacement, factors.rotations))
             renewals, slow, last = renewals + 1, 0, np.inf
             continue
         mixed = mixing.next(solved.end, solved.residual)
         # Only at the end of an iteration does contact obey its law; a mixed iterate cannot be the last.
         is_end = contraction * solved.error <= _TOLERANCE
-        iterate, reached = _towards(factors, start, iterate, solved.end if is_end else mixed, (pushed, solved.force))
-        last, pushed = solved.error, solved.force
+        iterate, reached = _towards(factors, start, iterate, solved.end if is_end else mixed)
+        last = solved.error
         if is_end and reached and _error(factors.current, iterate, solved) <= _TOLERANCE:
             return iterate, contact, iteration
     raise _failure(factors.current, start, iterate, solved)
@@ -287,11 +284,11 @@ def _iterations_left(error: float, last: float) -> float:
 
 def _first(factors: Factors, start: Prediction) -> _Iterate:
     """Return the first iterate: the displacement goes on with the velocity at the start, statically as in that step."""
-    scheme, before, body = factors.scheme, start.before, factors.inclusions
+    scheme, before, body, turned = factors.scheme, start.before, factors.inclusions, factors.rotations
     # The acceleration at the start says less of a step than none: it turns with every node that touches.
-    onwards = body.moved(body.local(before.displacement), scheme.step * before.velocity)
+    onwards = body.moved(body.local(before.displacement, turned), scheme.step * before.velocity, turned)
     best = None
-    for displacement in (body.displacement(onwards), start.free.displacement):
+    for displacement in (body.displacement(onwards, turned), start.free.displacement):
         try:
             iterate = _at(factors, start, displacement, before.large_body)
         except FingerslipError as error:
@@ -321,7 +318,7 @@ def _linearise(
     from the error of the iteration before and the contraction that are `known`, until contact tells it.
     """
     (last, contraction), stepper, body = errors, factors.current, factors.inclusions
-    turns = factors.turn, body.rotations(iterate.local.turn)
+    turns = iterate.local, factors.rotations
     here = replace(
         start,
         free=Predictor(iterate.displacement, iterate.velocity),
@@ -348,7 +345,7 @@ def _linearise(
         change = stepper.condensed.backward(halfway, forces)
         turn(stepper, here, contact, change)
         change = stepper.scheme.displacement_factor * body.motion(change, *turns)
-        end = body.moved(iterate.local, change)
+        end = body.moved(iterate.local, change, factors.rotations)
     return _Linearised(contact, force, end, residual, error, contraction)
 
 
@@ -368,32 +365,17 @@ def _with_contact(stepper: Stepper, iterate: _Iterate, force: Array) -> tuple[Ar
     return residual, max(iterate.size, float(np.linalg.norm(pushed)))
 
 
-def _towards(
-    factors: Factors, start: Prediction, iterate: _Iterate, aim: Array, forces: tuple[Array, Array]
-) -> tuple[_Iterate, bool]:
-    """Return the iterate at some coordinates (m,), and whether it is there.
-
-    Far from equilibrium it goes half of the way where that leaves a smaller residual, with contact forces (n_c, dim)
-    between those of the iteration before and of this one [N]; and less where cells let it go no further.
-    """
-    here, best, least = iterate.local.flat(), None, np.inf
+def _towards(factors: Factors, start: Prediction, iterate: _Iterate, aim: Array) -> tuple[_Iterate, bool]:
+    """Return the iterate at some coordinates (m,), or as near as cells let it go, and whether it was reached."""
+    here = iterate.local.flat()
     for halved in range(_HALVINGS):
-        share = 0.5**halved
-        there = aim if not halved else here + share * (aim - here)
         try:
-            tried = _at(factors, start, factors.inclusions.displacement(there), iterate.body)
+            there = aim if not halved else here + 0.5**halved * (aim - here)
+            displacement = factors.inclusions.displacement(there, factors.rotations)
+            return _at(factors, start, displacement, iterate.body), not halved
         except FingerslipError as error:
             too_far = error
-            continue
-        residual, size = _with_contact(factors.current, tried, (1.0 - share) * forces[0] + share * forces[1])
-        error_there = float(np.linalg.norm(residual)) / size
-        if best is None or error_there < least:
-            best, reached, least = tried, not halved, error_there
-        if least <= _FAR or halved:
-            break
-    if best is None:
-        raise _failure(factors.current, start, iterate, None, too_far)
-    return best, reached
+    raise _failure(factors.current, start, iterate, None, too_far)
 
 
 def _at(factors: Factors, start: Prediction, displacement: Array, near: BodyState) -> _Iterate:
@@ -420,7 +402,7 @@ def _at(factors: Factors, start: Prediction, displacement: Array, near: BodyStat
     residual[system.unknowns.moving] = 0.0
     size = max(float(np.linalg.norm(part)) for part in (elastic, inertia, start.load))
     size = max(size, system.rounding / _TOLERANCE)
-    local = factors.inclusions.local(displacement)
+    local = factors.inclusions.local(displacement, factors.rotations)
     return _Iterate(unknown, displacement, local, velocity, moved, pose, body, residual, size)
 
 
