@@ -22,7 +22,7 @@ Integers = NDArray[np.int64]
 # Kinds of cells with nodes between their corners, the kind without, and how many corners that has.
 _LINEAR = {
     **dict.fromkeys(("quad8", "quad9"), ("quad", 4)),
-    **dict.fromkeys(("wedge15", "wedge18"), ("wedge", 6)),
+    "wedge18": ("wedge", 6),
     **dict.fromkeys(("hexahedron20", "hexahedron27"), ("hexahedron", 8)),
     "triangle6": ("triangle", 3),
     "tetra10": ("tetra", 4),

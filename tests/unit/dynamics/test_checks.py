@@ -76,6 +76,7 @@ MODEL = fs.Model(
     programme=(fs.Press(0.2e-3, 1e-3), fs.Hold(1e-3), fs.Slide(0.4e-3, 1e-3)),
     time=fs.TimeStepping(5e-3),
 )
+TWO_SIDED = MODEL.mesh.with_boundaries({"both": np.concatenate([MODEL.mesh.boundaries[s] for s in ("bottom", "top")])})
 FAR = dataclasses.replace(PLATE, counterface=fs.Plane(normal=(0, 1), offset=-1e-3), search_distance=5e-3)
 WEAKENING = dataclasses.replace(PLATE, friction=fs.StaticKinetic(0.6, 0.4, 1e-3), rigid_body="block")
 RINGING: dict[str, object] = {
@@ -93,7 +94,9 @@ RINGING: dict[str, object] = {
         ({"contacts": (dataclasses.replace(PLATE, counterface=fs.Plane(normal=(0, -2))),)},
          ["contacts.0.counterface: its normal points away from the body", "write (0, 1)"]),
         ({"contacts": (dataclasses.replace(PLATE, counterface=fs.Plane(normal=(1, 0))),)},
-         ["contacts.0.counterface: its normal (1, 0) runs along 'bottom'", "write (0, 1)"]),
+         ["contacts.0.counterface: its normal (1, 0) runs along 'bottom'", "take the normal (0, 1)"]),
+        ({"mesh": TWO_SIDED, "contacts": (fs.Contact("both", fs.Plane(normal=(1, 0)), fs.Coulomb(0.5)),)},
+         ["its normal (1, 0) runs along 'both' and meets only an edge: take the normal of one of its sides"]),
         ({"contacts": (FAR,), "programme": (fs.Press(0.2e-3, 1e-3),)},
          ["contacts.0: never touches 'bottom', which is 1 mm away", "comes 0.2 mm nearer"]),
         ({"mesh": box("Q4", np.linspace(0.0, 10e-3, 9), np.linspace(0.0, 4e-3, 5))},

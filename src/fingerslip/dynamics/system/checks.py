@@ -44,12 +44,12 @@ def contact_penalties(model: Model, contact: Contact) -> tuple[float, float]:
     """
     mesh = model.mesh
     facets = np.asarray(mesh.boundaries[contact.boundary])
+    facets = facets[~are_degenerate(mesh)[facets]]
     cells = mesh.f2t[0, facets]
     # A mesh may name further groups of cells that have no material of their own.
     touched = [name for name in model.materials if np.isin(cells, mesh.subdomains[name]).any()]
     stiffness = max(model.materials[name].stiffness for name in touched)
-    corners = mesh.facets[:, facets]
-    ends = mesh.p[:, [corners[0], np.where(corners[0] == corners[1], corners[-1], corners[1])]]
+    ends = mesh.p[:, mesh.facets[:2, facets]]
     size = float(np.median(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=0)))
     automatic = automatic_penalty(stiffness, size)
     return contact.normal_penalty or automatic, contact.tangential_penalty or automatic
@@ -60,6 +60,8 @@ Array = NDArray[np.float64]
 # Candidates lie within this many times the approach of the counterface: the skin beside the contact bulges towards
 # the counterface and rolls onto it while sliding.
 _SEARCH = 1.5
+# The mean of the unit normals of facets is shorter where they go round the body, and says no direction.
+_ONE_SIDED = 0.1
 
 # Of the soft thickness. A mean strain of a half is small in no sense (the published press is less than a third); one
 # of 99 % leaves nothing that could be a body.
@@ -278,8 +280,11 @@ def inward_normals(model: Model, boundary: str) -> tuple[NDArray[np.float64], ND
 
 
 def direction_text(direction: NDArray[np.float64]) -> str:
-    """Return the unit vector along `direction` (dim,) in words."""
-    unit = np.round(direction / np.linalg.norm(direction), 3) + 0.0
+    """Return the unit vector along `direction` (dim,), a mean of unit normals, in words."""
+    length = np.linalg.norm(direction)
+    if length < _ONE_SIDED:
+        return "of one of its sides"
+    unit = np.round(direction / length, 3) + 0.0
     return f"({', '.join(f'{value:.3g}' for value in unit)})"
 
 

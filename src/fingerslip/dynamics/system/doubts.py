@@ -6,9 +6,7 @@ from collections.abc import Iterator
 from itertools import chain
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fingerslip.contact.counterfaces import Counterface
 from fingerslip.contact.friction import StaticKinetic
 from fingerslip.dynamics.system.checks import CheckedModel, direction_text, inward_normals
 from fingerslip.dynamics.system.scheme import make_scheme
@@ -68,17 +66,17 @@ def _contacts(model: Model, checked_model: CheckedModel) -> Iterator[str]:
         gaps = counterface.gap(checked_model.space.positions[boundary_nodes(checked_model.space, contact.boundary)])
         approach = float(np.max(motion.positions @ counterface.unit_normal))
         reached = int((gaps < approach).sum())
+        near = np.any([counterface.gap(points.T) < approach for points in corners.swapaxes(0, 1)], axis=0)
         across = reached if checked_model.space.dim == 2 else 2.0 * np.sqrt(reached / np.pi)
         if not reached:
             yield (
                 f"{where}: never touches '{contact.boundary}', which is {millimetres(float(gaps.min()))} away while "
                 f"the counterface comes {millimetres(max(approach, 0.0))} nearer: press deeper, or start nearer"
             )
-        elif faced[near := _nearest(counterface, corners) < approach].max(initial=-1.0) < _FACED:
-            yield (
-                f"{where}.counterface: its normal {direction_text(counterface.unit_normal)} runs along "
-                f"'{contact.boundary}' and meets only an edge of it: write {direction_text(inwards[near].mean(axis=0))}"
-            )
+        elif faced[near].max(initial=-1.0) < _FACED:
+            fault = f"its normal {direction_text(counterface.unit_normal)} runs along '{contact.boundary}'"
+            normal = direction_text(inwards[near].mean(axis=0))
+            yield f"{where}.counterface: {fault} and meets only an edge: take the normal {normal}"
         elif across < LEAST_ACROSS:
             yield (
                 f"{where}: {reached} nodes of '{contact.boundary}' are in reach of the counterface, and fewer than "
@@ -97,12 +95,6 @@ def _friction(model: Model) -> Iterator[str]:
                 f"contacts.{number}.friction: falls from static to kinetic on '{body}', which is free and rings on the "
                 "tangential penalty: its slips move with the step: write a damping with a stiffness, such as 1 ms"
             )
-
-
-def _nearest(counterface: Counterface, corners: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the least gap of the corners (dim, corners, n) [m] of each facet, shape (n,) [m]."""
-    nearest: NDArray[np.float64] = np.min([counterface.gap(points.T) for points in corners.swapaxes(0, 1)], axis=0)
-    return nearest
 
 
 def _supports(model: Model) -> Iterator[str]:

@@ -7,7 +7,7 @@ assembly name an instance. A flat deck has all of it without parts. Capital and 
 from __future__ import annotations
 
 import re
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.errors import MeshError, shorten, unknown_name
-from fingerslip.mesh.decks.deck import SIDES, Block, Deck, Groups, Sides, assemble, outer_sides
+from fingerslip.mesh.decks.deck import NO_CELL, SIDES, Block, Deck, Groups, Sides, assemble, outer_sides
 from fingerslip.mesh.decks.keywords import Keyword, read_keywords
 
 Integers = NDArray[np.int64]
@@ -42,7 +42,6 @@ _KINDS: Mapping[str, tuple[str, int]] = MappingProxyType(
         r"T[23]D3|B[23]2": ("line3", 3),
     }
 )
-_NO_CELL = -1  # number of an element of a type that is not taken
 
 
 @dataclass(frozen=True)
@@ -92,7 +91,8 @@ class _Body:
     nodes: _Table = field(default_factory=lambda: _Table("node", {"": {}}))
     elements: _Table = field(default_factory=lambda: _Table("element", {"": {}}))
     surfaces: dict[tuple[str, str], tuple[_Set, Sides]] = field(default_factory=dict)
-    sections: list[tuple[Keyword, str]] = field(default_factory=list)  # with their scopes
+    # Surfaces and sections with their scopes, by the names of their keywords.
+    later: defaultdict[str, list[tuple[Keyword, str]]] = field(default_factory=lambda: defaultdict(list))
     instances: dict[str, tuple[str, str, Integers]] = field(default_factory=dict)  # name, name of the part, cells
     left_out: Counter[str] = field(default_factory=Counter)
 
@@ -103,12 +103,12 @@ class _Body:
 
     def add(self, keywords: Sequence[Keyword], scope: str = "") -> None:
         """Read the keywords of a part in the scope of its instance, or those of the assembly."""
-        # Sets name elements and nodes, and surfaces name sets, wherever these are.
+        # Sets name elements and nodes, and surfaces name sets, wherever these are; sides are free among all cells.
         readers = (
-            {"NODE": self._add_nodes},
+            {"NODE": self._add_nodes, "SYSTEM": _refuse_system},
             {"ELEMENT": self._add_elements},
             {"NSET": self._add_set, "ELSET": self._add_set},
-            {"SURFACE": self._add_surface, "SOLID SECTION": lambda key, home: self.sections.append((key, home))},
+            dict.fromkeys(("SURFACE", "SOLID SECTION"), lambda key, home: self.later[key.name].append((key, home))),
         )
         for group in readers:
             for keyword in keywords:
@@ -118,6 +118,8 @@ class _Body:
         self.left_out.update(f"*{keyword.name.capitalize()}" for keyword in keywords if keyword.name not in names)
 
     def _add_nodes(self, keyword: Keyword, scope: str) -> None:
+        if keyword.options.get("SYSTEM", "R").upper() != "R":
+            _refuse_system(keyword, scope)
         first = len(self.points)
         for line, fields in keyword.data:
             (label,), position = keyword.numbers(int, line, fields[:1]), keyword.numbers(float, line, fields[1:4])
@@ -134,7 +136,7 @@ class _Body:
         if not kinds:
             self.left_out[f"elements {name}"] += 1
             for line, fields in keyword.data:
-                labels.setdefault(keyword.numbers(int, line, fields[:1])[0], _NO_CELL)
+                labels.setdefault(keyword.numbers(int, line, fields[:1])[0], NO_CELL)
             return
         if name.startswith("CAX"):
             self.left_out[f"the axial symmetry of {name}"] += 1
@@ -178,13 +180,16 @@ class _Body:
 
     def _add_surface(self, keyword: Keyword, scope: str) -> None:
         name, sides = keyword.option("NAME"), Sides()
-        surface = _Set(name, "INTERNAL" in keyword.options)
+        surface, kind = _Set(name, "INTERNAL" in keyword.options), keyword.options.get("TYPE", "ELEMENT").upper()
+        if kind not in {"ELEMENT", "NODE"} or "COMBINE" in keyword.options:
+            self.left_out[f"the surface {name}, {'of others' if 'COMBINE' in keyword.options else kind.lower()}"] += 1
+            return
         for line, (entry, *faces) in keyword.data:
-            if keyword.options.get("TYPE", "").upper() == "NODE":
+            if kind == "NODE":
                 surface.members.extend(self.nodes.find(keyword, line, entry, scope))
                 continue
-            for kind, nodes in self._cells_of(self.elements.find(keyword, line, entry, scope)):
-                sides += self._faces(keyword, (line, faces[0].upper() if faces else ""), kind, nodes)
+            for block in self._cells_of(self.elements.find(keyword, line, entry, scope)):
+                sides += self._faces(keyword, (line, faces[0].upper() if faces else ""), *block)
         self.surfaces[scope, name.casefold()] = surface, sides
 
     def _cells_of(self, numbers: Sequence[int]) -> list[Block]:
@@ -216,6 +221,8 @@ class _Body:
 
     def groups(self) -> Groups:
         """Return regions and boundaries by their names."""
+        for entry in self.later["SURFACE"]:
+            self._add_surface(*entry)
         groups = Groups(self._sections())
         for key, elements in self.elements.sets.items():
             if not elements.is_internal and not self._is_along_edge(key):
@@ -243,7 +250,7 @@ class _Body:
     def _sections(self) -> dict[str, Integers]:
         """Return the regions of sections; one whose set the preprocessor named itself is called by its material."""
         regions: dict[str, list[int]] = {}
-        for keyword, scope in self.sections:
+        for keyword, scope in self.later["SOLID SECTION"]:
             key = scope, keyword.option("ELSET").casefold()
             if key not in self.elements.sets:
                 raise keyword.error(f"has no set '{keyword.options['ELSET']}'", "needs elset= and a set of elements")
@@ -257,6 +264,11 @@ class _Body:
         keys = (*self.nodes.sets, *self.elements.sets, *self.surfaces)
         scopes = {home for home, name in keys if name == entry.name.casefold()}
         return f"{self.instances[scope][0]}.{entry.name}" if scope and len(scopes) > 1 else entry.name
+
+
+def _refuse_system(keyword: Keyword, _scope: str) -> None:
+    if keyword.data:  # without data *System goes back to the coordinates of the part
+        raise keyword.error("has a system of its own", "needs the x, y and z of the part", "write the deck without it")
 
 
 def _numbers(members: Sequence[int]) -> Integers:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
+Number = TypeVar("Number", int, float)
 #: Cells of one kind, named as meshio does, and their nodes (k, n).
 Block: TypeAlias = tuple[str, Integers]
 #: Sides of cells with equally many corners each, by their nodes (k, n).
@@ -33,6 +34,9 @@ SIDES: Mapping[str, tuple[tuple[int, ...], ...]] = MappingProxyType(
         **dict.fromkeys(("hexahedron", "hexahedron20", "hexahedron27"), _HEXAHEDRON),
     }
 )
+#: The number of an element that is not taken.
+NO_CELL = -1
+_LARGEST = 1e18
 _SIDE_KINDS = {2: "line", 3: "triangle", 4: "quad"}
 
 
@@ -53,6 +57,15 @@ class Groups:
     nodes: dict[str, Integers] = field(default_factory=dict)
 
 
+def to_numbers(kind: type[Number], entries: Iterable[str]) -> list[Number] | None:
+    """Return entries of a deck as numbers; None where one is none, or too large to be counted or measured."""
+    try:
+        values = [kind(entry) for entry in entries]
+    except ValueError:
+        return None
+    return values if all(abs(value) < _LARGEST for value in values) else None
+
+
 def assemble(points: Floats, cells: Sequence[Block], groups: Groups, left_out: Iterable[str]) -> Deck:
     """Return points (n, 3) and cells with their named groups; sets of nodes name the outer sides between them.
 
@@ -61,6 +74,9 @@ def assemble(points: Floats, cells: Sequence[Block], groups: Groups, left_out: I
     # Slow to load, and this file is loaded with all that may read a mesh.
     import meshio
 
+    if any(kind == "wedge15" for kind, _ in cells):  # meshio has no such cells
+        cells = [("wedge", nodes[:, :6]) if kind == "wedge15" else (kind, nodes) for kind, nodes in cells]
+        left_out = (*left_out, "nodes between the corners of wedge15")
     is_used = np.zeros(len(points), dtype=bool)
     for _, nodes in _highest(cells):
         is_used[nodes] = True
@@ -78,7 +94,7 @@ def assemble(points: Floats, cells: Sequence[Block], groups: Groups, left_out: I
     first = 0
     for block, (_, nodes) in enumerate(cells):
         for name, numbers in groups.regions.items():
-            members = np.unique(numbers[(numbers >= first) & (numbers < first + len(nodes))]) - first
+            members = numbers[(numbers >= first) & (numbers < first + len(nodes))] - first
             sets[name][block] = members[is_used[nodes[members]].all(axis=1)]
         first += len(nodes)
     for block, (name, corners) in enumerate(named, start=len(cells)):

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import contextlib
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import TypeVar
 from xml.etree import ElementTree as ET
 from xml.parsers import expat
 
@@ -15,9 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.errors import MeshError, shorten
-from fingerslip.mesh.decks.deck import Block, Deck, Groups, assemble
-
-Number = TypeVar("Number", int, float)
+from fingerslip.mesh.decks.deck import NO_CELL, Block, Deck, Groups, Number, assemble, to_numbers
 
 _VERSIONS = ("2.5", "3.0", "4.0")
 _KINDS: Mapping[str, tuple[str, int]] = MappingProxyType(
@@ -37,8 +33,6 @@ _KINDS: Mapping[str, tuple[str, int]] = MappingProxyType(
     }
 )
 _SECTIONS = frozenset({"Module", "Globals", "Material", "Mesh", "Geometry", "MeshDomains", "Output"})
-_LARGEST = 1e18
-_NO_CELL = -1  # number of an element that is not taken
 #: The attribute that every tag has besides its own: its line.
 LINE = "line of the file"
 
@@ -62,13 +56,12 @@ class Content:
                 return tag
         raise self.error(self.root, "has no <Mesh>", "needs one, with nodes and elements")
 
-    def numbers(self, tag: ET.Element, kind: Callable[[str], Number], text: str | None) -> list[Number]:
+    def numbers(self, tag: ET.Element, kind: type[Number], text: str | None) -> list[Number]:
         """Return the numbers between the commas of a text of a tag."""
-        with contextlib.suppress(ValueError):
-            values = [kind(entry) for entry in (text or "").split(",") if entry.strip()]
-            if all(abs(value) < _LARGEST for value in values):
-                return values
-        raise self.error(tag, f"got '{shorten(text or '')}'", "needs numbers between commas")
+        values = to_numbers(kind, filter(str.strip, (text or "").split(",")))
+        if values is None:
+            raise self.error(tag, f"got '{shorten(text or '')}'", "needs numbers between commas")
+        return values
 
     def label(self, tag: ET.Element) -> int:
         """Return the number that a tag has as its `id`."""
@@ -79,7 +72,7 @@ class Content:
 
     def members(self, tag: ET.Element, numbers: Mapping[int, int]) -> list[int]:
         """Return the numbers of labels that stand between commas, or each in a tag of its own."""
-        labels = [*self.numbers(tag, int, tag.text), *(self.label(entry) for entry in tag if not entry.text)]
+        labels = [*self.numbers(tag, int, tag.text), *(self.label(entry) for entry in tag)]
         missing = [label for label in labels if label not in numbers]
         if missing:
             raise self.error(tag, f"has {missing[0]}, which is not there", "needs labels that the mesh has")
@@ -131,11 +124,11 @@ def read_febio(file: Path) -> Deck:
         name = tag.get("name", "")
         if tag.tag == "Elements" and tag.get("type") not in _KINDS:
             left_out.append(f"elements {name} ({tag.get('type', 'of no type')})")
-        elif tag.tag == "NodeSet":
+        elif tag.tag == "NodeSet" and name:
             groups.nodes[name] = np.array(content.members(tag, nodes), dtype=np.int64)
-        elif tag.tag == "ElementSet":
+        elif tag.tag == "ElementSet" and name:
             groups.regions.setdefault(name, np.array(content.members(tag, elements), dtype=np.int64))
-        elif tag.tag == "Surface":
+        elif tag.tag == "Surface" and name:
             faces = [_corners(content, face, nodes) for face in tag]
             sizes = sorted({*map(len, faces)})
             groups.sides[name] = [np.array([face for face in faces if len(face) == size]) for size in sizes]
@@ -149,7 +142,7 @@ def _elements(
 ) -> tuple[list[Block], dict[int, int], dict[str, NDArray[np.int64]]]:
     """Return the cells, their numbers by the labels of all elements, and the numbers of each part."""
     cells: list[Block] = []
-    elements = {content.label(tag): _NO_CELL for tag in content.mesh.iterfind("Elements/elem")}
+    elements = {content.label(tag): NO_CELL for tag in content.mesh.iterfind("Elements/elem")}
     regions: dict[str, NDArray[np.int64]] = {}
     first = 0
     for name, block in ((name, block) for name, blocks in content.parts().items() for block in blocks):

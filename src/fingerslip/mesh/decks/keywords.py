@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import contextlib
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TypeVar
 
 from fingerslip.errors import MeshError, shorten
-
-Number = TypeVar("Number", int, float)
+from fingerslip.mesh.decks.deck import Number, to_numbers
 
 _DEEPEST = 8  # files that include each other
-_LARGEST = 1e18
 
 
 @dataclass(frozen=True)
@@ -39,13 +35,11 @@ class Keyword:
 
     def numbers(self, kind: type[Number], line: int, fields: Sequence[str]) -> list[Number]:
         """Return the numbers of a line, those of nodes and elements as ``int``, coordinates as ``float``."""
-        needed = "needs numbers between commas" if kind is float else "needs whole numbers between commas"
-        with contextlib.suppress(ValueError):
-            values = list(map(kind, fields[:-1] if len(fields) > 1 and not fields[-1] else fields))
-            # What cannot be counted or measured is no number either.
-            if all(abs(value) < _LARGEST for value in values):
-                return values
-        raise self.error(f"got '{shorten(', '.join(fields))}'", needed, line=line)
+        values = to_numbers(kind, fields[:-1] if len(fields) > 1 and not fields[-1] else fields)
+        if values is None:
+            needed = "needs numbers between commas" if kind is float else "needs whole numbers between commas"
+            raise self.error(f"got '{shorten(', '.join(fields))}'", needed, line=line)
+        return values
 
 
 def read_keywords(file: Path, depth: int = 0) -> list[Keyword]:

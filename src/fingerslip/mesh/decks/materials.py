@@ -52,7 +52,7 @@ def read_materials(path: str | Path, unit: LengthUnit = "m") -> dict[str, AnyMat
     Raises
     ------
     MeshError
-        Where the file is no file of FEBio.
+        Where the file is no file of FEBio, or names units that it does not have.
 
     Examples
     --------
@@ -78,9 +78,14 @@ def materials_and_rest(file: Path, unit: LengthUnit) -> tuple[dict[str, AnyMater
     laws: dict[str, AnyMaterial] = {}
     rest = []
     content = read_content(file)
-    tags = {tag.get(key): tag for tag in content.root.iterfind("Material/material") for key in ("id", "name")}
+    materials = content.root.findall("Material/material")
+    tags = {tag.get(key): tag for tag in materials for key in ("id", "name") if tag.get(key)}
     domains = {tag.get("name"): tag.get("mat") for tag in content.root.iterfind("MeshDomains/*")}
-    force = _FORCES.get((content.root.findtext("Module/units") or "").strip(), 1.0)
+    force = 1.0
+    for entry in content.root.iterfind("Module/units"):
+        if (units := (entry.text or "").strip()) not in {"", *_FORCES}:
+            raise content.error(entry, f"got '{shorten(units)}'", f"needs one of {', '.join(_FORCES)}")
+        force = _FORCES.get(units, 1.0)
     for region, blocks in content.parts().items():
         names = (domains.get(region), blocks[0].get("mat"))
         tag = next((tags[name] for name in names if name in tags), None)
@@ -111,6 +116,8 @@ def _law(tag: ET.Element, pressure: float, density: float) -> AnyMaterial:
         # Moduli there are those after a long time, here those at once.
         terms = _terms(tag, "g", "t")
         total = _number(tag, "g0", 1.0) + sum(share for share, _ in terms)
+        if not total > 0.0:
+            raise InputError("", f"with shares that add up to {total:g}", "needs more than 0")
         values["prony"] = [{"share": share / total, "time": f"{time!r} s"} for share, time in terms]
         elastic = tag.find("elastic")
         inner, shape = tag if elastic is None else elastic, total * pressure

@@ -57,14 +57,11 @@ def _section(mesh: skfem.Mesh, heading: str) -> Figure:
     regions, above = _regions(mesh)
     colours = region_colours(tuple(regions))
     corners = mesh.t[: mesh.elem.refdom.nnodes].T
-    for name, cells in regions.items():
-        look: dict[str, Any] = {"facecolor": colours[name], "edgecolor": _EDGE, "linewidth": 0.25}
-        axes.add_collection(PolyCollection(list(points[corners[cells]]), **look))
-        keys[name] = Patch(**look)
-    for (name, cells), hatch in zip(above.items(), _HATCHES * len(above), strict=False):
-        look = {"facecolor": "none", "edgecolor": _EDGE, "linewidth": 0.0, "hatch": hatch}
-        axes.add_collection(PolyCollection(list(points[corners[cells]]), **look))
-        keys[name] = Patch(**look)
+    looks: list[dict[str, Any]] = [{"facecolor": colours[name], "linewidth": 0.25} for name in regions]
+    looks += [{"facecolor": "none", "linewidth": 0.0, "hatch": hatch} for hatch in _HATCHES * len(above)]
+    for (name, cells), look in zip((regions | above).items(), looks, strict=False):
+        axes.add_collection(PolyCollection(list(points[corners[cells]]), edgecolor=_EDGE, **look))
+        keys[name] = Patch(edgecolor=_EDGE, **look)
     # Wide lines below narrow ones, so that each is seen where several lie on each other.
     boundaries = sorted((mesh.boundaries or {}).items(), key=lambda item: -len(item[1]))
     widths = np.linspace(_WIDEST, _NARROWEST, max(len(boundaries), 2))

@@ -8,12 +8,7 @@ from fingerslip.errors import MeshError
 from fingerslip.fe.space import boundary_nodes, build_space
 from fingerslip.mesh.io import read_mesh, write_mesh
 from fingerslip.verification.meshes import box, dimension
-from unit.mesh.decks.texts import CAE, flat
-
-
-def write(folder, text, name="deck.inp"):
-    (folder / name).write_text(text)
-    return folder / name
+from unit.mesh.decks.texts import BETWEEN, CAE, CUBE, PRISM, SQUARE, TETRAHEDRON, TRIANGLE, check_damage, flat, write
 
 
 def middles(mesh, name):
@@ -28,7 +23,7 @@ INDEPENDENT = CAE.replace(PAD, "").replace("*End Instance", f"{PAD}*End Instance
 
 @pytest.mark.parametrize("text", [CAE, INDEPENDENT], ids=["part", "instance"])
 def test_a_deck_of_the_preprocessor_comes_with_its_regions_and_boundaries(tmp_path, text):
-    mesh = read_mesh(write(tmp_path, text))
+    mesh = read_mesh(write(tmp_path / "deck.inp", text))
     counts = {"Touch": 3, "Round": 4, "Fixed_CNS_": 2, "Fixed": 2, "Line": 2}
     # Shifted by 10, then turned by 90 degrees about (10, 0): what was up is left.
     assert mesh.p.T.min(axis=0) == pytest.approx([8.0, 0.0])
@@ -40,11 +35,6 @@ def test_a_deck_of_the_preprocessor_comes_with_its_regions_and_boundaries(tmp_pa
     assert middles(mesh, "Line") == [(8.5, 0.0), (9.5, 0.0)]
 
 
-SQUARE = [(0, 0), (1, 0), (1, 1), (0, 1)]
-TRIANGLE = [(0, 0), (1, 0), (0, 1)]
-CUBE = [(*point, z) for z in (0, 1) for point in SQUARE]
-PRISM = [(*point, z) for z in (0, 1) for point in TRIANGLE]
-TETRAHEDRON = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
 # The sides S1, S2, ... of each kind of element, as the manual counts them, by what is constant on them: x + y on one
 # that is slanted, in a tetrahedron x + y + z.
 OF_SQUARE, OF_TRIANGLE = [("y", 0), ("x", 1), ("y", 1), ("x", 0)], [("y", 0), ("x + y", 1), ("x", 0)]
@@ -58,17 +48,9 @@ ELEMENTS = {
     **dict.fromkeys(("C3D8H", "C3D8RH", "C3D8I"), (CUBE, OF_CUBE, 0)),
     **dict.fromkeys(("C3D20RH",), (CUBE, OF_CUBE, 12)),
     **dict.fromkeys(("C3D6H",), (PRISM, OF_PRISM, 0)),
+    **dict.fromkeys(("C3D15H",), (PRISM, OF_PRISM, 9)),
     **dict.fromkeys(("C3D4H",), (TETRAHEDRON, OF_TETRAHEDRON, 0)),
     **dict.fromkeys(("C3D10H", "C3D10HS", "C3D10MH"), (TETRAHEDRON, OF_TETRAHEDRON, 6)),
-}
-# The corners between which the further nodes of quadratic elements lie.
-BETWEEN = {
-    "CPE8": [(0, 1), (1, 2), (2, 3), (3, 0)],
-    "CPE6": [(0, 1), (1, 2), (2, 0)],
-    "C3D10": [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)],
-    "C3D20": [(a, b) for i in range(4) for a, b in [(i, (i + 1) % 4)]]
-    + [(4 + i, 4 + (i + 1) % 4) for i in range(4)]
-    + [(i, 4 + i) for i in range(4)],
 }
 
 
@@ -80,7 +62,7 @@ def test_every_element_comes_with_its_sides_as_the_manual_counts_them(tmp_path, 
     middle = [tuple((p + q) / 2 for p, q in zip(points[a], points[b], strict=True)) for a, b in pairs]
     surfaces = [f"*SURFACE, NAME=side{number}\nbody, S{number}" for number in range(1, len(sides) + 1)]
     every = [*points, *middle]
-    mesh = read_mesh(write(tmp_path, flat(name, every, [range(1, len(every) + 1)], "\n".join(surfaces))))
+    mesh = read_mesh(write(tmp_path / "deck.inp", flat(name, every, [range(1, len(every) + 1)], "\n".join(surfaces))))
     assert list(mesh.subdomains) == ["body"]
     space = build_space(mesh)
     assert space.full.dx.sum() == pytest.approx(
@@ -91,6 +73,39 @@ def test_every_element_comes_with_its_sides_as_the_manual_counts_them(tmp_path, 
         total = sum(at[:, "xyz".index(axis)] for axis in axes.split(" + "))
         np.testing.assert_allclose(total, value, atol=1e-12)
         assert len(at) >= mesh.dim()
+
+
+@pytest.mark.parametrize(
+    "name", ["S3R", "STRI3", "SFM3D3", "M3D6", "STRI65", "S4R5", "M3D4R", "SFM3D4R", "S8R5", "R3D4"]
+)
+def test_shells_and_membranes_are_boundaries_and_have_sides(tmp_path, name):
+    of_triangles = name in {"S3R", "STRI3", "SFM3D3", "M3D6", "STRI65"}
+    solid, points = ("C3D10", TETRAHEDRON) if of_triangles else ("C3D20", CUBE)
+    every = [*points, *(np.mean([points[a], points[b]], axis=0) for a, b in BETWEEN[solid])]
+    nodes = [1, 2, 3, 5, 6, 7] if of_triangles else [1, 2, 3, 4, 9, 10, 11, 12]
+    count = {"M3D6": 6, "STRI65": 6, "S8R5": 8}.get(name, 3 if of_triangles else 4)
+    shell = f"*ELEMENT, TYPE={name}, ELSET=skin\n9, {', '.join(map(str, nodes[:count]))}\n"
+    more = f"{shell}*SURFACE, NAME=upper\nskin, SPOS\n"
+    mesh = read_mesh(write(tmp_path / "deck.inp", flat(solid, every, [range(1, len(every) + 1)], more)))
+    assert {side: len(facets) for side, facets in mesh.boundaries.items()} == {"skin": 1, "upper": 1}
+    assert list(mesh.subdomains) == ["body"]
+
+
+@pytest.mark.parametrize(
+    ("sets", "regions"),
+    [
+        ("", ["Pad"]),
+        (
+            "*Elset, elset=First, instance=Pad-1\n1,\n*Elset, elset=Second, instance=Pad-1\nFirst,\n",
+            ["First", "Second"],
+        ),
+    ],
+)
+def test_a_part_is_a_region_where_no_set_is_and_sets_have_sets(tmp_path, sets, regions):
+    part = flat("CPE4", SQUARE, [(1, 2, 3, 4)]).replace(", ELSET=body", "")
+    instance = "*Assembly, name=All\n*Instance, name=Pad-1, part=Pad\n*End Instance\n"
+    mesh = read_mesh(write(tmp_path / "deck.inp", f"*Part, name=Pad\n{part}*End Part\n{instance}{sets}*End Assembly\n"))
+    assert list(mesh.subdomains) == regions
 
 
 MIXED = flat("CPE4", [(0, 0), (1, 0), (1, 1), (0, 1), (2, 0)], [(1, 2, 3, 4)])
@@ -115,8 +130,8 @@ MIXED = flat("CPE4", [(0, 0), (1, 0), (1, 1), (0, 1), (2, 0)], [(1, 2, 3, 4)])
     ],
 )
 def test_flat_decks(tmp_path, more, boundaries, regions):
-    write(tmp_path, "*Nset, nset=low\n1, 2\n", "more.inp")
-    mesh = read_mesh(write(tmp_path, f"{MIXED}\n{more}\n"), "mm")
+    write(tmp_path / "more.inp", "*Nset, nset=low\n1, 2\n")
+    mesh = read_mesh(write(tmp_path / "deck.inp", f"{MIXED}\n{more}\n"), "mm")
     assert {name: len(facets) for name, facets in mesh.boundaries.items()} == boundaries
     assert {name: len(cells) for name, cells in mesh.subdomains.items()} == regions
     assert mesh.p.max() in {1e-3, 2e-3}
@@ -139,18 +154,28 @@ def test_decks_that_meshio_writes_are_read(tmp_path, element, caplog):
 
 def test_two_instances_of_a_part_are_told_apart(tmp_path):
     second = "*Instance, name=Pad-2, part=Pad\n 0., 5., 0.\n*End Instance\n**\n*Instance, name=Stamp-1"
-    mesh = read_mesh(write(tmp_path, CAE.replace("*Instance, name=Stamp-1", second)))
+    around = "*Surface, name=Around\nOuter layer,\n** Section:"
+    text = CAE.replace("*Instance, name=Stamp-1", second).replace("** Section:", around)
+    mesh = read_mesh(write(tmp_path / "deck.inp", text))
     # Sets of the preprocessor's own are called by their material in both.
     counts = {"Gel": 4, "Pad-1.Outer layer": 2, "Pad-2.Outer layer": 2, "Pad-1.Half": 3, "Pad-2.Half": 3}
     assert {name: len(cells) for name, cells in mesh.subdomains.items()} == counts
     assert mesh.p.T.max(axis=0) == pytest.approx([10.0, 7.0])
+    # A surface without sides of its own takes those that are free, in every instance.
+    assert [len(mesh.boundaries[f"Pad-{number}.Around"]) for number in (1, 2)] == [4, 4]
+
+
+ANALYTICAL = "*Surface, type=SEGMENTS, name=Plate\nSTART, 0., 0.\nLINE, 5., 0.\n"
+COMBINED = "*Surface, name=Both, combine=union\nTouch, Round\n"
 
 
 def test_what_is_not_taken_is_listed_once(tmp_path, caplog):
-    path = write(tmp_path, CAE)
+    text = CAE.replace("name=Stamp-1, part=STAMP\n", f"name=Stamp-1, part=STAMP\n{ANALYTICAL}")
+    path = write(tmp_path / "deck.inp", text.replace("*End Assembly", f"{COMBINED}*End Assembly"))
     with caplog.at_level("INFO"):
-        read_mesh(path)
-    listed = "*Step; *Material; *Hyperelastic; sets and surfaces with no cell and no side: All, Corner"
+        assert "Plate" not in read_mesh(path).boundaries
+    listed = "*Step; *Material; *Hyperelastic; the surface Plate, segments; the surface Both, of others; "
+    listed += "sets and surfaces with no cell and no side: All, Corner"
     assert [record.getMessage() for record in caplog.records] == [f"{path}: without {listed}"]
 
 
@@ -159,11 +184,14 @@ def test_what_is_not_taken_is_listed_once(tmp_path, caplog):
     [
         ("1, 1, 2, 5, 4", "1, 1, 2, 5", r"\*Element: element 1 has 3 nodes, CPE4RH needs 4"),
         ("4, 5, 6, 9, 8", "4, 5, 6, 9", r"\*Element: element 4 has 3 nodes, CPE4RH needs 4"),
+        ("4, 5, 6, 9, 8", "4, 5, 6, 9,", "element 4 has 3 nodes"),
         ("4, 5, 6, 9, 8", "4, 5, 6, 99, 8", "element 4 has node 99, which is not there, .*; write them"),
         ("4, 5, 6, 9, 8", "4, 5, x, 9, 8", r"got '4, 5, x, 9, 8', needs whole numbers"),
         ("4, 5, 6, 9, 8", f"{'9' * 5000}, 5, 6, 9, 8", r"got '9+\.\.\.', needs whole numbers"),
         ("      9,           2.,           2.", "9, 2., up", r"\*Node: got '2., up', needs numbers"),
         ("      9,           2.,           2.", "9", r"\*Node: node 9 has no coordinates"),
+        ("*Node\n", "*Node, system=C\n", r"\*Node: has a system of its own, needs the x, y and z of the part; write"),
+        ("*Node\n", "*System\n1., 0., 0.\n*Node\n", r"\*System: has a system of its own"),
         (" 1,  6,  1", " 1,  6,  0", r"\*Nset: got '1, 6, 0', needs first, last and a step >= 1"),
         (" Outer layer", " Outer rim", r"\*Elset: has 'Outer rim', which is no element and no set"),
         ("_Touch_S2, S2", "_Touch_S2, S7", r"\*Surface: has the side 'S7' of a quad, needs S1, S2, S3, S4"),
@@ -184,10 +212,7 @@ def test_what_is_not_taken_is_listed_once(tmp_path, caplog):
     ],
 )
 def test_a_damaged_deck_is_one_error_with_its_line(tmp_path, before, after, message):
-    assert before in CAE
-    with pytest.raises(MeshError, match=rf"deck\.inp.*{message}") as caught:
-        read_mesh(write(tmp_path, CAE.replace(before, after, 1)))
-    assert caught.value.line == CAE[: CAE.index(before)].count("\n") + 1
+    check_damage(tmp_path / "deck.inp", CAE, before, after, message)
 
 
 @pytest.mark.parametrize(
@@ -208,4 +233,4 @@ def test_a_damaged_deck_is_one_error_with_its_line(tmp_path, before, after, mess
 )
 def test_decks_without_a_mesh_are_refused(tmp_path, text, message):
     with pytest.raises(MeshError, match=message):
-        read_mesh(write(tmp_path, text))
+        read_mesh(write(tmp_path / "deck.inp", text))

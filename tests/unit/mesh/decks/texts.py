@@ -1,9 +1,30 @@
 """Small decks in the manner of the programs that write them."""
 
+import pytest
+
+from fingerslip.errors import MeshError
+from fingerslip.mesh.io import read_mesh
+
+SQUARE = [(0, 0), (1, 0), (1, 1), (0, 1)]
+TRIANGLE = [(0, 0), (1, 0), (0, 1)]
+CUBE = [(*point, z) for z in (0, 1) for point in SQUARE]
+PRISM = [(*point, z) for z in (0, 1) for point in TRIANGLE]
+TETRAHEDRON = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+# The corners between which the further nodes of quadratic elements lie.
+BETWEEN = {
+    "CPE8": [(0, 1), (1, 2), (2, 3), (3, 0)],
+    "CPE6": [(0, 1), (1, 2), (2, 0)],
+    "C3D10": [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)],
+    "C3D15": [(0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)],
+    "C3D20": [(a, b) for i in range(4) for a, b in [(i, (i + 1) % 4)]]
+    + [(4 + i, 4 + (i + 1) % 4) for i in range(4)]
+    + [(i, 4 + i) for i in range(4)],
+}
+
 # A pad of 2 by 2 quadrilaterals of 1 mm, stood up and shifted by its instance, and a stamp beside it.
 CAE = """\
 *Heading
-** Job name: pad Model name: Model-1
+** Job name: Größe Model name: Model-1
 *Preprint, echo=NO, model=NO, history=NO, contact=NO
 **
 ** PARTS
@@ -106,6 +127,19 @@ Fixed, 1.
 Fixed, 1, 1
 *End Step
 """
+
+
+def write(path, text):
+    path.write_text(text, encoding="latin-1")
+    return path
+
+
+def check_damage(path, text, before, after, message):
+    """Check that a deck with something else in it is refused by one error, with the line of it."""
+    assert before in text
+    with pytest.raises(MeshError, match=rf"{path.name}.*{message}") as caught:
+        read_mesh(write(path, text.replace(before, after, 1)))
+    assert caught.value.line == text[: text.index(before)].count("\n") + 1
 
 
 def flat(name, points, cells, more=""):
