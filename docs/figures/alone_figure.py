@@ -11,7 +11,7 @@ import sys
 from pathlib import Path
 
 from fingerslip.detect.evaluation.scores import Estimate
-from fingerslip.report.figures.markers import assumption_figure
+from fingerslip.report.figures.detectors import assumption_figure
 from fingerslip.report.figures.style import save_figure
 
 _WORDS = 4

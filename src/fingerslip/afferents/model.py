@@ -159,6 +159,15 @@ def spikes_of(history: xr.Dataset, models: Mapping[str, AfferentModel]) -> Spike
     return Spikes(names, kinds, tuple(result[row] for row in order), float(times[0]), float(times[-1]))
 
 
+def spike_places(spikes: Spikes, history: xr.Dataset) -> Array:
+    """Return where the receptors of afferents are at rest in the history that their spikes are of, (n, dim) [m]."""
+    places = dict(zip(map(str, history["site"].values), history["site_position"].values, strict=True))
+    if strangers := [name for name in spikes.names if name not in places]:
+        fault, needs = f"are of '{strangers[0]}', which the history does not record", "need the sites of their history"
+        raise InputError("spikes", fault, needs, "take spikes_of(history, models)")
+    return np.array([places[name] for name in spikes.names])
+
+
 _Positive = Annotated[float, pydantic.Field(gt=0)]
 
 # Steps of the membrane are at most these shares of its time constant and of the rest after a spike.

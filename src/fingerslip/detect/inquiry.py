@@ -34,7 +34,7 @@ from fingerslip.detect.session import Choices
 from fingerslip.detect.training import candidate_of_name
 from fingerslip.detect.trials import TrialSet, condition_text, open_trials
 from fingerslip.errors import InputError, shorten
-from fingerslip.report.figures.markers import (
+from fingerslip.report.figures.detectors import (
     assumption_figure,
     importance_figure,
     learning_curve_figure,

@@ -202,6 +202,8 @@ def export_history(history: xr.Dataset, folder: str | Path, kind: str) -> Path:
     ResultError
         Where the files cannot be written, and for ``vtu`` of a history without snapshots.
     """
+    if kind not in FORMATS:
+        raise InputError("format", f"got '{kind}'", f"needs one of {', '.join(FORMATS)}")
     if kind not in _OF_HISTORIES:
         return export_tables(history_tables(history), folder, kind)
     with _export(Path(folder), kind) as partial:

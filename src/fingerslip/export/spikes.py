@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import datetime as dt
 import importlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from fingerslip.afferents.model import Spikes, human_afferents, spikes_of
+from fingerslip.afferents.model import Spikes, human_afferents, spike_places, spikes_of
 from fingerslip.afferents.signals import record_bandwidth
 from fingerslip.errors import InputError
 from fingerslip.slip.events import find_events
 from fingerslip.slip.windows import EVENTS
+from fingerslip.snapshot import in_space
 from fingerslip.storage.files import digest, new_file
 from fingerslip.version import __version__
 
@@ -92,9 +91,11 @@ def write_nwb(
     Raises
     ------
     InputError
-        Where PyNWB is not installed.
+        Where PyNWB is not installed; of no afferents, and of those of receptors that the history does not have.
     """
     pynwb = _optional("pynwb", "PyNWB")
+    if not spikes.names:
+        raise InputError("spikes", "have no afferents", "need one or more")
     file = pynwb.NWBFile(
         session_description=_ABOUT,
         identifier=digest(list(spikes.names), *spikes.times),
@@ -103,13 +104,13 @@ def write_nwb(
         data_collection="No tissue was recorded from: thresholds of the models of afferents are assumed.",
         notes="" if history is None else f"The records resolve {record_bandwidth(history):.3g} Hz.",
     )
-    places = _places(history) if history is not None else {}
+    places = None if history is None else in_space(spike_places(spikes, history))
     file.add_unit_column("site", "name of the receptor")
     file.add_unit_column("kind", "type of afferent")
-    if places:
+    if places is not None:
         file.add_unit_column("position", "place of the receptor at rest [m]: along the slide, up, across")
-    for name, kind, times in zip(spikes.names, spikes.kinds, spikes.times, strict=True):
-        where = {"position": places[name]} if places else {}
+    for number, (name, kind, times) in enumerate(zip(spikes.names, spikes.kinds, spikes.times, strict=True)):
+        where = {} if places is None else {"position": places[number]}
         file.add_unit(spike_times=times, obs_intervals=[[spikes.start, spikes.end]], site=name, kind=kind, **where)
     if history is not None:
         for name, unit, values in _signals(history):
@@ -134,13 +135,6 @@ def _signals(history: xr.Dataset) -> Iterator[tuple[str, str, Any]]:
     for variable, words in (("counterface_force", "force"), ("counterface_displacement", "displacement")):
         for number, name in enumerate(history["counterface"].values):
             yield f"{words}_{name}", str(history[variable].attrs["units"]), history[variable].values[:, number]
-
-
-def _places(history: xr.Dataset) -> Mapping[str, Any]:
-    """Return the place of each site at rest, (3,) [m]."""
-    positions = history["site_position"].values
-    padded = np.pad(positions, ((0, 0), (0, 3 - positions.shape[1])))
-    return dict(zip(map(str, history["site"].values), padded, strict=True))
 
 
 def _slip_times(history: xr.Dataset) -> dict[str, float]:

@@ -1,5 +1,6 @@
 """Spikes in files of NWB and in Neo's blocks are those of the afferents, with what the fingertip felt beside them."""
 
+import dataclasses
 import datetime as dt
 import sys
 
@@ -82,6 +83,20 @@ def test_a_block_of_neo_has_trains_signals_and_slip_events(felt):
     assert slip.labels.tolist() == ["incipient", "noticed", "three_quarter", "overall"]
     assert slip.magnitude.tolist() == [times.incipient, times.noticed, times.three_quarter, times.overall]
     assert len(fs.neo_block(SPIKES).segments[0].events) == 0
+
+
+@pytest.mark.parametrize(
+    ("spikes", "message"),
+    [
+        (fs.Spikes((), (), (), 0.0, 3.0), "spikes: have no afferents, need one or more"),
+        (dataclasses.replace(SPIKES, names=("FA-I-01", "FA-I-02", "x")), "spikes: are of 'x', which the history does"),
+    ],
+)
+def test_spikes_of_no_receptors_or_others_are_refused(spikes, message, felt, tmp_path):
+    pytest.importorskip("pynwb")
+    with pytest.raises(InputError, match=message):
+        fs.write_nwb(spikes, tmp_path / "spikes.nwb", felt)
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""The deformed body in 2D and 3D: sections and lit views with a field, cuts, its contact seen from below, its nodes."""
+"""The deformed body in 2D and 3D: sections and lit views with a field, cuts, its nodes."""
 
 from __future__ import annotations
 
@@ -10,27 +10,26 @@ import numpy as np
 import xarray as xr
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from matplotlib.tri import Triangulation
 from numpy.typing import NDArray
 
-from fingerslip.contact.frames import sliding_direction
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import ResultError
 from fingerslip.history import is_solid, nearest_record, nearest_snapshot, site_kinds, sites_of_kinds
 from fingerslip.report import colours as palette
 from fingerslip.report.figures import style
+from fingerslip.report.figures.patches import fill_states, slide_moments
 from fingerslip.report.scene.names import Scalar
 from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.report.scene.scene import (
     CORNERS,
     OF_CELLS,
     check_options,
-    contact_levels,
     field_limits,
     middle_cut,
     region_names,
@@ -41,15 +40,10 @@ from fingerslip.report.scene.viewer import stills
 from fingerslip.slip import (
     Events,
     contact_patch,
-    patch_series,
     slide_tangent,
     slide_window,
-    surface_strain_rates,
-    surface_strains,
 )
-from fingerslip.slip.patch import Patch as ContactPatch
-from fingerslip.slip.patch import triangle_states
-from fingerslip.slip.windows import EVENTS, MAIN_EVENTS, counterface_normal
+from fingerslip.slip.windows import EVENTS, MAIN_EVENTS
 from fingerslip.snapshot import flat_faces
 
 Floats = NDArray[np.float64]
@@ -67,13 +61,22 @@ def has_pictures(history: xr.Dataset) -> bool:
 def draw_contact(axes: Axes, history: xr.Dataset, moment: float, *, scaled: bool = True) -> None:
     """Draw the contact at about a time [s]: the section that is pressed in 2D, in 3D what sticks, from below."""
     if is_solid(history):
-        _fill_states(axes, contact_patch(history), history, nearest_record(history, moment))
+        fill_states(axes, contact_patch(history), history, nearest_record(history, moment))
         axes.set_axis_off()
     else:
         limits = field_limits(history, SceneOptions())
         draw_section(axes, history, nearest_snapshot(history, moment), "von_mises", limits, scaled=False)
     if scaled:
         _draw_scale(axes)
+
+
+def contact_keys(history: xr.Dataset) -> dict[str, Artist]:
+    """Return the keys of what :func:`draw_contact` draws; the stress of sections is light at zero, dark at its end."""
+    keys = style.state_keys((STICK, SLIP))
+    if not is_solid(history):
+        _, top = field_limits(history, SceneOptions())
+        keys[f"von Mises stress, light 0 to dark {top:.2g} kPa"] = Patch(color=mpl.colormaps[palette.FIELD_MAP](0.5))
+    return keys
 
 
 def frame_times(history: xr.Dataset, events: Events, names: Sequence[str] = MAIN_EVENTS) -> dict[float, str]:
@@ -279,207 +282,6 @@ def crop(pictures: Iterable[Pixels]) -> list[Pixels]:
     if rows.size == 0:
         return whole
     return [picture[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1] for picture in whole]
-
-
-_STRAIN_NAMES = {"along": "strain along the slide", "across": "strain across the slide", "shear": "shear strain"}
-_APART = (0.92, 0.93, 0.94, 1.0)
-_LABELS = ("along the slide [mm]", "across the slide [mm]")
-_FRAMES = 9
-_STRAIN_FRAMES = 4
-_AROUND = 0.8  # mm
-
-
-@style.with_style
-def slip_frames_figure(
-    history: xr.Dataset, events: Events = style.NO_EVENTS, times: Sequence[float] | None = None, title: str = ""
-) -> Figure:
-    """Draw where the contact sticks and slips, in frames over time [s]."""
-    patch = contact_patch(history)
-    moments = _moments_with_events(history, events) if times is None else np.asarray(times, dtype=float)
-    heading = style.join_title("Stick and slip of the contact, seen from below", title)
-    figure, panels = style.figure_grid(len(moments), 3, _panel_size(history, patch, 2.6), heading, _LABELS)
-    events_read = style.event_times(events.slip)
-    for axes, moment, before in zip(panels, moments, [np.inf, *moments[:-1]], strict=True):
-        _fill_states(axes, patch, history, nearest_record(history, moment))
-        passed = ", ".join(EVENTS[name] for name, time in events_read.items() if before < time <= moment)
-        axes.set_title(f"{moment:.3f} s{f', after {passed}' if passed else ''}")
-    style.add_legend(figure, style.state_keys((STICK, SLIP, OPEN)))
-    return figure
-
-
-@style.with_style
-def surface_strain_figure(
-    history: xr.Dataset, events: Events = style.NO_EVENTS, component: str = "along", title: str = ""
-) -> Figure:
-    """Draw the Green-Lagrange strain of the skin surface and its rate over the contact at four times of the slide."""
-    patch = contact_patch(history)
-    strains = surface_strains(history, patch).sel(strain_component=component)
-    moments, name = slide_moments(history, events, _STRAIN_FRAMES), _STRAIN_NAMES[component]
-    heading = style.join_title(f"Green-Lagrange {name}, and its rate, seen from below", title)
-    size = _panel_size(history, patch, 2.5)
-    figure, panels = style.figure_grid(2 * len(moments), len(moments), size, heading, _LABELS)
-    fields = ((strains, f"{name} [%]"), (surface_strain_rates(strains), "its rate [%/s]"))
-    for row, (field, label) in enumerate(fields):
-        row_panels = panels[row * len(moments) : (row + 1) * len(moments)]
-        colours = _draw_fields(row_panels, history, patch, 100.0 * field, moments)
-        figure.colorbar(colours, ax=list(row_panels), label=label, shrink=0.9, extend="both")
-    return figure
-
-
-def _draw_fields(
-    panels: Sequence[Axes], history: xr.Dataset, patch: ContactPatch, field: xr.DataArray, moments: Floats
-) -> ScalarMappable:
-    """Draw a field on the triangles in contact at some times, in colours that share one scale about zero."""
-    steps = [nearest_record(history, moment) for moment in moments]
-    touching = field["touching"].values
-    sizes = np.concatenate([np.abs(field.values[step][touching[step]]) for step in steps] + [np.zeros(1)])
-    top = float(np.quantile(sizes, 0.98)) or 1.0
-    colours = ScalarMappable(Normalize(-top, top), "RdBu_r")
-    for axes, moment, step in zip(panels, moments, steps, strict=True):
-        paint = colours.to_rgba(field.values[step])
-        paint[~touching[step]] = _APART
-        _fill_patch(axes, patch, history, paint)
-        axes.set_title(f"{moment:.3f} s")
-    return colours
-
-
-def _fill_states(axes: Axes, patch: ContactPatch, history: xr.Dataset, step: int) -> None:
-    """Fill what is open, slips and sticks; the edges are where pressure ends and the tractions reach their limit."""
-    touch, stick = contact_levels(history, patch, step)
-    _fill_patch(axes, patch, history, palette.STATE_COLOURS[OPEN])
-    for state, level in ((SLIP, touch), (STICK, stick)):
-        if level.max() > 0.0:
-            levels, colour = [0.0, level.max()], palette.STATE_COLOURS[state]
-            mesh = Triangulation(1e3 * patch.points[:, 0], 1e3 * patch.points[:, 1], patch.triangles)
-            axes.tricontourf(mesh, level, levels=levels, colors=[colour])
-
-
-def _fill_patch(axes: Axes, patch: ContactPatch, history: xr.Dataset, colours: str | Floats) -> None:
-    """Fill the triangles of the patch and frame what ever touches."""
-    _fill_triangles(axes, 1e3 * patch.points[patch.triangles], colours)
-    _set_frame(axes, *_touched_frame(history, patch, patch.points))
-
-
-def _fill_triangles(axes: Axes, corners: Floats, colours: str | Floats) -> None:
-    """Fill triangles (n, 3, 2) [mm] without borders between them."""
-    axes.add_collection(PolyCollection(list(corners), facecolors=colours, edgecolors="face", linewidths=0.2))
-
-
-def _set_frame(axes: Axes, low: Floats, high: Floats) -> None:
-    axes.grid(visible=False)
-    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
-
-
-def _touched_frame(history: xr.Dataset, patch: ContactPatch, points: Floats) -> tuple[Floats, Floats]:
-    """Return two corners (2,) [mm] around all points (n, 2) [m] that ever touch, or around all where none does."""
-    ever = (history["contact_state"].values[:, patch.nodes] != OPEN).any(axis=0)
-    framed = 1e3 * (points[ever] if ever.any() else points)
-    return framed.min(axis=0) - _AROUND, framed.max(axis=0) + _AROUND
-
-
-def _panel_size(history: xr.Dataset, patch: ContactPatch, width: float) -> tuple[float, float]:
-    """Return the size of a panel [inch] that the patch fills, with room for title and labels."""
-    low, high = _touched_frame(history, patch, patch.points)
-    return width, min(max((width - 0.4) * (high[1] - low[1]) / (high[0] - low[0]), 1.0), 3.0) + 0.5
-
-
-def slide_moments(history: xr.Dataset, events: Events, count: int) -> Floats:
-    """Return times of records from the start of the slide to shortly after overall slip, or all of a run without it."""
-    times = history["time"].values
-    window = slide_window(history)
-    start, end = (window.start, window.end) if window else (float(times[0]), float(times[-1]))
-    if events.overall is not None:
-        end = min(end, events.overall + 0.1 * (events.overall - start))
-    moments: Floats = times[[nearest_record(history, moment) for moment in np.linspace(start, end, count)]]
-    return moments
-
-
-def _moments_with_events(history: xr.Dataset, events: Events) -> Floats:
-    """Return evenly spaced times, the nearest ones moved to the first records after the events."""
-    moments, times = slide_moments(history, events, _FRAMES), history["time"].values
-    free = np.arange(1, moments.size)
-    for event in style.event_times(events.slip).values():
-        if not moments[0] < event <= moments[-1] or free.size == 0:
-            continue
-        record = times[min(int(np.searchsorted(times, event)), times.size - 1)]
-        chosen = free[np.abs(moments[free] - record).argmin()]
-        moments[chosen] = record
-        free = free[free != chosen]
-    return np.sort(moments)
-
-
-_COLUMNS, _WIDTH = 4, 2.0
-_STUCK = (0.12, 0.16, 0.2, 1.0)
-_ARROW = 0.3
-
-
-@style.with_style
-def slip_onset_figure(histories: Mapping[str, xr.Dataset], counterface: int = 0) -> Figure:
-    """Draw when each part of the contact slips for good, a panel for each run, all in the same axes of the plate."""
-    patches = {title: contact_patch(history, counterface) for title, history in histories.items()}
-    onsets = {title: _onsets(history, patches[title]) for title, history in histories.items()}
-    latest = max((float(np.nanmax(times, initial=0.0)) for times in onsets.values()), default=0.0)
-    colours = ScalarMappable(Normalize(0.0, latest or 1.0), "viridis_r")
-    # Two axes of the plate that do not depend on the slide.
-    normal = counterface_normal(next(iter(histories.values())), counterface)
-    plate = np.array([first := sliding_direction(normal), np.cross(first, normal)])
-    points = {
-        title: history["contact_position"].values[patches[title].nodes] @ plate.T
-        for title, history in histories.items()
-    }
-    frames = [_touched_frame(history, patches[title], points[title]) for title, history in histories.items()]
-    low, high = np.min([first for first, _ in frames], axis=0), np.max([last for _, last in frames], axis=0)
-    size = _WIDTH, min(_WIDTH * (high[1] - low[1]) / (high[0] - low[0]), 3.0) + 0.4
-    along, across = (f"{'xyz'[int(np.abs(axis).argmax())]} [mm]" for axis in plate)
-    heading = "When each part of the contact slips for good, seen from below"
-    figure, panels = style.figure_grid(len(histories), min(_COLUMNS, len(histories)), size, heading, (along, across))
-    for axes, (title, times) in zip(panels, onsets.items(), strict=True):
-        paint, touched = colours.to_rgba(times), ~(times < 0.0)
-        paint[np.isnan(times)] = _STUCK
-        _fill_triangles(axes, 1e3 * points[title][patches[title].triangles][touched], paint[touched])
-        # The direction of the plate over the middle of the panel.
-        half = 0.5 * _ARROW * float(np.min(high - low)) * (patches[title].axes[0] @ plate.T)
-        start, end = (tuple(0.5 * (low + high) + sign * half) for sign in (-1.0, 1.0))
-        look = {"arrowstyle": "-|>", "color": palette.BLACK, "linewidth": 1.6}
-        axes.annotate("", xy=end, xytext=start, arrowprops=look, zorder=5)
-        _set_frame(axes, low, high)
-        axes.set_title(title)
-    figure.colorbar(colours, ax=list(panels), label="time into the slide [s]", shrink=0.8)
-    return figure
-
-
-def _onsets(history: xr.Dataset, patch: ContactPatch) -> Floats:
-    """Return the time from the start of the slide at which each triangle has stuck for the last time [s].
-
-    NaN where it sticks to the end, minus one where it never touches during the slide.
-    """
-    window = slide_window(history)
-    times = history["time"].values
-    records = np.arange(times.size)[window.records] if window else np.arange(times.size)
-    states = np.stack([triangle_states(history, patch, int(record)) for record in records])
-    sticks = states == STICK
-    last = sticks.shape[0] - 1 - sticks[::-1].argmax(axis=0)
-    following = np.minimum(last + 1, records.size - 1)
-    onset = np.where(sticks.any(axis=0), times[records[following]] - times[records[0]], 0.0)
-    onset[sticks[-1]] = np.nan
-    onset[(states == OPEN).all(axis=0)] = -1.0
-    return np.asarray(onset, dtype=float)
-
-
-@style.with_style
-def stick_ratio_figure(histories: Mapping[str, xr.Dataset], title: str = "") -> Figure:
-    """Draw the stick ratio against the tangential force over the normal force."""
-    heading = style.join_title("Stick ratio against tangential force", title)
-    labels = ("tangential force / normal force", "sticking share of the contact area")
-    figure, (axes,) = style.figure_grid(1, 1, (5.2, 3.4), heading, labels)
-    for name, history in histories.items():
-        window, series = slide_window(history), patch_series(history)
-        chosen = series.isel(time=window.records) if window else series
-        axes.plot(chosen["force_ratio"], chosen["stick_ratio"], label=name, linewidth=1.4)
-    axes.set_ylim(-0.03, 1.03)
-    if len(histories) > 1:
-        axes.legend(fontsize=8)
-    return figure
 
 
 _JERK = 0.05  # s

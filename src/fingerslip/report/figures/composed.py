@@ -7,21 +7,18 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from matplotlib import colormaps
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import ConnectionPatch, Patch
+from matplotlib.patches import ConnectionPatch
 
 from fingerslip.afferents.model import Spikes
 from fingerslip.contact.states import SLIP, STICK
 from fingerslip.history import is_solid, nearest_record, nearest_snapshot
-from fingerslip.report.colours import FIELD_MAP, GREY
+from fingerslip.report.colours import GREY
 from fingerslip.report.figures import style
-from fingerslip.report.figures.bodies import draw_contact, has_pictures, slide_moments
+from fingerslip.report.figures.bodies import contact_keys, draw_contact, has_pictures
+from fingerslip.report.figures.patches import slide_moments
 from fingerslip.report.figures.signals import draw_forces, draw_raster, draw_ratios, draw_states, draw_stimulus
-from fingerslip.report.scene.options import SceneOptions
-from fingerslip.report.scene.scene import field_limits
 from fingerslip.slip import Events
 
 _STIMULUS, _PICTURES, _STATES, _RASTER, _SERIES = 0.7, 1.3, 1.0, 0.8, 1.0  # inch
@@ -69,14 +66,8 @@ def composed_figure(
     draw_stimulus(stimulus, history.isel(time=seen), times[seen])
     style.mark_panels([stimulus, *others, forces, ratios], history, events.slip)
     style.letter_panels([*lettered, *others, forces, ratios])
-    style.add_legend(figure, style.state_keys((STICK, SLIP)) | (_stress_key(history) if is_flat and moments else {}))
+    style.add_legend(figure, contact_keys(history) if moments else style.state_keys((STICK, SLIP)))
     return figure
-
-
-def _stress_key(history: xr.Dataset) -> dict[str, Artist]:
-    """Return the key of what colours the sections: from light at zero to dark at the end of the scale."""
-    _, top = field_limits(history, SceneOptions())
-    return {f"von Mises stress, light 0 to dark {top:.2g} kPa": Patch(color=colormaps[FIELD_MAP](0.5))}
 
 
 def picture_times(history: xr.Dataset, events: Events) -> list[float]:

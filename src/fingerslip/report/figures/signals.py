@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
 
 import matplotlib as mpl
 import numpy as np
@@ -17,11 +16,12 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from fingerslip.afferents.model import Spikes, resolved_afferents, spike_places
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.history import sites_of_kinds
 from fingerslip.report import colours as palette
 from fingerslip.report.figures import style
-from fingerslip.report.figures.bodies import draw_contact, frame_times, has_pictures
+from fingerslip.report.figures.bodies import contact_keys, draw_contact, frame_times, has_pictures
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import (
     Events,
@@ -36,9 +36,6 @@ from fingerslip.slip import (
     slipping_fraction,
 )
 from fingerslip.slip.windows import split_along
-
-if TYPE_CHECKING:
-    from fingerslip.afferents.model import Spikes
 
 Floats = NDArray[np.float64]
 
@@ -74,9 +71,9 @@ def force_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, title: s
     panels = every[::columns]
     draw_forces(panels[0], history, time.values)
     draw_ratios(panels[1], history, time.values)
-    panels[1].set_ylabel("ratio, fraction")
-    for axes in panels:
-        style.add_keys_inside(axes)
+    panels[1].set(ylabel="ratio, fraction", ylim=(-0.03, _KEYS_ROOM * panels[1].get_ylim()[1]))
+    for axes, where in zip(panels, ("best", "upper left"), strict=True):
+        style.add_keys_inside(axes, loc=where)
         time.fit(axes)
     style.mark_panels(panels, history, events.slip)
     for axes, (moment, words) in zip(every[1::2], moments.items(), strict=False):
@@ -84,7 +81,7 @@ def force_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, title: s
         style.name_panel(axes, f"{moment:.3f} s, {words}", 2)
     for unused in every[1 + 2 * len(moments) :: 2] if moments else ():
         unused.set_visible(False)
-    style.add_legend(figure, style.state_keys((STICK, SLIP)) if moments else {})
+    style.add_legend(figure, contact_keys(history) if moments else {})
     return figure
 
 
@@ -419,9 +416,6 @@ def spike_figure(
 
     Rows are ordered by place along the slide. Mean rates are counted in windows [s] of at least ten records.
     """
-    # Models of afferents are slow to load, and pages of runs do without.
-    from fingerslip.afferents.model import resolved_afferents
-
     kinds = tuple(dict.fromkeys(spikes.kinds))
     times, heading = history["time"].values, style.join_title("Spikes of afferents", title)
     figure, panels = style.figure_grid(len(kinds) + 2, 1, (6.8, 1.1), heading, ("time [s]", ""), share="x")
@@ -445,16 +439,12 @@ def spike_figure(
 
 def draw_raster(axes: Axes, spikes: Spikes, history: xr.Dataset, kind: str) -> None:
     """Draw the spikes of one type, a row for each afferent, ordered by place along the slide, which the ticks say."""
-    along = 1e3 * history["site_position"].values @ slide_tangent(history)
-    places = dict(zip(map(str, history["site"].values), along.tolist(), strict=True))
-    rows = zip(spikes.names, spikes.kinds, spikes.times, strict=True)
-    trains = sorted(
-        ((places[name], times) for name, its_kind, times in rows if its_kind == kind), key=lambda row: row[0]
-    )
+    along = 1e3 * spike_places(spikes, history) @ slide_tangent(history)
+    rows = [row for row in along.argsort(kind="stable") if spikes.kinds[row] == kind]
     colour = palette.RECEPTOR_COLOURS.get(kind, palette.BLACK)
-    axes.eventplot([times for _, times in trains], colors=colour, linewidths=0.6, linelengths=0.8)
-    axes.set_ylabel(f"{len(trains)} {kind}\nby place", color=colour)
-    axes.set_ylim(-0.8, len(trains) - 0.2)
-    ends = (0, len(trains) - 1) if len(trains) > 1 else (0,)
-    axes.set_yticks(ends, [f"{trains[row][0]:.1f} mm".replace("-", "\N{MINUS SIGN}") for row in ends])
+    axes.eventplot([spikes.times[row] for row in rows], colors=colour, linewidths=0.6, linelengths=0.8)
+    axes.set_ylabel(f"{len(rows)} {kind}\nby place", color=colour)
+    axes.set_ylim(-0.8, len(rows) - 0.2)
+    ends = (0, len(rows) - 1) if len(rows) > 1 else (0,)
+    axes.set_yticks(ends, [f"{along[rows[end]]:.1f} mm".replace("-", "\N{MINUS SIGN}") for end in ends])
     axes.grid(visible=False)

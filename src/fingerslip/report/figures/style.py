@@ -32,6 +32,7 @@ from matplotlib.ticker import FixedFormatter, FuncFormatter
 from numpy.typing import NDArray
 from PIL import Image
 
+from fingerslip.errors import InputError
 from fingerslip.history import phase_times
 from fingerslip.report.colours import (
     BLACK,
@@ -273,6 +274,7 @@ def join_title(title: str, more: str) -> str:
 
 
 _DOTS_PER_INCH = 150
+_ENDINGS = (".png", ".svg", ".pdf")
 # Text that can be searched and edited: whole fonts, which journals ask for, and words instead of outlines.
 _TEXT: Any = {"pdf.fonttype": 42, "svg.fonttype": "none"}
 
@@ -315,6 +317,8 @@ def save_figure(figure: Figure, path: str | Path) -> None:
 
     Raises
     ------
+    InputError
+        For another ending.
     ResultError
         Where the file cannot be written.
 
@@ -325,6 +329,8 @@ def save_figure(figure: Figure, path: str | Path) -> None:
         fs.save_figure(fs.draw(history, style="paper"), "slip.pdf")
     """
     path = Path(path)
+    if path.suffix.lower() not in _ENDINGS:
+        raise InputError("save_figure", f"got '{path}'", f"needs a file that ends in {', '.join(_ENDINGS)}")
     # The layout of panels to scale settles in a second pass, which a file is worth.
     figure.draw_without_rendering()
     write_bytes(path, figure_bytes(figure, path.suffix.removeprefix(".").lower()))

@@ -18,12 +18,13 @@ from fingerslip.report.content import (
     OF_RUNS,
     RUN_FIGURES,
     STUDY_FIGURES,
+    STYLES,
     FigureKind,
     ReportContent,
     RunPictures,
     RunSubject,
 )
-from fingerslip.report.figures import bodies, markers, signals, study
+from fingerslip.report.figures import bodies, markers, patches, signals, study
 from fingerslip.report.figures.composed import composed_figure
 from fingerslip.report.figures.specimens import mesh_figure, receptor_positions, section_figure
 from fingerslip.report.figures.style import is_held, looking
@@ -45,8 +46,8 @@ _DRAW_STUDIES: Mapping[str, Callable[[StudySubject], Figure]] = {
     "latency": lambda s: study.latency_figure(s.runs, s.path, s.reference),
     "events": lambda s: study.event_times_figure(s.runs, s.path, s.reference, s.starts or None),
     "sensitivity": lambda s: study.indices_figure(s.sensitivities),
-    "slip-onset": lambda s: bodies.slip_onset_figure(s.histories),
-    "stick-ratio": lambda s: bodies.stick_ratio_figure(s.histories),
+    "slip-onset": lambda s: patches.slip_onset_figure(s.histories),
+    "stick-ratio": lambda s: patches.stick_ratio_figure(s.histories),
     "slip-maps": lambda s: signals.slip_maps_figure(s.histories, s.events),
     "force-ratios": lambda s: signals.force_overview_figure(s.histories, s.events),
     "acceleration-peaks": lambda s: signals.acceleration_overview_figure(s.histories, s.events, s.peaks),
@@ -56,9 +57,9 @@ _DRAW_RUNS: Mapping[str, Callable[[RunSubject], Figure]] = {
     "deformed": lambda r: bodies.deformed_figure(r.history, r.events, r.options, r.times or None),
     "slip-map": lambda r: signals.slip_maps_figure({r.title: r.history}, {r.title: r.events}),
     "displacement": lambda r: signals.contact_displacement_figure(r.history, r.events, r.title),
-    "slip-frames": lambda r: bodies.slip_frames_figure(r.history, r.events, r.times or None, r.title),
-    "stick-ratio": lambda r: bodies.stick_ratio_figure({r.title: r.history}, title=r.title),
-    "surface-strain": lambda r: bodies.surface_strain_figure(r.history, r.events, title=r.title),
+    "slip-frames": lambda r: patches.slip_frames_figure(r.history, r.events, r.times or None, r.title),
+    "stick-ratio": lambda r: patches.stick_ratio_figure({r.title: r.history}, title=r.title),
+    "surface-strain": lambda r: patches.surface_strain_figure(r.history, r.events, title=r.title),
     "reference-nodes": lambda r: bodies.reference_nodes_figure(r.history, r.events, r.title),
     "cut": lambda r: bodies.cut_frames_figure(r.history, r.events, r.title),
     "markers": lambda r: markers.slide_tracks_figure(marker_tracks(r.history), r.history, r.title),
@@ -174,7 +175,7 @@ def draw(
     Raises
     ------
     InputError
-        For a kind that is not there, or that shows histories of another dimension.
+        For a kind or style that is not there, or a kind that shows histories of another dimension.
     ResultError
         Where the history lacks what the figure shows, such as snapshots.
 
@@ -184,8 +185,9 @@ def draw(
 
         fs.save_figure(fs.draw(history, "spikes", style="paper"), "spikes.pdf")
     """
-    if kind not in OF_RUNS:
-        raise InputError("kind", f"got '{kind}'", f"needs one of {', '.join(OF_RUNS)}")
+    for name, value, allowed in (("kind", kind, OF_RUNS), ("style", style, STYLES)):
+        if value not in allowed:
+            raise InputError(name, f"got '{value}'", f"needs one of {', '.join(allowed)}")
     marked = find_events(history) if events is None else events
     with looking(style):
         return draw_of_run(kind, RunSubject(history, marked, times=tuple(times), title=title, afferents=afferents))
@@ -248,8 +250,11 @@ def hero_pictures(content: ReportContent) -> list[Picture]:
     history = content.histories[run.name]
     if not bodies.has_pictures(history):
         return swept
-    figure = _DRAW_RUNS["composed"](RunSubject(history, run.events, title=content.titles[run.name] if swept else ""))
-    return [*swept, Picture("answer", prose("captions", "answer"), figure)]
+    subject = RunSubject(history, run.events, title=content.titles[run.name] if swept else "")
+    spikes = run_spikes(subject)
+    along = "" if is_solid(history) else prose("captions", "answer-along")
+    caption = prose("captions", "answer-spikes" if spikes else "answer", {"along": along})
+    return [*swept, Picture("answer", caption, composed_figure(history, run.events, spikes, subject.title))]
 
 
 def swept_pictures(content: ReportContent, which: slice = slice(None)) -> list[Picture]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -19,6 +20,7 @@ from fingerslip.slip import EventSettings
 from fingerslip.study.storage.reporting import (
     DEFAULT,
     STUDY_FILE,
+    SWEPT,
     read_results,
     read_run_values,
     read_stored_run,
@@ -98,8 +100,8 @@ class _Facts:
 
     def largest(self, name: str) -> float | None:
         """Return the largest of a number of the runs."""
-        numbers = [float(run.numbers[name] or 0.0) for run in self.study.runs if run.numbers.get(name) is not None]
-        return max(numbers, default=None)
+        numbers = (run.numbers.get(name) for run in self.study.runs)
+        return max((float(number) for number in numbers if number is not None), default=None)
 
 
 def methods_and_papers(folder: Path, *, only_bibtex: bool = False) -> str:
@@ -129,7 +131,7 @@ def _facts_of(folder: Path) -> _Facts:
     meshes = {run.mesh_hash: folders[run.name] for run in reversed(study.runs)}
     histories = [read_history(path / HISTORY) for path in reversed(meshes.values())]
     return _Facts(
-        values={row.path: row for row in rows if row.source != NOT_USED},
+        values={row.path: _in_a_sentence(row) for row in rows if row.source != NOT_USED},
         attributes=[history.attrs for history in histories],
         supports=[str(name) for name in histories[0]["support"].values] if histories else [],
         study=study,
@@ -139,6 +141,12 @@ def _facts_of(folder: Path) -> _Facts:
         },
         commit=str(manifest.get("commit") or ""),
     )
+
+
+def _in_a_sentence(value: ShownValue) -> ShownValue:
+    """Return a value that differs between runs with "and" before its last one, unless some are left out."""
+    last = r", (?!…)(?=[^,()]*$|\([^()]*\)$)"
+    return dataclasses.replace(value, value=re.sub(last, " and ", value.value)) if value.source == SWEPT else value
 
 
 def _model(facts: _Facts) -> Iterator[str]:
@@ -161,9 +169,7 @@ def _model(facts: _Facts) -> Iterator[str]:
         components = facts.below("supports")
         fixed = (f"{name} ({components[name]})" if name in components else name for name in facts.supports)
         yield f"Fixed: {_enumerate(fixed)}."
-    yield "Strains and rotations were taken as " + {"small": "small.", "finite": "large."}.get(
-        kinematics := facts.text("kinematics"), f"({kinematics})."
-    )
+    yield f"Strains and rotations were taken as {facts.text('kinematics').replace('finite', 'large')}."
     yield from _mesh(facts)
 
 
@@ -328,7 +334,7 @@ def _software(facts: _Facts) -> Iterator[str]:
 
 
 def _in_words(values: Mapping[str, str]) -> str:
-    """Return values with the last parts of their paths in words; lists in brackets."""
+    """Return values with the last parts of their paths in words; brackets around what has a comma."""
     labels = short_labels(list(values))
     return ", ".join(f"{labels[path]} {f'({text})' if ',' in text else text}" for path, text in values.items())
 

@@ -74,6 +74,8 @@ def write_figure(target: Path, choice: FigureChoice, output: Path | None = None)
     for option, (value, names) in allowed.items():
         if value not in names:
             raise InputError(f"figure: {option}", f"got '{value}'", f"needs one of {', '.join(names)}")
+    if choice.kind == COMPOSED and not choice.run:
+        choice = dataclasses.replace(choice, run=_middle_run(target))
     named = f"{choice.kind}-{choice.run}" if choice.run else choice.kind
     path = output or target / f"{named}{_MP4 if choice.kind == FILM else f'.{choice.form}'}"
     if choice.kind == FILM and path.suffix.lower() != _MP4:
@@ -81,7 +83,7 @@ def write_figure(target: Path, choice: FigureChoice, output: Path | None = None)
     if choice.kind in OF_STUDIES:
         _save(_study_subject(target, choice), path, choice)
         return path
-    subject = _run_subject(_run_folder(target, choice), choice)
+    subject = _run_subject(_run_folder(target, choice.run), choice)
     if choice.kind == FILM:
         _write_film(subject, path, choice)
     else:
@@ -146,20 +148,26 @@ def _study_subject(target: Path, choice: FigureChoice) -> StudySubject:
     )
 
 
-def _run_folder(target: Path, choice: FigureChoice) -> Path:
-    """Return the folder of the run: the named one, the only one, or of the kind that every study has the middle one."""
-    name, names = choice.run, list(read_manifest(target).get("runs", {}))
+def _middle_run(target: Path) -> str:
+    """Return the name of the middle run of a study with several; the figure and its file then say it."""
+    names = list(read_manifest(target).get("runs", {}))
+    return names[len(names) // 2] if len(names) > 1 else ""
+
+
+def _run_folder(target: Path, name: str) -> Path:
+    """Return the folder of the run: the named one, or the only one."""
+    names = list(read_manifest(target).get("runs", {}))
     if not names and name not in ("", target.name):
         raise InputError("figure: --run", f"got '{name}' with the folder of a run", "needs the folder of its study")
     if not names:
         return target
     if name and name not in names:
         raise InputError("figure: --run", f"'{name}' is not there", f"needs one of {', '.join(names)}")
-    if not name and len(names) > 1 and choice.kind != COMPOSED:
+    if not name and len(names) > 1:
         raise InputError(
             "figure", f"this kind shows one run of {len(names)}", f"needs --run, one of {', '.join(names)}"
         )
-    return target / (name or names[len(names) // 2])
+    return target / (name or names[0])
 
 
 def _run_subject(folder: Path, choice: FigureChoice) -> RunSubject:
@@ -172,7 +180,8 @@ def _run_subject(folder: Path, choice: FigureChoice) -> RunSubject:
     )
     options = from_mapping(SceneOptions, {"written": False, **opened, **choice.options}, "figure")
     times = tuple(time_of_run(history, time, "figure: --time") for time in choice.times)
-    return RunSubject(history, result.events, options, times)
+    title = run_title(result, "") if choice.kind == COMPOSED and choice.run else ""
+    return RunSubject(history, result.events, options, times, title=title)
 
 
 def _write_film(subject: RunSubject, path: Path, choice: FigureChoice) -> None:

@@ -83,6 +83,7 @@ def value_rows(runs: Sequence[Run], paths: Collection[str] | None = None) -> tup
             continue
         partly = f"in {len(rows)} of {len(runs)} runs" if len(rows) < len(runs) else ""
         notes = dict.fromkeys(text for text in (partly, *(row.shown.note for row in rows)) if text)
+        texts = [f"({text})" if "," in text else text for text in texts]
         listed = ", ".join(texts) if len(texts) <= _MOST_VALUES else f"{texts[0]}, … ({len(texts)} values)"
         values.append(ShownValue(path, listed, SWEPT, "; ".join(notes)))
     return tuple(values)

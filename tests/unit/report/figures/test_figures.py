@@ -19,7 +19,7 @@ from fingerslip.marker_tracks import filmed_tracks, marker_tracks
 from fingerslip.published import published_set
 from fingerslip.report.colours import STATE_COLOURS, STIFF_COLOUR
 from fingerslip.report.content import RunSubject, StudySubject
-from fingerslip.report.figures import bodies, markers, signals, specimens, study, style
+from fingerslip.report.figures import bodies, detectors, markers, patches, signals, specimens, study, style
 from fingerslip.report.page.pictures import draw_of_run, draw_of_study
 from fingerslip.report.scene.options import SceneOptions
 from fingerslip.report.scene.scene import field_limits
@@ -110,6 +110,7 @@ FIELDS = ["displacement", "velocity", "rigid residual", "divergence [%]", "curl 
 PHALANGES = ["phalanx original", "phalanx scaled"]
 VIEWED = SceneOptions(scalar="region", contact=True, camera="below", written=False)
 AT_EVENTS = Events(slip=SlipEvents(incipient=0.06, noticed=0.07, overall=0.1))
+STRESS_KEY = f"von Mises stress, light 0 to dark {field_limits(block_history('Q4'), SceneOptions())[1]:.2g} kPa"
 LATER = Events(slip=SlipEvents(incipient=0.055, overall=0.085))
 ACROSS = [{VARIANT: name} for name in ("original", "scaled")]
 STRAIN_MODELS = {"FA-II": fs.human_afferents()["SA-I"]}
@@ -197,7 +198,7 @@ FIGURES = {
         {"Fields from markers at 0.5 s: slide", "x at rest [mm]"}),
     "fields in an image": (
         lambda: markers.fields_figure(fs.marker_fields(tracks("px")), 0.5), FIELDS, {"x at rest [px]"}),
-    "robustness": (lambda: markers.robustness_figure(DISTURBED), ["lost", "noise"], {"share of positions lost"}),
+    "robustness": (lambda: detectors.robustness_figure(DISTURBED), ["lost", "noise"], {"share of positions lost"}),
     "markers at rest": (
         lambda: markers.marker_places_figure(marker_tracks(filmed_history()), "a run"),
         ["1 internal markers, from inside", "5 external markers, from below"],
@@ -296,10 +297,32 @@ def test_ratio_reaches_the_friction_coefficient_and_is_left_out_while_hardly_any
     np.testing.assert_allclose(curves[0], curves[1], err_msg="a magnitude, whatever the direction of the slide")
 
 
+def test_the_stimulus_of_a_composed_figure_ends_where_its_axis_of_time_does():
+    plate = panels(draw_of_run("composed", RunSubject(HISTORY, SLIPPED)))[0]
+    last = plate.lines[0].get_xdata()[-1]
+    assert last <= plate.get_xlim()[1] < HISTORY["time"].values[-1]
+
+
+def test_fields_of_cells_are_drawn_as_their_means_at_nodes():
+    corners = np.array([[0, 1, 2], [1, 2, 3]])
+    assert bodies._node_means(corners, np.array([1.0, 3.0]), 5).tolist() == [1.0, 2.0, 2.0, 3.0, 0.0]
+
+
+def test_keys_of_ratios_cover_no_curve():
+    figure = signals.force_figure(block_history("Q4"), AT_EVENTS)
+    figure.draw_without_rendering()
+    (ratios,) = (axes for axes in panels(figure) if axes.get_ylabel() == "ratio, fraction")
+    highest = max(np.nanmax(np.asarray(curve.get_ydata(), dtype=float)) for curve in ratios.lines[:3])
+    lowest_key = ratios.transData.inverted().transform(ratios.get_legend().get_window_extent())[0, 1]
+    assert highest < lowest_key
+
+
 def test_forces_have_the_body_beside_at_the_start_of_the_slide_and_at_overall_slip():
     expected = ["0.050 s, start of slide", "0.100 s, overall"]
-    for element in ("Q4", "T4"):
-        assert titles(signals.force_figure(block_history(element), AT_EVENTS)) == expected
+    for element, keys in (("Q4", ["stick", "slip", STRESS_KEY]), ("T4", ["stick", "slip"])):
+        figure = signals.force_figure(block_history(element), AT_EVENTS)
+        assert titles(figure) == expected
+        assert [text.get_text() for text in figure.legends[0].get_texts()] == keys
     assert titles(signals.force_figure(block_history("Q4"))) == expected[:1]
     assert titles(signals.force_figure(HISTORY, EVENTS)) == [], "without snapshots there is none"
 
@@ -317,8 +340,7 @@ def test_pictures_of_a_run_are_led_to_their_times_on_one_axis_with_all_signals()
     )
     with style.looking("paper"):
         lettered = draw_of_run("composed", RunSubject(block_history("Q4"), AT_EVENTS))
-    top = field_limits(block_history("Q4"), SceneOptions())[1]
-    assert lettered.legends[0].get_texts()[-1].get_text() == f"von Mises stress, light 0 to dark {top:.2g} kPa"
+    assert lettered.legends[0].get_texts()[-1].get_text() == STRESS_KEY
     letters = [text for axes in panels(lettered) for text in texts(axes) if len(text) == 1]
     assert sorted(letters) == ["a", "b", "c", "d", "e"]
 
@@ -569,18 +591,18 @@ def test_every_snapshot_is_cut_once_and_white_margins_go_at_the_same_place_of_al
 
 def test_frames_end_after_overall_slip_and_strains_and_stick_ratios_have_their_rows_and_scales():
     history = block_history()
-    (triangles,) = panels(bodies.slip_frames_figure(history, times=[0.0]))[0].collections
+    (triangles,) = panels(patches.slip_frames_figure(history, times=[0.0]))[0].collections
     assert len(triangles.get_paths()) == 32
     assert len({tuple(colour) for colour in triangles.get_facecolor()}) == 1, "all open before the press"
-    _, slips, sticks = panels(bodies.slip_frames_figure(history, times=[0.06]))[0].collections
+    _, slips, sticks = panels(patches.slip_frames_figure(history, times=[0.06]))[0].collections
     assert [to_hex(zone.get_facecolor()[0]) for zone in (slips, sticks)] == [STATE_COLOURS[SLIP], STATE_COLOURS[STICK]]
-    assert len(titles(bodies.slip_frames_figure(history))) == 9
-    until = titles(bodies.slip_frames_figure(history, Events(SlipEvents(overall=0.07))))
+    assert len(titles(patches.slip_frames_figure(history))) == 9
+    until = titles(patches.slip_frames_figure(history, Events(SlipEvents(overall=0.07))))
     assert (len(until), until[0][:7], until[-1][:7]) == (9, "0.050 s", "0.070 s")
     times = history["time"].values
     events = SlipEvents(incipient=times[-4] - 1e-6, overall=times[-2] - 1e-6)
     expected = {f"{times[-4]:.3f} s, after incipient", f"{times[-2]:.3f} s, after overall"}
-    assert expected <= set(titles(bodies.slip_frames_figure(history, Events(events))))
+    assert expected <= set(titles(patches.slip_frames_figure(history, Events(events))))
     scales = [axes for axes in panels(drawn("surface-strain")) if "[" in axes.get_ylabel()]
     assert [axes.get_ylabel() for axes in scales] == ["strain along the slide [%]", "its rate [%/s]"]
     assert all(axes.get_ylim()[0] == pytest.approx(-axes.get_ylim()[1]) for axes in scales)
@@ -593,13 +615,13 @@ def test_frames_end_after_overall_slip_and_strains_and_stick_ratios_have_their_r
 def test_the_frame_holds_what_ever_touches_or_all_where_nothing_does():
     history = block_history()
     patch = contact_patch(history)
-    low, high = bodies._touched_frame(history, patch, patch.points)
+    low, high = patches._touched_frame(history, patch, patch.points)
     assert (*low, *high) == pytest.approx((-0.8, -10.8, 10.8, 0.8))
     apart = history.assign(contact_state=0 * history["contact_state"])
-    np.testing.assert_allclose(bodies._touched_frame(apart, patch, patch.points), (low, high))
+    np.testing.assert_allclose(patches._touched_frame(apart, patch, patch.points), (low, high))
     corner = 0 * history["contact_state"]
     corner[-1, patch.nodes[0]] = 1
-    low, high = bodies._touched_frame(history.assign(contact_state=corner), patch, patch.points)
+    low, high = patches._touched_frame(history.assign(contact_state=corner), patch, patch.points)
     np.testing.assert_allclose(0.5 * (low + high), 1e3 * patch.points[0], atol=1e-9)
 
 
@@ -619,20 +641,20 @@ def triangles_of(figure):
 def test_onsets_count_from_the_start_of_the_slide_on_one_scale_in_the_axes_of_the_plate():
     window = slide_window(block_history())
     early, late = window.start + 0.02, window.end - 0.01
-    figure = bodies.slip_onset_figure({name: with_states(STICK, SLIP, at) for name, at in (("a", early), ("b", late))})
+    figure = patches.slip_onset_figure({name: with_states(STICK, SLIP, at) for name, at in (("a", early), ("b", late))})
     first, second = triangles_of(figure)
     assert len({tuple(colour) for colour in first}) == len({tuple(colour) for colour in second}) == 1
     assert not np.array_equal(first[0], second[0])
     (scale,) = [axes for axes in figure.axes if "time into" in axes.get_ylabel()]
     assert scale.get_ylim()[1] == pytest.approx(late - window.start, abs=0.011)  # a record
     same = {state: with_states(state, state, 0.0) for state in (STICK, OPEN)}
-    stuck, never = triangles_of(bodies.slip_onset_figure(same))
+    stuck, never = triangles_of(patches.slip_onset_figure(same))
     assert np.allclose(stuck, stuck[0])
     assert stuck[0][:3].max() < 0.25, "dark"
     assert len(never) == 0
     history = block_history()
     turned = history.assign(counterface_displacement=-history["counterface_displacement"])
-    figure = bodies.slip_onset_figure({"there": history, "back": turned})
+    figure = patches.slip_onset_figure({"there": history, "back": turned})
     first, second = (axes for axes in figure.axes if axes.get_title("left"))
     (there,), (back,) = ([text for text in axes.texts if hasattr(text, "arrow_patch")] for axes in (first, second))
     forth = np.subtract(there.xy, there.xyann)
@@ -710,13 +732,13 @@ def test_quality_is_counted_lost_intervals_noise_at_rest_and_jumps():
 
 def test_figures_of_detectors_draw_estimates_with_their_intervals():
     points = [(4, Estimate(0.7, 0.6, 0.8), Estimate(0.6, 0.5, 0.7)), (8, Estimate(0.8, 0.7, 0.9), Estimate(0.75))]
-    (axes,) = markers.learning_curve_figure(points).axes
+    (axes,) = detectors.learning_curve_figure(points).axes
     assert [item.get_ydata().tolist() for item in axes.get_lines()] == [[0.7, 0.8], [0.6, 0.75]]
     assert [path.vertices[:, 1].tolist() for path in axes.collections[0].get_paths()] == [[0.6, 0.8], [0.7, 0.9]]
     assert ticks(axes) == ["4", "8"]
-    (axes,) = markers.importance_figure({0: Estimate(0.02, 0.01, 0.03), 1: Estimate(-0.01, -0.02, 0.0)}).axes
+    (axes,) = detectors.importance_figure({0: Estimate(0.02, 0.01, 0.03), 1: Estimate(-0.01, -0.02, 0.0)}).axes
     assert [bar.get_height() for bar in axes.patches] == pytest.approx([0.02, -0.01])
-    accuracy, unusable = markers.robustness_figure(DISTURBED).axes[0].get_lines()
+    accuracy, unusable = detectors.robustness_figure(DISTURBED).axes[0].get_lines()
     assert accuracy.get_xdata().tolist() == [0.0], "no accuracy where nothing is classified"
     assert unusable.get_ydata().tolist() == [0.0, 1.0]
 

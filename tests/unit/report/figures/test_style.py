@@ -8,7 +8,7 @@ import pytest
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from fingerslip.errors import ResultError
+from fingerslip.errors import InputError, ResultError
 from fingerslip.report.colours import EVENT_COLOURS
 from fingerslip.report.figures import signals, style
 from fingerslip.slip import Events, SlideWindow, SlipEvents, slide_window
@@ -124,6 +124,9 @@ def test_figure_is_saved_whole_with_150_dots_per_inch_and_text_for_papers_stays_
         assert (tmp_path / f"a.{suffix}").read_bytes().startswith(start)
         with pytest.raises(ResultError, match="cannot be written"):
             style.save_figure(Figure(), tmp_path / "missing" / f"a.{suffix}")
+    for name in ("a.gif", "a"):
+        with pytest.raises(InputError, match=r"needs a file that ends in \.png, \.svg, \.pdf"):
+            style.save_figure(Figure(), tmp_path / name)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.pdf", "a.png", "a.svg"]
     # Width and height stand in the header of a PNG file.
     assert struct.unpack(">II", style.figure_bytes(Figure(figsize=(2.0, 1.0)))[16:24]) == (300, 150)

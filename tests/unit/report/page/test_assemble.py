@@ -205,6 +205,20 @@ def test_a_study_in_space_has_a_report():
     assert [section.title for section in report.sections[-3:-1]] == ["angle -30 deg", "angle 30 deg"]
 
 
+@pytest.mark.parametrize(
+    ("element", "kind", "words"),
+    [
+        ("Q4", "FA-II", "times, stick and slip along it, and forces."),
+        ("T4", "FA-II", "times, and forces."),
+        ("T4", "SA-I", "times, what afferents answer, and forces. Models of afferents have assumed thresholds."),
+    ],
+)
+def test_the_answer_has_a_caption_of_what_it_shows_and_no_more(element, kind, words):
+    history = block_history(element).assign_coords(site_kind=("site", [kind]))
+    (answer,) = hero_pictures(content_of((result_of(history, "run", {}),), {"run": history}))
+    assert answer.caption == f"What the plate does, the contact at several {words}"
+
+
 def test_a_sweep_answers_with_latency_and_events_by_title_and_a_run_with_all_signals_over_time():
     content = two_runs(starts={"0.4": 1.0, "0.6": 1.0})
     assert [picture.name for picture in hero_pictures(content)] == [

@@ -126,6 +126,18 @@ def test_within_the_contact_and_its_stick_zone_levels_are_above_zero_and_nowhere
     assert scene._level(pressed > 0.0, pressed, speed, row).tolist() == pytest.approx([4 / 3, 2 / 3, -2 / 3, -4 / 3])
 
 
+def test_what_sticks_at_the_limit_of_friction_is_at_the_edge_of_the_stick_zone(history):
+    patch, friction = contact_patch(history), history["counterface_friction_coefficient"].values[0]
+    step = int(np.argmax((history["contact_state"].values == STICK).sum(axis=1)))
+    sticks = history["contact_state"].values[step, patch.nodes] == STICK
+    tangential = np.zeros_like(history["tangential_traction"].values)
+    for share, is_edge in ((1.0, True), (0.5, False)):
+        tangential[..., 0] = share * friction * history["normal_traction"].values
+        traction = history["tangential_traction"].copy(data=tangential)
+        _, stick = contact_levels(history.assign(tangential_traction=traction), patch, step)
+        assert np.all((stick[sticks] == scene._LEAST_LEVEL) == is_edge)
+
+
 @pytest.mark.parametrize(("camera", "length"), [("side", 2.0), ("oblique", 2.0)])
 def test_a_bar_has_a_round_length_below_the_body_whatever_the_camera(history, camera, length):
     plotter = drawn(history, camera=camera)

@@ -175,9 +175,22 @@ def test_a_figure_of_a_study_or_of_a_run_stands_beside_its_results(finished, for
     assert written == finished / f"latency.{form}"
     assert written.read_bytes().startswith(start)
     if form == "png":
-        assert write_figure(finished, FigureChoice("composed", form=form)).name == "composed.png", "needs no run's name"
+        assert write_figure(finished, FigureChoice("composed", form=form)).name == f"composed-{MIDDLE}.png"
     if form == "pdf":
         assert write_figure(finished, FigureChoice("forces", run=RUN, style="slides")).name == f"forces-{RUN}.pdf"
+
+
+def test_a_composed_figure_of_a_study_with_several_runs_says_which_it_shows(finished, monkeypatch):
+    drawn = []
+    monkeypatch.setattr(views, "_save", lambda subject, path, _: drawn.append((path.name, subject.title)))
+    write_figure(finished, FigureChoice("composed"))
+    write_figure(finished, FigureChoice("composed", run=RUN), finished / "other.pdf")
+    write_figure(finished / RUN, FigureChoice("composed"))
+    assert drawn == [
+        (f"composed-{MIDDLE}.pdf", "friction coefficient 0.4"),
+        ("other.pdf", "friction coefficient 0.2"),
+        ("composed.pdf", ""),
+    ]
 
 
 def test_what_the_detector_finds_in_the_markers_of_a_run_stands_beside_its_events(monkeypatch):
@@ -196,7 +209,7 @@ def test_what_the_detector_finds_in_the_markers_of_a_run_stands_beside_its_event
     assert [text.get_text() for text in figure.axes[0].texts][-2:] == ["incipient", "overall"]
 
 
-RUN = "friction_coefficient-0.2"
+RUN, MIDDLE = "friction_coefficient-0.2", "friction_coefficient-0.4"
 
 
 @pytest.mark.parametrize(

@@ -10,9 +10,12 @@ from fingerslip.dynamics.finite import newton
 from fingerslip.dynamics.step import contact_step
 from fingerslip.errors import ResultError
 from fingerslip.mesh.io import write_mesh
+from fingerslip.report.tables.parameters import ShownValue
+from fingerslip.study.definition.runs import plan_studies
 from fingerslip.study.inspection import cite
 from fingerslip.study.inspection.cite import methods_and_papers
 from fingerslip.study.running.runner import run_study
+from fingerslip.study.storage.reporting import SWEPT, value_rows
 from unit.study.block import block_mesh, block_values, finger_values
 from unit.whole_result import WHOLE
 
@@ -45,7 +48,7 @@ CASES = {
             "Fixed: top (x, y). Strains and rotations were taken as small.",
             "45 nodes and 72 unknowns in bilinear quadrilaterals (Q4); their volumetric part was integrated at their",
             "Contact of the boundary bottom with a rigid plane was unilateral, with friction (Coulomb's, ",
-            "friction coefficient (0.2, 0.4)), by penalties at the nodes (0.8 GPa/m normal, 0.8",
+            "friction coefficient 0.2 and 0.4), by penalties at the nodes (0.8 GPa/m normal, 0.8",
             "(Alart & Curnier 1991) held to 1e-10 of the largest force. The counterface",
             "press (depth 0.1 mm, speed 5 mm/s), then slide (distance 0.2 mm, speed 5 mm/s).",
             "HHT method (Hilber et al. 1977) with alpha = -0.05, in steps of 2 ms.",
@@ -102,6 +105,28 @@ def test_a_text_says_what_was_run_and_has_an_entry_for_each_paper_in_it(case, tm
     run = methods_and_papers(study.folder / study.runs[0].name)
     assert "runs differ in" not in run
     assert ("friction coefficient 0.2" in run) == (case == "block")
+
+
+@pytest.mark.parametrize(
+    ("text", "source", "words"),
+    [
+        ("0.3, 0.6", SWEPT, "0.3 and 0.6"),
+        ("small, large, rigid", SWEPT, "small, large and rigid"),
+        ("(-1, 0), (0, 1)", SWEPT, "(-1, 0) and (0, 1)"),
+        ("0.1, … (12 values)", SWEPT, "0.1, … (12 values)"),
+        ("0.6", SWEPT, "0.6"),
+        ("-1, 0", "study file", "-1, 0"),
+    ],
+)
+def test_values_that_differ_between_runs_are_a_list_in_a_sentence(text, source, words):
+    assert cite._in_a_sentence(ShownValue("path", text, source)).value == words
+
+
+def test_vectors_that_differ_between_runs_are_told_apart(write_study):
+    directions = [[1, 0], [-1, 0]]
+    path = write_study(block_values() | {"sweep": {"programme.1.slide.direction": directions}})
+    rows = {row.path: row.value for row in value_rows(plan_studies([path])[0].runs)}
+    assert rows["programme.1.slide.direction"] == "(1, 0), (-1, 0)"
 
 
 def test_error_bars_are_the_largest_of_all_runs():

@@ -8,9 +8,9 @@ import yaml
 
 import fingerslip as fs
 from fingerslip.dynamics.system.checks import check_model
-from fingerslip.study.definition.runs import expand_mapping
+from fingerslip.study.definition.runs import expand_mapping, plan_studies
 from fingerslip.study.definition.spec import parse_study
-from fingerslip.study.running.build import build_mesh, build_model, inspect_mesh, locate_error
+from fingerslip.study.running.build import build_mesh, build_model, inspect_mesh, locate_error, prepare
 from places import ROOT
 from unit.fingers import change_solid, coarse_solid
 from unit.scans import mesh_of_a_scan, scan_values
@@ -26,6 +26,25 @@ friction: {pressure_dependent: {reference_coefficient: 0.6, reference_pressure: 
 def run_of(values, folder=SOURCE.parent):
     source = folder / "x.yaml"
     return expand_mapping(values | {"sweep": {}}, source).runs[0]
+
+
+HELD = yaml.safe_load("""
+title: Held
+fingertip: {preset: wang2014-2d, ridges: {enabled: false}}
+mesh: {contact_size: 1 mm, bulk_size: 2 mm}
+contact: {friction_coefficient: 0.6}
+time: {step: 2 ms}
+reaction:
+  {mass: 100 g, margin: 0.3, settle: 0.1 s, rest: 0.02 s, after: 0.1 s, load: {ramp_load: {rate: 4 N/s, force: 1 N}}}
+sweep: {reaction.opposite: [mirror, plate]}
+""")
+
+
+def test_a_plate_opposite_a_held_object_is_in_the_mesh_of_its_runs_alone(tmp_path):
+    (tmp_path / "x.yaml").write_text(yaml.safe_dump(HELD))
+    (plan,) = plan_studies([tmp_path / "x.yaml"])
+    mirrored, beside = (set(job.model.mesh.subdomains) for job in prepare(plan, plan.runs))
+    assert beside - mirrored == {"plate_slab"}
 
 
 def test_model_holds_what_the_file_says_and_own_values_go_before_those_of_the_fingertip():
