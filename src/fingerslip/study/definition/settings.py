@@ -388,7 +388,8 @@ class TrialSettings(CameraView):
         Directions of the slide or fall, evenly over a turn. The run goes along +x; the others are that run turned,
         which is exact for an upright sensor whose rings all have a multiple of so many markers.
     rest : float
-        Time at rest that is filmed before the slide [s]; the last part of the hold.
+        Time at rest that every film has before the slide [s]. A film begins at any moment of the hold that leaves it,
+        so that after a long hold the time since its start tells nothing of slip.
     frame_rate : float
         Frames a second of both cameras [1/s].
     noise : (float, float)
