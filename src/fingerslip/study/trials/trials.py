@@ -219,7 +219,7 @@ def _labels(
     """Return the onsets that external markers and the contact show, in the time of the film.
 
     With a mark on the plate, which `filmed` holds beside the tracks, they are those of the mark and of the contact.
-    The times are the end of the rest, and first and last of the film [s]: what slips at rest slips because of the press.
+    The times are the end of the rest, and the first and last of the film [s]: what slips at rest slips by the press.
     """
     (tracks, mark), (begin, span) = filmed, times
     part = (motion.time >= begin - 1e-9) & (motion.time <= span[1])
