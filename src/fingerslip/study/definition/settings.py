@@ -339,10 +339,11 @@ class CameraSettings(CameraView):
         Exposure of a frame [s].
     marker_radius : float
         Radius of the markers [m].
-    markers : {'bright', 'dark'}
-        Whether markers are brighter than what is around them.
-    light : {'even', 'harsh'}
-        The light: even, or with vignette, gradient, texture, glare and a bright ring.
+    markers : {'bright', 'dark', 'moulded'}
+        Whether markers are brighter than what is around them; moulded ones are bright, on a dome, some with glue.
+    light : {'even', 'harsh', 'lamps'}
+        The light: even; with vignette, gradient, texture, glare and a bright ring; or as in recordings of real sensors,
+        with six lamps that saturate and a white mount.
     noise : float
         Standard deviation of the noise of a pixel [grey levels].
     jpeg_quality : int, optional
@@ -358,8 +359,8 @@ class CameraSettings(CameraView):
     frame_rate: _FrameRate = 30.0
     exposure: Duration = 10e-3
     marker_radius: PositiveLength = 0.5e-3
-    markers: Literal["bright", "dark"] = "bright"
-    light: Literal["even", "harsh"] = "even"
+    markers: Literal["bright", "dark", "moulded"] = "bright"
+    light: Literal["even", "harsh", "lamps"] = "even"
     noise: NonNegativeNumber = 2.0
     jpeg_quality: _Quality | None = None
     rest: Duration = 1.0
