@@ -18,12 +18,8 @@ from fingerslip.errors import InputError, shorten
 
 Values = NDArray[np.float32]
 
-#: What the support vector machines are chosen from by three-fold cross-validation grouped by trial, in the training
-#: trials alone. The paper prints no parameters. `gamma` counts in units of 1 / number of features.
-SVM_GRID: Mapping[str, tuple[float, ...]] = MappingProxyType({"C": (0.01, 0.1, 1.0), "gamma": (0.3, 1.0, 3.0)})
-
-#: Trials that the choice looks at, and the size of the approximation of the radial kernel.
-_GRID_TRIALS, _COMPONENTS = 24, 200
+#: Frames that the support vector machine learns from at most: it grows with their square.
+_MOST = 10_000
 
 
 @dataclass(frozen=True)
@@ -34,8 +30,7 @@ class Candidate:
     sets: tuple[str, ...]  # its sets of features
     note: str  # what it is, for tables
     make: Callable[[int], Any]  # from a seed to an estimator that is not fitted
-    # from the number of features to the parameters to choose from
-    grid: Callable[[int], Mapping[str, Sequence[float]]] | None = None
+    most: int | None = None  # samples that it learns from at most, drawn evenly
 
 
 def union_of_sets(candidates: Sequence[Candidate]) -> tuple[str, ...]:
@@ -45,20 +40,14 @@ def union_of_sets(candidates: Sequence[Candidate]) -> tuple[str, ...]:
 
 def describe(candidate: Candidate, seed: int) -> list[Any]:
     """Return as plain data what a classifier sees and is, with its parameters: fits are the same where this is."""
-    grid = {} if candidate.grid is None else dict(candidate.grid(1))
-    return [candidate.sets, repr(candidate.make(seed)), grid]
+    return [candidate.sets, repr(candidate.make(seed)), candidate.most]
 
 
-def fit(
-    candidate: Candidate,
-    values: Values,
-    classes: NDArray[np.int8],
-    groups: NDArray[np.intp],
-    *,
-    seed: int = 0,
-    workers: int = 1,
-) -> Any:
-    """Return a classifier that is fitted to values (n_samples, n_features) of classes and trials (n_samples,)."""
+def fit(candidate: Candidate, values: Values, classes: NDArray[np.int8], *, seed: int = 0, workers: int = 1) -> Any:
+    """Return a classifier that is fitted to values (n_samples, n_features) of classes (n_samples,)."""
+    if candidate.most is not None and len(values) > candidate.most:
+        drawn = np.random.default_rng(seed).choice(len(values), candidate.most, replace=False)
+        values, classes = values[drawn], classes[drawn]
     present_classes = np.unique(classes)
     if len(present_classes) < 3:
         fault = f"has the classes {present_classes.tolist()}"
@@ -69,40 +58,12 @@ def fit(
     threads = optional("joblib").parallel_config("threading", n_jobs=workers)
     with warnings.catch_warnings(), threads, threadpool_limits(workers):
         warnings.simplefilter("error", unfinished)
-        # With fewer samples than points, the approximate kernel takes every sample: it is exact then.
-        warnings.filterwarnings("ignore", "n_components > n_samples")
         try:
             estimator = candidate.make(seed)
-            estimator.set_params(**_choose(candidate, estimator, values, classes, groups, seed))
             return estimator.fit(_precise(estimator, values), classes)
         except unfinished as error:
             problem = f"does not converge ({shorten(str(error))})"
             raise InputError(f"classifier {candidate.name}", problem, "needs to", "choose another one") from error
-
-
-def _choose(  # noqa: PLR0917
-    candidate: Candidate,
-    estimator: Any,
-    values: Values,
-    classes: NDArray[np.int8],
-    groups: NDArray[np.intp],
-    seed: int,
-) -> dict[str, float]:
-    """Return the parameters that do best on some of the trials, left out in turn; none without a grid or trials."""
-    few = np.random.default_rng(seed).permutation(np.unique(groups))[:_GRID_TRIALS]
-    if candidate.grid is None or len(few) < 3:
-        return {}
-    inside, selection = np.isin(groups, few), optional("sklearn.model_selection")
-    search = selection.GridSearchCV(
-        estimator,
-        candidate.grid(values.shape[1]),
-        scoring="f1_macro",
-        cv=selection.GroupKFold(3),
-        refit=False,
-        error_score="raise",
-    )
-    best: dict[str, float] = search.fit(values[inside], classes[inside], groups=groups[inside]).best_params_
-    return best
 
 
 def probabilities(estimator: Any, values: Values) -> NDArray[np.float64]:
@@ -128,16 +89,12 @@ def probabilities(estimator: Any, values: Values) -> NDArray[np.float64]:
 
 
 def _precise(estimator: Any, values: Values) -> NDArray[Any]:
-    """Return values as the estimator needs them: the approximate kernel magnifies the rounding of single precision."""
+    """Return values as the estimator needs them: scaled ones in double precision."""
     return values.astype(np.float64) if hasattr(estimator, "steps") else values
 
 
 def _scale(*steps: Any) -> Any:
     return optional("sklearn.pipeline").make_pipeline(optional("sklearn.preprocessing").StandardScaler(), *steps)
-
-
-def _planes(seed: int) -> Any:
-    return optional("sklearn.svm").LinearSVC(C=0.1, dual=False, tol=1e-3, max_iter=2000, random_state=seed)
 
 
 def small_forest(seed: int) -> Any:
@@ -160,9 +117,8 @@ def scaled_logistic(seed: int) -> Any:
 
 
 def _radial_machine(seed: int) -> Any:
-    # Without a grid gamma is 1 / number of features.
-    kernel = optional("sklearn.kernel_approximation").Nystroem(n_components=_COMPONENTS, random_state=seed)
-    return _scale(kernel, _planes(seed))
+    del seed  # nothing is random once its frames are drawn
+    return _scale(optional("sklearn.svm").SVC(C=10.0, gamma="scale"))
 
 
 def two_thresholds(seed: int) -> Any:
@@ -170,21 +126,9 @@ def two_thresholds(seed: int) -> Any:
     return optional("sklearn.tree").DecisionTreeClassifier(max_leaf_nodes=3, min_samples_leaf=5, random_state=seed)
 
 
-def _grid(features: int) -> Mapping[str, Sequence[float]]:
-    return {"linearsvc__C": SVM_GRID["C"], "nystroem__gamma": [gamma / features for gamma in SVM_GRID["gamma"]]}
-
-
-_RADIAL_NOTE = f"support vector machine with a radial kernel (Nystroem, {_COMPONENTS} points), C and gamma from a grid"
 _ALL = (
     Candidate("forest", PUBLISHED, "random forest as published: depth 20, leaf 5, 50 trees", small_forest),
-    Candidate(
-        "svm_linear",
-        ("polar",),
-        "support vector machine, C from a grid",
-        lambda seed: _scale(_planes(seed)),
-        lambda _: {"linearsvc__C": SVM_GRID["C"]},
-    ),
-    Candidate("svm_rbf", ("polar",), _RADIAL_NOTE, _radial_machine, _grid),
+    Candidate("svm", ("polar",), f"support vector machine, radial kernel, {_MOST} frames", _radial_machine, _MOST),
     Candidate("boosting", PUBLISHED, "gradient boosting of trees with 15 leaves", _boosting),
     Candidate("logistic", PUBLISHED, "logistic regression", scaled_logistic),
     Candidate("displacement_threshold", ("mean",), "two thresholds on the mean displacement", two_thresholds),

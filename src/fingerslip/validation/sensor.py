@@ -255,10 +255,9 @@ _LEFT_OUT: Mapping[str, str] = {
     "indentation": "an indentation not seen",
     "friction_coefficient": "a quarter of the frictions not seen",
 }
-_MACHINES = ("svm_linear", "svm_rbf")
 #: Classifiers that the paper has not: they stand beside its forest, and are not judged by it.
 _OTHERS = ("boosting", "logistic")
-_COMPARED = ("forest", *_MACHINES, *_OTHERS)
+_COMPARED = ("forest", "svm", *_OTHERS)
 _DETECTION_NUMBERS, _DETECTION_STATEMENTS = "bulens2023_detection-numbers", "bulens2023_detection-statements"
 _CLASSES = ("no-slip", "incipient", "gross")
 #: One unit of the last printed digit of each published number.
@@ -317,7 +316,7 @@ def begun_detection(trials: TrialSet, workers: int = 2, output: Path | None = No
 
 
 def detection_of(begun: Evaluation) -> Detection:
-    """Fit the forest and both support vector machines as published, the other two beside them, and score them."""
+    """Fit the forest and a support vector machine as published, the other two beside them, and score them."""
     from fingerslip.detect.classifiers import CLASSIFIERS
     from fingerslip.detect.evaluation.scores import frame_scores_of
     from fingerslip.detect.samples import grouped_folds, left_out
@@ -384,7 +383,7 @@ def _number_rows(split: str, scores: Mapping[str, FrameScores], wanted: Collecti
     """Yield a row for each published number and each of ours that is compared with it."""
     for value in published_set(_DETECTION_NUMBERS).values:
         kind, _, rest = value.id.partition("-")
-        compared = [(f"accuracy, {name}", scores[name].accuracy) for name in (_MACHINES if kind == "svm" else (kind,))]
+        compared = [(f"accuracy, {kind}", scores[kind].accuracy)]
         if rest != "accuracy":
             entry, _, score = rest.rpartition("-")
             compared = [(f"{score} of {entry}, forest", getattr(scores["forest"], score)[_CLASSES.index(entry)])]

@@ -60,7 +60,7 @@ def test_a_classifier_takes_other_features_than_its_own_and_a_detector_no_other_
     assert (one.name, one.sets) == ("logistic:displacement+strain", ("displacement", "strain"))
     assert one.make is training.candidate_of_name("logistic").make
     for name, message in (
-        ("magic", "classifier: got 'magic', needs one of forest, svm_linear"),
+        ("magic", "classifier: got 'magic', needs one of forest, svm,"),
         ("forest:touch", "features: got touch, needs some of displacement"),
         ("forest:", "features: got none"),
     ):
