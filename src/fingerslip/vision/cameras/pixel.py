@@ -227,7 +227,7 @@ Frame = NDArray[np.uint8]
 Picture = NDArray[np.float32]
 Floats = NDArray[np.float64]
 _REACH = 4.0  # standard deviations of the edge, beyond which a spot covers 3e-5 of a pixel
-_MASKED = 3.0  # standard deviations of the bright ring on either side
+_RIM = 3.0  # standard deviations of the bright ring from its line to what is outside
 _STEEPEST = 0.95  # largest sine of the slope of a dome
 _CHUNK = 64  # frames whose spots are computed together
 _SAMPLES_PER_PIXEL, _MOST_SAMPLES = 2.0, 512
@@ -348,7 +348,7 @@ def empty_picture(pixel_camera: PixelCamera) -> Picture:
     if ring is not None and ring.outside is not None:
         x, y = _grid(pixel_camera)
         # A dark rim is left between the ring and what is outside.
-        outside = np.clip((np.hypot(x, y) / y.size - ring.radius) / ring.width - _MASKED, 0.0, 1.0)
+        outside = np.clip((np.hypot(x, y) / y.size - ring.radius) / ring.width - _RIM, 0.0, 1.0)
         picture += outside * (ring.outside - picture)
     return picture.astype(np.float32)
 
@@ -364,15 +364,6 @@ def brightness(lighting: Lighting, times: Floats) -> Floats:
     wave = lighting.flicker * np.sin(2.0 * math.pi * lighting.flicker_rate * times)
     factor: Floats = np.maximum(1.0 + lighting.drift * times + wave, 0.0)
     return factor
-
-
-def ring_mask(pixel_camera: PixelCamera) -> NDArray[np.bool_]:
-    """Tell which pixels (height, width) a tracker may use: those inside the bright ring; all without one."""
-    ring = pixel_camera.lighting.ring
-    x, y = _grid(pixel_camera)
-    largest = math.inf if ring is None else (ring.radius - _MASKED * ring.width) * y.size
-    mask: NDArray[np.bool_] = np.hypot(x, y) < largest
-    return mask
 
 
 def _grid(pixel_camera: PixelCamera) -> tuple[Floats, Floats]:
