@@ -23,11 +23,11 @@ def main() -> None:
     """Draw the figure."""
     with next(Path(sys.argv[1]).glob("*-confusion-frames.csv")).open(encoding="utf-8") as file:
         forest = [row[2:5] for row in csv.reader(file) if row and row[0] == "forest"]
-    matrices = {"forest, published": published(), "forest, ours, trials not seen": np.array(forest, dtype=int)}
+    matrices = {"forest, published": published_matrix(), "forest, ours, trials not seen": np.array(forest, dtype=int)}
     save_figure(confusion_figure(matrices), Path(sys.argv[2]))
 
 
-def published() -> np.ndarray:
+def published_matrix() -> np.ndarray:
     """Return the printed matrix from the printed recalls: it takes no frame of slip for rest."""
     values = {value.id: value.value for value in published_set("bulens2023_detection-numbers").values}
     recalls = np.array([values[f"forest-{name}-recall"] for name in ("no-slip", "incipient", "gross")])
