@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numba
 import numpy as np
@@ -189,11 +190,11 @@ def _gmres(slopes, scaled, preconditioner, right, exactness, limit):  # type: ig
 
     Arrays: slopes (n, dim, dim), G [-]; right (n * dim,), b, of length one; exactness, residual to reach [-].
     """
-    size, used, left, length = right.size, 0, np.float64(np.inf), np.float64(1.0)
+    size, used, left, length = right.size, 0, np.inf, 1.0
     basis = np.empty((limit + 1, size), dtype=np.float32)
     ready, moved = np.empty((limit, size), dtype=np.float32), np.empty((limit, size), dtype=np.float32)
-    triangle, shares = np.zeros((limit + 1, limit)), np.zeros(1)
-    image = right
+    triangle, image = np.zeros((limit + 1, limit)), right
+    shares: NDArray[Any] = np.zeros(1)
     while used < limit and left > exactness and length > _NO_NEW_DIRECTION:
         basis[used] = image / np.float32(length)
         solve_roughly(preconditioner, basis[used], ready[used])
@@ -206,12 +207,12 @@ def _gmres(slopes, scaled, preconditioner, right, exactness, limit):  # type: ig
             parts = known @ image
             image -= parts @ known
             triangle[:used, used - 1] += parts
-        length = np.linalg.norm(image)
+        length = float(np.linalg.norm(image))
         triangle[used, used - 1] = length
         equations, target = triangle[: used + 1, :used].copy(), np.zeros(used + 1)
         target[0] = 1.0
         shares = np.linalg.lstsq(equations, target)[0]
-        left = np.linalg.norm(target - equations @ shares)
+        left = float(np.linalg.norm(target - equations @ shares))
     return shares, ready[:used], moved[:used]
 
 
