@@ -156,7 +156,7 @@ def _direction(
     # All nodes behind the last that touches or loses a force stay as they are.
     acting = np.flatnonzero((trial[:, 0] > 0.0) | residual.any(axis=1))
     count = acting.max(initial=-1) + 1
-    derivatives, scaled = slopes[:count].astype(np.float32), working_set.scaled(count, np.float32)
+    derivatives, scaled = slopes[:count].astype(np.float32), working_set.compliance_in(count, np.float32)
     size = float(np.linalg.norm(residual))
     right = (-residual[:count].ravel() / size).astype(np.float32)
     preconditioner = Preconditioner.of(derivatives, working_set.coarse, inverse)
@@ -201,11 +201,11 @@ def _gmres(slopes, scaled, preconditioner, right, exactness, limit):  # type: ig
         write_motion(scaled, ready[used], moved[used])
         image = _image(slopes, ready[used], moved[used])
         used += 1
-        known = basis[:used]
+        directions = basis[:used]
         # The second time removes what rounding left.
         for _ in range(2):
-            parts = known @ image
-            image -= parts @ known
+            parts = directions @ image
+            image -= parts @ directions
             triangle[:used, used - 1] += parts
         length = float(np.linalg.norm(image))
         triangle[used, used - 1] = length

@@ -121,7 +121,7 @@ class WorkingSet:
         """Weights of the body's response and of the force itself in rho W, (k, dim) each."""
         return self.scale * self.factor, self.scale * self.penalty
 
-    def scaled(self, count: int, precision: type[np.floating[Any]]) -> tuple[Single, Reals, Reals, Reals]:
+    def compliance_in(self, count: int, precision: type[np.floating[Any]]) -> tuple[Single, Reals, Reals, Reals]:
         """Return rho W of the first nodes, as :func:`write_motion` takes it, with all but the body in a precision."""
         frames, of_body, of_penalty = (part[:count].astype(precision) for part in (self.frames, *self.weights))
         return self.body, frames, of_body, of_penalty
@@ -129,12 +129,12 @@ class WorkingSet:
     def motion(self, forces: Array) -> Array:
         """Return rho W times forces (n, dim) of the first n nodes, in double precision."""
         moved = np.empty(forces.size)
-        write_motion(self.scaled(len(forces), np.float64), forces.ravel(), moved)
+        write_motion(self.compliance_in(len(forces), np.float64), forces.ravel(), moved)
         return moved.reshape(forces.shape)
 
     def motions(self, vectors: Single) -> Single:
         """Return rho W times vectors (k * dim, q), same shape."""
-        _, frames, of_body, of_penalty = self.scaled(len(self.nodes), np.float32)
+        _, frames, of_body, of_penalty = self.compliance_in(len(self.nodes), np.float32)
         components = vectors.reshape(*self.scale.shape, -1)
         turned = np.einsum("imk,imq->ikq", frames, components).reshape(vectors.shape)
         moved = blas.ssymm(1.0, self.body.T, np.asfortranarray(turned)).reshape(components.shape)
@@ -144,7 +144,7 @@ class WorkingSet:
 
 @numba.njit(cache=True, nogil=True, fastmath={"reassoc", "contract"})
 def write_motion(scaled, forces, moved):  # type: ignore[no-untyped-def]
-    """Write rho W, from :meth:`WorkingSet.scaled`, times forces (n * dim,) into `moved`; in the precision of both."""
+    """Write rho W, from :meth:`WorkingSet.compliance_in`, times forces (n * dim,) into `moved`, in their precision."""
     body, frames, of_body, of_penalty = scaled
     count, dim = of_body.shape
     turned, response = np.zeros_like(forces), np.empty_like(forces)
