@@ -204,9 +204,9 @@ def _gmres(slopes, scaled, preconditioner, right, exactness, limit):  # type: ig
         directions = basis[:used]
         # The second time removes what rounding left.
         for _ in range(2):
-            parts = directions @ image
-            image -= parts @ directions
-            triangle[:used, used - 1] += parts
+            overlaps = directions @ image
+            image -= overlaps @ directions
+            triangle[:used, used - 1] += overlaps
         length = float(np.linalg.norm(image))
         triangle[used, used - 1] = length
         equations, target = triangle[: used + 1, :used].copy(), np.zeros(used + 1)
