@@ -11,6 +11,8 @@ import pandas as pd
 import pytest
 
 import fingerslip as fs
+from fingerslip.report.figures import style as figures
+from fingerslip.sampling import posterior as chains
 from fingerslip.sampling.curves import Measurement, curves_of
 from fingerslip.study.definition.spec import read_study
 from unit.study.block import block_values, changed
@@ -44,8 +46,11 @@ def measure(study: Path, data: Path, seed: int = 1) -> Path:
 
 
 @pytest.mark.usefixtures("reports")
-def test_a_truth_comes_back_within_its_interval(write_study: Callable[..., Path], tmp_path: Path) -> None:
+def test_a_truth_comes_back_within_its_interval(
+    write_study: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     pytest.importorskip("emcee")
+    monkeypatch.setattr(figures, "_DOTS_PER_INCH", 20)
     study = write_study(values(derived={"way": "overall_slip * slide_speed"}))
     data = measure(study, tmp_path / "data.csv")
     posterior = fs.fit(study, data, results_dir=tmp_path / "results", workers=1)
@@ -68,7 +73,9 @@ def test_a_truth_comes_back_within_its_interval(write_study: Callable[..., Path]
     files = sorted(path.name for path in posterior.folder.iterdir())
     assert files == ["corner.png", "fit.png", "posterior.csv", "predictions.csv", "summary.csv"]
 
-    # The runs are there now. A range that cuts the posterior off is refused, and the fit before stays.
+    # A range that cuts the posterior off is refused, which a short chain tells, too, and the fit before stays.
+    monkeypatch.setattr(chains, "_LENGTHS", 5)
+    monkeypatch.setattr(chains, "_R_HAT", 1.5)
     narrow = values(sample={"count": 20, "ranges": RANGES | {FRICTION: [0.5, 0.8]}})
     narrow_study = write_study(narrow, name="narrow")
     said = rf"narrow\.yaml: sample\.ranges\.{FRICTION}: has .* % of the posterior within 2 % of 0\.5, needs"
