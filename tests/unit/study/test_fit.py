@@ -76,7 +76,8 @@ def test_a_truth_comes_back_within_its_interval(
     # A range that cuts the posterior off is refused, which a short chain tells, too, and the fit before stays.
     monkeypatch.setattr(chains, "_LENGTHS", 5)
     monkeypatch.setattr(chains, "_R_HAT", 1.5)
-    narrow = values(sample={"count": 20, "ranges": RANGES | {FRICTION: [0.5, 0.8]}})
+    block = block_values()["materials"]["block"] | {"youngs_modulus": TRUTH[MODULUS]}
+    narrow = values(sample={"count": 10, "ranges": {FRICTION: [0.5, 0.8]}}, materials={"block": block})
     narrow_study = write_study(narrow, name="narrow")
     said = rf"narrow\.yaml: sample\.ranges\.{FRICTION}: has .* % of the posterior within 2 % of 0\.5, needs"
     with pytest.raises(fs.InputError, match=said):
