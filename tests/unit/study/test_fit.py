@@ -15,6 +15,7 @@ from fingerslip.report.figures import style as figures
 from fingerslip.sampling import posterior as chains
 from fingerslip.sampling.curves import Measurement, curves_of
 from fingerslip.study.definition.spec import read_study
+from fingerslip.study.inspection.cite import methods_and_papers
 from unit.study.block import block_values, changed
 
 MODULUS, FRICTION = "materials.block.youngs_modulus", "contact.friction_coefficient"
@@ -72,6 +73,10 @@ def test_a_truth_comes_back_within_its_interval(
     assert modulus["share of prior left"] == pytest.approx((intervals[2] - intervals[1]) / (0.68 * 100.0))
     files = sorted(path.name for path in posterior.folder.iterdir())
     assert files == ["corner.png", "fit.png", "posterior.csv", "predictions.csv", "summary.csv"]
+    methods, _, entries = methods_and_papers(posterior.folder.parent).partition("\n\n")
+    low, high = modulus[["68 % from", "68 % to"]]
+    assert f"Young's modulus {modulus['median']:.4g} kPa ({low:.4g} to {high:.4g}), friction coefficient" in methods
+    assert "foreman2013" in entries
 
     # A range that cuts the posterior off is refused, which a short chain tells, too, and the fit before stays.
     monkeypatch.setattr(chains, "_LENGTHS", 5)
