@@ -109,7 +109,7 @@ SCORES = frame_scores_of(np.array([[[8, 2, 0], [0, 9, 1], [0, 0, 10]]] * 3))
 
 def test_scores_are_tables() -> None:
     table = accuracy_table({"a": SCORES}, {"a": Estimate(1.0)}, "3 trials.")
-    assert table.rows[0] == ("a", "0.900 [0.900, 0.900]", "1.000", 1.0 - 0.9)
+    assert table.rows[0] == ("a", "0.900 [0.900, 0.900]", "1.000", 1.0 - 0.9, "0.967 [0.967, 0.967]")
     assert table.note.startswith("3 trials.")
     assert [row[:2] for row in frame_table({"a": SCORES}).rows] == [("a", name) for name in CLASSES]
     assert confusion_table({"a": SCORES}).rows[0] == ("a", "no_slip", 24, 6, 0)
