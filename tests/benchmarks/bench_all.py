@@ -85,7 +85,7 @@ def table_2(*, warm):
     """Run Table 2 on the command line after a run that compiles, or with nothing compiled as on a fresh machine."""
     figures: Figures = {}
     with tempfile.TemporaryDirectory() as folder:
-        words = "-m fingerslip run studies/wang2014_table2.yaml --quiet --force --results".split()
+        words = ["-m", "fingerslip", "run", "studies/wang2014_table2.yaml", "--quiet", "--force", "--results"]
         environment = os.environ if warm else {**os.environ, "NUMBA_CACHE_DIR": f"{folder}/compiled"}
         run = partial(subprocess.run, check=True, cwd=ROOT, env=environment, stdout=subprocess.DEVNULL)
         if warm:
