@@ -117,7 +117,7 @@ def _fill_patch(axes: Axes, patch: ContactPatch, history: xr.Dataset, colours: s
 
 def _fill_triangles(axes: Axes, corners: Floats, colours: str | Floats) -> None:
     """Fill triangles (n, 3, 2) [mm] without borders between them."""
-    axes.add_collection(PolyCollection(corners, facecolors=colours, edgecolors="face", linewidths=0.2))
+    axes.add_collection(PolyCollection(list(corners), facecolors=colours, edgecolors="face", linewidths=0.2))
 
 
 def _set_frame(axes: Axes, low: Floats, high: Floats) -> None:
