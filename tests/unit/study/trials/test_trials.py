@@ -18,7 +18,7 @@ from fingerslip.study.trials import bodies
 from fingerslip.study.trials.bodies import (
     largest_friction,
     load_rate,
-    make_body,
+    make_bodies,
     plate_of,
     programme_of,
     shared_bodies,
@@ -190,24 +190,33 @@ def test_what_a_body_at_large_strain_does_not_stand_for_is_refused(study, change
         shared_bodies(large(study, **changes).runs, study.trials)
 
 
-def test_a_body_is_made_once_and_a_damaged_one_again(study, runs, tmp_path, monkeypatch):
-    draw = np.random.default_rng(0)
+def test_bodies_are_made_once_and_a_damaged_one_again(study, tmp_path, monkeypatch):
+    draw, runs, calls = np.random.default_rng(0), large(study).runs, []
     shapes = (2, 3), 2, (1, 3), (1, 9, 6), (1, 9), (1, 2, 3), (3, 3), 3
     body = StaticBody(np.arange(2), *(draw.standard_normal(shape) for shape in shapes))
-    plan, made = shared_bodies(runs, study.trials)[runs[0].name], []
-    monkeypatch.setattr(bodies.BodyPlan, "make", lambda plan, _: made.append(plan) or body)
-    make_body(plan, tmp_path)
-    make_body(plan, tmp_path)
-    assert made == [plan]
-    stored = stored_body(plan.key, tmp_path)
-    for field in dataclasses.fields(StaticBody):
-        assert (getattr(stored, field.name) == getattr(body, field.name)).all()
+    plans = {plan.key: plan for plan in reversed(shared_bodies(runs, study.trials).values())}.values()
+
+    def condensed(missing, _):
+        calls.append([plan.depth for plan in missing])
+        return (dataclasses.replace(body, shift=np.full(3, plan.depth)) for plan in missing)
+
+    def make():
+        assert {plan.key for plan in make_bodies(tuple(plans), tmp_path, print)} == {plan.key for plan in plans}
+
+    monkeypatch.setattr(bodies, "condensed_bodies", condensed)
+    make()
+    make()
+    assert calls == [pytest.approx([2e-3, 3e-3, 4e-3, 5e-3])]
+    for plan in plans:
+        stored = stored_body(plan.key, tmp_path)
+        assert stored.shift == pytest.approx(np.full(3, plan.depth))
+        assert (stored.answers == body.answers).all()
     (tmp_path / f"{plan.key}.basis").write_bytes(b"damaged")
     stored_body.cache_clear()
     with pytest.raises(ResultError, match="is missing or damaged; start again"):
         stored_body(plan.key, tmp_path)
-    make_body(plan, tmp_path)
-    assert made == [plan, plan]
+    make()
+    assert calls[1:] == [[plan.depth]]
 
 
 HALF = PRESETS.read("tactip-ridged-3d")
