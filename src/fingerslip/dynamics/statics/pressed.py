@@ -78,35 +78,33 @@ def pressed_bodies(
         raise InputError("materials", "relax", "needs elastic ones", REPAIR)
     (plane,), model = system.counterfaces.shapes, replace(model, damping=RayleighDamping())
     hidden = depth_in_hull(system.space.positions, plane.unit_normal)[system.candidates.nodes]
-    system, state, begin = _narrowed(system, hidden <= _DEEP * near), None, 0.0
+    system, state, begin = _narrow(system, hidden <= _DEEP * near), None, 0.0
     for depth in sorted(depths):
         motion = counterface_motion((replace(press, depth=depth), *others), plane)
         with single_dense_thread():
             try:
-                state = _pressed(model, system, state, (begin, motion.knots[1]), factorises)
+                state = _press(model, system, state, (begin, motion.knots[1]), factorises)
                 skin = _skin(replace(system, motions=(motion,)), state, near, patch)
-                body = _slid(model, skin, spacing, factorises, functools.partial(progress, depth))
+                body = _slide(model, skin, spacing, factorises, functools.partial(progress, depth))
             except SlipOutsideContactError as error:
                 raise InputError("near", f"got {1e3 * near:.4g} mm, and {error.found}", "needs more") from None
         yield body
         begin = motion.knots[1]
 
 
-def _pressed(
-    model: Model, system: System, state: State | None, span: tuple[float, float], solver: LinearSolver
-) -> State:
+def _press(model: Model, system: System, state: State | None, span: tuple[float, float], solver: LinearSolver) -> State:
     """Press on from a state, or from rest, over a span of time [s]."""
     way = np.linalg.norm(system.displacements(span[1]) - system.displacements(span[0]))
-    nearest = _narrowed(system, _gaps(system, state) <= _REACH * way)
+    nearest = _narrow(system, _gaps(system, state) <= _REACH * way)
     integrator, check = Large(model, nearest, solver, Stopwatch(), 0), OutsideCheck(nearest)
-    first = integrator.start()[0] if state is None else _carried(state, system, nearest)
+    first = integrator.start()[0] if state is None else _transfer(state, system, nearest)
     for later in _steps(integrator, first, span, model.time.step):
         check.look(later)
     check.finish()
-    return _carried(later, nearest, system)
+    return _transfer(later, nearest, system)
 
 
-def _slid(
+def _slide(
     model: Model, skin: _Skin, spacing: float, solver: LinearSolver, progress: Callable[[float], None]
 ) -> StaticBody:
     """Slide from the end of a press until all slips, and return the body with states apart by a spacing [m]."""
@@ -131,7 +129,7 @@ def _steps(integrator: Large, state: State, span: tuple[float, float], step: flo
         yield state
 
 
-def _narrowed(system: System, rows: Marks) -> System:
+def _narrow(system: System, rows: Marks) -> System:
     """Return a system of which some candidates (n_c,) alone may touch its only counterface."""
     candidates = Candidates(**{name: values[rows] for name, values in vars(system.candidates).items()})
     nodes = np.union1d(system.outsiders[0].nodes, system.candidates.nodes[~rows])
@@ -149,11 +147,11 @@ def _gaps(system: System, state: State | None) -> Floats:
     return system.counterfaces.shapes[0].gap(system.candidates.positions + moved)
 
 
-def _carried(state: State, before: System, system: System) -> State:
+def _transfer(state: State, before: System, system: System) -> State:
     """Return a state of a system as one of the same with other candidates; those that it did not have are open."""
     old, new = np.intersect1d(before.candidates.nodes, system.candidates.nodes, return_indices=True)[1:]
 
-    def carried(values: NDArray[Any], others: NDArray[Any]) -> NDArray[Any]:
+    def transfer(values: NDArray[Any], others: NDArray[Any]) -> NDArray[Any]:
         result = others.copy()
         result[new] = values[old]
         return result
@@ -162,10 +160,10 @@ def _carried(state: State, before: System, system: System) -> State:
     return replace(
         state,
         moved=system.moved(state.displacement, state.counterfaces),
-        contact_forces=carried(state.contact_forces, rest.forces),
-        contact_forces_before=carried(state.contact_forces_before, rest.forces),
+        contact_forces=transfer(state.contact_forces, rest.forces),
+        contact_forces_before=transfer(state.contact_forces_before, rest.forces),
         interface=InterfaceState(
-            **{name: carried(vars(state.interface)[name], vars(rest)[name]) for name in vars(rest)}
+            **{name: transfer(vars(state.interface)[name], vars(rest)[name]) for name in vars(rest)}
         ),
         working_set=None,
         release=None,
@@ -188,8 +186,8 @@ def _skin(system: System, state: State, near: float, patch: float) -> _Skin:
     if not state.contact_forces.any():
         raise InputError("programme.0", "does not touch", "needs a press that does, and then a slide")
     gaps, plane, shift = _gaps(system, state), system.counterfaces.shapes[0], state.counterfaces[0]
-    nearest = _narrowed(system, gaps <= near)
-    state, candidates = _carried(state, system, nearest), nearest.candidates
+    nearest = _narrow(system, gaps <= near)
+    state, candidates = _transfer(state, system, nearest), nearest.candidates
     watched = system.candidates.nodes[(gaps > near) & (gaps <= _WATCHED * near)]
     reads, sums, body = surface(nearest, candidates.nodes, candidates.area, watched, patch)
     pressing = sums @ (state.contact_forces @ plane.unit_normal)
