@@ -45,6 +45,12 @@ def runs(study):
     return expand_mapping(as_mapping(study), STUDY).runs
 
 
+def few(study, **changes):
+    """Return the runs of two samples of a changed study."""
+    smaller = dataclasses.replace(study, sample=dataclasses.replace(study.sample, count=2))
+    return expand_mapping({**as_mapping(smaller), **changes}, STUDY)
+
+
 def test_there_are_the_320_trials_of_the_paper(study, runs):
     plans = trial_plans(runs, study.trials, study.sample.count)
     cells = {}
@@ -140,14 +146,15 @@ def test_trials_draw_their_own_cameras_and_noise():
 
 def test_the_card_names_every_range_and_the_strains(study):
     notes = card_notes(study, study.trials)
-    assert "Strains are small" in notes
+    assert "Strains are large" in notes
     assert "Contact: patches of 0.8 mm" in notes
-    assert "Strains are large" in card_notes(dataclasses.replace(study, kinematics="finite"), study.trials)
+    assert "Strains are small" in card_notes(dataclasses.replace(study, kinematics="small"), study.trials)
     for path, (low, high) in study.sample.ranges.items():
         assert f"| `{path}` | {low} to {high} |" in notes
 
 
-def test_all_trials_of_a_sensor_share_a_body_and_other_sensors_are_refused(study, runs):
+def test_all_trials_of_a_sensor_share_a_body_and_other_sensors_are_refused(study):
+    runs = few(study, kinematics="small").runs
     plan, *others = shared_bodies(runs, study.trials).values()
     assert all(other is plan for other in others)
     assert (plan.depth, plan.friction, plan.name) == (5e-3, None, "sensor")
@@ -160,13 +167,8 @@ def test_all_trials_of_a_sensor_share_a_body_and_other_sensors_are_refused(study
         shared_bodies((runs[0], other), study.trials)
 
 
-def large(study, **changes):
-    few = dataclasses.replace(study, sample=dataclasses.replace(study.sample, count=2))
-    return expand_mapping({**as_mapping(few), "kinematics": "finite", **changes}, STUDY)
-
-
 def test_at_large_strain_each_depth_has_a_body_sheared_by_the_largest_friction(study):
-    runs = large(study).runs
+    runs = few(study).runs
     plans = shared_bodies(runs, study.trials).values()
     frictions = [run.study.all_contacts[0].contact(3).friction.coefficient for run in runs]
     assert [plan.friction for plan in plans] == pytest.approx([max(frictions)] * len(runs))
@@ -174,7 +176,7 @@ def test_at_large_strain_each_depth_has_a_body_sheared_by_the_largest_friction(s
     friction = {"time_dependent": {"times": ["0 s", "9 s"], "values": [0.3, 0.9]}}
     contact = {**as_mapping(study)["contact"], "friction": friction}
     plain = dataclasses.replace(study, sample=None)
-    later = expand_mapping({**as_mapping(plain), "kinematics": "finite", "contact": contact}, STUDY).runs
+    later = expand_mapping({**as_mapping(plain), "contact": contact}, STUDY).runs
     assert largest_friction(later[0]) == pytest.approx(0.9)
 
 
@@ -187,11 +189,11 @@ def test_at_large_strain_each_depth_has_a_body_sheared_by_the_largest_friction(s
 )
 def test_what_a_body_at_large_strain_does_not_stand_for_is_refused(study, changes, message):
     with pytest.raises(InputError, match=message):
-        shared_bodies(large(study, **changes).runs, study.trials)
+        shared_bodies(few(study, **changes).runs, study.trials)
 
 
 def test_bodies_are_made_once_and_a_damaged_one_again(study, tmp_path, monkeypatch):
-    draw, runs, calls = np.random.default_rng(0), large(study).runs, []
+    draw, runs, calls = np.random.default_rng(0), few(study).runs, []
     shapes = (2, 3), 2, (1, 3), (1, 9, 6), (1, 9), (1, 2, 3), (3, 3), 3
     body = StaticBody(np.arange(2), *(draw.standard_normal(shape) for shape in shapes))
     plans = {plan.key: plan for plan in reversed(shared_bodies(runs, study.trials).values())}.values()
