@@ -76,6 +76,11 @@ class Large:
         stepper = self._last.renew(state.large_body, rough=False)
         return None if self._last.is_positive else stepper
 
+    def release(self) -> None:
+        """Let go of all factors: in 3D there is no memory for those of the next motion beside them."""
+        for _, factors in self._factors.entries():
+            factors.stepper = None
+
     def steer(self, system: System) -> None:
         """Go on with a system whose counterfaces or loads are others from now on."""
         self._system = system

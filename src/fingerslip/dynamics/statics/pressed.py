@@ -101,6 +101,7 @@ def _press(model: Model, system: System, state: State | None, span: tuple[float,
     for later in _steps(integrator, first, span, model.time.step):
         check.look(later)
     check.finish()
+    integrator.release()
     return _transfer(later, nearest, system)
 
 
@@ -119,6 +120,7 @@ def _slide(
         if states.slips:
             break
     check.finish()
+    integrator.release()
     return states.body()
 
 
