@@ -59,7 +59,7 @@ _SHOWN: Mapping[tuple[str, str], float] = MappingProxyType(
 )
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
 # A number and the beginning of a unit, as JSON Schema writes patterns.
-_WITH_UNIT = r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*(?![eE][-+]?\d)[^\s\d.]"
+_WITH_UNIT = r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?(\s+1 ?/|\s*(?![eE][-+]?\d)[^\s\d.])"
 _FRACTION = re.compile(r"(?<![\w.])\d*\.\d+(?:[eE][-+]?\d+)?(?![\d.])")
 _COMMA = re.compile(r",\d")
 _NOT_ZERO = re.compile(r"[-+.0]*[1-9]")

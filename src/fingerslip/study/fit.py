@@ -41,8 +41,9 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-#: Folder of a fit in the results of its study.
+#: Folder of a fit in the results of its study, and its table of values in it.
 FOLDER = "fit"
+SUMMARY = f"{FOLDER}/summary.csv"
 
 _LEAST_WITH_EVENT = 10
 _SAVED = 2000  # samples of the posterior in its file, and whose curves are drawn

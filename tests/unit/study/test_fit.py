@@ -13,6 +13,7 @@ import pytest
 import fingerslip as fs
 from fingerslip.sampling.curves import Measurement, curves_of
 from fingerslip.study.definition.spec import read_study
+from fingerslip.study.inspection.cite import methods_and_papers
 from unit.study.block import block_values, changed
 
 MODULUS, FRICTION = "materials.block.youngs_modulus", "contact.friction_coefficient"
@@ -67,6 +68,10 @@ def test_a_truth_comes_back_within_its_interval(write_study: Callable[..., Path]
     assert modulus["share of prior left"] == pytest.approx((intervals[2] - intervals[1]) / (0.68 * 100.0))
     files = sorted(path.name for path in posterior.folder.iterdir())
     assert files == ["corner.png", "fit.png", "posterior.csv", "predictions.csv", "summary.csv"]
+    methods, _, entries = methods_and_papers(posterior.folder.parent).partition("\n\n")
+    low, high = modulus[["68 % from", "68 % to"]]
+    assert f"Young's modulus {modulus['median']:.4g} kPa ({low:.4g} to {high:.4g}), friction coefficient" in methods
+    assert "foreman2013" in entries
 
     # The runs are there now. A range that cuts the posterior off is refused, and the fit before stays.
     narrow = values(sample={"count": 20, "ranges": RANGES | {FRICTION: [0.5, 0.8]}})

@@ -104,6 +104,8 @@ _PICTURES = (".png", ".svg", ".pdf")
 def save_mesh(target: str, path: Path | None = None, unit: LengthUnit | None = None) -> tuple[Table, ...]:
     """Write or draw the mesh of a study (of its first run), of a preset or of a file, and say what to know of it."""
     name, names, suffix = target, preset_names(), None
+    if unit is not None and (name in names or Path(target).suffix in _STUDIES):
+        raise InputError("mesh --unit", f"got {unit!r} beside {target}", "belongs to mesh files alone", "leave it out")
     if Path(target).suffix in _STUDIES:
         name, inspected = Path(target).stem, inspect_mesh(plan_study(target).runs[0])
     elif name in names:

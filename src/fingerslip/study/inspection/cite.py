@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import dataclasses
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -17,6 +18,7 @@ from fingerslip.report.page.answer import definitions
 from fingerslip.report.tables.parameters import ASSUMED, NOT_USED, ShownValue
 from fingerslip.results import HISTORY, RUN, RunResult, StudyResult
 from fingerslip.slip import EventSettings
+from fingerslip.study.fit import SUMMARY
 from fingerslip.study.storage.reporting import (
     DEFAULT,
     STUDY_FILE,
@@ -301,6 +303,23 @@ def _trust(facts: _Facts) -> Iterator[str]:
     if (imbalance := facts.largest("energy_imbalance_over_work")) is not None:
         yield f"The balance of energy closed to {max(imbalance, 1e-16):.0e} of the work done."
     yield _error_bars(runs)
+    yield from _fitted(facts.study.folder / SUMMARY)
+
+
+def _fitted(summary: Path) -> Iterator[str]:
+    """Yield a sentence on the values that were fitted to a measurement."""
+    if not summary.is_file():
+        return
+    with summary.open(encoding="utf-8", newline="") as file:
+        values = []
+        for row in csv.DictReader(file):
+            median, low, high = (f"{float(row[name]):.4g}" for name in ("median", "68 % from", "68 % to"))
+            values.append(f"{row['value']} {median} {row['unit']}".strip() + f" ({low} to {high})")
+    yield (
+        "Values were fitted to measured curves with Gaussian processes (@rasmussen2006) in place of further runs, a "
+        "discrepancy of the model (@kennedy2001) and an ensemble sampler (@foreman2013); median and interval of 68 %: "
+        f"{_enumerate(values)}."
+    )
 
 
 def _error_bars(runs: Sequence[RunResult]) -> str:

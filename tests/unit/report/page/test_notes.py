@@ -48,7 +48,7 @@ def test_the_papers_of_values_are_cited_and_every_entry_has_what_styles_ask_for(
     assert "@article{wang2014," in text
     assert "pawluk1999" not in text
     assert text.count("{") == text.count("}")
-    needed = {"article": {"journal", "volume"}, "inproceedings": {"booktitle"}, "misc": set()}
+    needed = {"article": {"journal", "volume"}, "inproceedings": {"booktitle"}, "book": {"publisher"}, "misc": set()}
     assert {"wang2014", "bulens2023"} <= bibliography().keys()
     for entry in [*bibliography().values(), bibtex_entries([], []).partition("\n\n")[0]]:
         kind, fields = re.match(r"@(\w+)", entry)[1], set(re.findall(r"^  (\w+) *= \{.+\},$", entry, re.MULTILINE))

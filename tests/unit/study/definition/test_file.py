@@ -229,8 +229,8 @@ def test_schema_that_ships_is_that_of_the_program_and_knows_the_keys_of_a_study(
 @pytest.mark.parametrize(
     ("path", "value", "marked"),
     [
-        *(("depth", value, ["depth"]) for value in (1, "1", "1e-3", "wide")),
-        *(("depth", value, []) for value in ("1.5 mm", "-2e-3 m", ".5 mm", "3mm", "1 m/s")),
+        *(("depth", value, ["depth"]) for value in (1, "1", "1e-3", "2 1", "wide")),
+        *(("depth", value, []) for value in ("1.5 mm", "-2e-3 m", ".5 mm", "3mm", "1 m/s", "25 1/s")),
         ("contact.friction_coefficient", "much", ["contact"]),
         ("formulation", "plane", ["formulation"]),
         ("titel", "Block", [""]),

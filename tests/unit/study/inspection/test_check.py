@@ -156,6 +156,12 @@ def test_preset_and_study_are_drawn(tmp_path):
         (save_mesh, "nix a.msh", "mesh nix: is neither a preset nor a file that is there, .*; presets: wang2014-2d"),
         (save_mesh, "pad.inp a.msh", "mesh pad.inp: is no file that is there, .* or of a mesh"),
         (lambda *paths: save_mesh(*paths, "inch"), "file a.png", "unit: got 'inch', needs one of m, cm, mm, um"),
+        (
+            lambda *paths: save_mesh(*paths, "mm"),
+            "block.yaml a.msh",
+            "got 'mm' beside block.yaml, belongs to mesh files",
+        ),
+        (lambda *paths: save_mesh(*paths, "mm"), "wang2014-2d a.msh", "got 'mm' beside wang2014-2d"),
         (save_mesh, "block.yaml file/copy.msh", r"file/copy\.msh: cannot be written"),
         (draw_specimen, "wang2014-3d finger.doc", r"needs a file that ends in \.png, \.svg, \.pdf"),
         (draw_specimen, "nobody finger.png", "preset: 'nobody' is not known"),
