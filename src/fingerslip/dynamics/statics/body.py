@@ -45,6 +45,7 @@ __all__ = [
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
+Marks = NDArray[np.bool_]
 
 #: What to do with a model that cannot be condensed.
 REPAIR = "simulate the model step by step"
@@ -77,10 +78,12 @@ def depth_in_hull(points: Floats, normal: Floats) -> Floats:
     return np.maximum(deep, 0.0)
 
 
-def patches(points: Floats, area: Floats, distance: float) -> tuple[Integers, sparse.csr_matrix]:
-    """Divide nodes into patches of about one size, those nearest to each of some middles.
+def patches(
+    points: Floats, area: Floats, distance: float, single: Marks | None = None
+) -> tuple[Integers, sparse.csr_matrix]:
+    """Divide nodes into patches of about one size, those nearest to each of some middles, and into single nodes.
 
-    Arrays: points (n, dim) [m]; area (n,) [m^2]; distance [m]; returns middles (k,); means [-].
+    Arrays: points (n, dim) [m]; area (n,) [m^2]; distance [m]; single (n,); returns middles (k,); means [-].
 
     Examples
     --------
@@ -89,11 +92,14 @@ def patches(points: Floats, area: Floats, distance: float) -> tuple[Integers, sp
     >>> means.toarray().round(2).tolist()
     [[0.5, 0.5, 0.0, 0.0], [0.0, 0.0, 0.25, 0.75]]
     """
-    places = points[_apart(points, distance)]
-    for _ in range(_ROUNDS):
-        owner = cKDTree(places).query(points)[1]
-        places = np.asarray(_means(owner, area) @ points)
-    owner = cKDTree(places).query(points)[1]
+    owner = np.arange(len(points))
+    others = owner if single is None else owner[~single]
+    if others.size:
+        joined, shares = points[others], area[others]
+        places = joined[_apart(joined, distance)]
+        for _ in range(_ROUNDS):
+            places = np.asarray(_means(cKDTree(places).query(joined)[1], shares) @ joined)
+        owner[others] = len(points) + cKDTree(places).query(joined)[1]
     means = _means(owner, area)
     nearest: Integers = cKDTree(points).query(np.asarray(means @ points))[1].astype(np.int64)
     return nearest, means
@@ -112,7 +118,7 @@ def _apart(points: Floats, distance: float) -> Integers:
     return np.array(chosen)
 
 
-def _means(owner: NDArray[np.intp], area: Floats) -> sparse.csr_matrix:
+def _means(owner: NDArray[np.integer], area: Floats) -> sparse.csr_matrix:
     """Return the map (k, n) that takes the means of what belongs to each of k owners; those of nothing are left out."""
     number = np.unique(owner, return_inverse=True)[1]
     summed = sparse.csr_matrix((area, (number, np.arange(len(area)))))
@@ -204,19 +210,20 @@ def _surface(
         raise InputError("materials", "relax", "needs elastic ones", REPAIR)
     area = nodal_areas(system.space, model.contacts[0].boundary, model.depth)
     remaining, others = _split_boundary(model, system, reach, hidden)
-    reads, _, body = surface(system, remaining, area[remaining], others, patch)
+    division = patches(system.space.positions[remaining], area[remaining], patch)
+    reads, _, body = surface(system, remaining, area[remaining], others, division)
     return system.stiffness, reads, body
 
 
 def surface(
-    system: System, nodes: Integers, area: Floats, others: Integers, patch: float
+    system: System, nodes: Integers, area: Floats, others: Integers, division: tuple[Integers, sparse.csr_matrix]
 ) -> tuple[list[sparse.csr_matrix], sparse.csr_matrix, StaticBody]:
     """Return what reads patches of nodes, sites and other nodes, what sums over patches, and the body without answers.
 
-    Arrays: nodes (n_c,); area (n_c,) [m^2]; others (n_w,); patch [m]; sums (n_p, n_c) [-].
+    Arrays: nodes (n_c,), divided as by :func:`patches`; area (n_c,) [m^2]; others (n_w,); sums (n_p, n_c) [-].
     """
     positions, dim = system.space.positions, system.space.dim
-    middles, means = patches(positions[nodes], area, patch)
+    middles, means = division
     sums, expansion = (means > 0).astype(float), system.unknowns.expansion(system.space.n_dofs)
     of_nodes, at_sites, at_others = (
         sparse.csr_matrix(node_operator(rows, dim, system.space.n_dofs) @ expansion)

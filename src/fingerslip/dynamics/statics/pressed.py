@@ -21,7 +21,16 @@ from fingerslip.contact.interface import InterfaceState, rest_state
 from fingerslip.contact.states import OPEN, STICK
 from fingerslip.dynamics.finite.large import Large
 from fingerslip.dynamics.state_checks import OutsideCheck
-from fingerslip.dynamics.statics.body import REPAIR, StaticBody, answers_of, check_kind, depth_in_hull, sheared, surface
+from fingerslip.dynamics.statics.body import (
+    REPAIR,
+    StaticBody,
+    answers_of,
+    check_kind,
+    depth_in_hull,
+    patches,
+    sheared,
+    surface,
+)
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.stepper import Stopwatch
 from fingerslip.dynamics.system.bodies import counterface_motion
@@ -44,8 +53,8 @@ _logger = logging.getLogger(__name__)
 # Share of the area that touches which sticks, below which the whole contact slips: the body is sheared no further.
 _SLIPS = 0.01
 # Over how near to the counterface skin is after the press that may touch later: how deep skin that touches may lie at
-# rest, and how near skin is that is watched.
-_DEEP, _WATCHED = 2.0, 2.0
+# rest, how near skin is that is watched, and how near skin whose nodes are patches of their own.
+_DEEP, _WATCHED, _SINGLE = 2.0, 1.5, 0.1
 # Skin that may touch while a body is pressed further is within this many times the way.
 _REACH = 1.25
 
@@ -191,7 +200,8 @@ def _skin(system: System, state: State, near: float, patch: float) -> _Skin:
     nearest = _narrow(system, gaps <= near)
     state, candidates = _transfer(state, system, nearest), nearest.candidates
     watched = system.candidates.nodes[(gaps > near) & (gaps <= _WATCHED * near)]
-    reads, sums, body = surface(nearest, candidates.nodes, candidates.area, watched, patch)
+    division = patches(candidates.positions, candidates.area, patch, gaps[gaps <= near] <= _SINGLE * near)
+    reads, sums, body = surface(nearest, candidates.nodes, candidates.area, watched, division)
     pressing = sums @ (state.contact_forces @ plane.unit_normal)
     moved = (reads[0] @ state.displacement).reshape(body.positions.shape) - shift
     present = plane.gap(body.positions + moved)
