@@ -54,7 +54,7 @@ _logger = logging.getLogger(__name__)
 _SLIPS = 0.01
 # Over how near to the counterface skin is after the press that may touch later: how deep skin that touches may lie at
 # rest, how near skin is that is watched, and how near skin whose nodes are patches of their own.
-_DEEP, _WATCHED, _SINGLE = 2.0, 1.5, 0.1
+_DEEP, _WATCHED, _SINGLE = 2.0, 1.5, 0.02
 # Skin that may touch while a body is pressed further is within this many times the way.
 _REACH = 1.25
 
