@@ -121,7 +121,7 @@ Integers = NDArray[np.int64]
 # Candidates are within this many times the approach of the counterface.
 _NEAR = 1.25
 # Unknowns up to which compiled code on all patches is faster; few of them touch, other than where contact is fine.
-_FEW = 2000
+_FEW = 1000
 # Steps between two looks at the nodes that must not touch.
 _LOOK_EVERY = 8
 
