@@ -45,7 +45,6 @@ __all__ = [
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-Marks = NDArray[np.bool_]
 
 #: What to do with a model that cannot be condensed.
 REPAIR = "simulate the model step by step"
@@ -78,12 +77,10 @@ def depth_in_hull(points: Floats, normal: Floats) -> Floats:
     return np.maximum(deep, 0.0)
 
 
-def patches(
-    points: Floats, area: Floats, distance: float, single: Marks | None = None
-) -> tuple[Integers, sparse.csr_matrix]:
-    """Divide nodes into patches of about one size, those nearest to each of some middles, and into single nodes.
+def patches(points: Floats, area: Floats, distance: float | Floats) -> tuple[Integers, sparse.csr_matrix]:
+    """Divide nodes into patches of about the size that each asks for, those nearest to each of some middles.
 
-    Arrays: points (n, dim) [m]; area (n,) [m^2]; distance [m]; single (n,); returns middles (k,); means [-].
+    Arrays: points (n, dim) [m]; area (n,) [m^2]; distance (n,) or one for all [m]; returns middles (k,); means [-].
 
     Examples
     --------
@@ -92,14 +89,13 @@ def patches(
     >>> means.toarray().round(2).tolist()
     [[0.5, 0.5, 0.0, 0.0], [0.0, 0.0, 0.25, 0.75]]
     """
-    owner = np.arange(len(points))
-    others = owner if single is None else owner[~single]
-    if others.size:
-        joined, shares = points[others], area[others]
-        places = joined[_apart(joined, distance)]
+    owner, sizes = np.zeros(len(points), dtype=np.int64), np.broadcast_to(distance, len(points))
+    for size in np.unique(sizes):
+        rows = np.flatnonzero(sizes == size)
+        joined, places = points[rows], points[rows][_apart(points[rows], size)]
         for _ in range(_ROUNDS):
-            places = np.asarray(_means(cKDTree(places).query(joined)[1], shares) @ joined)
-        owner[others] = len(points) + cKDTree(places).query(joined)[1]
+            places = np.asarray(_means(cKDTree(places).query(joined)[1], area[rows]) @ joined)
+        owner[rows] = owner.max() + 1 + cKDTree(places).query(joined)[1]
     means = _means(owner, area)
     nearest: Integers = cKDTree(points).query(np.asarray(means @ points))[1].astype(np.int64)
     return nearest, means

@@ -53,8 +53,10 @@ _logger = logging.getLogger(__name__)
 # Share of the area that touches which sticks, below which the whole contact slips: the body is sheared no further.
 _SLIPS = 0.01
 # Over how near to the counterface skin is after the press that may touch later: how deep skin that touches may lie at
-# rest, how near skin is that is watched, and how near skin whose nodes are patches of their own.
-_DEEP, _WATCHED, _SINGLE = 2.0, 1.5, 0.02
+# rest, how near skin is that is watched, and how near skin that is divided as if it touched.
+_DEEP, _WATCHED, _TOUCHES = 2.0, 1.5, 0.02
+# Patches that what touches after the press is divided into, or its nodes where they are fewer.
+_PATCHES = 200
 # Skin that may touch while a body is pressed further is within this many times the way.
 _REACH = 1.25
 
@@ -200,7 +202,10 @@ def _skin(system: System, state: State, near: float, patch: float) -> _Skin:
     nearest = _narrow(system, gaps <= near)
     state, candidates = _transfer(state, system, nearest), nearest.candidates
     watched = system.candidates.nodes[(gaps > near) & (gaps <= _WATCHED * near)]
-    division = patches(candidates.positions, candidates.area, patch, gaps[gaps <= near] <= _SINGLE * near)
+    touching = candidates.area @ (state.interface.state != OPEN)
+    fine = min(patch, float(touching / _PATCHES) ** (1.0 / (candidates.dim - 1)))
+    sizes = np.where(gaps[gaps <= near] <= _TOUCHES * near, fine, patch)
+    division = patches(candidates.positions, candidates.area, sizes)
     reads, sums, body = surface(nearest, candidates.nodes, candidates.area, watched, division)
     pressing = sums @ (state.contact_forces @ plane.unit_normal)
     moved = (reads[0] @ state.displacement).reshape(body.positions.shape) - shift
