@@ -256,6 +256,24 @@ def test_a_body_that_gives_way_without_its_contact_is_refused_and_later_states_a
     assert "no state is taken at t = " in caplog.text
 
 
+@pytest.mark.parametrize("time", [1.42, 0.42])
+def test_a_slide_that_ends_early_leaves_the_states_so_far_and_a_press_is_an_error(time, monkeypatch, caplog):
+    advance = Large.advance
+
+    def ending(integrator, states, ends):
+        if ends[0] > time:
+            raise fs.ConvergenceError(ends[0], 0, 1.0, 1e-6, "fold less")
+        return advance(integrator, states, ends)
+
+    monkeypatch.setattr(Large, "advance", ending)
+    if time < 0.8:
+        with pytest.raises(fs.ConvergenceError, match="fold less"):
+            pressed_body(pressed_pad(), spacing=0.2e-3, near=1e-3)
+        return
+    assert len(pressed_body(pressed_pad(), spacing=0.2e-3, near=1e-3).answers) == 3
+    assert "its last state stands for what follows: contact at t = 1.45 s" in caplog.text
+
+
 def test_bodies_of_one_press_are_those_of_a_press_for_each_depth():
     depths, sizes, told = (0.8e-3, 0.4e-3), {"spacing": 0.2e-3, "near": 1e-3}, []
     model = searched(pressed_pad(), REACH)

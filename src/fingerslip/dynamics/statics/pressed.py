@@ -36,7 +36,7 @@ from fingerslip.dynamics.step.stepper import Stopwatch
 from fingerslip.dynamics.system.bodies import counterface_motion
 from fingerslip.dynamics.system.operators import Outsiders, relative_operator
 from fingerslip.dynamics.system.system import System, build_system
-from fingerslip.errors import InputError, SlipOutsideContactError
+from fingerslip.errors import ConvergenceError, InputError, SlipOutsideContactError
 from fingerslip.linear.resources import single_dense_thread
 from fingerslip.linear.solver import LinearSolver, preferred_solver
 from fingerslip.materials.elastic import RayleighDamping
@@ -124,12 +124,15 @@ def _slide(
     integrator, check = Large(model, skin.system, solver, Stopwatch(), 0), OutsideCheck(skin.system)
     states = _States(skin, integrator, spacing)
     states.take(skin.state)
-    for state in _steps(integrator, skin.state, (begin, end), model.time.step):
-        check.look(state)
-        states.take(state)
-        progress((state.time - begin) / (end - begin))
-        if states.slips:
-            break
+    try:
+        for state in _steps(integrator, skin.state, (begin, end), model.time.step):
+            check.look(state)
+            states.take(state)
+            progress((state.time - begin) / (end - begin))
+            if states.slips:
+                break
+    except ConvergenceError as error:
+        _logger.warning("a body is slid no further, and its last state stands for what follows: %s", error)
     check.finish()
     integrator.release()
     return states.body()
