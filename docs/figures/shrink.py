@@ -23,6 +23,10 @@ def main() -> None:
 
 def shrunk(image: Image.Image) -> bytes:
     """Return a picture as PNG of no more than the limit."""
+    content = io.BytesIO()
+    image.quantize(palette=greys_and_colours(image), dither=Image.Dither.NONE).save(content, "PNG", optimize=True)
+    if content.tell() <= LIMIT:
+        return content.getvalue()
     while True:
         for colours in _COLOURS:
             content = io.BytesIO()
@@ -30,6 +34,14 @@ def shrunk(image: Image.Image) -> bytes:
             if content.tell() <= LIMIT:
                 return content.getvalue()
         image = image.resize([round(_SHRINKING * side) for side in image.size], Image.Resampling.LANCZOS)
+
+
+def greys_and_colours(image: Image.Image) -> Image.Image:
+    """Return a palette of 128 greys and 64 colours of a picture: photographs with a few coloured marks keep both."""
+    colours = image.quantize(64, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).getpalette()
+    palette = Image.new("P", (1, 1))
+    palette.putpalette([level for step in range(128) for level in (2 * step,) * 3] + colours[:192])
+    return palette
 
 
 if __name__ == "__main__":

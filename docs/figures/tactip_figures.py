@@ -29,8 +29,8 @@ from fingerslip.specimens.tactip.meshing.sources import SensorSectionSizes, Sens
 HERE = Path(__file__).parent
 COLOURS = {"skin": "#4a4a4a", "gel": "#cfe6f5", "rods": "#f4f1e6", "window": "#d9d9d9"}
 DEPTHS = (2, 3, 4, 5)
-# Slip travel at which the central pin of real smooth sensors saturates, by depth, both in mm.
-REAL = {0.5: 0.46, 1.5: 0.97, 2.5: 1.47, 3.5: 3.7, 4.5: 4.8}
+# Slip travel at which the central pin of two real smooth sensors saturates, by nominal depth, both in mm.
+REAL = {"sensor A": {1.0: 0.3, 2.0: 0.9, 3.0: 2.25}, "sensor B": {1.0: 0.95, 2.0: 0.65, 3.0: 1.0}}
 
 
 def main() -> None:
@@ -161,7 +161,8 @@ def gate_figure(pins: dict[float, tuple[np.ndarray, np.ndarray]]) -> Figure:
     keys = {}
     for (depth, (travel, pin)), colour in zip(pins.items(), ring_colours(len(pins)), strict=True):
         (keys[f"{depth:g} mm deep"],) = left.plot(travel, pin, color=colour)
-    (keys["real smooth sensors"],) = right.plot(list(REAL), list(REAL.values()), "ks")
+    for (name, real), look in zip(REAL.items(), ("ks", "k^"), strict=True):
+        (keys[f"real smooth {name}"],) = right.plot(list(real), list(real.values()), look)
     travels = [saturation(*pin) for pin in pins.values()]
     (keys["simulated, 95 % of the end"],) = right.plot(list(pins), travels, "o-", color=BLUE)
     right.set_xlabel("depth [mm]")

@@ -17,7 +17,7 @@ import xarray as xr
 import fingerslip as fs
 from fingerslip.report.figures.markers import fields_figure, marker_tracks_figure
 from fingerslip.report.figures.style import save_figure
-from fingerslip.vision.cameras.pixel import DARK_ON_BRIGHT, HARSH_LIGHT, frames_of
+from fingerslip.vision.cameras.pixel import DARK_ON_BRIGHT, HARSH_LIGHT, LAMPS, MOULDED, frames_of
 from fingerslip.vision.cameras.point import following, window_centroids
 from fingerslip.vision.overlay import field_frames, overlay_frames
 from fingerslip.vision.video import opencv
@@ -51,17 +51,19 @@ def press_and_slide() -> xr.Dataset:
 
 
 def draw_frames() -> None:
-    """Draw three frames beside each other: clean, with the faults of real ones, and dark markers with an overlay."""
+    """Draw four frames: clean, with the faults of real ones, as in recordings, and dark markers with an overlay."""
     moving = press_and_slide()
     plain = fs.PixelCamera(CAMERA)
     harsh = fs.PixelCamera(CAMERA, lighting=HARSH_LIGHT, noise=fs.SensorNoise(2.0, 0.05), jpeg_quality=80)
+    farther = fs.Camera(fs.pinhole_for_view(640, 480, 0.085, 0.05), CAMERA.pose)
+    real = fs.PixelCamera(farther, MOULDED, LAMPS, fs.SensorNoise(1.5, 0.01), 85)
     dark = fs.PixelCamera(CAMERA, DARK_ON_BRIGHT, lighting=fs.Lighting(vignetting=0.4, gradient=0.3))
     truth = fs.true_tracks(CAMERA, moving)
     last = truth.sizes["time"] - 1
     colour = opencv().COLOR_GRAY2BGR
-    frames = [opencv().cvtColor(next(frames_of(one, moving, start=last)), colour) for one in (plain, harsh)]
+    frames = [opencv().cvtColor(next(frames_of(one, moving, start=last)), colour) for one in (plain, harsh, real)]
     frames.append(next(islice(overlay_frames(frames_of(dark, moving), truth), last, None)))
-    together = np.hstack(frames)
+    together = np.vstack([np.hstack(frames[:2]), np.hstack(frames[2:])])
     half = opencv().resize(together, None, fx=0.6, fy=0.6, interpolation=opencv().INTER_AREA)
     opencv().imwrite(str(FOLDER / "vision-frames.png"), half, [opencv().IMWRITE_PNG_COMPRESSION, 9])
 

@@ -23,7 +23,7 @@ import rows
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 import fingerslip as fs
-from fingerslip.vision.cameras.pixel import DARK_ON_BRIGHT, HARSH_LIGHT, frames_of
+from fingerslip.vision.cameras.pixel import DARK_ON_BRIGHT, HARSH_LIGHT, LAMPS, MOULDED, frames_of
 from fingerslip.vision.tracking.follow import follow, rest_state
 from fingerslip.vision.tracking.reference import reference_of
 from fingerslip.vision.video import frame_state, open_frames, rest_exposure, write_video
@@ -158,9 +158,53 @@ def trackers():
         line(name, *(f"{percent(score.kept)} / {score.swapped}" for score in scores))
 
 
+def lamps():
+    """Frames that look like the recordings, with truth: moulded pins, lamps, a white mount. Kept [%] / swaps."""
+    table("clip", "pins found", "ours, no hint", "ours, stray", "ours, number and mask", "nearest blob", "optical flow")
+    scale, looks = 64e-3 / 640.0, []
+    lens = fs.pinhole_for_view(640, 480, 64e-3, 50e-3)
+    filming = fs.Camera(lens, fs.Pose((0.0, 0.0, 50e-3), (0.0, 0.0, 0.0)), frame_rate=RATE)
+    pins = fs.hexagonal_layout(22.0, 6).position
+    paths = {"slides by 40 px": clips.slide(pins, 0.5), "pressed": clips.press(pins),
+             "halves part by half a distance": clips.part(pins, 0.5)}  # fmt: skip
+    for seed, (name, path) in enumerate(paths.items()):
+        places = np.concatenate([scale * path, np.zeros_like(path[..., :1])], axis=2)
+        tracks = fs.make_tracks(places, np.arange(len(path)) / RATE, units="m")
+        pixels = fs.PixelCamera(filming, MOULDED, LAMPS, fs.SensorNoise(1.5, 0.01), 85, seed)
+        frames, truth = list(frames_of(pixels, tracks)), fs.true_tracks(filming, tracks)["position"].values
+        mask = np.hypot(*(np.indices((480, 640)) - [[[239.5]], [[319.5]]])) < 160.0
+        own = ours(frames, truth)
+        told = ours(frames, truth, n_markers=truth.shape[1], mask=mask)
+        others = track_nearest(frames, truth[0], 6.0, True), track_flow(frames, truth[0])
+        first, hinted, *rest = (clips.scored(position, truth) for position in (own, told, *others))
+        cells = [f"{percent(score.kept)} / {score.swapped}" for score in (hinted, *rest)]
+        pins_found, unaided = int(np.isfinite(own[0, :, 0]).sum()), f"{percent(first.kept)} / {first.swapped}"
+        line(name, pins_found, unaided, first.stray, *cells)
+        looks.append((name, frames, mask))
+    sys.stdout.write("\n")
+    statistics(looks)
+
+
+def statistics(clips_with_masks):
+    """Print what frames look like where the pins are, of clips with their masks."""
+    table("frames", "grey levels 1, 10, 50, 90, 99 %", "saturated inside, outside [%]", "outside", "noise", "pins",
+          "radius [px]", "contrast")  # fmt: skip
+    for name, frames, mask in clips_with_masks:
+        mean, noise = np.mean(frames[:5], axis=0), np.abs(np.diff(np.array(frames[:2], dtype=float), axis=0)[0])
+        markers = reference_of(mean, mask, None, "auto", None, name).markers
+        columns, lines = np.round(markers.position).astype(int).T
+        around = cv2.dilate(mean.astype(np.float32), None), cv2.erode(mean.astype(np.float32), np.ones((25, 25)))
+        contrast = np.median(around[0][lines, columns] - around[1][lines, columns])
+        levels = ", ".join(f"{level:.0f}" for level in np.percentile(mean[mask], (1, 10, 50, 90, 99)))
+        saturated = ", ".join(percent((frames[0][part] >= 250).mean()) for part in (mask, ~mask))
+        line(name, levels, saturated, float(np.median(mean[~mask])), float(1.05 * np.median(noise[mask])),
+             len(columns), float(np.median(markers.radius)), float(contrast))  # fmt: skip
+
+
 def recordings(folder):
     """Print for each recording which shares [%] of the markers are home at rest, wrong, and home at the last rest."""
     shares = "seen", "home", "wrong", "last home"
+    looks = []
     table("recording", "hint", "tracker", "markers", "rest frames", *shares, "CPU ms a frame")
     for video in sorted(path for path in folder.iterdir() if path.suffix in {".avi", ".mp4", ".mkv"}):
         masks = [mask for mask in [video.with_suffix(".mask.png")] if mask.exists()]
@@ -176,6 +220,9 @@ def recordings(folder):
                 judged = _judged(call(), rest)
                 cost = 1e3 * (time.process_time() - begin) / len(frames)
                 line(video.stem, hint, name, len(markers.position), int(rest.sum()), *judged, cost)
+        looks += [(video.stem, frames[:5], cv2.imread(str(mask), cv2.IMREAD_GRAYSCALE) > 0) for mask in masks]
+    sys.stdout.write("\n")
+    statistics(looks)
 
 
 def _trackers(markers, frames, mask):
@@ -294,7 +341,7 @@ def _timed(call, count):
     return best / count
 
 
-CASES = {case.__name__: case for case in (error, directions, bad, vanish, trackers, drift, speed, camera)}
+CASES = {case.__name__: case for case in (error, directions, bad, vanish, trackers, lamps, drift, speed, camera)}
 
 
 def main():

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -11,8 +10,6 @@ import pytest
 from unit.study.conftest import reports, write_study
 
 __all__ = ["reports", "write_study"]
-
-FOLDER = Path(__file__).parent
 
 
 def cases(values: Iterable[tuple[str, ...]], fast: Collection[tuple[str, ...]]) -> list[Any]:
@@ -22,5 +19,5 @@ def cases(values: Iterable[tuple[str, ...]], fast: Collection[tuple[str, ...]]) 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
-        if FOLDER in item.path.parents:
+        if item.nodeid.startswith("tests/integration/"):
             item.add_marker(pytest.mark.integration)

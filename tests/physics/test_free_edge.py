@@ -11,8 +11,8 @@ import pytest
 import yaml
 
 from fingerslip.report.tables.runs import events_table
-from fingerslip.study.running import runner
 from fingerslip.study.running.runner import run_study
+from unit.study.conftest import draw_nothing
 
 STUDY = {
     "title": "A level and an inclined finger",
@@ -35,7 +35,7 @@ def test_only_the_inclined_finger_touches_at_its_cut_end_and_every_output_says_s
 ) -> None:
     path = tmp_path / "angles.yaml"
     path.write_text(yaml.safe_dump(STUDY, sort_keys=False))
-    monkeypatch.setattr(runner, "write_report", lambda *_: None)
+    draw_nothing(monkeypatch)
     study = run_study(path, results_dir=tmp_path / "results", workers=1)
     level, inclined = study.runs
     assert level.edge is None

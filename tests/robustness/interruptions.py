@@ -13,8 +13,7 @@ import numpy as np
 from fingerslip.commands.shared import stop_on_termination
 from fingerslip.history import read_history
 from fingerslip.results import stored_result
-from fingerslip.study.running import runner
-from fingerslip.study.running.compute import without_main_module
+from fingerslip.study.running import compute, runner
 
 # The server has the modules loaded, so that a process that it forks takes a fraction of a second.
 _CONTEXT = multiprocessing.get_context("forkserver")
@@ -24,7 +23,7 @@ _CONTEXT.set_forkserver_preload(["fingerslip.study.running.runner", "fingerslip.
 def begin(study: Path, results: Path, errors: Path) -> BaseProcess:
     """Begin to run a study in a process of its own, which writes what goes wrong to a file."""
     process = _CONTEXT.Process(target=_run, args=(study, results, errors))
-    with without_main_module():
+    with compute.without_main_module():
         process.start()
     return process
 
@@ -33,7 +32,7 @@ def _run(study: Path, results: Path, errors: Path) -> None:
     """Run a study as ``fingerslip run`` does, but draw nothing, which would take longer than the runs."""
     stop_on_termination()
     try:
-        with patch.object(runner, "write_report", _write_report):
+        with patch.object(runner, "write_report", _write_report), patch.object(compute, "drawings_of", lambda *_: {}):
             runner.run_study(study, results_dir=results, workers=1)
     except BaseException:  # noqa: BLE001  what it was is for the test to judge
         errors.write_text(traceback.format_exc())

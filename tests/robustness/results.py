@@ -27,7 +27,7 @@ from fingerslip.storage.files import file_digest, read_json, write_json, write_t
 from fingerslip.study import convergence as refining
 from fingerslip.study.inspection.show import diff_runs, show
 from fingerslip.study.inspection.views import _stored_history
-from fingerslip.study.running import runner
+from fingerslip.study.running import compute, runner
 from fingerslip.study.storage import reporting
 from fingerslip.study.storage.store import read_run
 from fingerslip.validation.evidence import _measure
@@ -200,6 +200,7 @@ def _nothing_drawn() -> Iterator[None]:
 
     with (
         patch.object(runner, "write_report", write_report),
+        patch.object(compute, "drawings_of", lambda *_: {}),
         patch.object(save, "save_figure", lambda *_: None),
         patch.object(convergence, "convergence_figure", lambda *_: None),
         warnings.catch_warnings(),

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import csv
 import io
-import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,7 +16,6 @@ from numpy.typing import NDArray
 from fingerslip.detect.features import markers_of, rest_positions
 from fingerslip.errors import InputError, ResultError, shorten
 from fingerslip.storage.files import csv_text, plain_cell, write_text
-from fingerslip.tables.table import Cell, Column, Missing, Table
 from fingerslip.vision.tracks import seen, tracks_in_metres
 
 if TYPE_CHECKING:
@@ -216,27 +214,6 @@ def labels_from_contact(
         raise InputError("stick_ratio", f"got {np.nanmin(ratio):.6g} to {np.nanmax(ratio):.6g}", "needs 0 to 1, or NaN")
     # A comparison with NaN is false: what does not touch does not slip.
     return Onsets(_first(times, ratio <= 1.0 - slipping, sustained), _first(times, ratio <= overall, sustained))
-
-
-def label_differences(labels: Mapping[str, Mapping[str, Onsets]], reference: str) -> Table:
-    """Return how much later each source of labels is than a reference, by the labels of each trial by their sources.
-
-    Each source and event has a row: trials with both, with one alone, mean, standard deviation and range [s].
-    """
-    rows: list[tuple[Cell, ...]] = []
-    sources = dict.fromkeys(source for trial in labels.values() for source in trial if source != reference)
-    for source, event in itertools.product(sources, ("incipient", "gross")):
-        pairs = [[getattr(trial.get(name), event, None) for name in (source, reference)] for trial in labels.values()]
-        later = np.array([time - other for time, other in pairs if time is not None and other is not None])
-        alone = sum((time is None) != (other is None) for time, other in pairs)
-        spread = float(later.std(ddof=1)) if later.size > 1 else Missing.NOT_DEFINED
-        times: Sequence[Cell] = [Missing.NO_EVENT] * 4
-        if later.size:
-            times = [float(later.mean()), spread, float(later.min()), float(later.max())]
-        rows.append((source, event, len(later), alone, *times))
-    names = ("mean", "standard deviation", "smallest", "largest")
-    columns = (*map(Column, ("label", "event", "both", "one alone")), *(Column(name, "s", 3) for name in names))
-    return Table(f"Labels less those of {reference}", columns, tuple(rows))
 
 
 def _external_motion(tracks: xr.Dataset, settings: LabelSettings) -> tuple[Floats, int]:

@@ -11,15 +11,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from fingerslip.detect.evaluation.crossval import on_unseen
-from fingerslip.detect.evaluation.scores import event_scores_of
+from fingerslip.detect.evaluation.crossval import READINGS, Unseen, on_unseen
+from fingerslip.detect.evaluation.scores import event_scores_of, rest_ends
 from fingerslip.detect.evaluation.tables import event_table, unseen_tables
 from fingerslip.detect.labels import Onsets
 from fingerslip.detect.model_file import read_detector
 from fingerslip.detect.recordings import TRACK_FILES, read_any_tracks
+from fingerslip.detect.samples import left_out
 from fingerslip.detect.session import Choices
 from fingerslip.detect.training import Detector, check_tracks_fit
-from fingerslip.detect.trials import open_trials
+from fingerslip.detect.trials import TrialSet, condition_text, open_trials
 from fingerslip.errors import InputError
 from fingerslip.storage.files import check_replaceable
 from fingerslip.tables.table import Table
@@ -128,13 +129,28 @@ def _new_events(before: Onsets, finding: Finding) -> Iterator[str]:
             yield f"{finding.time:.3f} s: {word} since {began:.3f} s"
 
 
+def _by_depth(result: Unseen, trials: TrialSet, onsets: Mapping[str, Onsets], rest_frames: int) -> list[Table]:
+    """Return the onsets found in the trials of each indentation, if there are several."""
+    depths = {name: trials.conditions[name].get("indentation") for name in trials.names}
+    if None in depths.values() or len(set(depths.values())) < 2:
+        return []
+    ends, frame = rest_ends(trials, trials.names, rest_frames)
+    scores = {}
+    for depth, names in left_out(trials.conditions, "indentation").items():
+        onsets_found = {name: result.onsets[READINGS[0]][name] for name in names}
+        scores[condition_text("indentation", depth)] = event_scores_of(onsets_found, onsets, ends, frame=frame)
+    return [event_table(scores, title="Onset of slip by indentation")]
+
+
 def judge_detector(detector: str, dataset: Path, labels: str) -> list[Table]:
     """Return the tables of what a detector finds in a data set that it did not learn from."""
     trials = open_trials(dataset)
     onsets = Choices(labels).onsets(trials)
     with threadpool_limits(1):
         if detector != RESIDUAL:
-            return unseen_tables(on_unseen(read_detector(detector), trials, onsets))
+            trained = read_detector(detector)
+            result = on_unseen(trained, trials, onsets)
+            return [*unseen_tables(result), *_by_depth(result, trials, onsets, trained.features.motion.rest_frames)]
         from fingerslip.detect.residual import ResidualSettings, detect_residual, frames_at_rest
 
         tracks = {name: trials.tracks(name) for name in trials.names}

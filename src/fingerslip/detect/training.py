@@ -126,7 +126,7 @@ def train(
     calibration = held_out(chosen, calibration_count(len(chosen), share), seed)
     check_labels(onsets, calibration, needed=())
     samples = samples_of(trials, onsets, settings, sampling, names=[name for name in chosen if name not in calibration])
-    estimator = fit(candidate, samples.values, samples.classes, samples.trial, seed=seed, workers=workers)
+    estimator = fit(candidate, samples.values, samples.classes, seed=seed, workers=workers)
     inside = markers_of(trials.tracks(chosen[0]), "internal")
     detector = Detector(
         classifier=classifier,

@@ -45,6 +45,7 @@ CONDITIONS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "travel": ("m", "length of the slide"),
         "friction_coefficient": ("1", "static friction coefficient"),
         "friction_decay_speed": ("m/s", "slip rate over which friction falls"),
+        "rest": ("s", "time at rest at the start of the film"),
         "load_rate": ("N/s", "how fast the load on a plate grows that hangs on the sensor"),
         "tilt": ("rad", "tilt of the plate along the slide"),
         "skin_youngs_modulus": ("Pa", "Young's modulus of the skin"),

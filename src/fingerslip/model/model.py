@@ -250,8 +250,7 @@ class Model:
     programme : tuple of Press, Hold, Slide or Lift
         The motion of all counterfaces without a programme of their own that are on no rigid body, phase after phase.
     time : TimeStepping, QuasiStatic or Adaptive
-        Time integration and its step, or any object with a `step`, an `end` and the members of
-        :class:`~fingerslip.dynamics.system.scheme.Scheme`.
+        Time integration and its step, or a :class:`~fingerslip.dynamics.system.scheme.Scheme`.
     damping : RayleighDamping
         Material damping.
     integration : {'selective', 'full', 'nodal'}

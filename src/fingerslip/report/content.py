@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -97,6 +98,7 @@ class RunPictures:
 
     contact: tuple[Picture, ...] | None = None  # those of the section that shows it in detail
     model: tuple[Picture, ...] | None = None  # those of its model at the start
+    process: int = field(default_factory=os.getpid, compare=False)  # which has drawn them
 
 
 @dataclass(frozen=True)

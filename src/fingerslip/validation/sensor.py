@@ -7,6 +7,7 @@ are in ``data/published/bulens2023.yaml``.
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -16,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.detect.evaluation.scores import Estimate
-from fingerslip.detect.labels import NO_SLIP
+from fingerslip.detect.labels import NO_SLIP, LabelSettings
 from fingerslip.errors import InputError
 from fingerslip.history import read_history
 from fingerslip.marker_tracks import marker_tracks
@@ -254,10 +255,9 @@ _LEFT_OUT: Mapping[str, str] = {
     "indentation": "an indentation not seen",
     "friction_coefficient": "a quarter of the frictions not seen",
 }
-_MACHINES = ("svm_linear", "svm_rbf")
 #: Classifiers that the paper has not: they stand beside its forest, and are not judged by it.
 _OTHERS = ("boosting", "logistic")
-_COMPARED = ("forest", *_MACHINES, *_OTHERS)
+_COMPARED = ("forest", "svm", *_OTHERS)
 _DETECTION_NUMBERS, _DETECTION_STATEMENTS = "bulens2023_detection-numbers", "bulens2023_detection-statements"
 _CLASSES = ("no-slip", "incipient", "gross")
 #: One unit of the last printed digit of each published number.
@@ -270,6 +270,8 @@ _RESOLUTIONS: Mapping[str, float] = {
     "forest-incipient-recall": 1e-4,
     "forest-gross-precision": 1e-3,
     "forest-gross-recall": 1e-4,
+    "forest-incipient-f1": 1e-2,
+    "forest-gross-f1": 1e-2,
 }
 
 _ACCURACIES = ("forest-accuracy", "svm-accuracy")
@@ -282,6 +284,7 @@ class Detection:
     by_sample: Mapping[str, FrameScores]  # with frames split 90 to 10 whatever their trial
     by_trial: Mapping[str, FrameScores]  # on trials that were not seen, in five folds
     left_out: Mapping[str, Mapping[str, FrameScores]] = field(default_factory=dict)
+    mechanics: Mapping[str, float] = field(default_factory=dict)  # of the slides in 3D, by the name of the statement
 
 
 def detection_rows(work: Work, *, compute: bool = False) -> Stored[Row]:
@@ -313,7 +316,7 @@ def begun_detection(trials: TrialSet, workers: int = 2, output: Path | None = No
 
 
 def detection_of(begun: Evaluation) -> Detection:
-    """Fit the forest and both support vector machines as published, the other two beside them, and score them."""
+    """Fit the forest and a support vector machine as published, the other two beside them, and score them."""
     from fingerslip.detect.classifiers import CLASSIFIERS
     from fingerslip.detect.evaluation.scores import frame_scores_of
     from fingerslip.detect.samples import grouped_folds, left_out
@@ -326,7 +329,35 @@ def detection_of(begun: Evaluation) -> Detection:
     by_trial = scores_of(grouped_folds(trials.names, _FOLDS, 0))
     groups = {words: left_out(trials.conditions, condition) for condition, words in _LEFT_OUT.items()}
     left = {words: scores_of(tuple(group.values())) for words, group in groups.items()}
-    return Detection(by_sample, by_trial, left)
+    return Detection(by_sample, by_trial, left, measure_trials(trials))
+
+
+def measure_trials(trials: TrialSet) -> dict[str, float]:
+    """Return what statements on markers are compared with: the mean over the trials of an indentation, least of all."""
+    onsets, measured = trials.onsets(), defaultdict(list)
+    for name in trials.names:
+        for statement, value in _marker_measures(trials.tracks(name), onsets[name].gross).items():
+            measured[statement, trials.conditions[name]["indentation"]].append(value)
+    means = {key: float(np.mean(values)) for key, values in measured.items()}
+    return {word: min(mean for (of, _), mean in means.items() if of == word) for word in {of for of, _ in means}}
+
+
+def _marker_measures(tracks: xr.Dataset, gross: float | None) -> dict[str, float]:
+    """Return the share of the outer markers of the skin that slip before the central one, and how far this is ahead.
+
+    A marker slips where the outer camera, which goes with the plate, sees it 1 px from rest, as is printed of the
+    central one.
+    """
+    labels, ring, position = LabelSettings(), tracks["ring"].values, tracks["position"].values
+    outside, central, outermost = tracks["kind"].values.astype(str) == "external", ring == 0, ring == ring.max()
+    moved = np.linalg.norm(position - position[: labels.rest_frames].mean(axis=0), axis=2)
+    slips = np.where((moved > labels.gross).any(axis=0), (moved > labels.gross).argmax(axis=0), len(moved))
+    touching, centre = outside & np.isfinite(moved[0]), slips[outside & central].min()
+    measures = {"centre-last": float(np.mean(slips[touching & ~central] < centre))}
+    if gross is not None:
+        then = moved[np.searchsorted(tracks["time"].values, gross)]
+        measures["central-marker-ahead"] = float(then[~outside & central].mean() / then[~outside & outermost].mean())
+    return measures
 
 
 def rows_of_detection(detection: Detection) -> tuple[Row, ...]:
@@ -341,6 +372,10 @@ def rows_of_detection(detection: Detection) -> tuple[Row, ...]:
             rows.append(replace(row, quantity=f"{row.quantity}; simulated slides, {split}"))
     for split, scores in detection.left_out.items():
         rows += _number_rows(split, scores, _ACCURACIES)
+    for value in published_set("bulens2023-mechanics").values:
+        if value.id in detection.mechanics:
+            row = statement_row(value, detection.mechanics[value.id], None)
+            rows.append(replace(row, quantity=f"{row.quantity}; simulated slides in 3D"))
     return tuple(rows)
 
 
@@ -348,7 +383,7 @@ def _number_rows(split: str, scores: Mapping[str, FrameScores], wanted: Collecti
     """Yield a row for each published number and each of ours that is compared with it."""
     for value in published_set(_DETECTION_NUMBERS).values:
         kind, _, rest = value.id.partition("-")
-        compared = [(f"accuracy, {name}", scores[name].accuracy) for name in (_MACHINES if kind == "svm" else (kind,))]
+        compared = [(f"accuracy, {kind}", scores[kind].accuracy)]
         if rest != "accuracy":
             entry, _, score = rest.rpartition("-")
             compared = [(f"{score} of {entry}, forest", getattr(scores["forest"], score)[_CLASSES.index(entry)])]

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from fingerslip.commands.app import app
 from fingerslip.mesh.io import write_mesh
 from unit.study.block import block_mesh, block_values
-from unit.study.conftest import fails, settled
+from unit.study.conftest import draw_nothing, fails, settled
 
 __all__ = ["fails", "settled"]
 
@@ -48,9 +48,7 @@ def block(tmp_path: Path) -> Callable[..., Path]:
 @pytest.fixture
 def no_report(monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave the figures and the page out."""
-    from fingerslip.study.running import runner
-
-    monkeypatch.setattr(runner, "write_report", lambda *_: None)
+    draw_nothing(monkeypatch)
 
 
 def contents(folder: Path) -> list[str]:

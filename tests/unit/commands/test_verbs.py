@@ -12,6 +12,7 @@ import pytest
 import fingerslip as fs
 from fingerslip import validation
 from fingerslip.published import published_set
+from fingerslip.report.scene import viewer
 from fingerslip.study import fit
 from fingerslip.study.inspection import show as inspection
 from fingerslip.study.storage import reporting
@@ -223,12 +224,15 @@ def test_json_has_numbers_and_nothing_else_is_printed_and_names_are_listed_witho
     assert done.stderr == ""
 
 
-def test_options_reach_the_picture_and_its_path_is_printed(invoke, tmp_path):
+def test_options_reach_the_picture_and_its_path_is_printed(invoke, tmp_path, monkeypatch):
     (tmp_path / "run").mkdir()
     fs.write_history(block_history(), tmp_path / "run" / "history.nc")
+    drawn = []
+    monkeypatch.setattr(viewer, "save_still", lambda _, *asked: drawn.append(asked))
     done = invoke("view", "run", "--screenshot", "p.png", "--scalar", "region", "--time", "50 ms")
     assert done.stdout == "p.png\n"
-    assert (tmp_path / "p.png").read_bytes().startswith(b"\x89PNG")
+    ((path, time, options),) = drawn
+    assert (path, time, options.scalar) == (Path("p.png"), pytest.approx(0.05), "region")
     wrong = invoke("view", "run", "--screenshot", "q.png", "--cut", "w", code=2)
     assert "view: cut: got 'w', needs 'none', 'x', 'y' or 'z'" in wrong.stderr
 

@@ -17,7 +17,7 @@ from fingerslip.detect.alarms import (
     least_trials,
     onsets_from,
 )
-from fingerslip.detect.classifiers import CLASSIFIERS, SVM_GRID, Candidate, fit, probabilities, union_of_sets
+from fingerslip.detect.classifiers import CLASSIFIERS, Candidate, fit, probabilities, union_of_sets
 from fingerslip.detect.labels import Onsets
 from fingerslip.detect.optional import optional
 from fingerslip.detect.samples import columns_of
@@ -26,12 +26,11 @@ from fingerslip.errors import InputError
 DRAW = np.random.default_rng(0)
 CLASSES = np.tile([0, 1, 2], 80).astype(np.int8)
 VALUES = (CLASSES[:, None] * 2.0 + DRAW.normal(size=(240, 6))).astype(np.float32)
-GROUPS = np.repeat(np.arange(12), 20)
 
 
 @functools.cache
 def fitted(name):
-    return fit(CLASSIFIERS[name], VALUES[:, :1] if name.endswith("threshold") else VALUES, CLASSES, GROUPS)
+    return fit(CLASSIFIERS[name], VALUES[:, :1] if name.endswith("threshold") else VALUES, CLASSES)
 
 
 @pytest.mark.parametrize("name", CLASSIFIERS)
@@ -44,16 +43,13 @@ def test_every_classifier_learns_what_is_plain(name):
     assert found[:5] == pytest.approx(probabilities(fitted(name), values[:5]), abs=1e-6)
 
 
-def test_classifiers_are_those_published_or_chosen_from_the_grid():
+def test_classifiers_are_those_published():
     forest = fitted("forest")
     assert (forest.max_depth, forest.min_samples_leaf, forest.n_estimators) == (20, 5, 50)
     assert CLASSIFIERS["forest"].sets == ("displacement", "speed")
     assert probabilities(forest, VALUES) == pytest.approx(forest.predict_proba(VALUES), abs=1e-12)
-    chosen = fitted("svm_rbf").get_params()
-    assert chosen["linearsvc__C"] in SVM_GRID["C"]
-    assert chosen["nystroem__gamma"] in [gamma / 6 for gamma in SVM_GRID["gamma"]]
-    alone = fit(CLASSIFIERS["svm_linear"], VALUES, CLASSES, np.zeros(240, dtype=np.intp))
-    assert alone.get_params()["linearsvc__C"] == 0.1
+    machine = fitted("svm").get_params()
+    assert (machine["linearsvc__C"], machine["nystroem__kernel"], machine["nystroem__gamma"]) == (10.0, "rbf", None)
     assert fitted("time_threshold").get_n_leaves() == 3
 
 
@@ -141,9 +137,9 @@ BROKEN = np.where(np.arange(6) == 2, np.nan, VALUES).astype(np.float32)
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: fit(FOREST, VALUES, np.minimum(CLASSES, 1), GROUPS), r"has the classes \[0, 1\], needs 0, 1 and 2"),
-        (lambda: fit(FOREST, BROKEN, CLASSES, GROUPS), "training: has features that are not finite"),
-        (lambda: fit(HURRIED, VALUES, CLASSES, GROUPS), "classifier logistic: does not converge"),
+        (lambda: fit(FOREST, VALUES, np.minimum(CLASSES, 1)), r"has the classes \[0, 1\], needs 0, 1 and 2"),
+        (lambda: fit(FOREST, BROKEN, CLASSES), "training: has features that are not finite"),
+        (lambda: fit(HURRIED, VALUES, CLASSES), "classifier logistic: does not converge"),
         (lambda: columns_of(("mean/a",), ("polar",)), "features: have no 'polar'"),
         (lambda: optional("no_such_module"), r'no_such_module is missing .*pip install "fingerslip\[detect\]"'),
         (lambda: ForwardFilter((0.0, 1.0), (0.25, 0.5, 0.25), 0.2), "smoothing: dwell"),

@@ -42,7 +42,7 @@ def change(folder, **values):
     write_json(path, read_json(path, "") | values)
 
 
-@pytest.mark.parametrize("name", ["forest", "boosting", pytest.param("svm_linear", marks=pytest.mark.slow), "logistic"])
+@pytest.mark.parametrize("name", ["forest", "boosting", "svm", "logistic"])
 def test_a_detector_says_the_same_after_it_was_read_back(name, trials, learned, tmp_path):
     first = learned(name)
     write_detector(first, tmp_path / "d")

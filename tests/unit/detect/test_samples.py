@@ -12,7 +12,6 @@ from fingerslip.detect.labels import (
     LabelSettings,
     Onsets,
     classes_at,
-    label_differences,
     labels_from_contact,
     labels_from_external_markers,
     labels_from_plate,
@@ -35,7 +34,6 @@ from fingerslip.detect.samples import (
 )
 from fingerslip.errors import InputError, ResultError
 from fingerslip.marker_layouts import ring_layout
-from fingerslip.tables.table import Missing
 from fingerslip.vision.tracks import make_tracks
 
 CLASSES = np.repeat([0, 1, 2], [200, 300, 100]).astype(np.int8)
@@ -184,20 +182,6 @@ def test_the_stick_ratio_and_a_plate_that_falls_give_onsets():
 def test_what_cannot_be_is_refused(call, message):
     with pytest.raises(InputError, match=message):
         call()
-
-
-def test_differences_are_a_table_over_trials():
-    labels = {
-        "a": {"markers": Onsets(1.0, 2.0), "contact": Onsets(0.8, None)},
-        "b": {"markers": Onsets(2.0, 3.0), "contact": Onsets(1.9, None)},
-        "c": {"markers": Onsets(1.0, None)},
-    }
-    table = label_differences(labels, "markers")
-    assert [column.name for column in table.columns][:4] == ["label", "event", "both", "one alone"]
-    incipient, gross = table.rows
-    assert incipient[:4] == ("contact", "incipient", 2, 1)
-    assert incipient[4] == pytest.approx(-0.15)
-    assert gross == ("contact", "gross", 0, 2, *[Missing.NO_EVENT] * 4)
 
 
 def test_labels_of_a_trial_are_read_back_and_what_is_missing_is_no_time(tmp_path):

@@ -10,6 +10,8 @@ from fingerslip.detect.evaluation.crossval import on_unseen
 from fingerslip.detect.evaluation.tables import unseen_tables
 from fingerslip.detect.features import motion_of
 from fingerslip.detect.labels import Onsets
+from fingerslip.detect.model_file import write_detector
+from fingerslip.detect.running import judge_detector
 from fingerslip.detect.synthetic import synthetic_slides
 from fingerslip.detect.trials import write_trials
 from fingerslip.errors import InputError
@@ -60,7 +62,7 @@ def test_a_classifier_takes_other_features_than_its_own_and_a_detector_no_other_
     assert (one.name, one.sets) == ("logistic:displacement+strain", ("displacement", "strain"))
     assert one.make is training.candidate_of_name("logistic").make
     for name, message in (
-        ("magic", "classifier: got 'magic', needs one of forest, svm_linear"),
+        ("magic", "classifier: got 'magic', needs one of forest, svm,"),
         ("forest:touch", "features: got touch, needs some of displacement"),
         ("forest:", "features: got none"),
     ):
@@ -90,6 +92,20 @@ def test_onsets_are_read_with_and_without_smoothing_and_slip_that_never_comes_is
     assert found.scores["detector"].trials == 0
     assert found.scores["detector"].at_rest.value == 1.0
     assert found.matrices[:, 1:].sum() == 0
+
+
+def test_transfer_tells_the_onsets_of_each_indentation(detector, others, tmp_path):
+    write_detector(detector, tmp_path / "detector")
+    slides = synthetic_slides((3e-3, 4e-3), directions=1, repeats=1, seed=9, travel=8e-3)
+    two = write_trials(slides, tmp_path / "slides", "Two indentations")
+    judged = judge_detector(str(tmp_path / "detector"), two.folder, "external_markers")
+    whole, *_, by_depth = judged
+    assert by_depth.title == "Onset of slip by indentation"
+    assert [column.name for column in by_depth.columns] == ["event", "indentation: 3 mm", "indentation: 4 mm"]
+    errors = {row[0]: row[1:] for row in by_depth.rows}["onset error [s]"]
+    both = {row[0]: row[1] for row in whole.rows}["onset error [s]"]
+    assert np.mean([float(error) for error in errors]) == pytest.approx(float(both.split()[0]), abs=2e-3)
+    assert len(judge_detector(str(tmp_path / "detector"), others.folder, "external_markers")) == len(judged) - 1
 
 
 def test_what_a_detector_learned_from_is_not_unseen_and_other_markers_are_refused(detector, trials, others, tmp_path):

@@ -1,6 +1,7 @@
 """Small models that several tests of this folder compute."""
 
 import contextlib
+from dataclasses import replace
 
 import numpy as np
 
@@ -51,15 +52,9 @@ class Watched(fs.Coulomb):
         return super().coefficients(conditions)
 
 
-class OwnScheme:
-    """A scheme of a user: HHT-alpha, borrowed, with an end and perhaps another share of the end of a step."""
-
-    def __init__(self, step, alpha, end, end_share=None):
-        self.scheme, self.end = hht(step, alpha), end
-        self.end_share = self.scheme.end_share if end_share is None else end_share
-
-    def __getattr__(self, name):
-        return getattr(self.scheme, name)
+def own_scheme(step, alpha, end, **changes):
+    """Return a scheme of a user: HHT-alpha with an end and perhaps other numbers."""
+    return replace(hht(step, alpha), end=end, **changes)
 
 
 def contact(**changes):

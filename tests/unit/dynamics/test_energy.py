@@ -9,7 +9,7 @@ import xarray as xr
 import fingerslip as fs
 from fingerslip.dynamics.recording.labels import made_energy
 from problems.pushed import push_and_slide
-from unit.dynamics.models import STATIC, OwnScheme, contact, model_of, oscillator
+from unit.dynamics.models import STATIC, contact, model_of, oscillator, own_scheme
 
 STORED = ("kinetic_energy", "strain_energy", "contact_energy")
 
@@ -110,7 +110,7 @@ def rod(alpha, ratio, scheme=fs.TimeStepping):
 
 def careless(step, alpha, end):
     """Return HHT-alpha of a user who takes the acceleration at the end of a step for its mean."""
-    return OwnScheme(step, alpha, end, end_share=1.0)
+    return own_scheme(step, alpha, end, end_share=1.0)
 
 
 def test_steps_that_make_energy_are_warned_of_more_than_was_put_in_is_refused_and_lost_energy_is_no_matter(caplog):

@@ -155,7 +155,7 @@ SLIDER = {
     "time": fs.TimeStepping(5e-3, end=0.1),
 }
 BALL = dataclasses.replace(pressed_dome().contacts[0], counterface=fs.Sphere(5e-3, (0.0, 1.0, 0.0)))
-INCOMPLETE = SimpleNamespace(step=0.1, end=1.0, end_weight=1.0)
+NO_SCHEME = SimpleNamespace(step=0.1, end=1.0, end_weight=1.0)
 
 
 def condensed(reach=1e-3, **changes):
@@ -186,8 +186,8 @@ def timed(time):
          r"time.step: 2.2e\+11 steps of 1e-12 s need about .* GB for their records, .* write a step of at least"),
         (lambda: step_times(push_and_slide(time=fs.Adaptive(1e-12))), r"time\.output: .* GB are available"),
         (lambda: timed(5e-3), r"Model.time: got 0.005, needs the time integration: TimeStepping, Quasi"),
-        (lambda: fs.simulate(timed(INCOMPLETE)),
-         r"time: got a SimpleNamespace, needs .* lacks start_weight, end_share, disp"),
+        (lambda: fs.simulate(timed(NO_SCHEME)),
+         "time: got a SimpleNamespace, needs TimeStepping, QuasiStatic, Adaptive or a Scheme"),
         (lambda: push_and_slide(time=fs.Adaptive(5e-3), basis=fs.ReducedBasis()), r"basis: .* fixed length"),
         (lambda: fs.Simulation(push_and_slide(time=fs.Adaptive(5e-3))), "time: controls its own steps"),
         # Relaxation that is faster than half a step.

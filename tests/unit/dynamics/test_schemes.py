@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import fingerslip as fs
-from fingerslip.dynamics.system.scheme import Scheme, StepChange, hht, make_scheme, static
+from fingerslip.dynamics.system.scheme import hht, make_scheme, static
 from problems.blocks import fitted_slope
 from problems.held import apart
-from unit.dynamics.models import FREQUENCY, STATIC, OwnScheme, model_of, oscillator
+from unit.dynamics.models import FREQUENCY, STATIC, model_of, oscillator, own_scheme
 
 
 def amplification(alpha, frequency):
@@ -70,9 +70,8 @@ def free_oscillation(scheme, mass, stiffness, start, steps):
         new_v = ahead.velocity[0] + scheme.velocity_factor * new_a
         two_back = force_before if two_back is None else two_back
         unbalance = (np.array([two_back]), np.array([stiffness * u]), np.array([stiffness * new_u]))
-        said = scheme.dissipation(
-            StepChange(np.array([new_u - u]), np.array([new_v - v]), np.array([mass * (new_a - a)]), unbalance)
-        )
+        changes = np.array([new_u - u]), np.array([new_v - v]), np.array([mass * (new_a - a)])
+        said = scheme.dissipation(*changes, unbalance)
         lost = 0.5 * mass * (v**2 - new_v**2) + 0.5 * stiffness * (u**2 - new_u**2)
         yield lost, said
         two_back, (u, v, a) = stiffness * u, (new_u, new_v, new_a)
@@ -90,15 +89,15 @@ def test_dissipation_of_the_scheme_is_the_energy_that_a_free_oscillator_loses(al
 def test_dissipation_of_the_trapezoidal_rule_and_of_static_steps():
     """The first takes nothing out, whatever the motion; the second the work of what is unbalanced at both ends."""
     changes = np.random.default_rng(0).normal(size=(6, 9))
-    assert hht(0.3, 0.0).dissipation(StepChange(*changes[:3], unbalance=tuple(changes[3:]))) == 0.0
-    change = StepChange(np.array([2.0]), np.zeros(1), np.zeros(1), (np.array([9.0]), np.array([-3.0]), np.ones(1)))
-    assert static(0.1).dissipation(change) == 2.0
+    assert hht(0.3, 0.0).dissipation(*changes[:3], tuple(changes[3:])) == 0.0
+    change = np.array([2.0]), np.zeros(1), np.zeros(1), (np.array([9.0]), np.array([-3.0]), np.ones(1))
+    assert static(0.1).dissipation(*change) == 2.0
 
 
 def test_the_settings_of_a_model_make_its_scheme_and_that_of_a_user_is_taken_as_it_is():
     assert make_scheme(fs.TimeStepping(5e-3, -0.1)) == hht(5e-3, -0.1)
     assert make_scheme(fs.QuasiStatic(5e-3)) == static(5e-3)
-    scheme: Scheme = OwnScheme(0.1, 0.0, 6.0)
+    scheme = own_scheme(0.1, 0.0, 6.0)
     assert make_scheme(scheme) is scheme
     model = oscillator(0.1, 0.0, 6.0)
     of_user, built_in = fs.simulate(dataclasses.replace(model, time=scheme)), fs.simulate(model)

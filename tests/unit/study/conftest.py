@@ -17,7 +17,7 @@ from fingerslip.errors import ConvergenceError
 from fingerslip.mesh.io import write_mesh
 from fingerslip.model.model import Model
 from fingerslip.study.inspection.check import compiling_seconds
-from fingerslip.study.running import runner
+from fingerslip.study.running import compute, runner
 from fingerslip.study.storage import store
 from unit import synthetic
 from unit.study.block import block_mesh, block_values
@@ -26,6 +26,12 @@ from unit.study.block import block_mesh, block_values
 def all_is_compiled(patch: pytest.MonkeyPatch) -> None:
     """Leave out what a fresh clone does first, with a simulation that may be replaced."""
     patch.setitem(compiling_seconds.__globals__, "_has_cache", lambda _: True)
+
+
+def draw_nothing(patch: pytest.MonkeyPatch, write_report: Callable[..., None] = lambda *_: None) -> None:
+    """Have no picture drawn of a run, and another writer of reports."""
+    patch.setattr(compute, "drawings_of", lambda *_: {})
+    patch.setattr(runner, "write_report", write_report)
 
 
 @pytest.fixture(scope="session")
@@ -38,7 +44,7 @@ def finished_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
     with pytest.MonkeyPatch.context() as patch:
         all_is_compiled(patch)
         patch.setattr("fingerslip.dynamics.simulation.simulate", known_history)
-        patch.setattr(runner, "write_report", lambda *_: None)
+        draw_nothing(patch)
         runner.run_study(path, results_dir=folder / "results", workers=1)
     return folder
 
@@ -124,5 +130,5 @@ def reports(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, ...]]:
         made.append(tuple(run.name for run in stored.runs))
         (stored.folder / "report.html").write_text("report")
 
-    monkeypatch.setattr(runner, "write_report", fake)
+    draw_nothing(monkeypatch, fake)
     return made

@@ -16,13 +16,12 @@ from fingerslip.slip.measures import Measure
 from fingerslip.study.convergence import Level, converge, level_folders, levels_of, run_at
 from fingerslip.study.definition.runs import expand_mapping, plan_study
 from fingerslip.study.definition.spec import parse_study
-from fingerslip.study.running import runner
 from fingerslip.study.running.build import build_model
 from fingerslip.units import Unit
 from places import ROOT
 from unit import synthetic
 from unit.study.block import NAMES, block_mesh, block_values, changed, finger_values
-from unit.study.conftest import all_is_compiled
+from unit.study.conftest import all_is_compiled, draw_nothing
 
 FINGER = finger_values(time={"step": "2 ms", "alpha": -0.05})
 
@@ -115,7 +114,7 @@ def known(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         all_is_compiled(patch)
         patch.setattr("fingerslip.dynamics.simulation.simulate", later_with_longer_steps)
-        patch.setattr(runner, "write_report", lambda *_: None)
+        draw_nothing(patch)
         return refined(path), path
 
 

@@ -11,6 +11,8 @@ import pandas as pd
 import pytest
 
 import fingerslip as fs
+from fingerslip.report.figures import style as figures
+from fingerslip.sampling import posterior as chains
 from fingerslip.sampling.curves import Measurement, curves_of
 from fingerslip.study.definition.spec import read_study
 from fingerslip.study.inspection.cite import methods_and_papers
@@ -45,8 +47,11 @@ def measure(study: Path, data: Path, seed: int = 1) -> Path:
 
 
 @pytest.mark.usefixtures("reports")
-def test_a_truth_comes_back_within_its_interval(write_study: Callable[..., Path], tmp_path: Path) -> None:
+def test_a_truth_comes_back_within_its_interval(
+    write_study: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     pytest.importorskip("emcee")
+    monkeypatch.setattr(figures, "_DOTS_PER_INCH", 20)
     study = write_study(values(derived={"way": "overall_slip * slide_speed"}))
     data = measure(study, tmp_path / "data.csv")
     posterior = fs.fit(study, data, results_dir=tmp_path / "results", workers=1)
@@ -73,8 +78,11 @@ def test_a_truth_comes_back_within_its_interval(write_study: Callable[..., Path]
     assert f"Young's modulus {modulus['median']:.4g} kPa ({low:.4g} to {high:.4g}), friction coefficient" in methods
     assert "foreman2013" in entries
 
-    # The runs are there now. A range that cuts the posterior off is refused, and the fit before stays.
-    narrow = values(sample={"count": 20, "ranges": RANGES | {FRICTION: [0.5, 0.8]}})
+    # A range that cuts the posterior off is refused, which a short chain tells, too, and the fit before stays.
+    monkeypatch.setattr(chains, "_LENGTHS", 5)
+    monkeypatch.setattr(chains, "_R_HAT", 1.5)
+    block = block_values()["materials"]["block"] | {"youngs_modulus": TRUTH[MODULUS]}
+    narrow = values(sample={"count": 10, "ranges": {FRICTION: [0.5, 0.8]}}, materials={"block": block})
     narrow_study = write_study(narrow, name="narrow")
     said = rf"narrow\.yaml: sample\.ranges\.{FRICTION}: has .* % of the posterior within 2 % of 0\.5, needs"
     with pytest.raises(fs.InputError, match=said):

@@ -14,13 +14,14 @@ from fingerslip.detect.features import MotionSettings
 from fingerslip.detect.labels import Onsets
 from fingerslip.detect.samples import Sampling
 from fingerslip.detect.synthetic import SyntheticSensor, synthetic_slides
-from fingerslip.detect.trials import write_trials
+from fingerslip.detect.trials import Trial, write_trials
 from fingerslip.errors import InputError
 from fingerslip.published import published_set
 from fingerslip.results import RunResult
 from fingerslip.slip import EventSettings, find_events, slide_window
 from fingerslip.validation import measures, sensor
 from fingerslip.validation.evidence import Work
+from fingerslip.vision.tracks import make_tracks
 from places import ROOT
 from unit import synthetic
 from unit.filmed import filmed_history
@@ -189,7 +190,7 @@ def test_every_published_number_and_statement_has_a_row_in_both_readings():
 
 
 def test_shipped_rows_are_those_of_the_studies_and_have_every_split():
-    for rows, count in ((sensor.pouring_rows, 24), (sensor.detection_rows, 3 * len(NAMES) + 2 * SPLIT)):
+    for rows, count in ((sensor.pouring_rows, 24), (sensor.detection_rows, 3 * len(NAMES) + 2 * SPLIT + 2)):
         stored = rows(Work(ROOT / "studies", ROOT / "results"))
         assert "the studies are the same" in stored.origin
         assert len(stored.rows) == count
@@ -209,11 +210,11 @@ def test_rows_are_computed_stored_and_read_back(tmp_path, monkeypatch):
     assert made.rows == section + space
 
 
-NAMES = ("forest", "svm_linear", "svm_rbf", "boosting", "logistic")
+NAMES = ("forest", "svm", "boosting", "logistic")
 
 
-# A row for each number, with two support vector machines for one; a statement; two classifiers that are not judged.
-SPLIT = len(published_set("bulens2023_detection-numbers").values) + 1 + 1 + 2
+# A row for each number; a statement; two classifiers that are not judged.
+SPLIT = len(published_set("bulens2023_detection-numbers").values) + 1 + 2
 MATRICES = np.tile([[90, 10, 0], [0, 95, 5], [0, 5, 45]], (20, 1, 1))
 
 
@@ -241,10 +242,37 @@ def test_every_published_number_and_statement_has_rows_in_both_splits():
     assert [row.verdict for row in rows if row.statement] == ["fails", "holds"]
     rows = sensor.rows_of_detection(sensor.Detection(right(), right(), {"a direction not seen": right()}))
     own = [row for row in rows if row.quantity.endswith("a direction not seen")]
-    assert [row.quantity.split(",")[1].split()[0] for row in own] == ["forest", "boosting", "logistic", *NAMES[1:3]]
-    assert [row.published for row in own] == [0.9746] * 3 + [0.843] * 2
+    assert [row.quantity.split(",")[1].split()[0] for row in own] == ["forest", "boosting", "logistic", "svm"]
+    assert [row.published for row in own] == [0.9746] * 3 + [0.843]
     # The paper has neither boosting nor logistic regression: they are not judged by its forest.
-    assert [row.verdict for row in own] == ["misses", "not comparable", "not comparable", "misses", "misses"]
+    assert [row.verdict for row in own] == ["misses", "not comparable", "not comparable", "misses"]
+
+
+def slide_seen(slips, ahead):
+    """Return tracks of a middle marker and two rings inside and outside; `slips` are frames at which the skin slips."""
+    frames = np.arange(300)[:, None]
+    inside = np.clip(frames - 100, 0, None) * np.array([[ahead, 1.0, 1.0]])
+    outside = np.where(frames >= np.array([slips]), 5.0, 0.0)
+    along = np.concatenate([inside, outside], axis=1)
+    position = np.stack([along, np.zeros_like(along)], axis=2)
+    kinds = ["internal"] * 3 + ["external"] * 3
+    return make_tracks(position, frames[:, 0] / 100.0, units="px", kind=kinds, ring=[0, 1, 2] * 2, angle=[0.0] * 6)
+
+
+def test_statements_on_markers_are_judged_in_slides_in_3d_by_the_worst_indentation(tmp_path):
+    label = {"external_markers": Onsets(1.2, 2.5)}
+    deep, flat = {"indentation": 3e-3}, {"indentation": 2e-3}
+    slides = [
+        Trial("a", slide_seen((250, 180, 120), 1.5), label, deep),
+        Trial("b", slide_seen((250, 260, 120), 0.9), label, flat),
+        Trial("c", slide_seen((250, 240, np.inf), 1.0), label, flat),
+    ]
+    measured = sensor.measure_trials(write_trials(slides, tmp_path / "slides", "Slides"))
+    assert measured == {"centre-last": pytest.approx(0.5), "central-marker-ahead": pytest.approx(0.95)}
+    rows = sensor.rows_of_detection(sensor.Detection(right(), right(), {}, measured))
+    judged = {row.quantity: row.verdict for row in rows if row.quantity.endswith("in 3D")}
+    assert list(judged.values()) == ["fails", "fails"]
+    assert len(rows) == 2 * SPLIT + 2
 
 
 def test_rows_of_detectors_are_computed_stored_and_read_back(tmp_path, monkeypatch):

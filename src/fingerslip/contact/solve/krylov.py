@@ -1,25 +1,26 @@
-"""Newton's method for hundreds of touching nodes: directions by GMRES in compiled code, and a line search.
+"""Newton's method for hundreds of touching nodes: directions by GMRES, and a line search.
 
-The directions (:mod:`fingerslip.contact.solve.gmres`) are of single precision, and so is what they are taken to do to
-the trial forces. Where that is no longer exact enough for what is left of the residual, what all directions since have
-done is computed again, in double precision: with the compliance among the nodes, if its entries are of single precision
-themselves, so that nothing is rounded; otherwise by the caller, with that of all candidates, who then calls again.
+The Newton matrix J = I - G (I - rho W) is never made. GMRES (Saad & Schultz 1986) needs products with W and a
+preconditioner in two levels (:mod:`fingerslip.contact.solve.preconditioner`). Its directions are of single precision,
+and so is what they are taken to do to the trial forces. Where that is no longer exact enough for what is left of the
+residual, what all directions since have done is computed again, in double precision: with the compliance among the
+nodes, if its entries are of single precision themselves, so that nothing is rounded; otherwise by the caller, with that
+of all candidates, who then calls again.
 """
 
 from __future__ import annotations
 
-import contextlib
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.contact.solve.gmres import Preconditioner, ScaledCompliance, Space, new_space, solve, write_motion
-from fingerslip.contact.solve.preconditioner import LocalInverse, renew_rows
+from fingerslip.contact.solve.preconditioner import Preconditioner, solve_roughly
 from fingerslip.contact.solve.projection import NEWTON_LIMIT, SEARCH_LIMIT, decreases_enough, derivative, project
-from fingerslip.contact.solve.working_set import WorkingSet
+from fingerslip.contact.solve.working_set import WorkingSet, write_motion
 
 __all__ = ["Start", "newton_krylov"]
 
@@ -27,6 +28,8 @@ Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 
 _KRYLOV_LIMIT = 60
+# Length of a new direction of GMRES, over that of its image, from which on there is none but rounding.
+_NO_NEW_DIRECTION = 1e-6
 _ROUGHEST, _FINEST = 0.1, 1e-5
 # Share of the directions since the last product in double precision, below which the residual is not known.
 _KNOWN = 1e-5
@@ -50,27 +53,9 @@ def newton_krylov(working_set: WorkingSet, friction: Array, start: Start) -> tup
 
     Arrays: friction (k,) [-]; returns forces (k, dim) [N].
     """
-    nodes, inverse = _Nodes.of(working_set, friction), working_set.inverse.copy()
-    forces, solved, iterations = _iterate(nodes, inverse, start)
-    return forces, replace(working_set, inverse=inverse), solved, iterations
-
-
-@dataclass(frozen=True)
-class _Nodes:
-    """What stays the same for k nodes."""
-
-    working_set: WorkingSet  # compliance and coarse space
-    friction: Array  # (k,), friction coefficients [-]
-    exact: ScaledCompliance  # rho W in double precision
-    rough: ScaledCompliance  # rho W in single precision
-    space: Space  # memory of GMRES
-
-    @classmethod
-    def of(cls, working_set: WorkingSet, friction: Array) -> _Nodes:
-        """Return what stays the same in a working set."""
-        exact, rough = (ScaledCompliance.of(working_set, precision) for precision in (np.float64, np.float32))
-        space = new_space(working_set.scale.size, _KRYLOV_LIMIT)
-        return cls(working_set, np.ascontiguousarray(friction), exact, rough, space)
+    working_set = replace(working_set, inverse=working_set.inverse.copy())
+    forces, solved, iterations = _iterate(working_set, friction, start)
+    return forces, working_set, solved, iterations
 
 
 @dataclass(frozen=True)
@@ -100,25 +85,24 @@ class _Iterate:
         return owed == 0.0 or _largest(self.residual) > _KNOWN * owed
 
 
-def _iterate(nodes: _Nodes, inverse: LocalInverse, start: Start) -> tuple[Array, bool, int]:
+def _iterate(working_set: WorkingSet, friction: Array, start: Start) -> tuple[Array, bool, int]:
     """Return forces, whether they solve the problem, and iterations; the rows of the inverse are renewed."""
-    iterate, exactness = _at(nodes, start.forces, start.trial), start.roughest
-    is_exact = nodes.working_set.is_exact
+    iterate, exactness = _at(friction, start.forces, start.trial), start.roughest
     for iteration in range(NEWTON_LIMIT):
         enough = start.goal * max(_largest(iterate.forces), start.least)
         if not iterate.is_known:
-            if not is_exact:
+            if not working_set.is_exact:
                 return iterate.on_cone, True, iteration
-            iterate = _in_double_precision(nodes, iterate)
+            iterate = _in_double_precision(working_set, friction, iterate)
             exactness = _direction_tolerance(enough, iterate)
         if _largest(iterate.residual) <= enough:
             return iterate.on_cone, True, iteration
-        after = _step_along(nodes, inverse, iterate, exactness)
+        after = _step_along(working_set, friction, iterate, exactness)
         if not after.merit < iterate.merit:
             # The line search may have stalled because the residual is not what it seemed.
-            if not (is_exact and iterate.owed.any()):
+            if not (working_set.is_exact and iterate.owed.any()):
                 return iterate.on_cone, False, iteration + 1
-            iterate = _in_double_precision(nodes, iterate)
+            iterate = _in_double_precision(working_set, friction, iterate)
             continue
         # As exact as the last iteration was successful (Eisenstat & Walker 1996), but not more than the goal needs.
         exactness = min(max(0.9 * after.merit / iterate.merit, _direction_tolerance(enough, after)), _ROUGHEST)
@@ -136,27 +120,26 @@ def _direction_tolerance(enough: float, iterate: _Iterate) -> float:
     return min(max(_SAFETY * wanted, _FINEST), _ROUGHEST)
 
 
-def _at(nodes: _Nodes, forces: Array, trial: Array) -> _Iterate:
+def _at(friction: Array, forces: Array, trial: Array) -> _Iterate:
     """Return an iterate at which nothing is owed."""
     nothing = np.zeros_like(forces)
-    return _Iterate(forces, trial, forces - project(trial, nodes.friction), nothing, nothing)
+    return _Iterate(forces, trial, forces - project(trial, friction), nothing, nothing)
 
 
-def _in_double_precision(nodes: _Nodes, iterate: _Iterate) -> _Iterate:
+def _in_double_precision(working_set: WorkingSet, friction: Array, iterate: _Iterate) -> _Iterate:
     """Return the iterate with what its directions did in double precision."""
-    moved = np.empty(iterate.owed.size)
-    write_motion(nodes.exact, iterate.owed.ravel(), moved)
-    return _at(nodes, iterate.forces, iterate.trial - (moved.reshape(iterate.owed.shape) - iterate.assumed))
+    moved = working_set.motion(iterate.owed)
+    return _at(friction, iterate.forces, iterate.trial - (moved - iterate.assumed))
 
 
-def _step_along(nodes: _Nodes, inverse: LocalInverse, iterate: _Iterate, exactness: float) -> _Iterate:
+def _step_along(working_set: WorkingSet, friction: Array, iterate: _Iterate, exactness: float) -> _Iterate:
     """Return the end of a step along a new direction, halved until the merit decreases enough, or too often."""
-    direction, moved = _direction(nodes, inverse, iterate.trial, iterate.residual, exactness)
+    direction, moved = _direction(working_set, friction, iterate.trial, iterate.residual, exactness)
     length, after = 1.0, iterate
     for _ in range(SEARCH_LIMIT):
         step, response = length * direction, length * moved
         forces, trial = iterate.forces + step, iterate.trial + (step - response)
-        residual = forces - project(trial, nodes.friction)
+        residual = forces - project(trial, friction)
         after = _Iterate(forces, trial, residual, iterate.owed + step, iterate.assumed + response)
         if decreases_enough(after.merit, iterate.merit, length):
             break
@@ -165,36 +148,26 @@ def _step_along(nodes: _Nodes, inverse: LocalInverse, iterate: _Iterate, exactne
 
 
 def _direction(
-    nodes: _Nodes, inverse: LocalInverse, trial: Array, residual: Array, exactness: float
+    working_set: WorkingSet, friction: Array, trial: Array, residual: Array, exactness: float
 ) -> tuple[Array, Array]:
     """Solve (I - G (I - rho W)) d = -residual to a relative `exactness`; return d and rho W d, both (k, dim)."""
-    slopes, working_set, rough = _slopes(trial, nodes.friction), nodes.working_set, nodes.rough
-    weights, local = (rough.of_body, rough.of_penalty), working_set.coupling.body
-    renew_rows(inverse.near, inverse.rows, inverse.marks, slopes, working_set.frames, weights, local, working_set.nodes)
-    count = _acting(trial, residual)
-    derivatives, scaled = slopes[:count].astype(np.float32), rough.of_first(count)
+    slopes, inverse = _slopes(trial, friction), working_set.inverse
+    inverse.renew(slopes, working_set.frames, working_set.weights, working_set.coupling, working_set.nodes)
+    # All nodes behind the last that touches or loses a force stay as they are.
+    acting = np.flatnonzero((trial[:, 0] > 0.0) | residual.any(axis=1))
+    count = acting.max(initial=-1) + 1
+    derivatives, scaled = slopes[:count].astype(np.float32), working_set.compliance_in(count, np.float32)
     size = float(np.linalg.norm(residual))
     right = (-residual[:count].ravel() / size).astype(np.float32)
     preconditioner = Preconditioner.of(derivatives, working_set.coarse, inverse)
-    result, moved, reached = solve(derivatives, scaled, preconditioner, right, exactness, nodes.space)
-    if not reached:
-        result, moved = _solved_densely(derivatives, scaled, right)
+    shares, ready, moved = _gmres(derivatives, scaled, preconditioner, right, exactness, _KRYLOV_LIMIT)
     direction, response = np.zeros_like(residual), np.zeros_like(residual)
-    direction[:count] = size * result.reshape(count, -1)
-    response[:count] = size * moved.reshape(count, -1)
+    direction[:count] = size * (shares @ ready).reshape(count, -1)
+    response[:count] = size * (shares @ moved).reshape(count, -1)
     # An open node loses its force exactly.
     is_open = trial[:, 0] <= 0.0
     direction[is_open] = -residual[is_open]
     return direction, response
-
-
-@numba.njit(cache=True, nogil=True)
-def _acting(trial, residual):  # type: ignore[no-untyped-def]
-    """Return how many nodes there are until the last that touches or loses a force; all behind it stay as they are."""
-    for i in range(len(trial) - 1, -1, -1):
-        if trial[i, 0] > 0.0 or residual[i].any():
-            return i + 1
-    return 0
 
 
 @numba.njit(cache=True, nogil=True)
@@ -208,20 +181,47 @@ def _slopes(trial, friction):  # type: ignore[no-untyped-def]
     return slopes
 
 
-def _solved_densely(slopes: Single, scaled: ScaledCompliance, right: Single) -> tuple[Single, Single]:
-    """Return the solution for a right-hand side (k * dim,), and rho W times it, by factors of J = I - G (I - rho W)."""
-    count, dim = scaled.of_body.shape
-    size, frames, nodes = count * dim, scaled.frames, np.arange(count)
-    half = np.tril(scaled.body[:size, :size])
-    body = (half + np.tril(half, -1).T).reshape(count, dim, count, dim)
-    response = np.einsum("ikx,ixjy,jmy->ikjm", frames, body, frames, optimize=True)
-    response *= scaled.of_body[:, :, None, None]
-    response[nodes, :, nodes, :] -= np.eye(dim) * (1.0 - scaled.of_penalty[:, :, None])
-    matrix: Single = np.einsum("ikx,ixjm->ikjm", slopes, response).reshape(size, size)
-    matrix.flat[:: size + 1] += 1.0
-    direction, moved = np.zeros_like(right), np.empty_like(right)
-    # A singular matrix leaves nothing, at which the line search stalls.
-    with contextlib.suppress(np.linalg.LinAlgError):
-        direction = np.linalg.solve(matrix, right)
-    write_motion(scaled, direction, moved)
-    return direction, moved
+@numba.njit(cache=True, nogil=True)
+def _gmres(slopes, scaled, preconditioner, right, exactness, limit):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    """Solve J d = b, preconditioned from the right so that the residual of GMRES is the true one.
+
+    Return the shares (q,) that d has of q directions, these and rho W times them, (q, n * dim) each. Where the residual
+    is not as small as wanted with the most directions, the search along the line has to do.
+
+    Arrays: slopes (n, dim, dim), G [-]; right (n * dim,), b, of length one; exactness, residual to reach [-].
+    """
+    size, used, left, length = right.size, 0, np.inf, 1.0
+    basis = np.empty((limit + 1, size), dtype=np.float32)
+    ready, moved = np.empty((limit, size), dtype=np.float32), np.empty((limit, size), dtype=np.float32)
+    triangle, image = np.zeros((limit + 1, limit)), right
+    shares: NDArray[Any] = np.zeros(1)
+    while used < limit and left > exactness and length > _NO_NEW_DIRECTION:
+        basis[used] = image / np.float32(length)
+        solve_roughly(preconditioner, basis[used], ready[used])
+        write_motion(scaled, ready[used], moved[used])
+        image = _image(slopes, ready[used], moved[used])
+        used += 1
+        directions = basis[:used]
+        # The second time removes what rounding left.
+        for _ in range(2):
+            overlaps = directions @ image
+            image -= overlaps @ directions
+            triangle[:used, used - 1] += overlaps
+        length = float(np.linalg.norm(image))
+        triangle[used, used - 1] = length
+        equations, target = triangle[: used + 1, :used].copy(), np.zeros(used + 1)
+        target[0] = 1.0
+        shares = np.linalg.lstsq(equations, target)[0]
+        left = float(np.linalg.norm(target - equations @ shares))
+    return shares, ready[:used], moved[:used]
+
+
+@numba.njit(cache=True, nogil=True)
+def _image(slopes, vector, moved):  # type: ignore[no-untyped-def]
+    """Return J v from v and rho W v, all (n * dim,)."""
+    image, (count, dim) = vector.copy(), slopes.shape[:2]
+    for i in range(count):
+        for k in range(dim):
+            for m in range(dim):
+                image[i * dim + k] -= slopes[i, k, m] * (vector[i * dim + m] - moved[i * dim + m])
+    return image

@@ -8,6 +8,7 @@ for nodes that would open: only these have to be multiplied by the compliance.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numba
 import numpy as np
@@ -19,14 +20,15 @@ from fingerslip.contact.solve.preconditioner import (
     CoarseSpace,
     Coupled,
     LocalInverse,
-    group_columns,
     groups,
     unit_forces,
 )
+from fingerslip.linear.symmetric import write_symmetric_product
 
-__all__ = ["WarmStart", "WorkingSet", "first_guess", "gather", "next_warm_start"]
+__all__ = ["WarmStart", "WorkingSet", "first_guess", "gather", "next_warm_start", "write_motion"]
 
 Array = NDArray[np.float64]
+Reals = NDArray[np.floating[Any]]
 
 
 @dataclass(frozen=True)
@@ -114,14 +116,49 @@ class WorkingSet:
             return self
         return replace(self, frames=compliance.frames[self.nodes], scale=scale[self.nodes])
 
-    def products(self, vectors: Single) -> Single:
+    @property
+    def weights(self) -> tuple[Array, Array]:
+        """Weights of the body's response and of the force itself in rho W, (k, dim) each."""
+        return self.scale * self.factor, self.scale * self.penalty
+
+    def compliance_in(self, count: int, precision: type[np.floating[Any]]) -> tuple[Single, Reals, Reals, Reals]:
+        """Return rho W of the first nodes, as :func:`write_motion` takes it, with all but the body in a precision."""
+        frames, of_body, of_penalty = (part[:count].astype(precision) for part in (self.frames, *self.weights))
+        return self.body, frames, of_body, of_penalty
+
+    def motion(self, forces: Array) -> Array:
+        """Return rho W times forces (n, dim) of the first n nodes, in double precision."""
+        moved = np.empty(forces.size)
+        write_motion(self.compliance_in(len(forces), np.float64), forces.ravel(), moved)
+        return moved.reshape(forces.shape)
+
+    def motions(self, vectors: Single) -> Single:
         """Return rho W times vectors (k * dim, q), same shape."""
-        frames, components = self.frames.astype(np.float32), vectors.reshape(*self.scale.shape, -1)
+        _, frames, of_body, of_penalty = self.compliance_in(len(self.nodes), np.float32)
+        components = vectors.reshape(*self.scale.shape, -1)
         turned = np.einsum("imk,imq->ikq", frames, components).reshape(vectors.shape)
         moved = blas.ssymm(1.0, self.body.T, np.asfortranarray(turned)).reshape(components.shape)
-        body, penalty = ((self.scale * weight).astype(np.float32) for weight in (self.factor, self.penalty))
-        result = body[..., None] * np.einsum("ikm,imq->ikq", frames, moved) + penalty[..., None] * components
+        result = of_body[..., None] * np.einsum("ikm,imq->ikq", frames, moved) + of_penalty[..., None] * components
         return np.asarray(result.reshape(vectors.shape))
+
+
+@numba.njit(cache=True, nogil=True, fastmath={"reassoc", "contract"})
+def write_motion(scaled, forces, moved):  # type: ignore[no-untyped-def]
+    """Write rho W, from :meth:`WorkingSet.compliance_in`, times forces (n * dim,) into `moved`, in their precision."""
+    body, frames, of_body, of_penalty = scaled
+    count, dim = of_body.shape
+    turned, response = np.zeros_like(forces), np.empty_like(forces)
+    for i in range(count):
+        for m in range(dim):
+            for n in range(dim):
+                turned[i * dim + m] += frames[i, n, m] * forces[i * dim + n]
+    write_symmetric_product(body, turned, response)
+    for i in range(count):
+        for m in range(dim):
+            total = forces.dtype.type(0)
+            for n in range(dim):
+                total += frames[i, m, n] * response[i * dim + n]
+            moved[i * dim + m] = of_body[i, m] * total + of_penalty[i, m] * forces[i * dim + m]
 
 
 def gather(compliance: Compliance, scale: Array, nodes: Indices, old: WorkingSet | None) -> WorkingSet:
@@ -135,14 +172,14 @@ def gather(compliance: Compliance, scale: Array, nodes: Indices, old: WorkingSet
     if old is not None:
         # Those of the old working set, whose rows stay, with the compliance as it is.
         coupling = old.coupling if old.edition == compliance.edition else old.coupling.under(compliance.body)
-    position = np.full(count, -1)
+    position = np.full(count, nodes.size)
     position[nodes] = np.arange(nodes.size)
     inverse = LocalInverse.empty(position[coupling.near[nodes]], dim)
     if old is not None:
         places = position[old.nodes]
-        stay = places >= 0
+        stay = places < nodes.size
         inverse.rows[places[stay]], inverse.marks[places[stay]] = old.inverse.rows[stay], old.inverse.marks[stay]
-    columns = group_columns(groups(compliance.body, nodes, dim), dim)
+    forces = unit_forces(groups(compliance.body, nodes, dim), dim)
     working_set = WorkingSet(
         nodes=nodes,
         scale=scale[nodes],
@@ -152,12 +189,12 @@ def gather(compliance: Compliance, scale: Array, nodes: Indices, old: WorkingSet
         factor=compliance.factor,
         coupling=coupling,
         inverse=inverse,
-        coarse=CoarseSpace(columns, np.zeros((0, 0), dtype=np.float32)),
+        coarse=CoarseSpace(forces, forces),
         warm_start=None if old is None else old.warm_start,
         edition=compliance.edition,
         is_exact=compliance.is_single,
     )
-    return replace(working_set, coarse=CoarseSpace(columns, working_set.products(unit_forces(columns))))
+    return replace(working_set, coarse=CoarseSpace(forces, working_set.motions(forces)))
 
 
 @numba.njit(cache=True, nogil=True)

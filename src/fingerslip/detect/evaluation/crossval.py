@@ -160,9 +160,9 @@ def fit_rows(
     workers: int = 1,
 ) -> tuple[Any, FoldFrames]:
     """Return a classifier that is fitted to some rows of the samples, and what it says of others."""
-    values, classes, trial = samples.features(learned, candidate.sets), samples.classes[learned], samples.trial[learned]
+    values, classes = samples.features(learned, candidate.sets), samples.classes[learned]
     with threadpool_limits(workers):
-        estimator = fit(candidate, values, classes, trial, seed=seed, workers=workers)
+        estimator = fit(candidate, values, classes, seed=seed, workers=workers)
         return estimator, FoldFrames(tested, probabilities(estimator, samples.features(tested, candidate.sets)))
 
 

@@ -43,7 +43,11 @@ def write_evaluation(
 ) -> None:
     """Write the page of an evaluation."""
     pictures = (
-        Picture("confusion", "Frames by true class, in per cent of each row.", confusion_figure(judged)),
+        Picture(
+            "confusion",
+            "Frames by true class, in per cent of each row.",
+            confusion_figure({name: entry.matrix for name, entry in judged.items()}),
+        ),
         Picture("roc", "Slip found over false alarms, frame by frame, as the threshold falls.", roc_figure(judged)),
         Picture("calibration", "How often frames slip that are said to.", calibration_figure(judged)),
         Picture("leads", "Share of the trials that had at least this lead.", leads_figure(judged, labels)),
@@ -59,15 +63,15 @@ def _keys(judged: Mapping[str, Judged]) -> dict[str, str]:
 
 
 @with_style
-def confusion_figure(judged: Mapping[str, Judged]) -> Figure:
-    """Draw the confusion matrix of each classifier, rows in per cent, with the numbers of frames."""
-    columns = columns_for(len(judged))
-    figure, panels = figure_grid(len(judged), columns, (3.0, 2.8), "Confusion", ("found", "true class"))
-    for axes, (name, entry) in zip(panels, judged.items(), strict=True):
-        share = entry.matrix / np.maximum(entry.matrix.sum(axis=1, keepdims=True), 1)
+def confusion_figure(matrices: Mapping[str, NDArray[np.intp]]) -> Figure:
+    """Draw the confusion matrix (3, 3) of each classifier, rows in per cent, with the numbers of frames."""
+    columns = columns_for(len(matrices))
+    figure, panels = figure_grid(len(matrices), columns, (3.0, 2.8), "Confusion", ("found", "true class"))
+    for axes, (name, matrix) in zip(panels, matrices.items(), strict=True):
+        share = matrix / np.maximum(matrix.sum(axis=1, keepdims=True), 1)
         axes.imshow(share, cmap="Blues", vmin=0.0, vmax=1.0)
         for row, column in np.ndindex(share.shape):
-            text = f"{100 * share[row, column]:.1f}\n({entry.matrix[row, column]})"
+            text = f"{100 * share[row, column]:.1f}\n({matrix[row, column]})"
             colour = "white" if share[row, column] > 0.6 else BLACK
             axes.text(column, row, text, ha="center", va="center", color=colour, fontsize=8)
         axes.set_xticks(range(len(CLASSES)), _WORDS)

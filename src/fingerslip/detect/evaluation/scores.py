@@ -69,6 +69,7 @@ class FrameScores:
     matrix: NDArray[np.intp]  # (3, 3), frames by true class (rows) and predicted class (columns)
     accuracy: Estimate
     f1_mean: Estimate
+    two_class: Estimate  # share of the frames for which it is told rightly whether all slips
     precision: tuple[Estimate, ...]
     recall: tuple[Estimate, ...]
     f1: tuple[Estimate, ...]
@@ -105,11 +106,13 @@ def frame_scores_of(matrices: NDArray[np.intp], *, seed: int = 0) -> FrameScores
         of_classes = precision_recall_f1(total)
         accuracy = _ratio(np.trace(total, axis1=1, axis2=2), total.sum(axis=(1, 2)))
         f1_mean = _ratio(np.nansum(of_classes[2], axis=1), np.isfinite(of_classes[2]).sum(axis=1))
-        return np.column_stack([accuracy, f1_mean, *of_classes])
+        mistaken = total[:, -1, :-1].sum(axis=1) + total[:, :-1, -1].sum(axis=1)
+        two_class = 1.0 - _ratio(mistaken, total.sum(axis=(1, 2)))
+        return np.column_stack([accuracy, f1_mean, two_class, *of_classes])
 
-    accuracy, f1_mean, *classes = bootstrap_estimates(scores, len(matrices), seed=seed)
+    accuracy, f1_mean, two_class, *classes = bootstrap_estimates(scores, len(matrices), seed=seed)
     of_classes = (tuple(classes[first : first + _COUNT]) for first in range(0, 3 * _COUNT, _COUNT))
-    return FrameScores(matrices.sum(axis=0), accuracy, f1_mean, *of_classes)
+    return FrameScores(matrices.sum(axis=0), accuracy, f1_mean, two_class, *of_classes)
 
 
 @dataclass(frozen=True)

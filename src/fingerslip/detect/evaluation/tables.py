@@ -49,8 +49,8 @@ def accuracy_table(by_trial: Mapping[str, FrameScores], by_sample: Mapping[str, 
     for name, scores in by_trial.items():
         accuracy, other = scores.accuracy, by_sample[name]
         leak = None if accuracy.value is None or other.value is None else other.value - accuracy.value
-        rows.append((name, accuracy, other, leak))
-    names = ("classifier", "by trial", "by sample", "leakage")
+        rows.append((name, accuracy, other, leak, scores.two_class))
+    names = ("classifier", "by trial", "by sample", "leakage", "gross or not, by trial")
     return table_of("Accuracy on frames", names, rows, f"{note} {INTERVALS}")
 
 

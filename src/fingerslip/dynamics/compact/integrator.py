@@ -21,7 +21,6 @@ from fingerslip.dynamics.step.prediction import first_state
 from fingerslip.dynamics.step.release import Release, remainder
 from fingerslip.dynamics.step.state import Energies, State
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
-from fingerslip.dynamics.system.scheme import LinearScheme, coefficients
 from fingerslip.dynamics.system.system import System
 
 __all__ = ["Compact", "is_compact"]
@@ -41,7 +40,6 @@ def is_compact(stepper: Stepper) -> bool:
         isinstance(stepper.condensed, ByModes)
         and stepper.system.space.dim == 2
         and stepper.constant_frames is not None
-        and isinstance(stepper.scheme, LinearScheme)
         and 0 < unknowns <= _FEW
     )
 
@@ -81,13 +79,12 @@ class _Steps:
     def __init__(self, stepper: Stepper) -> None:
         assert isinstance(stepper.condensed, ByModes)
         assert stepper.constant_frames is not None
-        assert isinstance(stepper.scheme, LinearScheme)
         self.stepper = stepper
         factor = stepper.condensed.factor
         diagonal, self._interface = factor.diagonal, factor.interface
         system, scheme, candidates = stepper.system, stepper.scheme, stepper.system.candidates
         stiffness = system.stiffness.diagonal()[: diagonal.size]
-        compliance, (factors, prediction) = stepper.compliance, coefficients(scheme)
+        compliance = stepper.compliance
         first = first_partition(compliance.matrix, compliance.penalty)
         self._body = Body(
             stiffness=stiffness,
@@ -102,8 +99,8 @@ class _Steps:
             compliance=compliance.matrix,
             penalty=np.ascontiguousarray(compliance.penalty),
             scale=first.scale,
-            factors=factors,
-            prediction=prediction,
+            factors=scheme.factors,
+            prediction=np.array(scheme.prediction),
             remainder=remainder(scheme),
             dissipation=scheme.losses,
             goal=GOAL,

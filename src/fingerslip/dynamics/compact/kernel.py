@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from fingerslip.contact.interface import compiled_settle, contact_problem, flat_motion, in_components
 from fingerslip.contact.solve.compliance import active_product
 from fingerslip.contact.solve.partition import solve_partitions
-from fingerslip.dynamics.step.release import TURNS, mark_changes
+from fingerslip.dynamics.step.release import dropped_forces, mark_changes
 from fingerslip.linear.symmetric import weighted_rows
 
 __all__ = ["ENERGIES", "Body", "Inverse", "Motion", "Records", "take_steps"]
@@ -218,10 +218,9 @@ def _contact(body, inverse, motion, before, moved, friction):  # type: ignore[no
         marks = mark_changes(forces_before, forces, relative_before, relative, body.springs[1], friction)
         if not _joins(marks, last):
             break
-        largest = motion.largest[0]
-        for i in range(len(free)):
-            _drop(body, before, i, last[i], added[i], cancelled[i])
-            largest = max(largest, np.abs(added[i, 0]), np.abs(added[i, 1]))
+        weights = body.factors[3], body.factors[4], body.remainder
+        added, cancelled = dropped_forces(last, before[0][2], before[0][3], before[2][1], body.frames, weights)
+        largest = max(motion.largest[0], np.abs(added).max())
         _add(added, cancelled, dropped)
         # In frames, the displacement of the body under them, without the penalties.
         acting = _in_frames(body.frames, dropped, body.factors[4])
@@ -272,24 +271,6 @@ def _joins(marks, last):  # type: ignore[no-untyped-def]
         if marks[i] > last[i]:
             last[i], rises = marks[i], True
     return rises
-
-
-@numba.njit(cache=True, nogil=True)
-def _drop(body, before, node, mark, added, cancelled):  # type: ignore[no-untyped-def]  # noqa: PLR0917
-    """Write what the force of a node at the start of a step leaves, and what is cancelled of it, (2,) each [N]."""
-    if mark == 0:
-        return
-    _, _, _, start_weight, end_weight = body.factors
-    normal, of_added, of_cancelled = body.frames[node, 0], 0.0, 0.0
-    for k in range(2):
-        now, earlier = before[0][2, node, k], before[0][3, node, k]
-        added[k] = body.remainder * (end_weight * now - start_weight * earlier + before[2][1, node, k])
-        cancelled[k] = start_weight * now
-        of_added, of_cancelled = of_added + added[k] * normal[k], of_cancelled + cancelled[k] * normal[k]
-    if mark == TURNS:
-        for k in range(2):
-            added[k] -= of_added * normal[k]
-            cancelled[k] -= of_cancelled * normal[k]
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")

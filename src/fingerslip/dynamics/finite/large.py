@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import is_dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,12 +14,12 @@ from fingerslip.dynamics.integrator import ByLength
 from fingerslip.dynamics.step.prediction import first_state
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
-from fingerslip.dynamics.system.scheme import make_scheme
+from fingerslip.dynamics.system.scheme import Scheme, make_scheme
 from fingerslip.dynamics.system.system import System
 from fingerslip.errors import ConvergenceError
 from fingerslip.linear.solver import LinearSolver
 from fingerslip.model.model import Model
-from fingerslip.model.timing import Adaptive
+from fingerslip.model.timing import Adaptive, QuasiStatic, TimeStepping
 
 __all__ = ["Large"]
 
@@ -104,7 +104,7 @@ class Large:
         time = self._time
         if isinstance(time, Adaptive):
             time = time.fixed(length)
-        elif is_dataclass(time) and length != self._step:
+        elif isinstance(time, TimeStepping | QuasiStatic):
             time = replace(time, step=length)
         return Factors(self._system, make_scheme(time), self._damping, self._solver, self._watch, self._reserved)
 
@@ -114,7 +114,7 @@ class Large:
             return self._whole(state, end, self._step / 2**depth)
         except ConvergenceError:
             # A scheme of one's own may have no shorter step.
-            if depth == _DEEPEST or not is_dataclass(self._time):
+            if depth == _DEEPEST or isinstance(self._time, Scheme):
                 raise
         self._counts["halved_steps"] += 1
         middle = 0.5 * (state.time + end)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from fingerslip.contact.states import OPEN
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
 from fingerslip.dynamics.system.bodies import body_centres, phase_table
-from fingerslip.dynamics.system.scheme import LinearScheme
+from fingerslip.dynamics.system.scheme import hht
 from fingerslip.dynamics.system.system import System
 from fingerslip.errors import ConvergenceError
 from fingerslip.fe.recovery import stress_components
@@ -132,7 +132,7 @@ def _check_made_energy(history: xr.Dataset, stepper: Stepper) -> None:
     remedies = ["a smaller step"]
     if stepper.system.candidates.nodes.size:
         remedies.append("softer contact penalties")
-    if not isinstance(stepper.scheme, LinearScheme):
+    if stepper.scheme != hht(stepper.scheme.step, stepper.scheme.start_weight):
         remedies.append("the scheme TimeStepping, whose impacts make none")
     advice = f"take {' or '.join(remedies)}"
     if energy > work:

@@ -25,7 +25,7 @@ from scipy import sparse
 from fingerslip.dynamics.reduced.reduction import ReducedCoordinates
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.system.loads import Load
-from fingerslip.dynamics.system.scheme import Scheme, coefficients, make_scheme
+from fingerslip.dynamics.system.scheme import Scheme, make_scheme
 from fingerslip.dynamics.system.system import System
 from fingerslip.fe.space import vector_dofs
 from fingerslip.linear.craig_bampton import CraigBampton
@@ -101,8 +101,8 @@ class _Oscillators:
         viscous = damping.mass + damping.stiffness * squares
         resistance = scheme.displacement_factor * squares + scheme.velocity_factor * viscous
         compliance = 1.0 / (scheme.inertia_factor + scheme.end_weight * resistance)
-        self._factors, prediction = coefficients(scheme)
-        self._constants = squares, viscous, compliance, prediction
+        self._factors = scheme.factors
+        self._constants = squares, viscous, compliance, np.array(scheme.prediction)
         self.fields = np.zeros((3, squares.size))
 
     def step(self, forces: Array) -> Array:

@@ -122,7 +122,7 @@ def _solve_about(
     forces, dropped = (before.contact_forces_before, before.contact_forces), np.zeros_like(marks)
     while (marks > dropped).any():
         dropped = np.maximum(dropped, marks)
-        release, release_force = drop(stepper.scheme, forces, before.release, dropped, frames[:, 0])
+        release, release_force = drop(stepper.scheme, forces, before.release, dropped, frames)
         start_forces = in_frames(frames, release_force) / stepper.scheme.end_weight
         response = compliance.response(start_forces)
         again = _solve(stepper, start, compliance, frames, relative + response, earlier=solution, goal=goal)

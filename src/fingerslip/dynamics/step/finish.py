@@ -16,7 +16,6 @@ from fingerslip.dynamics.step.prediction import Prediction
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.stepper import Stepper
 from fingerslip.dynamics.step.viscoelastic import HistoryVariables
-from fingerslip.dynamics.system.scheme import StepChange
 from fingerslip.linear.symmetric import row_products
 
 __all__ = ["Strained", "finish"]
@@ -99,8 +98,9 @@ def _end_state(stepper: Stepper, start: Prediction, contact: ContactStep, end: _
     if contact.release is not None:
         unbalance = unbalance + system.push(contact.release.correction, contact.pose)
     unbalance = unbalance / scheme.end_weight
-    change = StepChange(
-        end.displacement - before.displacement,
+    change = end.displacement - before.displacement
+    dissipated = scheme.dissipation(
+        change,
         end.velocity - before.velocity,
         end.inertia - before.inertia,
         (before.unbalance_before, before.unbalance, unbalance),
@@ -108,13 +108,13 @@ def _end_state(stepper: Stepper, start: Prediction, contact: ContactStep, end: _
     moved, moments, outward, outcome = _contact_record(stepper, start, contact, end.displacement)
     damping = 0.0
     if stepper.damping.mass or stepper.damping.stiffness or system.dampers is not None:
-        damping = float(change.displacement @ stepper.damping_force(0.5 * (before.velocity + end.velocity)))
+        damping = float(change @ stepper.damping_force(0.5 * (before.velocity + end.velocity)))
     spent = {
         "friction": outcome.friction,
         "damping": damping,
         "viscous": strained.viscous,
-        "numerical": scheme.dissipation(change) + outcome.numerical + strained.numerical,
-        "external_work": 0.5 * float((before.load + start.load) @ change.displacement) + outward,
+        "numerical": dissipated + outcome.numerical + strained.numerical,
+        "external_work": 0.5 * float((before.load + start.load) @ change) + outward,
     }
     stored = {"kinetic": end.kinetic, "strain": strained.stored, "contact": outcome.stored}
     energies = before.energies.after(stored, spent)
@@ -147,7 +147,7 @@ def _end_state(stepper: Stepper, start: Prediction, contact: ContactStep, end: _
         return after
     # The work of moving supports, by the mean of their forces.
     forces = stepper.support_force(before) + stepper.support_force(after)
-    work = energies.external_work + 0.5 * float(forces @ change.displacement[moving])
+    work = energies.external_work + 0.5 * float(forces @ change[moving])
     return replace(after, energies=replace(energies, external_work=work))
 
 

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from fingerslip.dynamics.system.scheme import Scheme
 
-__all__ = ["LEAVES", "TURNS", "Release", "drop", "fade", "fading_forces", "mark_changes", "remainder"]
+__all__ = ["LEAVES", "TURNS", "Release", "drop", "dropped_forces", "fade", "fading_forces", "mark_changes", "remainder"]
 
 Array = NDArray[np.float64]
 Marks = NDArray[np.int8]
@@ -97,28 +97,45 @@ def fade(scheme: Scheme, release: Release) -> Release | None:
 
 
 def drop(
-    scheme: Scheme, forces: tuple[Array, Array], release: Release | None, marks: Marks, normals: Array
+    scheme: Scheme, forces: tuple[Array, Array], release: Release | None, marks: Marks, frames: Array
 ) -> tuple[Release, Array]:
     """Drop forces at the start of a step.
 
-    Arrays: forces (n_c, dim) [N]; marks (n_c,); normals (n_c, dim) [-]; returns force (n_c, dim) [N].
+    Arrays: forces (n_c, dim), those at the start of the step before and of this one [N]; marks (n_c,); frames (n_c,
+    dim, dim) [-]; returns force (n_c, dim) [N].
     """
-    earlier = scheme.start_weight * forces[0]
-    pushing = scheme.end_weight * forces[1] - (earlier if release is None else earlier - release.cancelled)
-    cancelled = _drop(scheme.start_weight * forces[1], marks, normals)
-    added = _drop(remainder(scheme) * pushing, marks, normals)
+    nothing = np.zeros_like(forces[1])
+    weights = scheme.start_weight, scheme.end_weight, remainder(scheme)
+    before = nothing if release is None else release.cancelled
+    added, cancelled = dropped_forces(marks, forces[1], forces[0], before, frames, weights)
     fading = added if release is None else added + fading_forces(scheme, release)
     largest = max(0.0 if release is None else release.largest, float(np.abs(added).max(initial=0.0)))
     return Release(fading, cancelled, largest), added + cancelled
 
 
+@numba.njit(cache=True, nogil=True)
+def dropped_forces(marks, forces, earlier, cancelled_before, frames, weights):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    """Return what dropped forces leave in the equation of motion, and what of them is cancelled, (n_c, dim) each [N].
+
+    Arrays: forces at the start of the step, and of the step before, and what was cancelled in that, (n_c, dim) [N];
+    weights w_0, w_1 and s.
+    """
+    start_weight, end_weight, left = weights
+    added, cancelled = np.zeros_like(forces), np.zeros_like(forces)
+    for i in np.flatnonzero(marks):
+        of_added = of_cancelled = 0.0
+        for k in range(forces.shape[1]):
+            pushing = end_weight * forces[i, k] - start_weight * earlier[i, k] + cancelled_before[i, k]
+            added[i, k], cancelled[i, k] = left * pushing, start_weight * forces[i, k]
+            of_added += added[i, k] * frames[i, 0, k]
+            of_cancelled += cancelled[i, k] * frames[i, 0, k]
+        if marks[i] == TURNS:
+            for k in range(forces.shape[1]):
+                added[i, k] -= of_added * frames[i, 0, k]
+                cancelled[i, k] -= of_cancelled * frames[i, 0, k]
+    return added, cancelled
+
+
 def remainder(scheme: Scheme) -> float:
     """Return s = -(1 - m)/m, with which a force gives no impulse over a step [-]."""
     return -(1.0 - scheme.end_share) / scheme.end_share
-
-
-def _drop(forces: Array, marks: Marks, normals: Array) -> Array:
-    """Return what the marks drop of forces (n_c, dim) [N]."""
-    normal = np.einsum("cd,cd->c", forces, normals) * (marks == TURNS)
-    dropped: Array = forces * (marks != 0)[:, None] - normal[:, None] * normals
-    return dropped

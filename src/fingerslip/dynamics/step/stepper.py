@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import time as clock
-from collections.abc import Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -44,26 +44,15 @@ class Stopwatch:
     seconds: dict[str, float] = field(default_factory=dict)
     cpu_seconds: dict[str, float] = field(default_factory=dict)
 
-    def part(self, name: str) -> AbstractContextManager[None]:
+    @contextlib.contextmanager
+    def part(self, name: str) -> Iterator[None]:
         """Add the time that the block takes to `name`."""
-        return _Part(self, name)
-
-
-class _Part(AbstractContextManager[None]):
-    """A block that is timed; a step has several, for which a generator would take as long as some of them."""
-
-    __slots__ = ("_cpu_start", "_name", "_start", "_watch")
-
-    def __init__(self, watch: Stopwatch, name: str) -> None:
-        self._watch, self._name = watch, name
-
-    def __enter__(self) -> None:
-        self._start, self._cpu_start = clock.perf_counter(), clock.process_time()
-
-    def __exit__(self, *_: object) -> None:
-        watch, name = self._watch, self._name
-        watch.seconds[name] = watch.seconds.get(name, 0.0) + clock.perf_counter() - self._start
-        watch.cpu_seconds[name] = watch.cpu_seconds.get(name, 0.0) + clock.process_time() - self._cpu_start
+        start, cpu_start = clock.perf_counter(), clock.process_time()
+        try:
+            yield
+        finally:
+            self.seconds[name] = self.seconds.get(name, 0.0) + clock.perf_counter() - start
+            self.cpu_seconds[name] = self.cpu_seconds.get(name, 0.0) + clock.process_time() - cpu_start
 
 
 @dataclass(frozen=True)

@@ -1,151 +1,80 @@
-"""Time integration schemes: one protocol, with HHT-alpha and quasi-static steps behind it.
+"""Time integration schemes: their numbers, those of HHT-alpha and those of quasi-static steps.
 
 With displacement u, velocity v, acceleration a and the unbalanced force F = C v + K u - f, a step from 0 to 1 finds the
 unknown x that solves ::
 
     M a_1 + w_1 F_1 = w_0 F_0,    u_1 = u~ + c_u x,    v_1 = v~ + c_v x,    a_1 = c_a x
 
-Contact forces are part of F, but for those that a step must not count (:mod:`fingerslip.dynamics.step.release`). A
-scheme is its weights w_0 and w_1, its factors c_u, c_v and c_a, the share m of the end of a step in the change of
-velocity v_1 - v_0 = h [(1 - m) a_0 + m a_1], its prediction u~ and v~ from the state at the start, and the energy that
-it dissipates by itself.
+Contact forces are part of F, but for those that a step must not count (:mod:`fingerslip.dynamics.step.release`). The
+change of velocity is v_1 - v_0 = h [(1 - m) a_0 + m a_1].
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.model.timing import Adaptive, QuasiStatic, TimeStepping, Timing
-from fingerslip.parameters.schema import require
+from fingerslip.parameters.schema import require_kind
 
-__all__ = [
-    "LinearScheme",
-    "Predictor",
-    "Scheme",
-    "StepChange",
-    "coefficients",
-    "hht",
-    "make_scheme",
-    "start_push",
-    "static",
-]
+__all__ = ["Predictor", "Scheme", "hht", "make_scheme", "start_push", "static"]
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Predictor:
-    """The end of a step with no unknown.
+    """The end of a step with no unknown."""
 
-    Parameters
-    ----------
-    displacement : (n,) array
-        u~ [m].
-    velocity : (n,) array
-        v~ [m/s].
-    """
-
-    displacement: Array
-    velocity: Array
+    displacement: Array  # (n,), u~ [m]
+    velocity: Array  # (n,), v~ [m/s]
 
 
 @dataclass(frozen=True)
-class StepChange:
-    """What a step has changed, for the energy that the scheme dissipates.
-
-    Parameters
-    ----------
-    displacement : (n,) array
-        u_1 - u_0 [m].
-    velocity : (n,) array
-        v_1 - v_0 [m/s].
-    inertia : (n,) array
-        M (a_1 - a_0) [N].
-    unbalance : tuple of three (n,) arrays
-        Unbalanced force at the start of the step before, at the start and at the end of this step [N].
-    """
-
-    displacement: Array
-    velocity: Array
-    inertia: Array
-    unbalance: tuple[Array, Array, Array]
-
-
-class Scheme(Protocol):
-    """A time integration scheme with a fixed step."""
-
-    @property
-    def step(self) -> float:
-        """Time step h [s]."""
-
-    @property
-    def start_weight(self) -> float:
-        """Weight w_0 of the unbalanced force at the start of a step [-]."""
-
-    @property
-    def end_weight(self) -> float:
-        """Weight w_1 of the forces at the end of a step, contact forces included [-]."""
-
-    @property
-    def end_share(self) -> float:
-        """Share m of the acceleration at the end of a step in the mean over it [-]."""
-
-    @property
-    def displacement_factor(self) -> float:
-        """Change c_u of the displacement per unknown."""
-
-    @property
-    def velocity_factor(self) -> float:
-        """Change c_v of the velocity per unknown."""
-
-    @property
-    def inertia_factor(self) -> float:
-        """Acceleration c_a per unknown; 0 where nothing has inertia."""
-
-    def predict(self, displacement: Array, velocity: Array, acceleration: Array) -> Predictor:
-        """Return the end of a step with no unknown, from the state at its start: (n,) arrays [m], [m/s], [m/s^2].
-
-        It is linear in the state, and the same for every unknown.
-        """
-
-    def dissipation(self, change: StepChange) -> float:
-        """Return the energy that the scheme takes out in a step [J], so that the balance of energy closes."""
-
-
-@dataclass(frozen=True)
-class LinearScheme:
-    """A :class:`Scheme` by its numbers, whose prediction and dissipation are the same for every unknown."""
+class Scheme:
+    """A time integration scheme with a fixed step, by its numbers; those of a user are the `time` of a model."""
 
     step: float  # h [s]
-    start_weight: float  # w_0 [-]
-    end_weight: float  # w_1 [-]
-    end_share: float  # m [-]
+    start_weight: float  # w_0, of the unbalanced force at the start of a step [-]
+    end_weight: float  # w_1, of the forces at the end of a step, contact forces included [-]
+    end_share: float  # m, of the acceleration at the end of a step in the mean over it [-]
     displacement_factor: float  # c_u
     velocity_factor: float  # c_v
-    inertia_factor: float  # c_a
-    # what displacement and velocity at the end take of displacement, velocity and acceleration at the start
+    inertia_factor: float  # c_a; 0 where nothing has inertia
+    # what u~ and v~ take of displacement, velocity and acceleration at the start
     prediction: tuple[tuple[float, float, float], tuple[float, float, float]]
-    # what dissipates: of da.M dv and da.M du, and of du with the unbalanced forces of three times
+    # what dissipates: of da.M dv and da.M du, and of du with the unbalanced forces at the start of the step before and
+    # at both ends of this one
     losses: tuple[float, float, float, float, float]
+    end: float | None = None  # end of the simulation [s], without it that of the programme
+
+    @property
+    def factors(self) -> tuple[float, float, float, float, float]:
+        """c_u, c_v, c_a, w_0 and w_1, as compiled code takes them."""
+        changes = self.displacement_factor, self.velocity_factor, self.inertia_factor
+        return (*changes, self.start_weight, self.end_weight)
 
     def predict(self, displacement: Array, velocity: Array, acceleration: Array) -> Predictor:
-        """Return the end of a step with no unknown, from (n,) arrays [m], [m/s], [m/s^2]."""
+        """Return the end of a step with no unknown, from (n,) arrays [m], [m/s], [m/s^2] at its start."""
         ends = (a * displacement + b * velocity + c * acceleration for a, b, c in self.prediction)
         return Predictor(*ends)
 
-    def dissipation(self, change: StepChange) -> float:
-        """Return the energy that the scheme takes out in a step [J]."""
+    def dissipation(
+        self, displacement: Array, velocity: Array, inertia: Array, unbalances: tuple[Array, Array, Array]
+    ) -> float:
+        """Return the energy that the scheme takes out in a step [J], so that the balance of energy closes.
+
+        Arrays: changes du (n,) [m], dv (n,) [m/s], M da (n,) [N]; the three unbalanced forces (n,) [N].
+        """
         of_rates, of_moves, *of_unbalance = self.losses
-        lost = of_rates * (change.inertia @ change.velocity) + of_moves * (change.inertia @ change.displacement)
-        unbalance = sum(share * force for share, force in zip(of_unbalance, change.unbalance, strict=True))
-        return float(lost + change.displacement @ unbalance)
+        lost = of_rates * (inertia @ velocity) + of_moves * (inertia @ displacement)
+        unbalance = sum(share * force for share, force in zip(of_unbalance, unbalances, strict=True))
+        return float(lost + displacement @ unbalance)
 
 
-def hht(step: float, alpha: float) -> LinearScheme:
+def hht(step: float, alpha: float) -> Scheme:
     """Return the HHT-alpha scheme for a step [s] and a numerical damping from -1/2 to 0; the unknown is a_1.
 
     ::
@@ -166,7 +95,7 @@ def hht(step: float, alpha: float) -> LinearScheme:
     (0.0025, 0.5)
     """
     beta, gamma = (1.0 - alpha) ** 2 / 4.0, 0.5 - alpha
-    return LinearScheme(
+    return Scheme(
         step=step,
         start_weight=alpha,
         end_weight=1.0 + alpha,
@@ -179,7 +108,7 @@ def hht(step: float, alpha: float) -> LinearScheme:
     )
 
 
-def static(step: float) -> LinearScheme:
+def static(step: float) -> Scheme:
     """Return quasi-static steps of a length [s]; the unknown is the change of displacement, and nothing has inertia.
 
     ::
@@ -189,7 +118,7 @@ def static(step: float) -> LinearScheme:
     They dissipate the work of the unbalanced force at the ends, -du.(F_0 + F_1)/2: a step in equilibrium none; the
     first one may start from an unbalanced state.
     """
-    return LinearScheme(
+    return Scheme(
         step=step,
         start_weight=0.0,
         end_weight=1.0,
@@ -211,27 +140,8 @@ def start_push(scheme: Scheme) -> float:
     return 0.5 + alpha + alpha**2 / (4.0 * scheme.end_share * (1.0 + alpha))
 
 
-def coefficients(scheme: Scheme) -> tuple[tuple[float, float, float, float, float], Array]:
-    """Return a scheme as numbers: c_u, c_v, c_a, w_0, w_1, and its prediction as a matrix (2, 3)."""
-    free = scheme.predict(*np.eye(3))
-    changes = scheme.displacement_factor, scheme.velocity_factor, scheme.inertia_factor
-    return (*changes, scheme.start_weight, scheme.end_weight), np.stack([free.displacement, free.velocity])
-
-
 def make_scheme(time: Timing) -> Scheme:
-    """Return the scheme of a model's time settings.
-
-    Parameters
-    ----------
-    time : TimeStepping, QuasiStatic, Adaptive or Scheme
-        The settings. An object with the members of :class:`Scheme` is the scheme itself. Of steps that control
-        their own error it is the scheme of a step from record to record.
-
-    Raises
-    ------
-    InputError
-        For an object that is none of them.
-    """
+    """Return the scheme of a model's time settings; of steps that control their own error, from record to record."""
     match time:
         case TimeStepping():
             return hht(time.step, time.alpha)
@@ -239,4 +149,4 @@ def make_scheme(time: Timing) -> Scheme:
             return static(time.step)
         case Adaptive():
             return make_scheme(time.fixed(time.step))
-    return require(time, Scheme, "TimeStepping, QuasiStatic or a scheme", "time")  # type: ignore[type-abstract]
+    return require_kind(time, Scheme, "TimeStepping, QuasiStatic, Adaptive or a Scheme", "time")

@@ -159,8 +159,8 @@ def _draw_sections(
 
 def section_frame(history: xr.Dataset) -> tuple[Floats, Floats]:
     """Return two corners (2,) [mm] around a section and its plate at all snapshots: panels compare, no film jumps."""
-    moving = 1e3 * (history["node_position"].values + history["snapshot_displacement"].values)
-    low, high = moving.min(axis=(0, 1)), moving.max(axis=(0, 1))
+    moving = history["node_position"].values + history["snapshot_displacement"].values
+    low, high = 1e3 * np.array([[part.min(), part.max()] for part in np.moveaxis(moving, -1, 0)]).T
     margin = _MARGIN * (high - low).max()
     return low - margin * np.array([1.0, 2.5]), high + margin
 
@@ -179,7 +179,7 @@ def draw_section(
         if scalar == "region" or (of_cells and region not in soft):
             colour = colours[name] if scalar == "region" else palette.STIFF_COLOUR
             look: dict[str, Any] = {"facecolors": colour, "edgecolors": "face", "linewidth": 0.2, "rasterized": True}
-            axes.add_collection(PolyCollection(list(points[corners]), **look))
+            axes.add_collection(PolyCollection(points[corners], **look))
         elif corners.size:
             values = SCALARS[scalar][1] * history[f"snapshot_{scalar}"].values[number]
             if of_cells:
@@ -209,9 +209,11 @@ def _node_means(corners: NDArray[np.integer], values: Floats, count: int) -> Flo
 
 def _layer_edges(cells: NDArray[np.integer], regions: NDArray[np.integer]) -> NDArray[np.integer]:
     """Return the edges (m, 2) of cells (n, k) that bound a region: no second cell of it has them."""
-    edges = np.sort(np.stack([cells, np.roll(cells, -1, axis=1)], axis=-1), axis=-1).reshape(-1, 2)
-    named, counts = np.unique(np.column_stack([edges, np.repeat(regions, cells.shape[1])]), axis=0, return_counts=True)
-    return np.unique(named[counts == 1, :2], axis=0)
+    size = np.int64(cells.max()) + 1
+    low, high = np.sort([cells, np.roll(cells, -1, axis=1)], axis=0)
+    # As numbers, which sort ten times as fast as rows.
+    numbers, counts = np.unique((regions[:, None] * size + low) * size + high, return_counts=True)
+    return np.stack(divmod(np.unique(numbers[counts == 1] % size**2), size), axis=1)
 
 
 def _draw_scale(axes: Axes) -> None:

@@ -60,7 +60,7 @@ def _section(mesh: skfem.Mesh, heading: str) -> Figure:
     looks: list[dict[str, Any]] = [{"facecolor": colours[name], "linewidth": 0.25} for name in regions]
     looks += [{"facecolor": "none", "linewidth": 0.0, "hatch": hatch} for hatch in _HATCHES * len(above)]
     for (name, cells), look in zip((regions | above).items(), looks, strict=False):
-        axes.add_collection(PolyCollection(list(points[corners[cells]]), edgecolor=_EDGE, **look))
+        axes.add_collection(PolyCollection(points[corners[cells]], edgecolor=_EDGE, **look))
         keys[name] = Patch(edgecolor=_EDGE, **look)
     # Wide lines below narrow ones, so that each is seen where several lie on each other.
     boundaries = sorted((mesh.boundaries or {}).items(), key=lambda item: -len(item[1]))

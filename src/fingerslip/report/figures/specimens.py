@@ -17,6 +17,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 from mpl_toolkits.mplot3d import Axes3D
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from fingerslip.history import sites_of_kinds
 from fingerslip.report.colours import BLACK, GREY, RECEPTOR_COLOURS, RECEPTOR_MARKS, REGION_COLOURS, region_colours
@@ -158,7 +159,7 @@ def section_figure(
     positions = {}
     for kind, values in receptors.items():
         # Receptors move with the nearest nodes of the mesh.
-        nearest = np.argmin(np.linalg.norm(rest[None] - values[:, None], axis=2), axis=1)
+        nearest = cKDTree(rest).query(values)[1]
         positions[kind] = values + points[nearest] - rest[nearest]
     lowest = points[np.argmin(points[:, 1])]
     level, colours = float(lowest[1]) if plate is None else plate, region_colours(tuple(mesh.subdomains or {}))

@@ -1,4 +1,7 @@
-"""One self-contained HTML page: the answer, sections of text, tables and figures, and the provenance."""
+"""One self-contained HTML page: the answer, sections of text, tables and figures, and the provenance.
+
+Pictures go from one process to another: loading this loads nothing that draws.
+"""
 
 from __future__ import annotations
 
@@ -9,15 +12,14 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from matplotlib.figure import Figure
-
-from fingerslip.report.figures.style import figure_bytes
-from fingerslip.report.page.motion import language
 from fingerslip.report.prose import asset
 from fingerslip.storage.files import write_text
 from fingerslip.tables.table import Table, is_numeric, texts
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)
@@ -32,7 +34,11 @@ class Picture:
     @cached_property
     def png(self) -> bytes:
         """The figure as PNG, rendered once."""
-        return self.rendered if self.figure is None else figure_bytes(self.figure)
+        if self.figure is None:
+            return self.rendered
+        from fingerslip.report.figures.style import figure_bytes
+
+        return figure_bytes(self.figure)
 
 
 @dataclass(frozen=True)
@@ -75,6 +81,8 @@ class Report:
 
 def render_page(report: Report) -> str:
     """Write a report as one HTML page that needs no other file."""
+    from fingerslip.report.page.motion import language
+
     moving = any(section.motions for section in report.sections)
     text: str = _page_template().render(report=report, language=language() if moving else None)
     return text

@@ -339,10 +339,11 @@ class CameraSettings(CameraView):
         Exposure of a frame [s].
     marker_radius : float
         Radius of the markers [m].
-    markers : {'bright', 'dark'}
-        Whether markers are brighter than what is around them.
-    light : {'even', 'harsh'}
-        The light: even, or with vignette, gradient, texture, glare and a bright ring.
+    markers : {'bright', 'dark', 'moulded'}
+        Whether markers are brighter than what is around them; moulded ones are bright, on a dome, some with glue.
+    light : {'even', 'harsh', 'lamps'}
+        The light: even; with vignette, gradient, texture, glare and a bright ring; or as in recordings of real sensors,
+        with six lamps that saturate and a white mount.
     noise : float
         Standard deviation of the noise of a pixel [grey levels].
     jpeg_quality : int, optional
@@ -358,8 +359,8 @@ class CameraSettings(CameraView):
     frame_rate: _FrameRate = 30.0
     exposure: Duration = 10e-3
     marker_radius: PositiveLength = 0.5e-3
-    markers: Literal["bright", "dark"] = "bright"
-    light: Literal["even", "harsh"] = "even"
+    markers: Literal["bright", "dark", "moulded"] = "bright"
+    light: Literal["even", "harsh", "lamps"] = "even"
     noise: NonNegativeNumber = 2.0
     jpeg_quality: _Quality | None = None
     rest: Duration = 1.0
@@ -388,7 +389,8 @@ class TrialSettings(CameraView):
         Directions of the slide or fall, evenly over a turn. The run goes along +x; the others are that run turned,
         which is exact for an upright sensor whose rings all have a multiple of so many markers.
     rest : float
-        Time at rest that is filmed before the slide [s]; the last part of the hold.
+        Time at rest that every film has before the slide [s]. A film begins at any moment of the hold that leaves it,
+        so that after a long hold the time since its start tells nothing of slip.
     frame_rate : float
         Frames a second of both cameras [1/s].
     noise : (float, float)

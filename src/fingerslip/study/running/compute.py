@@ -230,6 +230,18 @@ def _compute_apart(
         news.close()
 
 
+def in_worker(function: Callable[..., None], *arguments: Any) -> None:
+    """Call a function in a process like those that compute, which has loaded what draws."""
+    context = multiprocessing.get_context(_METHOD)
+    with ProcessPoolExecutor(1, context, initializer=_begin_worker, initargs=(None, None)) as pool:
+        with hold_interrupts(), without_main_module():
+            future = pool.submit(function, *arguments)
+        try:
+            future.result()
+        except BrokenProcessPool:
+            raise WorkerLostError from None
+
+
 # What macOS computes with does not bear to be forked.
 _METHOD = "forkserver" if sys.platform == "linux" else "spawn"
 

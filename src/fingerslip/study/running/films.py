@@ -29,6 +29,8 @@ from fingerslip.vision.cameras.pixel import (
     BRIGHT_ON_DARK,
     DARK_ON_BRIGHT,
     HARSH_LIGHT,
+    LAMPS,
+    MOULDED,
     Lighting,
     PixelCamera,
     SensorNoise,
@@ -44,8 +46,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _FORMAT = 1
-_LOOKS = {"bright": BRIGHT_ON_DARK, "dark": DARK_ON_BRIGHT}
-_LIGHTS = {"even": Lighting(), "harsh": HARSH_LIGHT}
+_LOOKS = {"bright": BRIGHT_ON_DARK, "dark": DARK_ON_BRIGHT, "moulded": MOULDED}
+_LIGHTS = {"even": Lighting(), "harsh": HARSH_LIGHT, "lamps": LAMPS}
 
 
 def film_runs(plan: Plan, progress: StudyProgress) -> dict[str, FingerslipError]:
@@ -110,7 +112,7 @@ def _pixels(
             n_markers=int(np.isfinite(truth["position"].values[0, :, 0]).sum()),
             rest_frames=max(1, round(settings.rest * settings.frame_rate)),
             layout="free",
-            bright=settings.markers == "bright",
+            bright=settings.markers != "dark",
         )
     tracks = tracks.assign_attrs(source=video.name)
     write_tracking(tracks, open_frames(video), folder / "tracks")

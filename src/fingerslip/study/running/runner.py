@@ -17,7 +17,8 @@ from fingerslip.storage.files import check_folder, clean_stale, digest, remove_e
 from fingerslip.study.definition.expressions import derive
 from fingerslip.study.definition.runs import Plan, Run, plan_studies
 from fingerslip.study.running.progress import StudyProgress
-from fingerslip.study.storage.reporting import REPORT, film_keys, write_report
+from fingerslip.study.storage import reporting
+from fingerslip.study.storage.reporting import REPORT, film_keys
 from fingerslip.study.storage.store import read_manifest, read_uncertainties, refused_in, write_results
 
 if TYPE_CHECKING:
@@ -287,6 +288,16 @@ def write_up(
         write_report(result, pictures)
         _write_tables(plan, finished, refused, report=key)
     return result
+
+
+def write_report(study: StudyResult, pictures: Mapping[str, RunPictures] | None = None) -> None:
+    """Make figures and page of a study; where workers drew its runs, so does one that has loaded what draws."""
+    if any(drawn.process != os.getpid() for drawn in (pictures or {}).values()):
+        from fingerslip.study.running.compute import in_worker
+
+        in_worker(reporting.write_report, study, pictures)
+    else:
+        reporting.write_report(study, pictures)
 
 
 def _write_tables(

@@ -116,14 +116,19 @@ def simulated_trial(plan: TrialPlan, settings: TrialSettings, body: StaticBody, 
     press, hold, task = _phases(plan)
     begin = phase_duration(press) + hold.duration
     # When the film begins and ends, in the time of the run.
-    span = begin - settings.rest, min(begin + phase_duration(task), float(motion.time[-1]))
+    span = begin - _filmed_rest(hold, settings, eyes), min(begin + phase_duration(task), float(motion.time[-1]))
     markers = _markers(plan, settings, body, motion, span)
     cameras = drawn_cameras(settings, eyes, markers)
     tracks = pair_tracks(cameras, markers)
     mark = plate_mark(cameras, _fallen(plan, motion, span, markers), markers["time"].values) if _falls(plan) else None
-    labels = _labels(motion, (tracks, mark), span, settings)
+    labels = _labels(motion, (tracks, mark), (begin, span), settings)
     conditions = _conditions(plan, settings, eyes) | _forces(motion, span[0])
     return Trial(plan.name, tracks, labels, conditions, _provenance(plan, origin))
+
+
+def _filmed_rest(hold: Hold, settings: TrialSettings, eyes: Eyes) -> float:
+    """Return how long the film shows rest [s]: it begins at any moment of the hold, so that its clock knows nothing."""
+    return settings.rest + eyes.wait * (hold.duration - settings.rest)
 
 
 def check_plan(plan: TrialPlan, settings: TrialSettings) -> None:
@@ -209,16 +214,16 @@ def _sensor(plan: TrialPlan) -> TacTip:
 def _labels(
     motion: StaticMotion,
     filmed: tuple[xr.Dataset, xr.Dataset | None],
-    span: tuple[float, float],
+    times: tuple[float, tuple[float, float]],
     settings: TrialSettings,
 ) -> dict[str, Onsets]:
     """Return the onsets that external markers and the contact show, in the time of the film.
 
     With a mark on the plate, which `filmed` holds beside the tracks, they are those of the mark and of the contact.
-    What slips at rest slips because of the press, and does not count.
+    The times are the end of the rest, and the first and last of the film [s]: what slips at rest slips by the press.
     """
-    tracks, mark = filmed
-    part = (motion.time >= span[0] + settings.rest - 1e-9) & (motion.time <= span[1])
+    (tracks, mark), (begin, span) = filmed, times
+    part = (motion.time >= begin - 1e-9) & (motion.time <= span[1])
     frames = max(1, math.floor(settings.rest * settings.frame_rate + 1e-9))
     contact = labels_from_contact(motion.time[part] - span[0], motion.stick_ratio[part])
     seen = LabelSettings(rest_frames=frames)
@@ -230,7 +235,7 @@ def _labels(
 def _conditions(plan: TrialPlan, settings: TrialSettings, eyes: Eyes) -> dict[str, Any]:
     """Return what a trial was done with, in SI units."""
     study = plan.run.study
-    press, _, task = _phases(plan)
+    press, hold, task = _phases(plan)
     contact = study.all_contacts[0].contact(3)
     law = contact.friction
     x, y, _ = contact.counterface.unit_normal
@@ -249,6 +254,7 @@ def _conditions(plan: TrialPlan, settings: TrialSettings, eyes: Eyes) -> dict[st
         **{f"friction_{name}": value for name, value in vars(law).items() if name != "static"},
         "tilt": math.atan2(float(x), float(y)),
         "repeat": plan.repeat,
+        "rest": _filmed_rest(hold, settings, eyes),
         "seed": eyes.seed,
         "noise": eyes.noise,
         "camera_shift_x": eyes.shift[0],
@@ -285,6 +291,7 @@ class Eyes:
     shift: tuple[float, float]  # (float, float), how far the cameras are beside the axis, along x and z [m]
     turn: float  # how far they are turned about their own axis [rad]
     seed: int  # seed of the errors
+    wait: float  # how much earlier than it must the film begins, as a share of what the hold allows [-]
 
 
 def drawn_eyes(settings: TrialSettings, number: int) -> Eyes:
@@ -292,7 +299,8 @@ def drawn_eyes(settings: TrialSettings, number: int) -> Eyes:
     draw = np.random.default_rng([settings.seed, number])
     x, z, turn = draw.uniform(-1.0, 1.0, 3)
     noise, seed = draw.uniform(*settings.noise), int(draw.integers(2**31))
-    return Eyes(float(noise), (settings.shift * float(x), settings.shift * float(z)), settings.turn * float(turn), seed)
+    shift, turned = (settings.shift * float(x), settings.shift * float(z)), settings.turn * float(turn)
+    return Eyes(float(noise), shift, turned, seed, float(draw.random()))
 
 
 def drawn_cameras(settings: TrialSettings, eyes: Eyes, markers: xr.Dataset) -> CameraPair:

@@ -49,16 +49,25 @@ class MarkerLook:
         Standard deviation of the blur by the lens and the area of a pixel together [px]; 0.7, assumed. At least 0.5:
         with it the middle of a drawn spot is off by up to 0.0025 px, with 0.7 by up to 0.0002 px, if its radius is
         above 2 px; a radius of 0.5 px is off by 0.01 px.
+    dome : float, optional
+        Radius of the dome that the markers stand on [m], its axis that of the camera: towards the rim they are seen
+        from the side. Without it all are seen from the front.
+    glue : float
+        Share of the markers beside which a spot of glue, as bright as they are, touches them [-].
     """
 
     radius: PositiveLength = 0.6e-3
     marker: GreyLevel = 200.0
     background: GreyLevel = 40.0
     softness: Softness = 0.7
+    dome: PositiveLength | None = None
+    glue: Fraction = 0.0
 
 
 BRIGHT_ON_DARK = MarkerLook()
 DARK_ON_BRIGHT = MarkerLook(marker=50.0, background=190.0)
+#: White pins moulded into a dark dome, as in recordings of real sensors: on a slope, blurred, some with glue.
+MOULDED = MarkerLook(marker=205.0, background=85.0, softness=1.3, dome=20e-3, glue=0.15)
 
 
 @parameters
@@ -93,11 +102,14 @@ class BrightRing:
         Standard deviation across the ring, as a share of the height [-].
     level : float
         Grey levels that it adds on its line.
+    outside : float, optional
+        Grey level of all that is outside of it, as of a white mount; without it as inside.
     """
 
     radius: PositiveNumber = 0.46
     width: PositiveNumber = 0.012
     level: NonNegativeNumber = 180.0
+    outside: GreyLevel | None = None
 
 
 @parameters
@@ -152,6 +164,20 @@ HARSH_LIGHT = Lighting(
     flicker=0.02,
 )
 
+#: Light as in recordings of real sensors: six lamps that saturate around the markers, and a white mount; assumed.
+LAMPS = Lighting(
+    vignetting=0.5,
+    gradient=0.3,
+    gradient_angle=0.25 * math.pi,
+    texture=10.0,
+    glare=tuple(
+        Glare(0.5 + 0.24 * math.cos(angle), 0.5 + 0.32 * math.sin(angle), 0.018, 350.0)
+        for angle in np.linspace(0.5, 0.5 + 2.0 * math.pi, 6, endpoint=False).tolist()
+    ),
+    ring=BrightRing(0.38, 0.012, 220.0, outside=245.0),
+    flicker=0.01,
+)
+
 
 @parameters
 class SensorNoise:
@@ -201,7 +227,8 @@ Frame = NDArray[np.uint8]
 Picture = NDArray[np.float32]
 Floats = NDArray[np.float64]
 _REACH = 4.0  # standard deviations of the edge, beyond which a spot covers 3e-5 of a pixel
-_MASKED = 3.0  # standard deviations of the bright ring on either side
+_RIM = 3.0  # standard deviations of the bright ring from its line to what is outside
+_STEEPEST = 0.95  # largest sine of the slope of a dome
 _CHUNK = 64  # frames whose spots are computed together
 _SAMPLES_PER_PIXEL, _MOST_SAMPLES = 2.0, 512
 _BITS = 16
@@ -224,17 +251,20 @@ def normal_table() -> Picture:
 
 @numba.njit(cache=True, nogil=True)
 def draw_spots(  # noqa: PLR0917  numba takes them in order
-    picture: Picture, top: Picture, middles: Floats, halves: Floats, radii: Floats, softness: float
+    picture: Picture, top: Picture, middles: Floats, halves: Floats, radii: Floats, tilts: Floats, softness: float
 ) -> None:
     """Lay spots over a picture, in place.
 
-    Arrays: picture, top (height, width) [grey levels]; middles, halves (n, 2) [px]; radii (n,) [px]; softness [px].
+    Arrays: picture, top (height, width) [grey levels]; middles, halves (n, 2) [px]; radii (n,) [px]; tilts (n, 2), the
+    direction in which a disc leans away times the sine of its angle [-]; softness [px].
     """
     for spot in range(len(middles)):
         x, y, dx, dy = middles[spot, 0], middles[spot, 1], halves[spot, 0], halves[spot, 1]
         reach = radii[spot] + _REACH * softness
         if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(dx) and math.isfinite(dy)):
             continue
+        lean_x, lean_y = tilts[spot, 0], tilts[spot, 1]
+        front = 1.0 - lean_x * lean_x - lean_y * lean_y  # squared cosine of the angle
         length = 2.0 * math.hypot(dx, dy)
         count = min(1 + math.ceil(_SAMPLES_PER_PIXEL * length), _MOST_SAMPLES)
         left, right = _limits(x, abs(dx) + reach, picture.shape[1])
@@ -244,8 +274,12 @@ def draw_spots(  # noqa: PLR0917  numba takes them in order
                 covered = 0.0
                 for sample in range(count):
                     share = (2.0 * sample + 1.0) / count - 1.0
-                    off = math.hypot(column - x - share * dx, row - y - share * dy)
-                    covered += _cover(off - radii[spot], softness)
+                    across, down = column - x - share * dx, row - y - share * dy
+                    square, lean = across * across + down * down, (across * lean_x + down * lean_y) ** 2
+                    # Distance on the disc; how fast it grows in the image turns it into pixels.
+                    off = math.sqrt(square + lean / front)
+                    growth = math.sqrt(square + lean * (1.0 + front) / (front * front))
+                    covered += _cover((off - radii[spot]) * (off / growth if growth > 0.0 else 1.0), softness)
                 covered /= count
                 picture[row, column] += np.float32(covered) * (top[row, column] - picture[row, column])
 
@@ -310,7 +344,13 @@ def empty_picture(pixel_camera: PixelCamera) -> Picture:
         random = np.random.default_rng([pixel_camera.seed, 1]).standard_normal(light.shape)
         pattern = ndimage.gaussian_filter(random, lighting.texture_length, mode="wrap")
         background = background + pattern * (lighting.texture / pattern.std())
-    return (light * background + added).astype(np.float32)
+    picture, ring = light * background + added, lighting.ring
+    if ring is not None and ring.outside is not None:
+        x, y = _grid(pixel_camera)
+        # A dark rim is left between the ring and what is outside.
+        outside = np.clip((np.hypot(x, y) / y.size - ring.radius) / ring.width - _RIM, 0.0, 1.0)
+        picture += outside * (ring.outside - picture)
+    return picture.astype(np.float32)
 
 
 def marker_picture(pixel_camera: PixelCamera) -> Picture:
@@ -324,15 +364,6 @@ def brightness(lighting: Lighting, times: Floats) -> Floats:
     wave = lighting.flicker * np.sin(2.0 * math.pi * lighting.flicker_rate * times)
     factor: Floats = np.maximum(1.0 + lighting.drift * times + wave, 0.0)
     return factor
-
-
-def ring_mask(pixel_camera: PixelCamera) -> NDArray[np.bool_]:
-    """Tell which pixels (height, width) a tracker may use: those inside the bright ring; all without one."""
-    ring = pixel_camera.lighting.ring
-    x, y = _grid(pixel_camera)
-    largest = math.inf if ring is None else (ring.radius - _MASKED * ring.width) * y.size
-    mask: NDArray[np.bool_] = np.hypot(x, y) < largest
-    return mask
 
 
 def _grid(pixel_camera: PixelCamera) -> tuple[Floats, Floats]:
@@ -408,12 +439,13 @@ def frames_of(
     for first in range(start, last, _CHUNK):
         numbers = np.arange(first, min(first + _CHUNK, last))
         points = interpolate(chosen, times[numbers])
-        middles, radii = image_points(camera, points), look.radius * pixels_per_metre(camera, points)
-        halves = _half_movements(camera, chosen, times[numbers])
+        spots = image_points(camera, points), _half_movements(camera, chosen, times[numbers])
+        radii = look.radius * pixels_per_metre(camera, points)
+        middles, halves, radii, tilts = _with_glue(pixel_camera, *spots, radii, _tilts(camera, look, points))
         factors = brightness(pixel_camera.lighting, times[numbers])
         for row, number in enumerate(numbers.tolist()):
             picture = empty.copy()
-            draw_spots(picture, covered, middles[row], halves[row], radii[row], look.softness)
+            draw_spots(picture, covered, middles[row], halves[row], radii[row], tilts[row], look.softness)
             factor, seed = float(factors[row]), pixel_camera.seed
             frame: Frame = expose(picture, factor, noise.read**2, noise.shot, seed, number, normal_table())
             if pixel_camera.jpeg_quality is not None:
@@ -421,6 +453,29 @@ def frames_of(
                 content = cv2.imencode(".jpg", frame, [cv2.IMWRITE_JPEG_QUALITY, pixel_camera.jpeg_quality])[1]
                 frame = cv2.imdecode(content, cv2.IMREAD_GRAYSCALE)
             yield frame
+
+
+def _tilts(camera: Camera, look: MarkerLook, points: Floats) -> Floats:
+    """Return where markers at points (..., 2 or 3) [m] lean, as long as the sine of how far: (..., 2) [-]."""
+    if look.dome is None:
+        return np.zeros((*points.shape[:-1], 2))
+    outwards = camera.pose.to_camera(points)[..., :2] / look.dome
+    tilts: Floats = outwards / np.maximum(np.linalg.norm(outwards, axis=-1, keepdims=True) / _STEEPEST, 1.0)
+    return tilts
+
+
+def _with_glue(
+    pixel_camera: PixelCamera, middles: Floats, halves: Floats, radii: Floats, tilts: Floats
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return spots of markers, (n_times, n_markers, ...) each, and behind them the glue that goes with some."""
+    draw = np.random.default_rng([pixel_camera.seed, 4])
+    share, angle, distance, size = draw.random((4, radii.shape[1]))
+    glued = share < pixel_camera.look.glue
+    away = (0.8 + 0.8 * distance)[:, None] * np.column_stack([np.cos(2 * np.pi * angle), np.sin(2 * np.pi * angle)])
+    places = middles + away * radii[..., None]
+    pairs = (middles, places), (halves, halves), (radii, (0.3 + 0.6 * size) * radii), (tilts, tilts)
+    middles, halves, radii, tilts = (np.concatenate([of, glue[:, glued]], axis=1) for of, glue in pairs)
+    return middles, halves, radii, tilts
 
 
 def _half_movements(camera: Camera, tracks: xr.Dataset, times: Floats) -> Floats:

@@ -50,6 +50,7 @@ def test_scores_are_those_of_scikit_learn(rows):
     assert np.array_equal(whole, confusion_matrix(true, predicted, labels=[0, 1, 2]))
     theirs = precision_recall_fscore_support(true, predicted, labels=[0, 1, 2], zero_division=np.nan)[:3]
     assert precision_recall_f1(whole)[:2] == pytest.approx(np.array(theirs[:2]), nan_ok=True)
+    assert frame_scores_of(matrices).two_class.value == pytest.approx(np.mean((true == 2) == (predicted == 2)))
 
 
 def test_intervals_are_over_trials():

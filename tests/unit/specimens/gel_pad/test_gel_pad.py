@@ -119,7 +119,11 @@ def sheared_history(sites):
 
 @pytest.mark.parametrize(
     ("rows", "columns", "spacing", "look"),
-    [(7, 9, 1.8e-3, "dark"), (7, 9, 1.8e-3, "bright"), (5, 8, 2.0e-3, "dark"), (10, 14, 1.2e-3, "dark")],
+    [
+        (7, 9, 1.8e-3, "bright"),
+        (10, 14, 1.2e-3, "dark"),
+        *(pytest.param(*few, "dark", marks=pytest.mark.slow) for few in ((7, 9, 1.8e-3), (5, 8, 2.0e-3))),
+    ],
 )
 def test_the_tracker_finds_the_grid_of_a_filmed_pad(rows, columns, spacing, look, tmp_path):
     markers = {"rows": rows, "columns": columns, "spacing": f"{1e3 * spacing} mm"}

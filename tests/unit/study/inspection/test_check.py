@@ -115,7 +115,7 @@ def test_a_deck_is_drawn_and_what_it_has_besides_a_mesh_is_told(write_study, tmp
     quality, materials, rest = save_mesh("pad.feb", unit="mm")
     assert quality.title == str(Path("meshes") / "pad.png")
     assert "metres" not in quality.note
-    assert save_mesh("pad.feb")[0].note.endswith("lengths are taken as metres without --unit")
+    assert save_mesh("pad.feb", tmp_path / "pad.vtu")[0].note.endswith("lengths are taken as metres without --unit")
     assert Path(quality.title).read_bytes().startswith(b"\x89PNG")
     # What is printed goes into a study as it is.
     laws = yaml.safe_load("\n".join([materials.columns[0].name, *(line for (line,) in materials.rows)]))["materials"]

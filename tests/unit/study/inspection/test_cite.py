@@ -17,6 +17,7 @@ from fingerslip.study.inspection.cite import methods_and_papers
 from fingerslip.study.running.runner import run_study
 from fingerslip.study.storage.reporting import SWEPT, value_rows
 from unit.study.block import block_mesh, block_values, finger_values
+from unit.study.conftest import draw_nothing
 from unit.whole_result import WHOLE
 
 LIBRARIES = {"gustafsson2020", "harris2020", "virtanen2020", "lam2015", "hoyer2017"}
@@ -91,7 +92,7 @@ CASES = {
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.usefixtures("settled")
 def test_a_text_says_what_was_run_and_has_an_entry_for_each_paper_in_it(case, tmp_path, monkeypatch):
-    monkeypatch.setattr("fingerslip.study.running.runner.write_report", lambda *_: None)
+    draw_nothing(monkeypatch)
     values, sentences, keys = CASES[case]
     write_mesh(block_mesh(), tmp_path / "block.msh")
     (tmp_path / "study.yaml").write_text(yaml.safe_dump({"title": "A study"} | values, sort_keys=False))

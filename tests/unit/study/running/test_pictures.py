@@ -10,17 +10,18 @@ import pytest
 
 from fingerslip.errors import InputError
 from fingerslip.history import write_history
-from fingerslip.report.content import MOST_RUNS
+from fingerslip.report.content import MOST_RUNS, RunPictures
 from fingerslip.report.figures import style as figures
 from fingerslip.report.page import pictures as page
 from fingerslip.study.definition.runs import plan_study
 from fingerslip.study.definition.settings import CameraSettings
-from fingerslip.study.running import runner
+from fingerslip.study.running import compute, runner
 from fingerslip.study.running.build import prepare
 from fingerslip.study.running.compute import Drawing, drawings_of
 from fingerslip.study.running.films import camera_of, film_history, film_runs
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.running.runner import Engine, compute_jobs, write_up
+from fingerslip.study.storage import reporting
 from fingerslip.study.storage.reporting import film_keys, read_films, report_again
 from fingerslip.vision.cameras.camera import pixels_of
 from fingerslip.vision.tracks import make_tracks, read_tracks
@@ -71,6 +72,15 @@ def test_report_and_figures_are_the_same_whether_runs_are_drawn_beside_or_at_the
     assert contents(folder) == beside
     assert f"section-{NAMES[0]}.png" in beside
     assert f"{NAMES[2]}-slip-map.png" in beside
+
+
+def test_a_worker_writes_the_report_where_workers_drew_the_runs(monkeypatch):
+    monkeypatch.setattr(reporting, "write_report", lambda *_: asked.append("here"))
+    monkeypatch.setattr(compute, "in_worker", lambda function, *_: asked.append(function))
+    asked = []
+    for pictures in (None, {"a": RunPictures()}, {"a": RunPictures(process=-1)}):
+        runner.write_report(None, pictures)
+    assert asked == ["here", "here", reporting.write_report]
 
 
 def only_drawn(write):

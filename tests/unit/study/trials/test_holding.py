@@ -14,6 +14,7 @@ from fingerslip.detect.labels import Onsets, read_onsets, write_onsets
 from fingerslip.detect.trials import open_trials
 from fingerslip.study.trials.holding import held_trials, score_alarms
 from unit.pads import pad
+from unit.study.conftest import draw_nothing
 
 STUDY = """
 mesh: {file: pad.msh, length_unit: m}
@@ -45,7 +46,9 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> fs.StudyResult:
     folder = tmp_path_factory.mktemp("holding")
     fs.write_mesh(pad().mesh, folder / "pad.msh")
     (folder / "hold.yaml").write_text(STUDY)
-    return fs.run_study(folder / "hold.yaml", results_dir=folder, workers=1)
+    with pytest.MonkeyPatch.context() as patch:
+        draw_nothing(patch)
+        return fs.run_study(folder / "hold.yaml", results_dir=folder, workers=1)
 
 
 @pytest.fixture(scope="module")

@@ -41,8 +41,10 @@ def test_every_trial_slips_and_its_card_and_table_say_how_it_was_made(made):
     assert {round(np.degrees(one["direction"])) for one in trials.conditions.values()} == {0, 90, 180, 270}
     for name, onsets in trials.onsets("external_markers").items():
         assert 1.5 < onsets.incipient < onsets.gross
-        contact = trials.labels(name)["contact"]
-        assert 1.5 < contact.incipient < contact.gross
+        rest, contact = trials.conditions[name]["rest"], trials.labels(name)["contact"]
+        assert rest < contact.incipient < contact.gross
+    rests = [conditions["rest"] for conditions in trials.conditions.values()]
+    assert 1.5 <= min(rests) < max(rests) - 5.0, "films begin at any moment of the 20 s of rest"
     trial = trials.trial(trials.names[0])
     assert trial.provenance["strains"] == "small"
     assert trial.conditions["normal_force"] > 0.0

@@ -84,8 +84,8 @@ def refused(study, runs, **changes):
 def test_other_programmes_records_and_plates_are_refused(study, runs):
     with pytest.raises(InputError, match="programme: has Press, Hold, trials need a press, a hold and a slide"):
         check_plan(refused(study, runs, programme=study.programme[:2]), study.trials)
-    with pytest.raises(InputError, match=r"trials\.rest: films 2 s of rest, needs at most the hold, 1\.6 s"):
-        check_plan(refused(study, runs), dataclasses.replace(study.trials, rest=2.0))
+    with pytest.raises(InputError, match=r"trials\.rest: films 50 s of rest, needs at most the hold, 47 s"):
+        check_plan(refused(study, runs), dataclasses.replace(study.trials, rest=50.0))
     record = dataclasses.replace(study.record, groups=())
     with pytest.raises(InputError, match=r"record\.groups: has none, needs internal_markers, external_markers"):
         check_plan(refused(study, runs, record=record), study.trials)
@@ -116,7 +116,7 @@ def markers():
 
 
 def test_both_cameras_see_their_markers_where_they_stand_and_what_is_hidden_is_missing():
-    found = filmed(SETTINGS, Eyes(0.0, (0.0, 0.0), 0.0, 1), markers())
+    found = filmed(SETTINGS, Eyes(0.0, (0.0, 0.0), 0.0, 1, 0.0), markers())
     assert found.sizes == {"time": 41, "marker": 4, "axis": 2}
     assert found["position"].values[0, 0] == pytest.approx([319.5, 239.5], abs=1e-3)
     moved = found["position"].values[-1, 0, 0] - 319.5
@@ -125,7 +125,7 @@ def test_both_cameras_see_their_markers_where_they_stand_and_what_is_hidden_is_m
     assert found["kind"].values.tolist() == ["internal", "internal", "external", "external"]
     # A camera that is turned and moved sees them elsewhere.
     straight, turned = (
-        filmed(SETTINGS, Eyes(0.0, shift, turn, 1), markers())["position"].values[0, :2]
+        filmed(SETTINGS, Eyes(0.0, shift, turn, 1, 0.0), markers())["position"].values[0, :2]
         for shift, turn in (((0.0, 0.0), 0.0), ((1e-3, 0.0), 0.1))
     )
     sides = [two[1] - two[0] for two in (straight, turned)]
@@ -136,7 +136,7 @@ def test_both_cameras_see_their_markers_where_they_stand_and_what_is_hidden_is_m
 
 
 def test_trials_draw_their_own_cameras_and_noise():
-    found = filmed(TrialSettings(frame_rate=500.0, width=640), Eyes(0.05, (0.0, 0.0), 0.0, 3), markers())
+    found = filmed(TrialSettings(frame_rate=500.0, width=640), Eyes(0.05, (0.0, 0.0), 0.0, 3, 0.0), markers())
     assert found["position"].values[:500, 2].std(axis=0).mean() == pytest.approx(0.05, rel=0.1)
     first, again, other = drawn_eyes(SETTINGS, 4), drawn_eyes(SETTINGS, 4), drawn_eyes(SETTINGS, 5)
     assert first == again != other

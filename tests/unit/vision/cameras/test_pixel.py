@@ -91,16 +91,27 @@ def test_light_is_even_but_for_vignetting_and_a_gradient(angle, axis):
     np.testing.assert_allclose(picture.take([0, -1], axis=axis).mean(axis=1 - axis), [150.0, 250.0], rtol=0.01)
 
 
-def test_glare_and_ring_are_where_they_should_be_and_the_mask_is_inside_the_ring():
+def test_glare_and_ring_are_where_they_should_be():
     picture = pixel.empty_picture(silent_camera(lighting=pixel.Lighting(glare=(pixel.Glare(0.25, 0.75, 0.02, 100.0),))))
     assert np.unravel_index(picture.argmax(), picture.shape) in {(89, 39), (89, 40), (90, 39), (90, 40)}
     assert picture.max() == pytest.approx(140.0, rel=0.02)
     ringed = silent_camera(lighting=pixel.Lighting(ring=pixel.BrightRing(0.4, 0.02, 100.0)))
-    picture, mask = pixel.empty_picture(ringed), pixel.ring_mask(ringed)
+    picture = pixel.empty_picture(ringed)
     assert (picture[60, 80 + 48], picture[60, 80]) == (pytest.approx(140.0, rel=0.05), pytest.approx(40.0))
-    assert mask.sum() == pytest.approx(np.pi * (0.34 * 120) ** 2, rel=0.01)
-    assert mask[60, 80]
-    assert pixel.ring_mask(silent_camera()).all()
+
+
+def test_moulded_pins_stand_on_a_dome_inside_a_white_mount_and_glue_touches_some_of_them():
+    size = camera(320, 240)
+    tracks = make_tracks([[(4e-3 * x, 4e-3 * y, 0.0) for x in (-1, 0, 1) for y in (-1, 0, 1)]], [0.0], units="m")
+    looks = [pixel.MarkerLook(), pixel.MarkerLook(dome=8e-3), pixel.MarkerLook(dome=8e-3, glue=1.0)]
+    flat, domed, glued = ((first_frame(tracks, camera=size, look=look) > 120).sum() for look in looks)
+    assert flat > domed + 50
+    assert glued > 1.2 * domed
+    mounted = pixel.empty_picture(silent_camera(camera=size, look=pixel.MOULDED, lighting=pixel.LAMPS))
+    assert np.unique(mounted[[0, 0, -1, -1], [0, -1, 0, -1]]).tolist() == [pytest.approx(245.0)]
+    assert mounted[120, 160] < 130.0
+    saturated = mounted[:, :] > 255.0
+    assert 0.003 < saturated.mean() < 0.05, "lamps and ring"
 
 
 def test_texture_is_of_the_background_alone_and_brightness_drifts_and_flickers():
@@ -114,9 +125,9 @@ def test_texture_is_of_the_background_alone_and_brightness_drifts_and_flickers()
     np.testing.assert_allclose(pixel.brightness(lighting, np.array([0.0, 0.25, 10.0, 1e6])), [1, 1.0975, 0.9, 0])
 
 
-def drawn(place, half=(0.0, 0.0), radius=5.0, softness=0.7):
+def drawn(place, half=(0.0, 0.0), radius=5.0, softness=0.7, tilt=(0.0, 0.0)):
     picture, top = np.zeros((64, 80), dtype=np.float32), np.full((64, 80), 1.0, dtype=np.float32)
-    pixel.draw_spots(picture, top, np.array([place]), np.array([half]), np.array([radius]), softness)
+    pixel.draw_spots(picture, top, np.array([place]), np.array([half]), np.array([radius]), np.array([tilt]), softness)
     return picture
 
 
@@ -143,13 +154,25 @@ def test_the_middle_of_a_smeared_spot_is_exact(half):
     assert picture.sum() == pytest.approx(drawn((40.3, 31.8)).sum(), rel=1e-3), "the light is spread, not lost"
 
 
+@pytest.mark.parametrize("tilt", [(0.6, 0.0), (0.0, -0.8), (0.5, 0.5)])
+def test_a_disc_that_leans_is_an_ellipse_around_the_same_middle(tilt):
+    picture, sine = drawn((40.3, 31.8), radius=9.0, tilt=tilt), np.hypot(*tilt)
+    np.testing.assert_allclose(middle_of(picture), (40.3, 31.8), atol=2e-3)
+    assert picture.sum() == pytest.approx(np.pi * 81 * np.sqrt(1.0 - sine**2), rel=0.02)
+    rows, columns = np.indices(picture.shape)
+    along = (columns - 40.3) * tilt[0] / sine + (rows - 31.8) * tilt[1] / sine
+    # The variance of an ellipse along a half axis a is a²/4, and the softness adds its own.
+    width = np.sqrt(4.0 * ((picture * along**2).sum() / picture.sum() - 0.7**2))
+    assert width == pytest.approx(9.0 * np.sqrt(1.0 - sine**2), rel=0.03)
+
+
 def test_spots_cover_their_area_stay_within_the_grey_levels_and_do_no_harm_at_the_edge():
     assert drawn((40.3, 31.8), radius=8.0).sum() == pytest.approx(np.pi * 64, rel=0.01)
     assert drawn((-2.0, -1.0)).sum() > 0
     assert drawn((-200.0, 1e9)).sum() == 0
     assert drawn((np.nan, 3.0)).sum() == drawn((3.0, 3.0), (np.inf, 0.0)).sum() == 0
     picture, top = np.zeros((64, 64), dtype=np.float32), np.full((64, 64), 200.0, dtype=np.float32)
-    pixel.draw_spots(picture, top, np.full((3, 2), 32.0), np.zeros((3, 2)), np.full(3, 6.0), 0.7)
+    pixel.draw_spots(picture, top, np.full((3, 2), 32.0), np.zeros((3, 2)), np.full(3, 6.0), np.zeros((3, 2)), 0.7)
     assert picture.max() <= 200.0, "over each other"
 
 

@@ -16,7 +16,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
-from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole, write_calibration
+from fingerslip.vision.cameras.camera import Camera, Pose, true_tracks
+from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole, pinhole_for_view, write_calibration
+from fingerslip.vision.cameras.pixel import LAMPS, MOULDED, PixelCamera, SensorNoise, frames_of
 from fingerslip.vision.tracking.track import (
     Lost,
     MarkerTracker,
@@ -29,7 +31,7 @@ from fingerslip.vision.tracking.track import (
     track_markers,
     undistort_pixels,
 )
-from fingerslip.vision.tracks import check_tracks, read_tracks, write_tracks
+from fingerslip.vision.tracks import check_tracks, make_tracks, read_tracks, write_tracks
 from fingerslip.vision.video import opencv, write_video
 from problems import clips
 
@@ -302,3 +304,17 @@ def test_bad_arguments_and_videos_have_clear_errors(clip: Clip, tmp_path: Path) 
     ):
         with pytest.raises(InputError, match=words):
             follow(video, **options)
+
+
+def test_pins_are_followed_without_hints_on_frames_that_look_like_recordings():
+    path = clips.slide(clips.hexagonal_layout(22.0, 6).position, 0.5, count=30, rest=REST)
+    places = np.concatenate([1e-4 * path, np.zeros_like(path[..., :1])], axis=2)
+    camera = Camera(pinhole_for_view(640, 480, 64e-3, 50e-3), Pose((0.0, 0.0, 50e-3), (0.0, 0.0, 0.0)), frame_rate=RATE)
+    moving = make_tracks(places, np.arange(len(path)) / RATE, units="m")
+    frames = list(frames_of(PixelCamera(camera, MOULDED, LAMPS, SensorNoise(1.5, 0.01), 85), moving))
+    truth = true_tracks(camera, moving)["position"].values
+    tracks = follow(frames, n_markers=None)
+    score = clips.scored(clips.in_true_order(tracks["position"].values, truth), truth)
+    assert tracks.sizes["marker"] == 127
+    assert score.kept > 0.97
+    assert score.swapped == 0
