@@ -32,7 +32,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 import fingerslip as fs
 from fingerslip.dynamics.statics.body import static_body
 from fingerslip.dynamics.statics.motion import static_motion
-from fingerslip.dynamics.statics.pressed import pressed_body
+from fingerslip.dynamics.statics.pressed import pressed_bodies
 from fingerslip.errors import FingerslipError
 from fingerslip.linear.resources import limited_threads
 from fingerslip.marker_tracks import marker_tracks
@@ -89,7 +89,7 @@ def pressed_row(skin, depth):
     steady = dataclasses.replace(contact, friction=fs.Coulomb(0.85))
     way = (fs.Press(press.depth, 1e-3), fs.Slide(along.distance, 1e-3))
     sheared = dataclasses.replace(model, contacts=(steady,), programme=way, time=fs.QuasiStatic(0.1))
-    body, *costs = timed(lambda: pressed_body(sheared, spacing=SPACING, near=HIDDEN))
+    (body,), *costs = timed(lambda: list(pressed_bodies(sheared, [press.depth], spacing=SPACING, near=HIDDEN)))
     motion, cost = timed(lambda: static_motion(body, contact, model.programme, model.time.step))
     history, whole_cost = timed(lambda: fs.simulate(model, threads=1))
     begin = press.depth / press.speed + hold.duration

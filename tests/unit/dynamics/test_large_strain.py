@@ -1,6 +1,9 @@
 """Motions at large strain: equilibrium whatever the factors, halves of steps that are not solved, and contact."""
 
 import dataclasses
+import gc
+import itertools
+import weakref
 
 import numpy as np
 import pytest
@@ -8,6 +11,10 @@ from scipy import sparse
 
 import fingerslip as fs
 from fingerslip.dynamics.finite import large
+from fingerslip.dynamics.finite.body import Body
+from fingerslip.dynamics.finite.large import Large
+from fingerslip.dynamics.step.stepper import Stopwatch
+from fingerslip.dynamics.system.system import build_system
 from fingerslip.errors import FingerslipError
 from fingerslip.linear.solvers.superlu import SuperLU
 from unit.dynamics.models import assert_same_history, block, contact, error_of, model_of
@@ -104,6 +111,53 @@ def test_rough_factors_are_replaced_where_they_do_not_solve_a_step_or_cannot_be_
     assert_same_history(history, expected, 1e-5, ("support_force", "strain_energy"))
     assert solver.made >= 1
     assert (history.attrs["factorisations"] > solver.made or wrong is None) == exact_too
+
+
+class Watched(SuperLU):
+    """A solver that notes whether its last factors still exist when it makes others."""
+
+    def __init__(self):
+        self.last, self.existed = None, []
+
+    def series(self):
+        return self
+
+    def factorise_around(self, matrix, interface):
+        self.existed.append(self.last is not None and self.last() is not None)
+        factor, schur = super().factorise_around(matrix, interface)
+        self.last = weakref.ref(factor)
+        return factor, schur
+
+
+@pytest.fixture
+def uncollected():
+    """Python without its search for objects that hold each other."""
+    gc.disable()
+    yield
+    gc.enable()
+
+
+@pytest.mark.usefixtures("uncollected")
+def test_factors_go_before_others_are_made_also_where_an_iterate_went_too_far(monkeypatch):
+    """In 3D there is no memory for those of two."""
+    at, numbers, solver = Body.at, itertools.count(), Watched()
+
+    def far(*given):
+        if next(numbers) % 4 == 2:
+            raise FingerslipError("a cell is turned inside out")
+        return at(*given)
+
+    monkeypatch.setattr(Body, "at", far)
+    model = block(0.4, steps=8)
+    integrator = Large(model, build_system(model), solver, Stopwatch(), 0)
+    state = integrator.start()[0]
+    for end in np.linspace(0.125, 1.0, 8):
+        state, _ = integrator.advance({0: state}, np.array([end]))[0]
+        integrator.renewed(state)
+    assert len(solver.existed) > 8
+    assert not any(solver.existed)
+    integrator.release()
+    assert solver.last() is None
 
 
 def test_old_factors_give_the_same_steps_as_new_ones():

@@ -10,7 +10,7 @@ import fingerslip as fs
 from fingerslip.dynamics.finite.large import Large
 from fingerslip.dynamics.statics.body import depth_in_hull, sheared, static_body
 from fingerslip.dynamics.statics.motion import static_motion
-from fingerslip.dynamics.statics.pressed import pressed_body
+from fingerslip.dynamics.statics.pressed import pressed_bodies
 from fingerslip.errors import InputError, SlipOutsideContactError
 from fingerslip.slip import contact_area, stick_ratio
 from problems.domes import pressed_dome
@@ -150,6 +150,12 @@ def test_contacts_that_do_not_fit_and_plates_that_move_otherwise_are_refused(bod
         static_motion(body, contact, plate.programme, 0.1, plate=plate)
 
 
+def pressed_body(model, **sizes):
+    """Return the body of a model that is pressed as far as its programme does."""
+    (body,) = pressed_bodies(model, [model.programme[0].depth], **sizes)
+    return body
+
+
 def pressed_pad(kinematics="finite", friction=0.5, **changes):
     """Return a pad that is pressed by a fifth of its height and slid until all of it slips."""
     slide = fs.Slide(1.6e-3, 1e-3)
@@ -215,8 +221,8 @@ def test_a_dome_in_3d_with_patches_under_a_tilted_plate_begins_in_balance_and_sl
         for model in (upright, tilted)
     ]
     reference = dataclasses.replace(models[0], time=fs.QuasiStatic(0.15))
-    fine, coarse = (pressed_body(reference, spacing=0.3e-3, near=1e-3, patch=patch) for patch in (0.0, 1.5e-3))
-    for body, model, bound in ((fine, models[0], 0.01), (fine, models[1], 0.02), (coarse, models[0], 0.04)):
+    fine, coarse = (pressed_body(reference, spacing=0.3e-3, near=1e-3, patch=patch) for patch in (0.0, 4e-3))
+    for body, model, bound in ((fine, models[0], 0.01), (fine, models[1], 0.02), (coarse, models[0], 0.01)):
         history, motion = fs.simulate(model), marched(model, body)
         begun = history["time"].values >= motion.time[0] - 1e-9
         forces = history["counterface_force"].values[begun, 0]
@@ -230,14 +236,14 @@ def test_a_dome_in_3d_with_patches_under_a_tilted_plate_begins_in_balance_and_sl
     [
         ({"kinematics": "small"}, "kinematics: is small, needs finite"),
         ({"time": fs.TimeStepping(0.05)}, "time: has inertia, needs scheme: quasi_static"),
-        ({"programme": (fs.Hold(0.1), *pressed_pad().programme), "contacts": FAR}, r"programme\.0: does not touch"),
+        ({"programme": (fs.Hold(0.1),)}, r"programme\.0: is Hold.*, needs a press"),
+        ({"contacts": FAR}, r"programme\.0: does not touch"),
         ({"materials": {"bulk": RELAXING}}, "relax, needs elastic ones"),
-        ({"time": fs.QuasiStatic(0.3)}, r"time\.step: goes past the end of the press"),
     ],
 )
 def test_a_body_that_cannot_be_pressed_is_refused(changes, words):
     with pytest.raises(InputError, match=words):
-        pressed_body(dataclasses.replace(pressed_pad(), **changes), spacing=0.2e-3, near=1e-3)
+        list(pressed_bodies(dataclasses.replace(pressed_pad(), **changes), [5e-6], spacing=0.2e-3, near=1e-3))
 
 
 def test_a_body_that_gives_way_without_its_contact_is_refused_and_later_states_are_left_out(monkeypatch, caplog):
@@ -250,6 +256,44 @@ def test_a_body_that_gives_way_without_its_contact_is_refused_and_later_states_a
     assert "no state is taken at t = " in caplog.text
 
 
+@pytest.mark.parametrize("time", [1.42, 0.42])
+def test_a_slide_that_ends_early_leaves_the_states_so_far_and_a_press_is_an_error(time, monkeypatch, caplog):
+    advance = Large.advance
+
+    def ending(integrator, states, ends):
+        if ends[0] > time:
+            raise fs.ConvergenceError(ends[0], 0, 1.0, 1e-6, "fold less")
+        return advance(integrator, states, ends)
+
+    monkeypatch.setattr(Large, "advance", ending)
+    if time < 0.8:
+        with pytest.raises(fs.ConvergenceError, match="fold less"):
+            pressed_body(pressed_pad(), spacing=0.2e-3, near=1e-3)
+        return
+    assert len(pressed_body(pressed_pad(), spacing=0.2e-3, near=1e-3).answers) == 3
+    assert "its last state stands for what follows: contact at t = 1.45 s" in caplog.text
+
+
+def test_bodies_of_one_press_are_those_of_a_press_for_each_depth():
+    depths, sizes, told = (0.8e-3, 0.4e-3), {"spacing": 0.2e-3, "near": 1e-3}, []
+    model = searched(pressed_pad(), REACH)
+    half, whole = pressed_bodies(model, depths, **sizes, progress=lambda *shares: told.append(shares))
+    alone = dataclasses.replace(model, programme=(fs.Press(0.4e-3, 1e-3), model.programme[1]))
+    for body, other in ((half, pressed_body(alone, **sizes)), (whole, pressed_body(model, **sizes))):
+        assert len(body.answers) == len(other.answers)
+        # Further from a shallower press more skin is watched.
+        seen = slice(body.of_watched.start)
+        for name in ("moved", "answers"):
+            here, there = getattr(body, name)[:, seen], getattr(other, name)[:, seen]
+            assert here == pytest.approx(there, abs=1e-4 * np.abs(there).max()), name
+        assert body.forces == pytest.approx(other.forces, abs=1e-4 * other.forces.max())
+        assert body.shift == pytest.approx(other.shift)
+    assert [depth for depth, _ in told] == sorted(depth for depth, _ in told)
+    assert {depth for depth, _ in told} == set(depths)
+
+
 def test_skin_that_touches_later_has_to_be_near_enough():
-    with pytest.raises(InputError, match=r"near: got 0\.02 mm, and at t = .* s skin further away touches, needs more"):
+    with pytest.raises(
+        InputError, match=r"near: got 0\.02 mm, and node \d+ at .* reached the counterface.*, needs more"
+    ):
         pressed_body(pressed_pad(), spacing=0.2e-3, near=2e-5)

@@ -42,8 +42,9 @@ class Large:
         self._solver, self._watch, self._reserved = solver, watch, reserved_bytes
         is_adaptive = isinstance(model.time, Adaptive)
         self._step = model.time.shortest if isinstance(model.time, Adaptive) else make_scheme(model.time).step
-        # In 3D more factors do not fit into the memory.
-        self._factors = ByLength(self._make, most=4 if is_adaptive else _DEEPEST + 1)
+        # In 3D the memory has no room for more factors: those of whole steps are made again after halved ones.
+        halves = 1 if system.space.dim == 3 else _DEEPEST + 1
+        self._factors = ByLength(self._make, most=4 if is_adaptive else halves)
         self._last = self._factors.at(self._step)
         self._counts = {"newton_iterations": 0, "factorisations": 0, "halved_steps": 0}
 
@@ -75,6 +76,11 @@ class Large:
         self._counts["factorisations"] += 1
         stepper = self._last.renew(state.large_body, rough=False)
         return None if self._last.is_positive else stepper
+
+    def release(self) -> None:
+        """Let go of all factors: in 3D there is no memory for those of the next motion beside them."""
+        for _, factors in self._factors.entries():
+            factors.stepper = None
 
     def steer(self, system: System) -> None:
         """Go on with a system whose counterfaces or loads are others from now on."""

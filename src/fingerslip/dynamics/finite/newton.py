@@ -292,7 +292,8 @@ def _first(factors: Factors, start: Prediction) -> _Iterate:
         try:
             iterate = _at(factors, start, displacement, before.large_body)
         except FingerslipError as error:
-            too_far = error
+            # A traceback holds the factors, and itself: in 3D they would fill the memory.
+            too_far = error.with_traceback(None)
             continue
         if scheme.inertia_factor:
             return iterate
@@ -374,7 +375,7 @@ def _towards(factors: Factors, start: Prediction, iterate: _Iterate, aim: Array)
             displacement = factors.inclusions.displacement(there, factors.rotations)
             return _at(factors, start, displacement, iterate.body), not halved
         except FingerslipError as error:
-            too_far = error
+            too_far = error.with_traceback(None)
     raise _failure(factors.current, start, iterate, None, too_far)
 
 

@@ -77,10 +77,10 @@ def depth_in_hull(points: Floats, normal: Floats) -> Floats:
     return np.maximum(deep, 0.0)
 
 
-def patches(points: Floats, area: Floats, distance: float) -> tuple[Integers, sparse.csr_matrix]:
-    """Divide nodes into patches of about one size, those nearest to each of some middles.
+def patches(points: Floats, area: Floats, distance: float | Floats) -> tuple[Integers, sparse.csr_matrix]:
+    """Divide nodes into patches of about the size that each asks for, those nearest to each of some middles.
 
-    Arrays: points (n, dim) [m]; area (n,) [m^2]; distance [m]; returns middles (k,); means [-].
+    Arrays: points (n, dim) [m]; area (n,) [m^2]; distance (n,) or one for all [m]; returns middles (k,); means [-].
 
     Examples
     --------
@@ -89,11 +89,13 @@ def patches(points: Floats, area: Floats, distance: float) -> tuple[Integers, sp
     >>> means.toarray().round(2).tolist()
     [[0.5, 0.5, 0.0, 0.0], [0.0, 0.0, 0.25, 0.75]]
     """
-    places = points[_apart(points, distance)]
-    for _ in range(_ROUNDS):
-        owner = cKDTree(places).query(points)[1]
-        places = np.asarray(_means(owner, area) @ points)
-    owner = cKDTree(places).query(points)[1]
+    owner, sizes = np.zeros(len(points), dtype=np.int64), np.broadcast_to(distance, len(points))
+    for size in np.unique(sizes):
+        rows = np.flatnonzero(sizes == size)
+        joined, places = points[rows], points[rows][_apart(points[rows], size)]
+        for _ in range(_ROUNDS):
+            places = np.asarray(_means(cKDTree(places).query(joined)[1], area[rows]) @ joined)
+        owner[rows] = owner.max() + 1 + cKDTree(places).query(joined)[1]
     means = _means(owner, area)
     nearest: Integers = cKDTree(points).query(np.asarray(means @ points))[1].astype(np.int64)
     return nearest, means
@@ -112,7 +114,7 @@ def _apart(points: Floats, distance: float) -> Integers:
     return np.array(chosen)
 
 
-def _means(owner: NDArray[np.intp], area: Floats) -> sparse.csr_matrix:
+def _means(owner: NDArray[np.integer], area: Floats) -> sparse.csr_matrix:
     """Return the map (k, n) that takes the means of what belongs to each of k owners; those of nothing are left out."""
     number = np.unique(owner, return_inverse=True)[1]
     summed = sparse.csr_matrix((area, (number, np.arange(len(area)))))
@@ -204,19 +206,20 @@ def _surface(
         raise InputError("materials", "relax", "needs elastic ones", REPAIR)
     area = nodal_areas(system.space, model.contacts[0].boundary, model.depth)
     remaining, others = _split_boundary(model, system, reach, hidden)
-    reads, _, body = surface(system, remaining, area[remaining], others, patch)
+    division = patches(system.space.positions[remaining], area[remaining], patch)
+    reads, _, body = surface(system, remaining, area[remaining], others, division)
     return system.stiffness, reads, body
 
 
 def surface(
-    system: System, nodes: Integers, area: Floats, others: Integers, patch: float
+    system: System, nodes: Integers, area: Floats, others: Integers, division: tuple[Integers, sparse.csr_matrix]
 ) -> tuple[list[sparse.csr_matrix], sparse.csr_matrix, StaticBody]:
     """Return what reads patches of nodes, sites and other nodes, what sums over patches, and the body without answers.
 
-    Arrays: nodes (n_c,); area (n_c,) [m^2]; others (n_w,); patch [m]; sums (n_p, n_c) [-].
+    Arrays: nodes (n_c,), divided as by :func:`patches`; area (n_c,) [m^2]; others (n_w,); sums (n_p, n_c) [-].
     """
     positions, dim = system.space.positions, system.space.dim
-    middles, means = patches(positions[nodes], area, patch)
+    middles, means = division
     sums, expansion = (means > 0).astype(float), system.unknowns.expansion(system.space.n_dofs)
     of_nodes, at_sites, at_others = (
         sparse.csr_matrix(node_operator(rows, dim, system.space.n_dofs) @ expansion)

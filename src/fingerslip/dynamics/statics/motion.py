@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.contact.candidates import Candidates, Counterfaces, check_outsiders
+from fingerslip.contact.frames import rotate_compliance
 from fingerslip.contact.interface import InterfaceState, rest_state, settle
 from fingerslip.contact.solve.compliance import Compliance
 from fingerslip.contact.solve.partition import Partition
@@ -159,7 +160,8 @@ class _Setting:
         springs, across = self.candidates, self.candidates.dim - 1
         flexible = 1.0 / np.stack([springs.normal_stiffness, *[springs.tangential_stiffness] * across], 1)
         element = np.ascontiguousarray(self.body.compliance[state][np.ix_(self.dofs, self.dofs)])
-        return Compliance(self.plate.added(element), flexible, self.frames, edition=(float(state),))
+        in_frames = rotate_compliance(self.plate.added(element), self.frames)
+        return Compliance(in_frames, flexible, edition=(float(state),))
 
     @cached_property
     def dofs(self) -> Integers:

@@ -1,111 +1,240 @@
-"""A body that is pressed at large strain: what it answers to contact forces there, and in states along a slide."""
+"""A body that is pressed at large strain: what it answers to contact forces there, and in states along a slide.
+
+One press serves several depths: at each the body is slid, and from there it is pressed further.
+"""
 
 from __future__ import annotations
 
+import functools
 import logging
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from fingerslip.contact.candidates import Candidates
+from fingerslip.contact.interface import InterfaceState, rest_state
 from fingerslip.contact.states import OPEN, STICK
 from fingerslip.dynamics.finite.large import Large
-from fingerslip.dynamics.loop import Loop
-from fingerslip.dynamics.recording.steps import step_times
-from fingerslip.dynamics.state_checks import OutsideCheck, RotationCheck
-from fingerslip.dynamics.statics.body import REPAIR, StaticBody, answers_of, check_kind, sheared, surface
+from fingerslip.dynamics.state_checks import OutsideCheck
+from fingerslip.dynamics.statics.body import (
+    REPAIR,
+    StaticBody,
+    answers_of,
+    check_kind,
+    depth_in_hull,
+    patches,
+    sheared,
+    surface,
+)
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.stepper import Stopwatch
+from fingerslip.dynamics.system.bodies import counterface_motion
+from fingerslip.dynamics.system.operators import Outsiders, relative_operator
 from fingerslip.dynamics.system.system import System, build_system
-from fingerslip.errors import InputError
+from fingerslip.errors import ConvergenceError, InputError, SlipOutsideContactError
 from fingerslip.linear.resources import single_dense_thread
 from fingerslip.linear.solver import LinearSolver, preferred_solver
 from fingerslip.materials.elastic import RayleighDamping
 from fingerslip.model.model import Model
-from fingerslip.model.programme import phase_duration
+from fingerslip.model.programme import Press
 
-__all__ = ["pressed_body"]
+__all__ = ["pressed_bodies"]
 
 Floats = NDArray[np.float64]
+Marks = NDArray[np.bool_]
 
 _logger = logging.getLogger(__name__)
 
 # Share of the area that touches which sticks, below which the whole contact slips: the body is sheared no further.
 _SLIPS = 0.01
+# Over how near to the counterface skin is after the press that may touch later: how deep skin that touches may lie at
+# rest, how near skin is that is watched, and how near skin that is divided as if it touched.
+_DEEP, _WATCHED, _TOUCHES = 2.0, 1.5, 0.02
+# Patches that what touches after the press is divided into, or its nodes where they are fewer.
+_PATCHES = 200
+# Skin that may touch while a body is pressed further is within this many times the way.
+_REACH = 1.25
 
 
-def pressed_body(
+def pressed_bodies(
     model: Model,
+    depths: Sequence[float],
     *,
     spacing: float,
     near: float,
     patch: float = 0.0,
     solver: LinearSolver | None = None,
-    progress: Callable[[float], None] | None = None,
-) -> StaticBody:
-    """Press and slide the body of a model at large strain, and compute what it answers to contact forces on the way.
+    progress: Callable[[float, float], None] = lambda *_: None,
+) -> Iterator[StaticBody]:
+    """Press the body of a model at large strain, slide it at each depth, and yield what it answers to contact forces.
 
-    The first state is the end of the first phase, a press; others follow where the skin that it pressed has moved by
-    `spacing` since the last, until all of it slips. Skin that is nearer than `near` to the counterface after the press
-    may touch later.
+    The programme is a press as far as the largest depth, and what follows at each. The first state of a body is the end
+    of its press; others follow where the skin that it pressed has moved by `spacing` since the last, until all of it
+    slips. Skin that is nearer than `near` to the counterface after the press may touch later. `progress` takes the
+    depth and the share of the slide.
 
-    Units: spacing [m]; near [m]; patch [m].
+    Units: depths [m]; spacing [m]; near [m]; patch [m].
     """
     check_kind(model, is_finite=True)
-    system, watch, chosen = build_system(model), Stopwatch(), solver or preferred_solver()
+    press, *others = model.programme
+    if not isinstance(press, Press):
+        raise InputError("programme.0", f"is {press}", "needs a press")
+    system, factorises = build_system(model), solver or preferred_solver()
     if system.require_body().relaxes:
         raise InputError("materials", "relax", "needs elastic ones", REPAIR)
-    integrator = Large(replace(model, damping=RayleighDamping()), system, chosen, watch, 0)
-    states = _States(system, phase_duration(model.programme[0]), (spacing, near, patch), integrator)
-    with single_dense_thread():
-        loop = Loop(integrator, [states], [step_times(model)], watch)
-        while loop.taken < loop.last and not states.slips:
-            loop.step()
-            if progress is not None:
-                progress(loop.taken / loop.last)
-        loop.finish()
+    (plane,), model = system.counterfaces.shapes, replace(model, damping=RayleighDamping())
+    hidden = depth_in_hull(system.space.positions, plane.unit_normal)[system.candidates.nodes]
+    system, state, begin = _narrow(system, hidden <= _DEEP * near), None, 0.0
+    for depth in sorted(depths):
+        motion = counterface_motion((replace(press, depth=depth), *others), plane)
+        with single_dense_thread():
+            try:
+                state = _press(model, system, state, (begin, motion.knots[1]), factorises)
+                skin = _skin(replace(system, motions=(motion,)), state, near, patch)
+                body = _slide(model, skin, spacing, factorises, functools.partial(progress, depth))
+            except SlipOutsideContactError as error:
+                raise InputError("near", f"got {1e3 * near:.4g} mm, and {error.found}", "needs more") from None
+        yield body
+        begin = motion.knots[1]
+
+
+def _press(model: Model, system: System, state: State | None, span: tuple[float, float], solver: LinearSolver) -> State:
+    """Press on from a state, or from rest, over a span of time [s]."""
+    way = np.linalg.norm(system.displacements(span[1]) - system.displacements(span[0]))
+    nearest = _narrow(system, _gaps(system, state) <= _REACH * way)
+    integrator, check = Large(model, nearest, solver, Stopwatch(), 0), OutsideCheck(nearest)
+    first = integrator.start()[0] if state is None else _transfer(state, system, nearest)
+    for later in _steps(integrator, first, span, model.time.step):
+        check.look(later)
+    check.finish()
+    integrator.release()
+    return _transfer(later, nearest, system)
+
+
+def _slide(
+    model: Model, skin: _Skin, spacing: float, solver: LinearSolver, progress: Callable[[float], None]
+) -> StaticBody:
+    """Slide from the end of a press until all slips, and return the body with states apart by a spacing [m]."""
+    begin, end = skin.state.time, float(skin.system.motions[0].knots[-1])
+    integrator, check = Large(model, skin.system, solver, Stopwatch(), 0), OutsideCheck(skin.system)
+    states = _States(skin, integrator, spacing)
+    states.take(skin.state)
+    try:
+        for state in _steps(integrator, skin.state, (begin, end), model.time.step):
+            check.look(state)
+            states.take(state)
+            progress((state.time - begin) / (end - begin))
+            if states.slips:
+                break
+    except ConvergenceError as error:
+        _logger.warning("a body is slid no further, and its last state stands for what follows: %s", error)
+    check.finish()
+    integrator.release()
     return states.body()
+
+
+def _steps(integrator: Large, state: State, span: tuple[float, float], step: float) -> Iterator[State]:
+    """Yield the states of equal steps over a span, at most of a length [s]."""
+    for end in np.linspace(*span, math.ceil((span[1] - span[0]) / step - 1e-9) + 1)[1:]:
+        ((state, _),) = integrator.advance({0: state}, np.array([end])).values()
+        yield state
+
+
+def _narrow(system: System, rows: Marks) -> System:
+    """Return a system of which some candidates (n_c,) alone may touch its only counterface."""
+    candidates = Candidates(**{name: values[rows] for name, values in vars(system.candidates).items()})
+    nodes = np.union1d(system.outsiders[0].nodes, system.candidates.nodes[~rows])
+    relative, beside = (
+        relative_operator(system.space, system.unknowns, some, np.zeros_like(some))
+        for some in (candidates.nodes, nodes)
+    )
+    outsiders = (Outsiders(nodes, system.space.positions[nodes], beside),)
+    return replace(system, candidates=candidates, relative=relative, outsiders=outsiders)
+
+
+def _gaps(system: System, state: State | None) -> Floats:
+    """Return how far the candidates (n_c,) are from the only counterface in a state, or at rest [m]."""
+    moved = 0.0 if state is None else system.moved(state.displacement, state.counterfaces)
+    return system.counterfaces.shapes[0].gap(system.candidates.positions + moved)
+
+
+def _transfer(state: State, before: System, system: System) -> State:
+    """Return a state of a system as one of the same with other candidates; those that it did not have are open."""
+    old, new = np.intersect1d(before.candidates.nodes, system.candidates.nodes, return_indices=True)[1:]
+
+    def transfer(values: NDArray[Any], others: NDArray[Any]) -> NDArray[Any]:
+        result = others.copy()
+        result[new] = values[old]
+        return result
+
+    rest = rest_state(system.candidates, _gaps(system, state))
+    return replace(
+        state,
+        moved=system.moved(state.displacement, state.counterfaces),
+        contact_forces=transfer(state.contact_forces, rest.forces),
+        contact_forces_before=transfer(state.contact_forces_before, rest.forces),
+        interface=InterfaceState(
+            **{name: transfer(vars(state.interface)[name], vars(rest)[name]) for name in vars(rest)}
+        ),
+        working_set=None,
+        release=None,
+    )
 
 
 @dataclass(frozen=True)
 class _Skin:
     """The skin that may touch, divided into patches at the end of a press."""
 
-    rows: NDArray[np.int64]  # (n_c,), its nodes among the candidates
+    system: System  # with its nodes as candidates
+    state: State  # after the press
     reads: list[sparse.csr_matrix]  # what reads patches, sites and watched nodes
     sums: sparse.csr_matrix  # (n_p, n_c), sums over the nodes of patches [-]
     body: StaticBody  # without answers
 
 
+def _skin(system: System, state: State, near: float, patch: float) -> _Skin:
+    """Divide the skin near the counterface into patches."""
+    if not state.contact_forces.any():
+        raise InputError("programme.0", "does not touch", "needs a press that does, and then a slide")
+    gaps, plane, shift = _gaps(system, state), system.counterfaces.shapes[0], state.counterfaces[0]
+    nearest = _narrow(system, gaps <= near)
+    state, candidates = _transfer(state, system, nearest), nearest.candidates
+    watched = system.candidates.nodes[(gaps > near) & (gaps <= _WATCHED * near)]
+    touching = candidates.area @ (state.interface.state != OPEN)
+    fine = min(patch, float(touching / _PATCHES) ** (1.0 / (candidates.dim - 1)))
+    sizes = np.where(gaps[gaps <= near] <= _TOUCHES * near, fine, patch)
+    division = patches(candidates.positions, candidates.area, sizes)
+    reads, sums, body = surface(nearest, candidates.nodes, candidates.area, watched, division)
+    pressing = sums @ (state.contact_forces @ plane.unit_normal)
+    moved = (reads[0] @ state.displacement).reshape(body.positions.shape) - shift
+    present = plane.gap(body.positions + moved)
+    # A patch is as far from the counterface as its force says; the mean of its nodes is not.
+    wanted = np.where(pressing > 0.0, -pressing / (sums @ candidates.normal_stiffness), present)
+    places = body.positions + (wanted - present)[:, None] * plane.unit_normal
+    body = replace(body, positions=places, skin=system.candidates.positions, shift=shift)
+    return _Skin(nearest, state, reads, sums, body)
+
+
 class _States:
-    """The states of a slide in which answers are computed: see :class:`fingerslip.dynamics.loop.Observer`."""
+    """The states of a slide in which answers are computed."""
 
-    room = 1
-
-    def __init__(self, system: System, begin: float, sizes: tuple[float, float, float], integrator: Large) -> None:
-        self._system, self._begin, self._integrator = system, begin, integrator
-        self._spacing, self._near, self._patch = sizes
-        self._checks = OutsideCheck(system), RotationCheck(system)
-        self._skin: _Skin | None = None
+    def __init__(self, skin: _Skin, integrator: Large, spacing: float) -> None:
+        self._skin, self._integrator, self._spacing = skin, integrator, spacing
         self._answers: list[Floats] = []
         self._moved: list[Floats] = []
         self._forces: list[Floats] = []
         self.slips = False
 
-    def record(self, state: State) -> None:
-        """Check a state, and take it where the body has been sheared far enough since the last."""
-        for check in self._checks:
-            check.look(state)
-        if state.time < (1.0 - 1e-9) * self._begin:
-            return
-        self._skin = skin = self._skin or self._divided(state)
-        if np.delete(state.contact_forces, skin.rows, axis=0).any():
-            fault = f"got {1e3 * self._near:.4g} mm, and at t = {state.time:g} s skin further away touches"
-            raise InputError("near", fault, "needs more")
+    def take(self, state: State) -> None:
+        """Take a state where the body has been sheared far enough since the last."""
+        skin = self._skin
         moved = np.concatenate([read @ state.displacement for read in skin.reads])
-        area, states = self._system.candidates.area, state.interface.state
+        area, states = skin.system.candidates.area, state.interface.state
         self.slips = bool(self._moved) and bool((states == STICK) @ area < _SLIPS * ((states != OPEN) @ area))
         if self._moved and self._shear(moved) < self._spacing:
             return
@@ -123,39 +252,12 @@ class _States:
 
         self._answers.append(answers_of(solve, skin.reads))
         self._moved.append(moved)
-        self._forces.append(np.asarray(skin.sums @ state.contact_forces[skin.rows]))
-
-    def finish(self) -> None:
-        """Finish the checks of what was recorded."""
-        for check in self._checks:
-            check.finish()
+        self._forces.append(np.asarray(skin.sums @ state.contact_forces))
 
     def body(self) -> StaticBody:
         """Return the body with its answers in all states that were taken."""
-        assert self._skin is not None, "a programme without a press"
         answers, moved, forces = map(np.stack, (self._answers, self._moved, self._forces))
         return replace(self._skin.body, answers=answers, moved=moved, forces=forces)
-
-    def _divided(self, state: State) -> _Skin:
-        """Divide the skin near the counterface into patches."""
-        if abs(state.time - self._begin) > 1e-6 * self._begin:
-            raise InputError("time.step", "goes past the end of the press", "needs whole steps in it")
-        if not state.contact_forces.any():
-            raise InputError("programme.0", "does not touch", "needs a press that does, and then a slide")
-        candidates = self._system.candidates
-        points = candidates.positions + state.moved
-        is_near = self._system.counterfaces.gaps(points, candidates.counterface) <= self._near
-        nodes, area = candidates.nodes[is_near], candidates.area[is_near]
-        reads, sums, body = surface(self._system, nodes, area, candidates.nodes[~is_near], self._patch)
-        plane, shift = self._system.counterfaces.shapes[0], state.counterfaces[0]
-        pressing = sums @ (state.contact_forces[is_near] @ plane.unit_normal)
-        moved = (reads[0] @ state.displacement).reshape(body.positions.shape) - shift
-        gaps = plane.gap(body.positions + moved)
-        # A patch is as far from the counterface as its force says; the mean of its nodes is not.
-        wanted = np.where(pressing > 0.0, -pressing / (sums @ candidates.normal_stiffness[is_near]), gaps)
-        places = body.positions + (wanted - gaps)[:, None] * plane.unit_normal
-        body = replace(body, positions=places, skin=candidates.positions, shift=shift)
-        return _Skin(np.flatnonzero(is_near), reads, sums, body)
 
     def _shear(self, moved: Floats) -> float:
         """Return how far the patches have moved since the last state [m]."""

@@ -1,6 +1,6 @@
 """The condensed bodies that trials of a study share, kept on disk: made once, with their mesh; and its plate.
 
-At small strain one body serves all trials. At large strain each depth has a body of its own, pressed so far and slid
+At small strain one body serves all trials. At large strain each depth has a body of its own, all of one press, slid
 with the largest friction of all trials, so that its states reach as far as any trial shears it.
 
 The whole sensor in a slide of any direction, from its half in a slide along +x.
@@ -15,7 +15,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from fingerslip.contact.counterfaces import Plane
 from fingerslip.contact.friction import Conditions, Coulomb
 from fingerslip.dynamics.statics.body import StaticBody, static_body
-from fingerslip.dynamics.statics.pressed import pressed_body
+from fingerslip.dynamics.statics.pressed import pressed_bodies
 from fingerslip.errors import InputError, ResultError
 from fingerslip.linear.resources import limited_threads
 from fingerslip.model.model import Contact
@@ -43,12 +43,12 @@ from fingerslip.study.storage.store import BasisFolder
 
 Floats = NDArray[np.float64]
 
-_VERSION = 3
+_VERSION = 4
 # How far above the plate skin is watched, over the deepest press; and searched for contact at large strain.
 _REACH, _REACH_PRESSED = 1.5, 1.25
 # At large strain: steps of press and slide [m], the speed does not matter; what the skin is sheared by from state to
 # state (docs/tactip.md says what that costs in accuracy); and how far it is slid.
-_STEP, _SPEED, _SPACING, _FARTHEST = 0.25e-3, 1e-3, 0.7e-3, 14e-3
+_STEP, _SPEED, _SPACING, _FARTHEST = 0.35e-3, 1e-3, 0.7e-3, 14e-3
 # Where the largest friction is looked for: pressures [Pa], slip rates [m/s], slips [m], and how many times.
 _PRESSURES, _RATES, _SLIPS, _TIMES = np.geomspace(1e3, 1e6, 7), (0.0, 1e-4, 1e-2), (0.0, 1e-3, 1e-2), 11
 # Bodies are not made again for want of room: they may have taken a quarter of an hour.
@@ -95,6 +95,7 @@ class BodyPlan:
     """A body that some runs share."""
 
     key: str
+    sensor: str  # what it shares with bodies of other depths, hashed
     run: Run  # one of them
     settings: TrialSettings
     depth: float  # of the press, the deepest of all runs at small strain [m]
@@ -105,33 +106,40 @@ class BodyPlan:
         """What a progress display calls it."""
         return "sensor" if self.friction is None else f"sensor pressed by {1e3 * self.depth:g} mm"
 
-    def make(self, progress: Callable[[float], None] | None = None) -> StaticBody:
-        """Condense the body under a plate that is square to the axis: what it answers does not depend on a free one."""
-        with name_errors(self.run), limited_threads(1):
-            model = build_model(self.run, build_mesh(self.run))
-            upright = dataclasses.replace(model.contacts[0], counterface=Plane((0.0, 1.0, 0.0)), rigid_body=None)
-            hidden, patch = self.settings.hidden, self.settings.patch
-            if self.friction is None:
-                reach = _REACH * self.depth
-                contact = dataclasses.replace(upright, search_distance=reach)
-                programme = programme_of(self.run.study)
-                at_rest = dataclasses.replace(model, contacts=(contact,), bodies={}, programme=programme)
-                return static_body(at_rest, reach=reach, hidden=hidden, patch=patch)
-            reach, step = _REACH_PRESSED * self.depth, self.depth / math.ceil(self.depth / _STEP - 1e-9)
-            contact = dataclasses.replace(
-                upright, search_distance=reach, friction=Coulomb(self.friction), programme=None
+
+def condensed_bodies(plans: Sequence[BodyPlan], progress: Callable[[str, float], None]) -> Iterator[StaticBody]:
+    """Yield bodies under a plate that is square to the axis, from the least depth on: a free one changes no answers."""
+    plan = plans[-1]
+    hidden, patch, depths = plan.settings.hidden, plan.settings.patch, {each.depth: each.name for each in plans}
+    with name_errors(plan.run), limited_threads(1):
+        model = build_model(plan.run, build_mesh(plan.run))
+        reach = (_REACH if plan.friction is None else _REACH_PRESSED) * plan.depth
+        upright = dataclasses.replace(
+            model.contacts[0], counterface=Plane((0.0, 1.0, 0.0)), rigid_body=None, search_distance=reach
+        )
+        if plan.friction is None:
+            programme = programme_of(plan.run.study)
+            at_rest = dataclasses.replace(model, contacts=(upright,), bodies={}, programme=programme)
+            yield static_body(at_rest, reach=reach, hidden=hidden, patch=patch)
+            return
+        slid = dataclasses.replace(
+            model,
+            contacts=(dataclasses.replace(upright, friction=Coulomb(plan.friction), programme=None),),
+            bodies={},
+            programme=(Press(plan.depth, _SPEED), Slide(_FARTHEST, _SPEED)),
+            time=QuasiStatic(_STEP / _SPEED),
+        )
+        try:
+            yield from pressed_bodies(
+                slid,
+                tuple(depths),
+                spacing=_SPACING,
+                near=hidden,
+                patch=patch,
+                progress=lambda depth, share: progress(depths[depth], share),
             )
-            slid = dataclasses.replace(
-                model,
-                contacts=(contact,),
-                bodies={},
-                programme=(Press(self.depth, _SPEED), Slide(_FARTHEST, _SPEED)),
-                time=QuasiStatic(step / _SPEED),
-            )
-            try:
-                return pressed_body(slid, spacing=_SPACING, near=hidden, patch=patch, progress=progress)
-            except InputError as error:
-                raise error.moved(lambda where: "trials.hidden" if where == "near" else where) from None
+        except InputError as error:
+            raise error.moved(lambda where: "trials.hidden" if where == "near" else where) from None
 
 
 def shared_bodies(runs: Sequence[Run], settings: TrialSettings) -> dict[str, BodyPlan]:
@@ -143,7 +151,8 @@ def shared_bodies(runs: Sequence[Run], settings: TrialSettings) -> dict[str, Bod
     depths = {run.name: press_depth(run) for run in runs}
     if runs[0].study.kinematics == "small":
         deepest = max(depths.values())
-        plan = BodyPlan(digest(sensors[runs[0].name], deepest), runs[0], settings, deepest)
+        sensor = sensors[runs[0].name]
+        plan = BodyPlan(digest(sensor, deepest), sensor, runs[0], settings, deepest)
         return dict.fromkeys(sensors, plan)
     friction, plans = max(map(largest_friction, runs)), {}
     for run in runs:
@@ -152,7 +161,7 @@ def shared_bodies(runs: Sequence[Run], settings: TrialSettings) -> dict[str, Bod
             _check_large(run, contact)
         penalties = contact.normal_penalty, contact.tangential_penalty
         key = digest(sensors[run.name], depth, friction, *penalties)
-        plans[run.name] = BodyPlan(key, run, settings, depth, friction)
+        plans[run.name] = BodyPlan(key, sensors[run.name], run, settings, depth, friction)
     return plans
 
 
@@ -188,13 +197,16 @@ def press_depth(run: Run) -> float:
     return sum(phase.depth for phase in programme_of(run.study) if isinstance(phase, Press))
 
 
-def make_body(plan: BodyPlan, folder: Path, progress: Callable[[float], None] | None = None) -> None:
-    """Make a body unless it is on disk, undamaged."""
+def make_bodies(plans: Sequence[BodyPlan], folder: Path, progress: Callable[[str, float], None]) -> Iterator[BodyPlan]:
+    """Make the bodies of a sensor that are not on disk, undamaged; yield each plan whose body is there."""
     store = BasisFolder(folder, most=_MOST_BODIES)
-    with store.alone(plan.key):
-        if store.load(plan.key) is None:
-            body = plan.make(progress)
+    with store.alone(plans[0].sensor):
+        is_there = {plan.key: store.load(plan.key) is not None for plan in plans}
+        yield from (plan for plan in plans if is_there[plan.key])
+        missing = sorted((plan for plan in plans if not is_there[plan.key]), key=lambda plan: plan.depth)
+        for plan, body in zip(missing, condensed_bodies(missing, progress) if missing else (), strict=True):
             store.save(plan.key, {field.name: getattr(body, field.name) for field in dataclasses.fields(StaticBody)})
+            yield plan
 
 
 @functools.lru_cache(maxsize=1)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import multiprocessing
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
@@ -129,20 +128,19 @@ class _Shared:
 
 
 def _make_bodies(plans: Sequence[BodyPlan], folder: Path, progress: StudyProgress) -> dict[str, FingerslipError]:
-    """Make the bodies of trials, each once; return the errors of those that failed, by their keys."""
-    from fingerslip.study.trials.bodies import make_body
+    """Make the bodies of trials, each once; return the error of those that are not there, by their keys."""
+    from fingerslip.study.trials.bodies import make_bodies
 
-    alone = {plan.key: plan for plan in plans}
-    progress.begin([plan.name for plan in alone.values()])
-    errors = {}
-    for key, plan in alone.items():
-        progress.advance(plan.name, 0.0)
-        try:
-            make_body(plan, folder, functools.partial(progress.advance, plan.name))
-        except FingerslipError as error:
-            errors[key] = error
-        progress.finish(plan.name, "failed" if key in errors else "done")
-    return errors
+    waiting = {plan.key: plan for plan in plans}
+    progress.begin([plan.name for plan in waiting.values()])
+    try:
+        for plan in make_bodies(tuple(waiting.values()), folder, progress.advance) if waiting else ():
+            progress.finish(waiting.pop(plan.key).name, "done")
+    except FingerslipError as error:
+        for plan in waiting.values():
+            progress.finish(plan.name, "failed")
+        return dict.fromkeys(waiting, error)
+    return {}
 
 
 def _compute(plans: Sequence[TrialPlan], shared: _Shared, workers: int, progress: StudyProgress) -> None:

@@ -73,8 +73,9 @@ def card_notes(study: Study, settings: TrialSettings) -> str:
 # What the card of a data set says of strains.
 _SMALL = """**Strains are small.** That is wrong by 14 % of the normal force at 2 mm of indentation and 27 % at 3 mm
 (docs/tactip.md): the kind of slip is shown, not its travel and not its force."""
-_LARGE = """**Strains are large.** The sensor was pressed and sheared once for each indentation; trials are small
-motions about the nearest of some states on that way (docs/tactip.md: how far they are from whole computations)."""
+_LARGE = """**Strains are large.** The sensor was pressed once, and sheared once at each indentation; trials are small
+motions about the nearest of some states on that way (docs/tactip.md: how far they are from whole computations).
+Where the skin touches, patches are smaller."""
 
 
 @dataclass(frozen=True)

@@ -140,7 +140,7 @@ def test_a_whole_data_set_is_read_back_unless_it_is_damaged(half, made, tmp_path
     def body(*_):
         raise InputError("body", "is made", "needs no such thing")
 
-    monkeypatch.setattr("fingerslip.study.trials.bodies.make_body", body)
+    monkeypatch.setattr("fingerslip.study.trials.bodies.make_bodies", body)
     assert simulate_trials(half, tmp_path / "small").digest == made[0].digest
     (tmp_path / "small" / "trial-0003" / "labels.csv").unlink()
     with pytest.raises(TrialsFailedError, match="trial-0000 and 7 more: body: is made"):

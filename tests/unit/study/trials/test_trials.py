@@ -18,7 +18,7 @@ from fingerslip.study.trials import bodies
 from fingerslip.study.trials.bodies import (
     largest_friction,
     load_rate,
-    make_body,
+    make_bodies,
     plate_of,
     programme_of,
     shared_bodies,
@@ -43,6 +43,12 @@ def study():
 @pytest.fixture(scope="module")
 def runs(study):
     return expand_mapping(as_mapping(study), STUDY).runs
+
+
+def few(study, **changes):
+    """Return the runs of two samples of a changed study."""
+    smaller = dataclasses.replace(study, sample=dataclasses.replace(study.sample, count=2))
+    return expand_mapping({**as_mapping(smaller), **changes}, STUDY)
 
 
 def test_there_are_the_320_trials_of_the_paper(study, runs):
@@ -140,14 +146,15 @@ def test_trials_draw_their_own_cameras_and_noise():
 
 def test_the_card_names_every_range_and_the_strains(study):
     notes = card_notes(study, study.trials)
-    assert "Strains are small" in notes
+    assert "Strains are large" in notes
     assert "Contact: patches of 0.8 mm" in notes
-    assert "Strains are large" in card_notes(dataclasses.replace(study, kinematics="finite"), study.trials)
+    assert "Strains are small" in card_notes(dataclasses.replace(study, kinematics="small"), study.trials)
     for path, (low, high) in study.sample.ranges.items():
         assert f"| `{path}` | {low} to {high} |" in notes
 
 
-def test_all_trials_of_a_sensor_share_a_body_and_other_sensors_are_refused(study, runs):
+def test_all_trials_of_a_sensor_share_a_body_and_other_sensors_are_refused(study):
+    runs = few(study, kinematics="small").runs
     plan, *others = shared_bodies(runs, study.trials).values()
     assert all(other is plan for other in others)
     assert (plan.depth, plan.friction, plan.name) == (5e-3, None, "sensor")
@@ -160,13 +167,8 @@ def test_all_trials_of_a_sensor_share_a_body_and_other_sensors_are_refused(study
         shared_bodies((runs[0], other), study.trials)
 
 
-def large(study, **changes):
-    few = dataclasses.replace(study, sample=dataclasses.replace(study.sample, count=2))
-    return expand_mapping({**as_mapping(few), "kinematics": "finite", **changes}, STUDY)
-
-
 def test_at_large_strain_each_depth_has_a_body_sheared_by_the_largest_friction(study):
-    runs = large(study).runs
+    runs = few(study).runs
     plans = shared_bodies(runs, study.trials).values()
     frictions = [run.study.all_contacts[0].contact(3).friction.coefficient for run in runs]
     assert [plan.friction for plan in plans] == pytest.approx([max(frictions)] * len(runs))
@@ -174,7 +176,7 @@ def test_at_large_strain_each_depth_has_a_body_sheared_by_the_largest_friction(s
     friction = {"time_dependent": {"times": ["0 s", "9 s"], "values": [0.3, 0.9]}}
     contact = {**as_mapping(study)["contact"], "friction": friction}
     plain = dataclasses.replace(study, sample=None)
-    later = expand_mapping({**as_mapping(plain), "kinematics": "finite", "contact": contact}, STUDY).runs
+    later = expand_mapping({**as_mapping(plain), "contact": contact}, STUDY).runs
     assert largest_friction(later[0]) == pytest.approx(0.9)
 
 
@@ -187,27 +189,36 @@ def test_at_large_strain_each_depth_has_a_body_sheared_by_the_largest_friction(s
 )
 def test_what_a_body_at_large_strain_does_not_stand_for_is_refused(study, changes, message):
     with pytest.raises(InputError, match=message):
-        shared_bodies(large(study, **changes).runs, study.trials)
+        shared_bodies(few(study, **changes).runs, study.trials)
 
 
-def test_a_body_is_made_once_and_a_damaged_one_again(study, runs, tmp_path, monkeypatch):
-    draw = np.random.default_rng(0)
+def test_bodies_are_made_once_and_a_damaged_one_again(study, tmp_path, monkeypatch):
+    draw, runs, calls = np.random.default_rng(0), few(study).runs, []
     shapes = (2, 3), 2, (1, 3), (1, 9, 6), (1, 9), (1, 2, 3), (3, 3), 3
     body = StaticBody(np.arange(2), *(draw.standard_normal(shape) for shape in shapes))
-    plan, made = shared_bodies(runs, study.trials)[runs[0].name], []
-    monkeypatch.setattr(bodies.BodyPlan, "make", lambda plan, _: made.append(plan) or body)
-    make_body(plan, tmp_path)
-    make_body(plan, tmp_path)
-    assert made == [plan]
-    stored = stored_body(plan.key, tmp_path)
-    for field in dataclasses.fields(StaticBody):
-        assert (getattr(stored, field.name) == getattr(body, field.name)).all()
+    plans = {plan.key: plan for plan in reversed(shared_bodies(runs, study.trials).values())}.values()
+
+    def condensed(missing, _):
+        calls.append([plan.depth for plan in missing])
+        return (dataclasses.replace(body, shift=np.full(3, plan.depth)) for plan in missing)
+
+    def make():
+        assert {plan.key for plan in make_bodies(tuple(plans), tmp_path, print)} == {plan.key for plan in plans}
+
+    monkeypatch.setattr(bodies, "condensed_bodies", condensed)
+    make()
+    make()
+    assert calls == [pytest.approx([2e-3, 3e-3, 4e-3, 5e-3])]
+    for plan in plans:
+        stored = stored_body(plan.key, tmp_path)
+        assert stored.shift == pytest.approx(np.full(3, plan.depth))
+        assert (stored.answers == body.answers).all()
     (tmp_path / f"{plan.key}.basis").write_bytes(b"damaged")
     stored_body.cache_clear()
     with pytest.raises(ResultError, match="is missing or damaged; start again"):
         stored_body(plan.key, tmp_path)
-    make_body(plan, tmp_path)
-    assert made == [plan, plan]
+    make()
+    assert calls[1:] == [[plan.depth]]
 
 
 HALF = PRESETS.read("tactip-ridged-3d")
