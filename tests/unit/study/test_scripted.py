@@ -203,7 +203,7 @@ def test_studies_are_those_beside_or_those_that_ship_and_are_copied_with_their_b
         (tmp_path / "studies").mkdir()
         assert studies_folder() == Path("studies")
     based = [name for name, file in examples().items() if "\nbase: " in file.read_text(encoding="utf-8")]
-    assert len(based) == 9
+    assert len(based) == 10
     for name in based:
         (tmp_path / name).mkdir()
         assert read_with_base(copy_example(name, tmp_path / name))["title"]
