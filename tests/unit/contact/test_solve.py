@@ -278,7 +278,7 @@ def test_six_directions_of_gmres_suffice(monkeypatch):
 @pytest.mark.parametrize("dim", [2, 3])
 @pytest.mark.usefixtures("working_set")
 def test_random_problems_are_solved_on_a_working_set(dim, few_directions, precision, monkeypatch):
-    """Where GMRES does not get there and the search along its direction stalls, the compiled solver goes on."""
+    """Directions of GMRES that are cut short still lead there: the compiled solver never has to go on."""
     robust = count_robust_solutions(monkeypatch)
     if few_directions:
         monkeypatch.setattr(krylov, "_KRYLOV_LIMIT", 3)
@@ -292,7 +292,7 @@ def test_random_problems_are_solved_on_a_working_set(dim, few_directions, precis
         assert not solution.forces[~touching].any()
         share = np.linalg.norm(solution.forces[touching, 1:], axis=1) / (0.5 * solution.forces[touching, 0])
         assert ((share < 0.999) | (np.abs(share - 1.0) < 1e-12)).all(), "sliding nodes are on the cone"
-    assert few_directions or not robust
+    assert not robust
 
 
 @pytest.mark.parametrize("unit", [1e-12, 1e9])
