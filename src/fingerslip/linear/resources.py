@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
@@ -10,7 +11,7 @@ from numbers import Integral
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
-from threadpoolctl import ThreadpoolController, threadpool_limits
+from threadpoolctl import ThreadpoolController
 
 from fingerslip.errors import InputError
 
@@ -109,15 +110,21 @@ def suitable_threads(n_dofs: int, allowed: int, dim: int) -> int:
     return 1 if n_dofs < _WORTH_THREADS[dim] else allowed
 
 
-@contextlib.contextmanager
-def limited_threads(count: int) -> Iterator[None]:
-    """Compute the block with `count` threads in BLAS, MKL and OpenMP."""
+@functools.cache
+def _libraries() -> ThreadpoolController:
+    """Return the libraries with threads that our algebra uses; looking for them takes 10 ms, so once."""
     # Costs of runs are told without loading what computes.
     from fingerslip.linear.solver import preferred_solver
 
-    # A limit reaches only libraries that are loaded. Some others, such as Gmsh, set their own number for all.
+    # Only libraries that are loaded are found.
     preferred_solver()
-    with threadpool_limits(limits=count):
+    return ThreadpoolController()
+
+
+@contextlib.contextmanager
+def limited_threads(count: int) -> Iterator[None]:
+    """Compute the block with `count` threads in BLAS, MKL and OpenMP, whatever others, such as Gmsh, have set."""
+    with _libraries().limit(limits=count):
         yield
 
 
@@ -128,7 +135,7 @@ def single_dense_thread() -> Iterator[None]:
     NumPy's and SciPy's dense products of a step are bound by memory, and their threads, waiting, would take the
     cores from MKL's: together they are several times slower.
     """
-    with ThreadpoolController().select(internal_api="openblas").limit(limits=1):
+    with _libraries().select(internal_api="openblas").limit(limits=1):
         yield
 
 

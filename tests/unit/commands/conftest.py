@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
+import typer.testing
 import yaml
 from typer.testing import CliRunner
 
@@ -16,6 +18,9 @@ from unit.study.block import block_mesh, block_values
 from unit.study.conftest import draw_nothing, fails, settled
 
 __all__ = ["fails", "settled"]
+
+# The verbs and their options are read once and not by each call.
+typer.testing._get_command = functools.cache(typer.testing._get_command)
 
 
 @pytest.fixture
