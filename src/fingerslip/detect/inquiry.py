@@ -77,15 +77,7 @@ class Inquiry:
 
 
 def curve_sizes(count: int) -> tuple[int, ...]:
-    """Return the numbers of trials of a learning curve: all of them, and halves of that down to three.
-
-    Examples
-    --------
-    >>> curve_sizes(64)
-    (4, 8, 16, 32, 64)
-    >>> curve_sizes(2)
-    (2,)
-    """
+    """Return the numbers of trials of a learning curve: all of them, and halves of that down to three."""
     sizes = [count]
     while sizes[-1] // 2 >= 3:
         sizes.append(sizes[-1] // 2)

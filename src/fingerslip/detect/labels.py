@@ -53,11 +53,6 @@ def classes_at(onsets: Onsets, time: NDArray[np.float64]) -> NDArray[np.int8]:
     """Return the class of each time: gross slip from its onset on, incipient slip from its own until then.
 
     As in Cordova Bulens et al. 2023: what sticks again after gross slip has begun is still of the class gross.
-
-    Examples
-    --------
-    >>> classes_at(Onsets(1.0, 3.0), np.array([0.0, 1.0, 2.0, 3.0])).tolist()
-    [0, 1, 1, 2]
     """
     classes = np.full(time.shape, NO_SLIP, dtype=np.int8)
     for number, onset in ((INCIPIENT, onsets.incipient), (GROSS, onsets.gross)):
@@ -131,32 +126,13 @@ def seconds(text: str | None, where: str, line: int | None = None) -> float | No
 
 @dataclass(frozen=True)
 class LabelSettings:
-    """Thresholds on how far external markers go, as Cordova Bulens et al. 2023 print them.
+    """Thresholds on how far external markers go, as Cordova Bulens et al. 2023 print them."""
 
-    Parameters
-    ----------
-    incipient : float
-        Any external marker but the central one beyond this is incipient slip; with a plate marker: the plate is.
-    gross : float
-        The central external marker beyond this is gross slip; with a plate marker: relative to the plate.
-    units : {'px', 'm'}
-        Unit of both. Tracks in pixels are turned into metres by their own scale where it is ``m``.
-    rest_frames : int
-        Frames at the start that are at rest.
-    sustained : int
-        Frames in a row that have to be beyond a threshold; the first of them is the onset. 1 as published.
-
-    Raises
-    ------
-    InputError
-        Where a threshold is not above 0, the unit is unknown, or a number of frames is below 1.
-    """
-
-    incipient: float = 2.0
-    gross: float = 1.0
-    units: str = "px"
-    rest_frames: int = 100
-    sustained: int = 1
+    incipient: float = 2.0  # of any external marker but the central one; with a plate marker: of the plate
+    gross: float = 1.0  # of the central external marker; with a plate marker: relative to the plate
+    units: str = "px"  # of both, px or m; tracks in px are turned into metres by their own scale where it is m
+    rest_frames: int = 100  # frames at the start that are at rest
+    sustained: int = 1  # frames in a row beyond a threshold, the first of which is the onset; 1 as published
 
     def __post_init__(self) -> None:
         for name in ("incipient", "gross", "rest_frames", "sustained"):

@@ -19,27 +19,14 @@ from fingerslip.errors import InputError
 
 @dataclass(frozen=True)
 class Sampling:
-    """How many frames of each class are taken from a trial.
+    """How many frames of each class are taken from a trial."""
 
-    Parameters
-    ----------
-    no_slip, gross : int
-        Random frames of these classes.
-    first_incipient, more_incipient : int
-        The first frames of incipient slip, and random ones of the rest.
-    least : float
-        Share of these numbers that a trial must have; with fewer frames of a class than asked for, all are taken. 1: no
-        fewer, as published.
-    seed : int
-        Seed of what is random. Each trial has a seed of its own, made of this one and its name.
-    """
-
-    no_slip: int = 50
-    first_incipient: int = 50
-    more_incipient: int = 50
-    gross: int = 50
-    least: float = 1.0
-    seed: int = 0
+    no_slip: int = 50  # random frames of this class
+    first_incipient: int = 50  # the first frames of incipient slip
+    more_incipient: int = 50  # random ones of the rest
+    gross: int = 50  # random frames of this class
+    least: float = 1.0  # share of these numbers that a trial must have, and all it has are taken; 1 as published
+    seed: int = 0  # of what is random; each trial has one of its own, made of this one and its name
 
 
 #: 200 frames a trial, as in Cordova Bulens et al. 2023.

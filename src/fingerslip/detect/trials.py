@@ -184,23 +184,9 @@ class TrialSet:
 
 
 def write_trials(trials: Iterable[Trial], folder: str | Path, title: str, notes: str = "") -> TrialSet:
-    """Write trials one by one as a data set, whole or not at all.
+    """Write trials one by one as a data set, whole or not at all; one that is in the folder is replaced when this is.
 
-    Parameters
-    ----------
-    trials : iterable of Trial
-        The trials; a generator is taken one at a time.
-    folder : path
-        The folder; a data set of that name is replaced when the new one is whole.
-    title, notes : str
-        What the data card says first, and what it says of limits and sources.
-
-    Raises
-    ------
-    InputError
-        Where there are no trials, two have one name, or their units differ; where the folder holds something else.
-    ResultError
-        Where the folder cannot be written.
+    The data card says the title first; notes say limits and sources.
     """
 
     def put(trial: Trial, target: Path) -> None:
@@ -346,22 +332,9 @@ def _ranges(entries: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
 def write_parquet(trials: TrialSet, path: str | Path, onsets: Mapping[str, Onsets] | None = None) -> None:
     """Write a data set as one Parquet file, a row group for each trial, whole or not at all.
 
-    Parameters
-    ----------
-    trials : TrialSet
-        The data set.
-    path : path
-        The file. Columns: ``trial``, ``time_s``, ``class`` (no_slip, incipient, gross), every condition, and for each
-        marker ``internal_0_x`` and so on in the unit of the tracks, null where it was not seen.
-    onsets : mapping of str to Onsets, optional
-        Labels of the trials; those of the external markers without it.
-
-    Raises
-    ------
-    InputError
-        Where PyArrow is missing, or a column of conditions mixes text and numbers.
-    ResultError
-        Where the file cannot be written.
+    Columns: ``trial``, ``time_s``, ``class`` (no_slip, incipient, gross; of the labels given, or those of the external
+    markers), every condition, and for each marker ``internal_0_x`` and so on in the unit of the tracks, null where it
+    was not seen.
     """
     arrow, parquet = optional("pyarrow"), optional("pyarrow.parquet")
     labels = trials.onsets() if onsets is None else onsets

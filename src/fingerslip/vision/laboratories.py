@@ -123,16 +123,9 @@ def write_bristol(
 ) -> None:
     """Write tracks as a data set of this form, whole or not at all: the markers of frame N as ``markers_N.npy``.
 
-    Parameters
-    ----------
-    tracks : xarray.Dataset
-        Tracks in pixels with the attributes ``image_width`` and ``image_height``. Markers that were not seen are NaN.
-    folder : path
-        The folder; it must be new or empty.
-    labels : mapping of str to sequence, optional
-        Columns of ``targets.csv`` with a value for each frame, such as ``pose_1`` or ``shear_1``.
-    image_parameters : mapping, optional
-        Settings of the camera, added to the size of the image and the frame rate.
+    The tracks are in pixels with the attributes ``image_width`` and ``image_height``, the folder is new or empty.
+    Labels are columns of ``targets.csv`` with a value for each frame, such as ``pose_1``; parameters of the image are
+    added to its size and the frame rate.
     """
     import pandas as pd
 
@@ -252,16 +245,8 @@ def write_series_run(
 ) -> Path:
     """Write a run, whole or not at all, and return its folder, which must be new or empty.
 
-    Parameters
-    ----------
-    folder, number
-        The folder of the recording, and the number of the run in it.
-    frames : iterable of arrays
-        Its frames, (height, width) or (height, width, 3) of uint8.
-    frame_rate : float
-        Frames a second [1/s].
-    tables : mapping of str to pandas.DataFrame, optional
-        Tables by their names in :data:`TABLES`; ``image`` is made where it is not given.
+    The folder is that of the recording. Frames are (height, width) or (height, width, 3) of uint8, at a rate [1/s];
+    tables have their names in :data:`TABLES`, and ``image`` is made where it is not given.
     """
     import pandas as pd
 

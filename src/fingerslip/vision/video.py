@@ -89,28 +89,10 @@ def _check_rate(rate: float) -> float:
 
 
 def read_frames(path: str | Path, *, start: int = 0, stop: int | None = None, colour: str = "grey") -> Iterator[Frame]:
-    """Yield the frames of a video one by one.
+    """Yield the frames of a video file, or of a folder of images by the numbers in their names, one by one.
 
-    Parameters
-    ----------
-    path : path
-        A video file, or a folder of images that sort by the numbers in their names.
-    start, stop : int, optional
-        First frame and the one behind the last, counted from 0. The default is all.
-    colour : {'grey', 'bgr'}
-        ``grey`` gives (height, width) arrays, ``bgr`` (height, width, 3) with blue first as OpenCV has it.
-
-    Yields
-    ------
-    array of uint8
-        Each frame, an array of its own.
-
-    Raises
-    ------
-    InputError
-        Where nothing can be read; where an image has another size than the first.
-    TruncatedVideoError
-        Behind the last frame, where the video says that it has more.
+    They are (height, width), or (height, width, 3) with blue first where `colour` is ``bgr``, of uint8, from `start` to
+    before `stop`. Where the video says that it has more than it gives, TruncatedVideoError comes behind the last.
     """
     if colour not in ("grey", "bgr"):
         raise InputError("colour", f"got {colour!r}", "needs grey or bgr")
@@ -198,33 +180,11 @@ def _image(cv2: ModuleType, path: Path, colour: str) -> Frame:
 def write_video(
     path: str | Path, frames: Iterable[NDArray[Any]], frame_rate: float, *, codec: str | None = None
 ) -> int:
-    """Write frames as a video as they come, whole or not at all.
+    """Write frames as a video as they come, whole or not at all, and return their number.
 
-    Parameters
-    ----------
-    path : path
-        A file that ends in ``.mp4``, ``.avi`` or ``.mkv``, or a folder, which gets PNG images and the frame rate in
-        ``video.json``; a folder that holds something else is refused. What is there is replaced only when the new video
-        is whole.
-    frames : iterable of (height, width) or (height, width, 3) arrays of uint8
-        The frames, grey or with blue first.
-    frame_rate : float
-        Frames a second [1/s].
-    codec : str, optional
-        Four letters of a codec of OpenCV; the one in :data:`CODECS` without it.
-
-    Returns
-    -------
-    int
-        Number of frames.
-
-    Raises
-    ------
-    InputError
-        Where the ending or the codec is unknown, there is no frame, a frame is not like the first, or the frames of a
-        file have an odd width or height; where the folder holds something else.
-    ResultError
-        Where the file cannot be written.
+    The path ends in ``.mp4``, ``.avi`` or ``.mkv``, or is a folder, which gets PNG images and the frame rate [1/s] in
+    ``video.json``; a folder that holds something else is refused. Frames are (height, width), or (height, width, 3)
+    with blue first, of uint8. The codec has four letters of OpenCV; without it, it is that of :data:`CODECS`.
     """
     path, checked, rate = Path(path), _check_frames(frames), _check_rate(frame_rate)
     if not path.suffix:

@@ -86,13 +86,7 @@ def confusion_by_trial(
 
 
 def precision_recall_f1(matrix: NDArray[np.intp]) -> Floats:
-    """Return precision, recall and F1 of each class, (3, ..., n_classes), of matrices (..., 3, 3); NaN if undefined.
-
-    Examples
-    --------
-    >>> precision_recall_f1(np.array([[8, 2, 0], [0, 10, 0], [0, 0, 10]])).round(3).tolist()
-    [[1.0, 0.833, 1.0], [0.8, 1.0, 1.0], [0.889, 0.909, 1.0]]
-    """
+    """Return precision, recall and F1 of each class, (3, ..., n_classes), of matrices (..., 3, 3); NaN if undefined."""
     right = np.diagonal(matrix, axis1=-2, axis2=-1).astype(float)
     columns, rows = matrix.sum(axis=-2), matrix.sum(axis=-1)
     return np.array([_ratio(right, columns), _ratio(right, rows), _ratio(2.0 * right, columns + rows)])
@@ -211,26 +205,10 @@ def score_submission(
     seed: int = 0,
     rest_frames: int = 100,
 ) -> EventScores:
-    """Return the scores of a submission on the test trials of a data set.
+    """Return the scores of a submission, a CSV file of onsets, on the test trials of a data set.
 
-    Parameters
-    ----------
-    trials : TrialSet
-        The data set.
-    submission : path
-        CSV file with the columns ``trial``, ``incipient_s`` and ``gross_s``, a row for each test trial; a cell is empty
-        where no such slip was found.
-    labels : mapping of str to Onsets, optional
-        What is true; the labels from external markers without it.
-    seed : int, optional
-        Seed of the split: :func:`fingerslip.detect.samples.benchmark_test_trials`.
-    rest_frames : int, optional
-        Frames at rest at the start of each trial.
-
-    Raises
-    ------
-    InputError
-        Where the file is no such table, its trials are not the test trials, or one of these has no label.
+    What is true are the labels given, or those from external markers. The seed is that of the split,
+    :func:`fingerslip.detect.samples.benchmark_test_trials`.
     """
     tests = benchmark_test_trials(trials.names, seed)
     onsets_submitted = check_submission(read_onsets(submission), tests, str(submission))
