@@ -64,15 +64,10 @@ def classes_at(onsets: Onsets, time: NDArray[np.float64]) -> NDArray[np.int8]:
 def write_onsets(onsets: Mapping[str, Onsets], path: str | Path, key: str = "trial") -> None:
     """Write the onsets of trials as CSV: columns ``trial``, ``incipient_s``, ``gross_s``, empty where there is none.
 
-    The first column may have another name. Raises ResultError where the file cannot be written.
+    The first column may have another name, as that of the labels of a trial by their source.
     """
     rows = ((name, onset.incipient, onset.gross) for name, onset in onsets.items())
     write_text(Path(path), csv_text([(key, *_COLUMNS[1:]), *rows]))
-
-
-def write_labels(labels: Mapping[str, Onsets], path: str | Path) -> None:
-    """Write the labels of a trial as CSV, a row for each source: ``source``, ``incipient_s``, ``gross_s``."""
-    write_onsets(labels, path, "source")
 
 
 def read_onsets(path: str | Path) -> dict[str, Onsets]:

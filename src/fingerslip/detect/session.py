@@ -18,11 +18,8 @@ from fingerslip.detect.evaluation.scores import event_scores_of, frame_scores_of
 from fingerslip.detect.evaluation.tables import (
     INTERVALS,
     accuracy_table,
-    calibration_table,
-    confusion_table,
     event_table,
-    frame_table,
-    left_out_table,
+    frame_tables,
     output_tables,
     table_of,
     unseen_tables,
@@ -44,6 +41,11 @@ if TYPE_CHECKING:
     from fingerslip.detect.live import Finding, LiveDetector
     from fingerslip.detect.residual import ResidualDetector
     from fingerslip.vision.tracking.tracker import MarkerTracker
+
+
+_CALIBRATION = "Expected calibration error of the probability of slip in ten bins; Brier score over the three classes."
+#: Name of the detector that ships, where one is chosen.
+RESIDUAL = "residual"
 
 
 @dataclass(frozen=True)
@@ -172,6 +174,7 @@ def evaluate_classifiers(
     frames, events = run.by_fold(candidates, tests)
     scores = {name: run.scores(pieces) for name, pieces in frames.items()}
     mixed = {entry.name: frame_scores_of(run.by_sample(entry), seed=choices.seed).accuracy for entry in candidates}
+    calibration = [(name, *run.reliability(pieces)) for name, pieces in frames.items()]
     samples = run.samples
     note = (
         f"{len(samples.trials)} trials, {len(samples.classes)} samples; {samples.filled} positions were not seen and "
@@ -179,9 +182,8 @@ def evaluate_classifiers(
     )
     tables = [
         accuracy_table(scores, mixed, note),
-        frame_table(scores),
-        confusion_table(scores),
-        calibration_table({name: run.reliability(pieces) for name, pieces in frames.items()}),
+        *frame_tables(scores),
+        table_of("Calibration", ("classifier", "calibration error", "Brier score"), calibration, _CALIBRATION),
         _event_table(run, events, choices, folds),
         *(_left_out_table(run, key, group, candidates) for key, group in groups.items()),
     ]
@@ -256,7 +258,8 @@ def _left_out_table(
         for (value, names), piece in zip(groups.items(), frames, strict=True):
             rows.append((candidate.name, value, len(names), run.scores([piece]).accuracy))
         rows.append((candidate.name, "all", sum(map(len, groups.values())), run.scores(frames).accuracy))
-    return left_out_table(key, rows)
+    names = ("classifier", f"{key} left out", "trials", "accuracy")
+    return table_of(f"Accuracy where {key} was not seen", names, rows)
 
 
 def film_runs(results: Path, output: Path, title: str, seed: int) -> str:
@@ -275,10 +278,6 @@ def score_onsets(dataset: Path, submission: Path, choices: Choices) -> Table:
         trials, submission, labels=choices.onsets(trials), seed=choices.seed, rest_frames=choices.rest_frames
     )
     return event_table({f"{submission.name}, {scores.trials} trials": scores}, title="Benchmark")
-
-
-#: Name of the detector that ships, where one is chosen.
-RESIDUAL = "residual"
 
 
 def run_detector(

@@ -18,7 +18,6 @@ from fingerslip.detect.labels import (
     read_labels,
     read_onsets,
     seconds,
-    write_labels,
     write_onsets,
 )
 from fingerslip.detect.samples import (
@@ -187,7 +186,7 @@ def test_what_cannot_be_is_refused(call, message):
 def test_labels_of_a_trial_are_read_back_and_what_is_missing_is_no_time(tmp_path):
     path = tmp_path / "labels.csv"
     made = {"markers": Onsets(1.0, None), "me, by eye": Onsets(0.1 + 0.2, 3.0)}
-    write_labels(made, path)
+    write_onsets(made, path, key="source")
     assert read_labels(path) == made
     path.write_text("trial,incipient_s\n")
     with pytest.raises(InputError, match="is no table of labels"):

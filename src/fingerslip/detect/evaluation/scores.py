@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -109,8 +110,7 @@ def frame_scores_of(matrices: NDArray[np.intp], *, seed: int = 0) -> FrameScores
     return FrameScores(matrices.sum(axis=0), accuracy, f1_mean, two_class, *of_classes)
 
 
-@dataclass(frozen=True)
-class Reliability:
+class Reliability(NamedTuple):
     """How often frames slip that are said to slip with some probability."""
 
     error: float  # expected calibration error: mean difference, weighted by frames (Guo et al. 2017)
