@@ -31,17 +31,6 @@ def test_the_velocity_of_uniform_motion_is_exact_at_uneven_times(x, y, window):
     assert found[1:] == pytest.approx(np.broadcast_to([x, y], (6, 3, 2)), abs=1e-9)
 
 
-def test_velocity_looks_at_the_past_alone():
-    time, draw = np.arange(30) / 10.0, np.random.default_rng(0)
-    displacement, visible = draw.normal(size=(30, 4, 2)), draw.random((30, 4)) < 0.8
-    whole = features.velocities(time, displacement, visible, 5)
-    for end in (3, 10, 29):
-        assert np.array_equal(features.velocities(time[:end], displacement[:end], visible[:end], 5), whole[:end])
-    assert features.velocities(time[5:10], displacement[5:10], visible[5:10], 5)[-1] == pytest.approx(
-        whole[9], abs=1e-12
-    )
-
-
 def test_a_marker_that_is_not_seen_moves_as_its_neighbours_do_and_without_enough_of_them_a_frame_is_not_used():
     moved = np.zeros((12, DISC.count, 2))
     moved[5:, :, 0] = 1e-1 * np.arange(7)[:, None] + 0.01 * DISC.position[:, 0]
