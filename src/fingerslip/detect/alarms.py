@@ -146,7 +146,7 @@ def onsets_from(time: Floats, scores: Floats, thresholds: Thresholds | None = No
     return Onsets(*(float(time[np.argmax(flags)]) if flags.any() else None for flags in above))
 
 
-def least_trials(share: float) -> int:
+def least_trials(share: float = 0.05) -> int:
     """Return how many trials a guarantee needs: 19 for 5 %."""
     if not 0.0 < share < 1.0:
         raise InputError("share", f"got {share}", "needs a number between 0 and 1")

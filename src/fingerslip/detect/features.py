@@ -96,10 +96,10 @@ def mean_at_rest(position: Floats, markers: NDArray[np.intp]) -> Floats:
     return mean
 
 
-def motion_of(tracks: xr.Dataset, settings: MotionSettings | None = None, kind: str = "internal") -> Motion:
-    """Return how the markers of one kind moved since rest."""
+def motion_of(tracks: xr.Dataset, settings: MotionSettings | None = None) -> Motion:
+    """Return how the internal markers moved since rest."""
     settings = settings or MotionSettings()
-    chosen = markers_of(tracks, kind)
+    chosen = markers_of(tracks, "internal")
     rest = rest_positions(chosen, settings.rest_frames)
     visible, time = seen(chosen), chosen["time"].values
     displacement = fill_unseen(chosen["position"].values - rest, visible, neighbour_weights(rest))
@@ -167,18 +167,21 @@ def velocities(time: Floats, displacement: Floats, visible: Bools, window: int) 
 Columns = Mapping[str, Floats]
 
 
-def entropy(displacement: Floats, bins: int = 16) -> Floats:
+_BINS = 16
+
+
+def entropy(displacement: Floats) -> Floats:
     """Return the Shannon entropy of the lengths of displacements at each time, shape (n_times,) [bit].
 
-    It is 0 where all markers move alike, log2(bins) where their shares of the largest are even.
+    It is 0 where all markers move alike, 4 where their shares of the largest are even in 16 bins.
 
     Arrays: displacement (n_times, n_markers, 2).
     """
     length = _lengths(displacement)
     largest = length.max(axis=1, keepdims=True)
     share = np.divide(length, largest, out=np.zeros_like(length), where=largest > 0)
-    part = np.minimum((share * bins).astype(np.intp), bins - 1)
-    counts = (part[:, :, None] == np.arange(bins)).sum(axis=1) / length.shape[1]
+    part = np.minimum((share * _BINS).astype(np.intp), _BINS - 1)
+    counts = (part[:, :, None] == np.arange(_BINS)).sum(axis=1) / length.shape[1]
     logarithm = np.log2(counts, out=np.zeros_like(counts), where=counts > 0)
     bits: Floats = -(counts * logarithm).sum(axis=1)
     return bits + 0.0

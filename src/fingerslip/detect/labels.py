@@ -28,6 +28,7 @@ CLASSES = ("no_slip", "incipient", "gross")
 NO_SLIP, INCIPIENT, GROSS = range(3)
 
 _COLUMNS = ("trial", "incipient_s", "gross_s")
+_SLIPPING = 0.05  # share of a simulated contact that is incipient slip
 
 
 @dataclass(frozen=True)
@@ -174,17 +175,15 @@ def labels_from_plate(tracks: xr.Dataset, plate: xr.Dataset, settings: LabelSett
     )
 
 
-def labels_from_contact(
-    time: Floats, stick_ratio: Floats, *, slipping: float = 0.05, overall: float = 0.0, sustained: int = 1
-) -> Onsets:
-    """Return the onsets that the stick ratio (n_times,) [-] of a simulated contact shows at times (n_times,) [s]."""
+def labels_from_contact(time: Floats, stick_ratio: Floats) -> Onsets:
+    """Return when a twentieth of a simulated contact slips, and all of it, by its stick ratio at times [s]."""
     times, ratio = np.asarray(time, dtype=float), np.asarray(stick_ratio, dtype=float)
     if times.ndim != 1 or times.shape != ratio.shape:
         raise InputError("stick_ratio", f"got shape {ratio.shape}", f"needs that of the times, {times.shape}")
     if (ratio < 0).any() or (ratio > 1).any():
         raise InputError("stick_ratio", f"got {np.nanmin(ratio):.6g} to {np.nanmax(ratio):.6g}", "needs 0 to 1, or NaN")
     # A comparison with NaN is false: what does not touch does not slip.
-    return Onsets(_first(times, ratio <= 1.0 - slipping, sustained), _first(times, ratio <= overall, sustained))
+    return Onsets(_first(times, ratio <= 1.0 - _SLIPPING), _first(times, ratio <= 0.0))
 
 
 def _external_motion(tracks: xr.Dataset, settings: LabelSettings) -> tuple[Floats, int]:
@@ -209,7 +208,7 @@ def _in_units(tracks: xr.Dataset, settings: LabelSettings) -> xr.Dataset:
     return tracks
 
 
-def _first(time: Floats, beyond: NDArray[np.bool_], sustained: int) -> float | None:
+def _first(time: Floats, beyond: NDArray[np.bool_], sustained: int = 1) -> float | None:
     """Return the first time from which `sustained` records in a row are true; None where there is none."""
     if len(beyond) < sustained:
         return None

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import zlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -129,16 +129,13 @@ def _origin(history: xr.Dataset) -> dict[str, Any]:
     return {"source": "simulation", **{name: str(history.attrs[name]) for name in names if name in history.attrs}}
 
 
-def film_results(
-    folder: str | Path, filming: Filming | None = None, *, seed: int = 0, names: Sequence[str] | None = None
-) -> Iterator[Trial]:
+def film_results(folder: str | Path, filming: Filming | None = None, *, seed: int = 0) -> Iterator[Trial]:
     """Yield the trial of every finished run of a study: of pouring where it has a rigid body, else of a slide."""
     folders = sorted(path.parent for path in Path(folder).glob(f"*/{RESULT}"))
-    chosen = [path for path in folders if names is None or path.name in names]
-    if not chosen:
+    if not folders:
         repair = "fingerslip run computes them"
         raise InputError(str(folder), "has no finished runs", "needs the folder of the results of a study", repair)
-    for path in chosen:
+    for path in folders:
         result, history = stored_result(path), read_history(path / HISTORY)
         make = pouring_trial if history.sizes.get("rigid_body", 0) else slide_trial
         conditions = _conditions({**result.swept, **result.sampled})

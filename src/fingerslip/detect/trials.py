@@ -323,15 +323,15 @@ def _ranges(entries: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
             yield name, shorten(", ".join(sorted(texts)))
 
 
-def write_parquet(trials: TrialSet, path: str | Path, onsets: Mapping[str, Onsets] | None = None) -> None:
+def write_parquet(trials: TrialSet, path: str | Path) -> None:
     """Write a data set as one Parquet file, a row group for each trial, whole or not at all.
 
-    Columns: ``trial``, ``time_s``, ``class`` (no_slip, incipient, gross; of the labels given, or those of the external
+    Columns: ``trial``, ``time_s``, ``class`` (no_slip, incipient, gross; by the external
     markers), every condition, and for each marker ``internal_0_x`` and so on in the unit of the tracks, null where it
     was not seen.
     """
     arrow, parquet = optional("pyarrow"), optional("pyarrow.parquet")
-    labels = trials.onsets() if onsets is None else onsets
+    labels = trials.onsets()
     kinds = _condition_types(arrow, trials)
     with new_file(Path(path)) as unfinished:
         writer: Any = None

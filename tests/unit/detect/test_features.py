@@ -93,7 +93,7 @@ LINE = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]])
     ("call", "message"),
     [
         (lambda: features.motion_of(STILL), "have 6 frames, needs the 100 at rest"),
-        (lambda: features.motion_of(STILL, MOTION, "external"), "no external mark"),
+        (lambda: features.markers_of(STILL, "external"), "no external mark"),
         (lambda: features.motion_of(unseen(), MOTION), "marker 4: is seen in none of the frames at rest"),
         (lambda: features.MotionSettings(rest_frames=0), "rest_frames: got"),
         (lambda: features.MotionSettings(window=1), "window: got"),

@@ -338,7 +338,7 @@ class Unseen:
     matrices: NDArray[np.intp]  # (n_trials, 3, 3), confusion of all frames
 
 
-def on_unseen(detector: Detector, trials: TrialSet, onsets: Mapping[str, Onsets], *, seed: int = 0) -> Unseen:
+def on_unseen(detector: Detector, trials: TrialSet, onsets: Mapping[str, Onsets]) -> Unseen:
     """Return what a detector finds in all trials of a data set that it did not learn from."""
     if detector.data == trials.digest:
         repair = "fingerslip detect evaluate leaves trials out in turn"
@@ -357,7 +357,5 @@ def on_unseen(detector: Detector, trials: TrialSet, onsets: Mapping[str, Onsets]
         for reading, (smoother, thresholds) in zip(READINGS, readings, strict=True):
             results[reading][name] = onsets_from(motion.time, frame_scores(smoother, motion, chances), thresholds)
     ends, frame = rest_ends(trials, trials.names, detector.features.motion.rest_frames)
-    scores = {
-        reading: event_scores_of(result, onsets, ends, frame=frame, seed=seed) for reading, result in results.items()
-    }
+    scores = {reading: event_scores_of(result, onsets, ends, frame=frame) for reading, result in results.items()}
     return Unseen(results, scores, np.concatenate(matrices))

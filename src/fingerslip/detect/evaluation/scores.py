@@ -18,6 +18,7 @@ from fingerslip.errors import InputError, Mistakes
 
 Floats = NDArray[np.float64]
 _COUNT = len(CLASSES)
+_DRAWS, _BINS = 1000, 10  # of the bootstrap, and of the calibration error
 
 
 @dataclass(frozen=True)
@@ -30,7 +31,7 @@ class Estimate:
 
 
 def bootstrap_estimates(
-    statistics: Callable[[NDArray[np.intp]], Floats], trials: int, *, draws: int = 1000, seed: int = 0
+    statistics: Callable[[NDArray[np.intp]], Floats], trials: int, *, seed: int = 0
 ) -> tuple[Estimate, ...]:
     """Return statistics of trials with their intervals (percentile bootstrap, Efron & Tibshirani 1993).
 
@@ -40,11 +41,11 @@ def bootstrap_estimates(
     values = np.atleast_2d(statistics(np.arange(trials)[None]))[0]
     drawn = np.full((1, len(values)), np.nan)
     if trials > 1:
-        drawn = statistics(np.random.default_rng(seed).integers(trials, size=(draws, trials)))
+        drawn = statistics(np.random.default_rng(seed).integers(trials, size=(_DRAWS, trials)))
     estimates = []
     for value, column in zip(values, drawn.T, strict=True):
         finite = column[np.isfinite(column)]
-        ends = np.quantile(finite, (0.025, 0.975)).tolist() if len(finite) >= draws / 2 else ()
+        ends = np.quantile(finite, (0.025, 0.975)).tolist() if len(finite) >= _DRAWS / 2 else ()
         estimates.append(Estimate(float(value), *ends) if np.isfinite(value) else Estimate(None))
     return tuple(estimates)
 
@@ -117,11 +118,11 @@ class Reliability(NamedTuple):
     brier: float  # Brier score over all classes (Brier 1950): 0 is perfect, 2 the worst
 
 
-def reliability_of(chances: Floats, classes: NDArray[np.int8], bins: int = 10) -> Reliability:
+def reliability_of(chances: Floats, classes: NDArray[np.int8]) -> Reliability:
     """Return the reliability of probabilities (n_samples, 3) of classes (n_samples,)."""
     slip, slips = 1.0 - chances[:, 0], classes > 0
-    number = np.clip((slip * bins).astype(np.intp), 0, bins - 1)
-    excess = np.bincount(number, weights=slip - slips, minlength=bins)
+    number = np.clip((slip * _BINS).astype(np.intp), 0, _BINS - 1)
+    excess = np.bincount(number, weights=slip - slips, minlength=_BINS)
     truth = classes[:, None] == np.arange(chances.shape[1])
     brier = ((chances - truth) ** 2).sum(axis=1).mean()
     return Reliability(float(np.abs(excess).sum() / max(len(classes), 1)), float(brier))
@@ -153,7 +154,6 @@ def event_scores_of(
     rest_end: Mapping[str, float],
     *,
     frame: float = np.nan,
-    share: float = 0.05,
     seed: int = 0,
 ) -> EventScores:
     """Return the scores of the onsets found in trials; `rest_end` and `frame` are in seconds."""
@@ -189,9 +189,7 @@ def event_scores_of(
         at_rest=mean(np.array([is_false(name) for name in predicted], dtype=float)),
         lead=mean(lead),
         lead_spread=float(leads.std(ddof=1)) if len(leads) > 1 else None,
-        bound=lead_bound(np.where(np.isnan(lead), -np.inf, lead).tolist(), share)
-        if len(lead) >= least_trials(share)
-        else None,
+        bound=lead_bound(np.where(np.isnan(lead), -np.inf, lead).tolist()) if len(lead) >= least_trials() else None,
         gross_error=mean(gross),
         gross_found=mean(np.isfinite(gross).astype(float)),
     )

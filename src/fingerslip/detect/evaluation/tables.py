@@ -111,9 +111,9 @@ def event_table(scores: Mapping[str, EventScores], note: str = "", title: str = 
     return table_of(title, ("event", *scores), rows, f"{note} {_EVENT_NOTE}".strip())
 
 
-def unseen_tables(result: Unseen, *, seed: int = 0) -> list[Table]:
+def unseen_tables(result: Unseen) -> list[Table]:
     """Return the tables of what was found: onsets in both readings, classes and confusion of all frames."""
-    frames = {"all frames": frame_scores_of(result.matrices, seed=seed)}
+    frames = {"all frames": frame_scores_of(result.matrices)}
     note = "Single frames: the first frame that is more likely slip than not, without smoothing or guarantee."
     return [event_table(result.scores, note), *frame_tables(frames)]
 
