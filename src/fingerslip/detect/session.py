@@ -13,8 +13,14 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fingerslip.detect.classifiers import CLASSIFIERS, Candidate
-from fingerslip.detect.evaluation.crossval import READINGS, Evaluation, Unseen, begin_evaluation, on_unseen
-from fingerslip.detect.evaluation.scores import event_scores_of, frame_scores_of, rest_ends, score_submission
+from fingerslip.detect.evaluation.crossval import READINGS, Evaluation, FoldFrames, Unseen, begin_evaluation, on_unseen
+from fingerslip.detect.evaluation.scores import (
+    event_scores_of,
+    frame_scores_of,
+    reliability_of,
+    rest_ends,
+    score_submission,
+)
 from fingerslip.detect.evaluation.tables import (
     INTERVALS,
     accuracy_table,
@@ -174,8 +180,10 @@ def evaluate_classifiers(
     frames, events = run.by_fold(candidates, tests)
     scores = {name: run.scores(pieces) for name, pieces in frames.items()}
     mixed = {entry.name: frame_scores_of(run.by_sample(entry), seed=choices.seed).accuracy for entry in candidates}
-    calibration = [(name, *run.reliability(pieces)) for name, pieces in frames.items()]
-    samples = run.samples
+    samples, all_frames = run.samples, {name: FoldFrames.joined(pieces) for name, pieces in frames.items()}
+    calibration = [
+        (name, *reliability_of(entry.chances, samples.classes[entry.rows])) for name, entry in all_frames.items()
+    ]
     note = (
         f"{len(samples.trials)} trials, {len(samples.classes)} samples; {samples.filled} positions were not seen and "
         f"filled, {samples.unusable} frames had too few markers."
@@ -191,11 +199,9 @@ def evaluate_classifiers(
         from fingerslip.detect.evaluation.page import Judged, write_evaluation
 
         output_tables(tables, output)
-        chances = {name: np.concatenate([piece.chances[:, 0] for piece in pieces]) for name, pieces in frames.items()}
-        rows = {name: np.concatenate([piece.rows for piece in pieces]) for name, pieces in frames.items()}
         judged = {
-            name: Judged(entry.matrix, 1.0 - chances[name], samples.classes[rows[name]] > 0, events[name])
-            for name, entry in scores.items()
+            name: Judged(scores[name].matrix, 1.0 - entry.chances[:, 0], samples.classes[entry.rows] > 0, events[name])
+            for name, entry in all_frames.items()
         }
         labels = {name: onsets[name] for name in trials.names}
         write_evaluation(tables, judged, labels, output / "evaluation.html", f"Evaluation on {trials.title}")

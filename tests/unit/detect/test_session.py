@@ -38,18 +38,12 @@ def test_a_detector_keeps_its_features_and_runs_on_both_files(stored, trials, tm
     def run(detector: str, path: Path) -> list[Table]:
         return run_detector(path, detector, {}, None, tmp_path / "page")[0]
 
-    with monkeypatch.context() as quick:
-        quick.setattr(page, "write_slip_page", lambda *_: None)
-        (slides, first), (others, second) = (
-            run(str(stored), path) for path in (trials.folder / name / "tracks.nc", table)
-        )
-    _, shipped = run("residual", table)
+    monkeypatch.setattr(page, "write_slip_page", lambda *_: None)
+    (slides, first), (others, second) = (run(str(stored), path) for path in (trials.folder / name / "tracks.nc", table))
     assert slides.rows == others.rows
     assert first.rows[:3] == second.rows[:3]
-    for latency in (first, shipped):
-        assert latency.rows[0][1] is not Missing.NO_EVENT
-        assert latency.rows[2] == ("frames", "260")
-    assert (tmp_path / "page" / "slip.html").is_file()
+    assert first.rows[0][1] is not Missing.NO_EVENT
+    assert first.rows[2] == ("frames", "260")
     made = read_detector(stored)
     assert (made.classifier, made.features.sets) == ("logistic:speed+rings", ("speed", "rings"))
     assert made.names[0].startswith("speed/")

@@ -19,11 +19,9 @@ from fingerslip.detect.classifiers import Candidate, describe, fit, probabilitie
 from fingerslip.detect.evaluation.scores import (
     EventScores,
     FrameScores,
-    Reliability,
     confusion_by_trial,
     event_scores_of,
     frame_scores_of,
-    reliability_of,
     rest_ends,
 )
 from fingerslip.detect.features import FeatureSettings, MotionSettings, feature_names, features_of, motion_of
@@ -111,6 +109,11 @@ class FoldFrames:
     rows: NDArray[np.intp]  # (n_tested,), their rows among all samples
     chances: Floats  # (n_tested, 3), probability of each class
 
+    @classmethod
+    def joined(cls, folds: Sequence[FoldFrames]) -> FoldFrames:
+        """Return what is said of the samples of some folds."""
+        return cls(np.concatenate([fold.rows for fold in folds]), np.concatenate([fold.chances for fold in folds]))
+
 
 @dataclass(frozen=True)
 class Fold:
@@ -176,8 +179,9 @@ def rows_to_learn(
 
 def matrices_of(samples: Samples, frames: Sequence[FoldFrames]) -> NDArray[np.intp]:
     """Return the confusion matrices (n_trials, 3, 3) of the trials of some folds."""
-    rows, chances = (np.concatenate([getattr(fold, name) for fold in frames]) for name in ("rows", "chances"))
-    return confusion_by_trial(samples.classes[rows], chances.argmax(axis=1).astype(np.int8), samples.trial[rows])
+    joined = FoldFrames.joined(frames)
+    classes = joined.chances.argmax(axis=1).astype(np.int8)
+    return confusion_by_trial(samples.classes[joined.rows], classes, samples.trial[joined.rows])
 
 
 def frames_by_sample(samples: Samples, candidate: Candidate, *, seed: int = 0, workers: int = 1) -> NDArray[np.intp]:
@@ -245,11 +249,6 @@ class Evaluation:
     def scores(self, frames: Sequence[FoldFrames]) -> FrameScores:
         """Return the scores of frames of some folds."""
         return frame_scores_of(matrices_of(self.samples, frames), seed=self.seed)
-
-    def reliability(self, frames: Sequence[FoldFrames]) -> Reliability:
-        """Return how well calibrated the probabilities of some folds are."""
-        rows, chances = (np.concatenate([getattr(fold, name) for fold in frames]) for name in ("rows", "chances"))
-        return reliability_of(chances, self.samples.classes[rows])
 
     def by_sample(self, candidate: Candidate) -> NDArray[np.intp]:
         """Return the confusion matrices of trials when frames are split 90 to 10 whatever their trial."""

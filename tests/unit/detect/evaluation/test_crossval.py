@@ -111,7 +111,6 @@ def test_an_interrupted_evaluation_goes_on(begin, tmp_path, fits):
     assert all(list(onsets) == list(names) for onsets in events.values())
     for name, pieces in whole_frames.items():
         assert np.array_equal(matrices_of(run.samples, frames[name]), matrices_of(run.samples, pieces))
-        assert 0.0 <= run.reliability(pieces).error < 1.0
     groups = run.by_group(CANDIDATES[0], tests[:1])
     count = len(fits)
     assert np.array_equal(run.by_group(CANDIDATES[0], tests[:1])[0].chances, groups[0].chances)
