@@ -70,7 +70,6 @@ class Slide:
     start: float  # when the markers begin to move [s]
     is_press: bool  # whether their first motion is no rigid one, so that nothing is said of slip
     onsets: Onsets = field(default_factory=lambda: Onsets(None, None))
-    share: float = 0.0  # the largest share of the markers that left the pattern [-]
     end: float | None = None  # when the markers rest again [s], where they do
 
 
@@ -190,7 +189,7 @@ class ResidualDetector(FrameByFrame[ResidualFinding]):
         if gross is None and is_back:
             gross = time
             incipient = time if incipient is None else incipient
-        self._slides[-1] = replace(slide, onsets=Onsets(incipient, gross), share=max(slide.share, share))
+        self._slides[-1] = replace(slide, onsets=Onsets(incipient, gross))
 
     def _rest_again(self, time: float, position: Floats) -> None:
         """Begin anew where markers that moved stay at their positions (n, 2)."""
