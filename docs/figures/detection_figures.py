@@ -23,7 +23,7 @@ from fingerslip.detect.labels import CLASSES
 from fingerslip.detect.page import SlipClip, stills_figure
 from fingerslip.detect.residual import ResidualSettings, detect_residual
 from fingerslip.detect.samples import Sampling, benchmark_test_trials
-from fingerslip.detect.simulated import Filming
+from fingerslip.detect.simulated import trial_cameras
 from fingerslip.detect.synthetic import SyntheticSensor, SyntheticSlide, film_trials, synthetic_trial
 from fingerslip.detect.training import Detector, train
 from fingerslip.detect.trials import TrialSet, open_trials
@@ -128,7 +128,7 @@ def draw_frames(slides: TrialSet, run: Path):
     jump = slides.labels(SLIDE)["contact"].gross
     start = phase_times(history, "hold")[0][0]
     tracks = marker_tracks(history, ("internal",))
-    camera = fs.PixelCamera(Filming().cameras.internal, fs.MarkerLook(radius=0.5e-3), seed=1)
+    camera = fs.PixelCamera(trial_cameras().internal, fs.MarkerLook(radius=0.5e-3), seed=1)
     moments = {"at rest": 1.0, "label: incipient": onsets.incipient, "label: gross": onsets.gross}
     moments |= {"before the jerk": jump - 0.3, "after the jerk": jump + 0.7}
     figure, panels = figure_grid(len(moments), 1, (8.2, 0.75), "What the inner camera sees", ("x [px]", ""))

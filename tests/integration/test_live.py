@@ -7,7 +7,7 @@ import fingerslip as fs
 from fingerslip.detect.features import MotionSettings
 from fingerslip.detect.live import latency_of, run_on_tracks
 from fingerslip.detect.samples import Sampling
-from fingerslip.detect.simulated import Filming, film_results
+from fingerslip.detect.simulated import film_results, trial_cameras
 from fingerslip.detect.training import detect, train
 from fingerslip.detect.trials import Trial, write_trials
 from fingerslip.history import phase_times, read_history
@@ -78,7 +78,7 @@ def clip(results):
     tracks = marker_tracks(history, ("internal",))
     held = phase_times(history, "hold")[0][0]
     shown = tracks.isel(time=tracks["time"].values >= held - 1e-9)
-    camera = fs.PixelCamera(Filming().cameras.internal, fs.MarkerLook(radius=0.5e-3), seed=1)
+    camera = fs.PixelCamera(trial_cameras().internal, fs.MarkerLook(radius=0.5e-3), seed=1)
     fs.film(camera, shown.assign_coords(time=shown["time"] - held), results / "clip.mkv")
     return results / "clip.mkv"
 

@@ -266,7 +266,7 @@ def transfer(
     as_json: AsJson = False,
 ) -> None:
     """Test a detector on all trials of another data set than it learned from, such as pouring after slides."""
-    from fingerslip.detect.running import judge_detector
+    from fingerslip.detect.session import judge_detector
     from fingerslip.storage.files import check_folder
 
     if output is not None:
@@ -309,7 +309,7 @@ def run(
     sticks. The clip has to begin at rest. Of a camera events are told as they come, until Ctrl-C. How long frames take
     is printed, too.
     """
-    from fingerslip.detect.running import run_detector, watch_camera
+    from fingerslip.detect.session import run_detector, watch_camera
 
     tracking = tracking_options(markers, layout, mask, calibration, bright, frame_rate, channel)
     if source.isdecimal() or "://" in source:

@@ -139,11 +139,6 @@ def onsets_from(time: Floats, scores: Floats, thresholds: Thresholds | None = No
     """Return the first times at which scores are above their thresholds.
 
     Gross slip is slip: it counts only once slip was found, so the guarantee of that threshold holds for both.
-
-    Examples
-    --------
-    >>> onsets_from(np.array([0.0, 1.0, 2.0]), np.array([[-1.0, -3.0], [2.0, -1.0], [3.0, 1.0]]))
-    Onsets(incipient=1.0, gross=2.0)
     """
     limits = thresholds or Thresholds()
     slip = np.maximum.accumulate(scores[:, 0] > limits.slip)
@@ -151,14 +146,8 @@ def onsets_from(time: Floats, scores: Floats, thresholds: Thresholds | None = No
     return Onsets(*(float(time[np.argmax(flags)]) if flags.any() else None for flags in above))
 
 
-def least_trials(share: float) -> int:
-    """Return how many trials a guarantee needs: 19 for 5 %.
-
-    Examples
-    --------
-    >>> least_trials(0.05)
-    19
-    """
+def least_trials(share: float = 0.05) -> int:
+    """Return how many trials a guarantee needs: 19 for 5 %."""
     if not 0.0 < share < 1.0:
         raise InputError("share", f"got {share}", "needs a number between 0 and 1")
     return math.ceil(1.0 / share - 1e-9) - 1

@@ -29,27 +29,13 @@ Bools = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class MotionSettings:
-    """How motion is read from tracks.
+    """How motion is read from tracks."""
 
-    Parameters
-    ----------
-    rest_frames : int
-        Frames at the start whose mean is the rest position: 100 in Cordova Bulens et al. 2023.
-    window : int
-        Frames through which the velocity is fitted, the newest included. The paper takes the difference of two frames
-        (its equation 2), which is 2; at 0.3 mm/s markers move less in a frame than their noise, so that says little.
-    least_seen : float
-        Share of the markers that has to be seen in a frame; a frame with fewer is not classified. Assumed.
-
-    Raises
-    ------
-    InputError
-        Where a number is outside what is meaningful.
-    """
-
-    rest_frames: int = 100
+    rest_frames: int = 100  # frames at the start whose mean is the rest position, as in Cordova Bulens et al. 2023
+    # Frames through which the velocity is fitted, the newest included. The paper takes the difference of two frames,
+    # its equation 2; at 0.3 mm/s markers move less in a frame than their noise, so that says little.
     window: int = 11
-    least_seen: float = 0.5
+    least_seen: float = 0.5  # share of the markers that a frame has to show to be classified; assumed
 
     def __post_init__(self) -> None:
         if self.rest_frames < 1:
@@ -110,10 +96,10 @@ def mean_at_rest(position: Floats, markers: NDArray[np.intp]) -> Floats:
     return mean
 
 
-def motion_of(tracks: xr.Dataset, settings: MotionSettings | None = None, kind: str = "internal") -> Motion:
-    """Return how the markers of one kind moved since rest."""
+def motion_of(tracks: xr.Dataset, settings: MotionSettings | None = None) -> Motion:
+    """Return how the internal markers moved since rest."""
     settings = settings or MotionSettings()
-    chosen = markers_of(tracks, kind)
+    chosen = markers_of(tracks, "internal")
     rest = rest_positions(chosen, settings.rest_frames)
     visible, time = seen(chosen), chosen["time"].values
     displacement = fill_unseen(chosen["position"].values - rest, visible, neighbour_weights(rest))
@@ -181,47 +167,21 @@ def velocities(time: Floats, displacement: Floats, visible: Bools, window: int) 
 Columns = Mapping[str, Floats]
 
 
-def rigid_residual(rest: Floats, displacement: Floats) -> Floats:
-    """Return what is left of a displacement when the best rigid motion is taken away, shape (n_times, n_markers, 2).
-
-    A contact that sticks moves its markers like a rigid body, one that slips in part does not: Dong et al. 2019.
-
-    Arrays: rest (n_markers, 2); displacement (n_times, n_markers, 2).
-    """
-    return fit_rigid_motions(rest, rest + displacement).residual
+_BINS = 16
 
 
-def strains(rest: Floats, displacement: Floats) -> tuple[Floats, Floats]:
-    """Return divergence and largest shear strain around each marker, each of shape (n_times, n_markers) [-].
-
-    They are means over the triangles around it: of the trace of the displacement's gradient, and of half the difference
-    of the principal values of Green's strain. Where a marker is in no triangle, as when all lie on a line, InputError.
-
-    Arrays: rest (n_markers, 2); displacement (n_times, n_markers, 2), without gaps.
-    """
-    triangles = marker_triangles(rest)
-    alone = np.setdiff1d(np.arange(len(rest)), triangles)
-    if alone.size:
-        raise InputError(f"marker {alone[0]}", "is in no triangle of markers", "needs others on two sides of it")
-    gradients = triangle_gradients(rest, rest + displacement, triangles)
-    along_x, along_y, across = np.moveaxis(green_strain(gradients), -1, 0)
-    divergence = gradients[..., 0, 0] + gradients[..., 1, 1]
-    shear = np.hypot(0.5 * (along_x - along_y), across)
-    return marker_means(divergence, rest, triangles), marker_means(shear, rest, triangles)
-
-
-def entropy(displacement: Floats, bins: int = 16) -> Floats:
+def entropy(displacement: Floats) -> Floats:
     """Return the Shannon entropy of the lengths of displacements at each time, shape (n_times,) [bit].
 
-    It is 0 where all markers move alike, log2(bins) where their shares of the largest are even.
+    It is 0 where all markers move alike, 4 where their shares of the largest are even in 16 bins.
 
     Arrays: displacement (n_times, n_markers, 2).
     """
     length = _lengths(displacement)
     largest = length.max(axis=1, keepdims=True)
     share = np.divide(length, largest, out=np.zeros_like(length), where=largest > 0)
-    part = np.minimum((share * bins).astype(np.intp), bins - 1)
-    counts = (part[:, :, None] == np.arange(bins)).sum(axis=1) / length.shape[1]
+    part = np.minimum((share * _BINS).astype(np.intp), _BINS - 1)
+    counts = (part[:, :, None] == np.arange(_BINS)).sum(axis=1) / length.shape[1]
     logarithm = np.log2(counts, out=np.zeros_like(counts), where=counts > 0)
     bits: Floats = -(counts * logarithm).sum(axis=1)
     return bits + 0.0
@@ -248,21 +208,12 @@ class FeatureSettings:
             raise InputError("features", fault, f"needs some of {', '.join(FEATURE_SETS)}, each once")
 
 
-@dataclass(frozen=True)
-class FeatureSet:
-    """One set of features."""
-
-    meaning: str  # what they are, with their unit
-    # from a motion to columns of shape (n_times,) or (n_times, n_markers), by name
-    columns: Callable[[Motion], Columns]
-
-
 def features_of(motion: Motion, settings: FeatureSettings) -> NDArray[np.float32]:
     """Return the features of every frame, shape (n_times, n_features), in the order of :func:`feature_names`."""
     blocks = [
         np.reshape(block, (len(motion.time), -1))
         for name in settings.sets
-        for block in FEATURE_SETS[name].columns(motion).values()
+        for block in FEATURE_SETS[name](motion).values()
     ]
     values: NDArray[np.float32] = np.concatenate(blocks, axis=1).astype(np.float32)
     if not np.isfinite(values).all():
@@ -278,7 +229,7 @@ def feature_names(motion: Motion, settings: FeatureSettings) -> tuple[str, ...]:
     return tuple(
         f"{name}/{quantity}/{marker}" if block.ndim > 1 else f"{name}/{quantity}"
         for name in settings.sets
-        for quantity, block in FEATURE_SETS[name].columns(first).items()
+        for quantity, block in FEATURE_SETS[name](first).items()
         for marker in range(block.shape[1] if block.ndim > 1 else 1)
     )
 
@@ -337,8 +288,22 @@ def _rings(motion: Motion) -> Columns:
 
 
 def _rigid(motion: Motion) -> Columns:
-    residual = _lengths(rigid_residual(motion.rest, motion.displacement))
+    # A contact that sticks moves its markers like a rigid body, one that slips in part does not: Dong et al. 2019.
+    residual = _lengths(fit_rigid_motions(motion.rest, motion.rest + motion.displacement).residual)
     return {"rms": np.sqrt((residual**2).mean(axis=1)), "residual": residual}
+
+
+def _strain(motion: Motion) -> Columns:
+    """Return divergence and largest shear of Green's strain [-], means over the triangles around each marker."""
+    triangles = marker_triangles(motion.rest)
+    alone = np.setdiff1d(np.arange(len(motion.rest)), triangles)
+    if alone.size:
+        raise InputError(f"marker {alone[0]}", "is in no triangle of markers", "needs others on two sides of it")
+    gradients = triangle_gradients(motion.rest, motion.rest + motion.displacement, triangles)
+    along_x, along_y, across = np.moveaxis(green_strain(gradients), -1, 0)
+    divergence, shear = gradients[..., 0, 0] + gradients[..., 1, 1], np.hypot(0.5 * (along_x - along_y), across)
+    means = (marker_means(values, motion.rest, triangles) for values in (divergence, shear))
+    return dict(zip(("divergence", "shear"), means, strict=True))
 
 
 def _field(motion: Motion) -> Columns:
@@ -363,35 +328,23 @@ def _field(motion: Motion) -> Columns:
 #: Sets of features that know neither number nor places of the markers: trials of different layouts have the same.
 LAYOUT_FREE = frozenset({"field", "mean", "residual", "entropy", "time"})
 
-#: Every set of features by its name. ``time`` is no signal of the sensor: it is there to be beaten.
-FEATURE_SETS: Mapping[str, FeatureSet] = MappingProxyType(
+#: Every set of features by its name: from a motion to columns of shape (n_times,) or (n_times, n_markers), by theirs.
+#: ``time`` is no signal of the sensor: it is there to be beaten.
+FEATURE_SETS: Mapping[str, Callable[[Motion], Columns]] = MappingProxyType(
     {
-        "displacement": FeatureSet(
-            "length of each marker's displacement since rest", lambda motion: {"length": _lengths(motion.displacement)}
-        ),
-        "speed": FeatureSet("speed of each marker [1/s]", lambda motion: {"length": _lengths(motion.velocity)}),
-        "components": FeatureSet("displacement and velocity of each marker along x and y", _components),
-        "sliding": FeatureSet(
-            "displacement and velocity of sectors of each ring, in the frame of the motion", _sliding
-        ),
-        "polar": FeatureSet("velocity of each marker away from the centre, and about it [rad/s]", _polar),
-        "rings": FeatureSet("mean displacement and speed of each ring", _rings),
-        "mean": FeatureSet(
-            "mean length of the displacements",
-            lambda motion: {"displacement": _lengths(motion.displacement).mean(axis=1)},
-        ),
-        "rigid": FeatureSet("what is left of the displacements without the best rigid motion", _rigid),
-        "residual": FeatureSet("root mean square of that alone", lambda motion: {"rms": _rigid(motion)["rms"]}),
-        "strain": FeatureSet(
-            "divergence and largest shear strain at each marker [-]",
-            lambda motion: dict(zip(("divergence", "shear"), strains(motion.rest, motion.displacement), strict=True)),
-        ),
-        "entropy": FeatureSet(
-            "entropy of the lengths of the displacements [bit]",
-            lambda motion: {"displacement": entropy(motion.displacement)},
-        ),
-        "field": FeatureSet("divergence, curl, displacement, speed and residual, their means and spreads", _field),
-        "time": FeatureSet("time since the start of the tracks [s]", lambda motion: {"seconds": motion.time}),
+        "displacement": lambda motion: {"length": _lengths(motion.displacement)},
+        "speed": lambda motion: {"length": _lengths(motion.velocity)},  # [1/s]
+        "components": _components,
+        "sliding": _sliding,
+        "polar": _polar,
+        "rings": _rings,
+        "mean": lambda motion: {"displacement": _lengths(motion.displacement).mean(axis=1)},
+        "rigid": _rigid,
+        "residual": lambda motion: {"rms": _rigid(motion)["rms"]},
+        "strain": _strain,
+        "entropy": lambda motion: {"displacement": entropy(motion.displacement)},  # [bit]
+        "field": _field,
+        "time": lambda motion: {"seconds": motion.time},
     }
 )
 

@@ -20,14 +20,7 @@ from fingerslip.detect.evaluation.inquiries import (
     robustness_of,
     sensitivity_of,
 )
-from fingerslip.detect.evaluation.tables import (
-    assumption_table,
-    condition_table,
-    curve_table,
-    importance_table,
-    robustness_table,
-    write_tables,
-)
+from fingerslip.detect.evaluation.tables import INTERVALS, assumption_table, table_of, write_tables
 from fingerslip.detect.features import FeatureSettings, ring_of_features
 from fingerslip.detect.samples import benchmark_test_trials, left_out, samples_of
 from fingerslip.detect.session import Choices
@@ -77,15 +70,7 @@ class Inquiry:
 
 
 def curve_sizes(count: int) -> tuple[int, ...]:
-    """Return the numbers of trials of a learning curve: all of them, and halves of that down to three.
-
-    Examples
-    --------
-    >>> curve_sizes(64)
-    (4, 8, 16, 32, 64)
-    >>> curve_sizes(2)
-    (2,)
-    """
+    """Return the numbers of trials of a learning curve: all of them, and halves of that down to three."""
     sizes = [count]
     while sizes[-1] // 2 >= 3:
         sizes.append(sizes[-1] // 2)
@@ -106,14 +91,20 @@ def inquire(dataset: Path, classifier: str, choices: Choices, levels: Levels | N
     options = {"seed": seed, "workers": choices.workers}
     with threadpool_limits(choices.workers):
         scores = learning_curve(samples, candidate, tests, curve_sizes(len(trials.names) - len(tests)), **options)
-        points = [(size, score.accuracy, score.f1_mean) for size, score in scores.items()]
-        tables = {"learning-curve": curve_table(scores)}
-        figures = {"learning-curve": learning_curve_figure(points, name)}
+        rows = [(size, score.accuracy, score.f1_mean) for size, score in scores.items()]
+        tables = {"learning-curve": table_of("Learning curve", ("trials", "accuracy", "mean F1"), rows)}
+        figures = {"learning-curve": learning_curve_figure(rows, name)}
         if any(ring is not None for ring in ring_of_features(samples.names, samples.ring)):
             drops = importance_by_ring(samples, candidate, tests, **options)
-            tables["importance"], figures["importance"] = importance_table(drops), importance_figure(drops, name)
+            note = f"Ring 0 is the centre. {INTERVALS}"
+            tables["importance"] = table_of(
+                "Importance of rings", ("ring", "drop in accuracy"), list(drops.items()), note
+            )
+            figures["importance"] = importance_figure(drops, name)
         results = robustness_of(choices.train(trials, classifier), trials, onsets, tests, pairs, seed=seed)
-        tables["robustness"], figures["robustness"] = robustness_table(results), robustness_figure(results, name)
+        names = ("disturbance", "amount", "accuracy", "unusable")
+        tables["robustness"] = table_of("Robustness, all frames of the test trials", names, results)
+        figures["robustness"] = robustness_figure(results, name)
     return Inquiry(tables, figures)
 
 
@@ -158,7 +149,9 @@ def vary(
     table = assumption_table(varied)
     left = [f"Labels {name} lack an onset in {count} trials and are left out." for name, count in lacking.items()]
     tables = {"assumptions": dataclasses.replace(table, note=" ".join([table.note, *left]))}
-    tables |= {f"by-{key}": condition_table(key, scores) for key, scores in listed.items()}
+    for key, scores in listed.items():
+        rows_of_key = [(value, *estimates.values()) for value, estimates in scores.items()]
+        tables[f"by-{key}"] = table_of(f"Accuracy by {key}", (key, *next(iter(scores.values()))), rows_of_key)
     inquiry = Inquiry(tables, {"assumptions": assumption_figure(rows)})
     if output is not None:
         write_inquiry(inquiry, output)

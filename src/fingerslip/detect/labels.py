@@ -28,6 +28,7 @@ CLASSES = ("no_slip", "incipient", "gross")
 NO_SLIP, INCIPIENT, GROSS = range(3)
 
 _COLUMNS = ("trial", "incipient_s", "gross_s")
+_SLIPPING = 0.05  # share of a simulated contact that is incipient slip
 
 
 @dataclass(frozen=True)
@@ -53,11 +54,6 @@ def classes_at(onsets: Onsets, time: NDArray[np.float64]) -> NDArray[np.int8]:
     """Return the class of each time: gross slip from its onset on, incipient slip from its own until then.
 
     As in Cordova Bulens et al. 2023: what sticks again after gross slip has begun is still of the class gross.
-
-    Examples
-    --------
-    >>> classes_at(Onsets(1.0, 3.0), np.array([0.0, 1.0, 2.0, 3.0])).tolist()
-    [0, 1, 1, 2]
     """
     classes = np.full(time.shape, NO_SLIP, dtype=np.int8)
     for number, onset in ((INCIPIENT, onsets.incipient), (GROSS, onsets.gross)):
@@ -69,15 +65,10 @@ def classes_at(onsets: Onsets, time: NDArray[np.float64]) -> NDArray[np.int8]:
 def write_onsets(onsets: Mapping[str, Onsets], path: str | Path, key: str = "trial") -> None:
     """Write the onsets of trials as CSV: columns ``trial``, ``incipient_s``, ``gross_s``, empty where there is none.
 
-    The first column may have another name. Raises ResultError where the file cannot be written.
+    The first column may have another name, as that of the labels of a trial by their source.
     """
     rows = ((name, onset.incipient, onset.gross) for name, onset in onsets.items())
     write_text(Path(path), csv_text([(key, *_COLUMNS[1:]), *rows]))
-
-
-def write_labels(labels: Mapping[str, Onsets], path: str | Path) -> None:
-    """Write the labels of a trial as CSV, a row for each source: ``source``, ``incipient_s``, ``gross_s``."""
-    write_onsets(labels, path, "source")
 
 
 def read_onsets(path: str | Path) -> dict[str, Onsets]:
@@ -131,32 +122,13 @@ def seconds(text: str | None, where: str, line: int | None = None) -> float | No
 
 @dataclass(frozen=True)
 class LabelSettings:
-    """Thresholds on how far external markers go, as Cordova Bulens et al. 2023 print them.
+    """Thresholds on how far external markers go, as Cordova Bulens et al. 2023 print them."""
 
-    Parameters
-    ----------
-    incipient : float
-        Any external marker but the central one beyond this is incipient slip; with a plate marker: the plate is.
-    gross : float
-        The central external marker beyond this is gross slip; with a plate marker: relative to the plate.
-    units : {'px', 'm'}
-        Unit of both. Tracks in pixels are turned into metres by their own scale where it is ``m``.
-    rest_frames : int
-        Frames at the start that are at rest.
-    sustained : int
-        Frames in a row that have to be beyond a threshold; the first of them is the onset. 1 as published.
-
-    Raises
-    ------
-    InputError
-        Where a threshold is not above 0, the unit is unknown, or a number of frames is below 1.
-    """
-
-    incipient: float = 2.0
-    gross: float = 1.0
-    units: str = "px"
-    rest_frames: int = 100
-    sustained: int = 1
+    incipient: float = 2.0  # of any external marker but the central one; with a plate marker: of the plate
+    gross: float = 1.0  # of the central external marker; with a plate marker: relative to the plate
+    units: str = "px"  # of both, px or m; tracks in px are turned into metres by their own scale where it is m
+    rest_frames: int = 100  # frames at the start that are at rest
+    sustained: int = 1  # frames in a row beyond a threshold, the first of which is the onset; 1 as published
 
     def __post_init__(self) -> None:
         for name in ("incipient", "gross", "rest_frames", "sustained"):
@@ -203,17 +175,15 @@ def labels_from_plate(tracks: xr.Dataset, plate: xr.Dataset, settings: LabelSett
     )
 
 
-def labels_from_contact(
-    time: Floats, stick_ratio: Floats, *, slipping: float = 0.05, overall: float = 0.0, sustained: int = 1
-) -> Onsets:
-    """Return the onsets that the stick ratio (n_times,) [-] of a simulated contact shows at times (n_times,) [s]."""
+def labels_from_contact(time: Floats, stick_ratio: Floats) -> Onsets:
+    """Return when a twentieth of a simulated contact slips, and all of it, by its stick ratio at times [s]."""
     times, ratio = np.asarray(time, dtype=float), np.asarray(stick_ratio, dtype=float)
     if times.ndim != 1 or times.shape != ratio.shape:
         raise InputError("stick_ratio", f"got shape {ratio.shape}", f"needs that of the times, {times.shape}")
     if (ratio < 0).any() or (ratio > 1).any():
         raise InputError("stick_ratio", f"got {np.nanmin(ratio):.6g} to {np.nanmax(ratio):.6g}", "needs 0 to 1, or NaN")
     # A comparison with NaN is false: what does not touch does not slip.
-    return Onsets(_first(times, ratio <= 1.0 - slipping, sustained), _first(times, ratio <= overall, sustained))
+    return Onsets(_first(times, ratio <= 1.0 - _SLIPPING), _first(times, ratio <= 0.0))
 
 
 def _external_motion(tracks: xr.Dataset, settings: LabelSettings) -> tuple[Floats, int]:
@@ -238,7 +208,7 @@ def _in_units(tracks: xr.Dataset, settings: LabelSettings) -> xr.Dataset:
     return tracks
 
 
-def _first(time: Floats, beyond: NDArray[np.bool_], sustained: int) -> float | None:
+def _first(time: Floats, beyond: NDArray[np.bool_], sustained: int = 1) -> float | None:
     """Return the first time from which `sustained` records in a row are true; None where there is none."""
     if len(beyond) < sustained:
         return None

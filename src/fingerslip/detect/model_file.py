@@ -49,22 +49,7 @@ _SMOOTHERS: Mapping[str, type] = {"forward_filter": ForwardFilter, "hysteresis":
 
 
 def write_detector(detector: Detector, folder: str | Path) -> None:
-    """Write a detector as a folder, whole or not at all.
-
-    Parameters
-    ----------
-    detector : Detector
-        The detector.
-    folder : path
-        The folder; one that is there is replaced when the new one is whole.
-
-    Raises
-    ------
-    InputError
-        Where its smoother is none that ships, or skops is missing; where the folder holds something else.
-    ResultError
-        Where the folder cannot be written.
-    """
+    """Write a detector as a folder, whole or not at all; one that is there is replaced when the new one is whole."""
     described = _description(detector)
     stored = optional("skops.io").dumps(detector.estimator)
     check_replaceable(Path(folder), _DESCRIPTION)
@@ -101,20 +86,10 @@ def _description(detector: Detector) -> dict[str, Any]:
 
 
 def read_detector(folder: str | Path) -> Detector:
-    """Read a detector back.
+    """Read a detector back from a folder that :func:`write_detector` wrote.
 
-    Parameters
-    ----------
-    folder : path
-        A folder that :func:`write_detector` wrote.
-
-    Raises
-    ------
-    InputError
-        Where there is no detector in the folder; where it is of another version of scikit-learn, whose fitted
-        classifiers need not mean the same; where it is too large, or holds a type that is not trusted.
-    ResultError
-        Where a file is damaged, or features and classifier do not fit together.
+    InputError where there is none, where it is of another version of scikit-learn, whose fitted classifiers need not
+    mean the same, is too large, or holds a type that is not trusted; ResultError where it is damaged.
     """
     path = Path(folder)
     try:

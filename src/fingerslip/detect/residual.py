@@ -52,33 +52,15 @@ _RIGID = 0.3  # share of the first motion of a slide that is not rigid, at most
 
 @parameters
 class ResidualSettings:
-    """When markers have left the pattern; all values were chosen on simulated and analytic slides.
+    """When markers have left the pattern; all values were chosen on simulated and analytic slides."""
 
-    Parameters
-    ----------
-    rest_frames : int
-        Frames at the start in which the sensor rests.
-    noise : float
-        Residual that counts, in units of its root mean square at rest [-].
-    growth : float
-        Residual that counts, as a share of the displacement [-].
-    share : float
-        Share of the markers with such a residual that is slip [-].
-    frames : int
-        Frames in a row in which there are so many; the first of them is the onset.
-    fall : float
-        Share of their displacement by which markers spring back in gross slip [-].
-    speed : float
-        Their speed then, in units of that at which they were carried along [-].
-    """
-
-    rest_frames: Annotated[int, pydantic.Field(ge=1)] = 30
-    noise: NonNegativeNumber = 5.0
-    growth: NonNegativeNumber = 0.02
-    share: Annotated[Number, pydantic.Field(gt=0, le=1)] = 0.1
-    frames: Annotated[int, pydantic.Field(ge=1)] = 3
-    fall: NonNegativeNumber = 0.02
-    speed: NonNegativeNumber = 2.0
+    rest_frames: Annotated[int, pydantic.Field(ge=1)] = 30  # in which the sensor rests, at the start
+    noise: NonNegativeNumber = 5.0  # residual that counts, in units of its root mean square at rest [-]
+    growth: NonNegativeNumber = 0.02  # residual that counts, as a share of the displacement [-]
+    share: Annotated[Number, pydantic.Field(gt=0, le=1)] = 0.1  # of the markers with such a residual, that is slip [-]
+    frames: Annotated[int, pydantic.Field(ge=1)] = 3  # in a row in which there are so many; the first is the onset
+    fall: NonNegativeNumber = 0.02  # share of their displacement by which markers spring back in gross slip [-]
+    speed: NonNegativeNumber = 2.0  # theirs then, in units of that at which they were carried along [-]
 
 
 @dataclass(frozen=True)
@@ -88,7 +70,6 @@ class Slide:
     start: float  # when the markers begin to move [s]
     is_press: bool  # whether their first motion is no rigid one, so that nothing is said of slip
     onsets: Onsets = field(default_factory=lambda: Onsets(None, None))
-    share: float = 0.0  # the largest share of the markers that left the pattern [-]
     end: float | None = None  # when the markers rest again [s], where they do
 
 
@@ -208,7 +189,7 @@ class ResidualDetector(FrameByFrame[ResidualFinding]):
         if gross is None and is_back:
             gross = time
             incipient = time if incipient is None else incipient
-        self._slides[-1] = replace(slide, onsets=Onsets(incipient, gross), share=max(slide.share, share))
+        self._slides[-1] = replace(slide, onsets=Onsets(incipient, gross))
 
     def _rest_again(self, time: float, position: Floats) -> None:
         """Begin anew where markers that moved stay at their positions (n, 2)."""
@@ -260,14 +241,7 @@ def _log_odds(chance: float) -> float:
 
 
 def frames_at_rest(tracks: xr.Dataset) -> int:
-    """Return in how many frames at their start the markers of tracks rest; at least five.
-
-    Examples
-    --------
-    >>> from fingerslip.detect.synthetic import SyntheticSlide, synthetic_trial
-    >>> frames_at_rest(synthetic_trial("slide", SyntheticSlide(travel=4e-3)).tracks)
-    20
-    """
+    """Return in how many frames at their start the markers of tracks rest; at least five."""
     position = markers_of(tracks, "internal")["position"].values
     if len(position) <= _FEWEST:
         raise InputError("tracks", f"have {len(position)} frames", f"needs more than {_FEWEST} at rest")

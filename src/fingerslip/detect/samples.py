@@ -19,27 +19,14 @@ from fingerslip.errors import InputError
 
 @dataclass(frozen=True)
 class Sampling:
-    """How many frames of each class are taken from a trial.
+    """How many frames of each class are taken from a trial."""
 
-    Parameters
-    ----------
-    no_slip, gross : int
-        Random frames of these classes.
-    first_incipient, more_incipient : int
-        The first frames of incipient slip, and random ones of the rest.
-    least : float
-        Share of these numbers that a trial must have; with fewer frames of a class than asked for, all are taken. 1: no
-        fewer, as published.
-    seed : int
-        Seed of what is random. Each trial has a seed of its own, made of this one and its name.
-    """
-
-    no_slip: int = 50
-    first_incipient: int = 50
-    more_incipient: int = 50
-    gross: int = 50
-    least: float = 1.0
-    seed: int = 0
+    no_slip: int = 50  # random frames of this class
+    first_incipient: int = 50  # the first frames of incipient slip
+    more_incipient: int = 50  # random ones of the rest
+    gross: int = 50  # random frames of this class
+    least: float = 1.0  # share of these numbers that a trial must have, and all it has are taken; 1 as published
+    seed: int = 0  # of what is random; each trial has one of its own, made of this one and its name
 
 
 #: 200 frames a trial, as in Cordova Bulens et al. 2023.
@@ -190,20 +177,18 @@ def grouped_folds(
     return [tuple(name for name in chosen if group_of[name] in inside) for inside in by_fold]
 
 
-def benchmark_test_trials(names: Sequence[str], seed: int = 0, share: float = 0.2) -> tuple[str, ...]:
-    """Return the share of the trials that a submission is scored on, sorted; the others are there to learn from."""
-    if not 0.0 < share < 1.0:
-        raise InputError("share", f"got {share}", "needs a number between 0 and 1")
-    return tuple(sorted(held_out(names, max(1, round(share * len(names))), seed)))
+def benchmark_test_trials(names: Sequence[str], seed: int = 0) -> tuple[str, ...]:
+    """Return the fifth of the trials that a submission is scored on, sorted; the others are there to learn from."""
+    return tuple(sorted(held_out(names, max(1, round(0.2 * len(names))), seed)))
 
 
-def sample_split(count: int, seed: int, share: float = 0.1) -> NDArray[np.bool_]:
+def sample_split(count: int, seed: int) -> NDArray[np.bool_]:
     """Return which samples are tested when samples are split whatever trial they are of, as published: 90 to 10.
 
     Frames of one trial are then on both sides. The accuracy says how well a classifier knows trials that it has seen.
     """
     tested = np.zeros(count, dtype=bool)
-    tested[np.random.default_rng(seed).permutation(count)[: round(share * count)]] = True
+    tested[np.random.default_rng(seed).permutation(count)[: round(0.1 * count)]] = True
     return tested
 
 

@@ -1,44 +1,57 @@
-"""What the command line asks for: from folders and files to detectors, and evaluations as tables."""
+"""What the command line asks for: data sets, detectors, evaluations as tables, and detectors at work on what is new."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+import contextlib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fingerslip.detect.classifiers import CLASSIFIERS, Candidate
-from fingerslip.detect.evaluation.crossval import Evaluation, begin_evaluation
+from fingerslip.detect.evaluation.crossval import READINGS, Evaluation, FoldFrames, Unseen, begin_evaluation, on_unseen
 from fingerslip.detect.evaluation.scores import (
     event_scores_of,
     frame_scores_of,
+    reliability_of,
     rest_ends,
     score_submission,
 )
 from fingerslip.detect.evaluation.tables import (
     INTERVALS,
     accuracy_table,
-    calibration_table,
-    confusion_table,
     event_table,
-    frame_table,
-    left_out_table,
+    frame_tables,
     output_tables,
     table_of,
+    unseen_tables,
 )
 from fingerslip.detect.features import MotionSettings
 from fingerslip.detect.labels import LabelSettings, Onsets, read_onsets
-from fingerslip.detect.model_file import write_detector
-from fingerslip.detect.recordings import SLIP, read_recording, recorded_trials
+from fingerslip.detect.model_file import read_detector, write_detector
+from fingerslip.detect.recordings import SLIP, TRACK_FILES, read_any_tracks, read_recording, recorded_trials
 from fingerslip.detect.samples import Sampling, benchmark_test_trials, grouped_folds, left_out
-from fingerslip.detect.training import Detector, calibration_count, candidate_of_name, train
-from fingerslip.detect.trials import TrialSet, open_trials, write_trials
+from fingerslip.detect.training import Detector, calibration_count, candidate_of_name, check_tracks_fit, train
+from fingerslip.detect.trials import TrialSet, condition_text, open_trials, write_trials
 from fingerslip.errors import InputError, shorten
+from fingerslip.storage.files import check_replaceable
 from fingerslip.tables.table import Column, Table
+from fingerslip.vision.sources import dropped_frames, live_frames
+from fingerslip.vision.video import open_frames
+
+if TYPE_CHECKING:
+    from fingerslip.detect.live import Finding, LiveDetector
+    from fingerslip.detect.residual import ResidualDetector
+    from fingerslip.vision.tracking.tracker import MarkerTracker
+
+
+_CALIBRATION = "Expected calibration error of the probability of slip in ten bins; Brier score over the three classes."
+#: Name of the detector that ships, where one is chosen.
+RESIDUAL = "residual"
 
 
 @dataclass(frozen=True)
@@ -167,16 +180,18 @@ def evaluate_classifiers(
     frames, events = run.by_fold(candidates, tests)
     scores = {name: run.scores(pieces) for name, pieces in frames.items()}
     mixed = {entry.name: frame_scores_of(run.by_sample(entry), seed=choices.seed).accuracy for entry in candidates}
-    samples = run.samples
+    samples, all_frames = run.samples, {name: FoldFrames.joined(pieces) for name, pieces in frames.items()}
+    calibration = [
+        (name, *reliability_of(entry.chances, samples.classes[entry.rows])) for name, entry in all_frames.items()
+    ]
     note = (
         f"{len(samples.trials)} trials, {len(samples.classes)} samples; {samples.filled} positions were not seen and "
         f"filled, {samples.unusable} frames had too few markers."
     )
     tables = [
         accuracy_table(scores, mixed, note),
-        frame_table(scores),
-        confusion_table(scores),
-        calibration_table({name: run.reliability(pieces) for name, pieces in frames.items()}),
+        *frame_tables(scores),
+        table_of("Calibration", ("classifier", "calibration error", "Brier score"), calibration, _CALIBRATION),
         _event_table(run, events, choices, folds),
         *(_left_out_table(run, key, group, candidates) for key, group in groups.items()),
     ]
@@ -184,11 +199,9 @@ def evaluate_classifiers(
         from fingerslip.detect.evaluation.page import Judged, write_evaluation
 
         output_tables(tables, output)
-        chances = {name: np.concatenate([piece.chances[:, 0] for piece in pieces]) for name, pieces in frames.items()}
-        rows = {name: np.concatenate([piece.rows for piece in pieces]) for name, pieces in frames.items()}
         judged = {
-            name: Judged(entry.matrix, 1.0 - chances[name], samples.classes[rows[name]] > 0, events[name])
-            for name, entry in scores.items()
+            name: Judged(scores[name].matrix, 1.0 - entry.chances[:, 0], samples.classes[entry.rows] > 0, events[name])
+            for name, entry in all_frames.items()
         }
         labels = {name: onsets[name] for name in trials.names}
         write_evaluation(tables, judged, labels, output / "evaluation.html", f"Evaluation on {trials.title}")
@@ -251,7 +264,8 @@ def _left_out_table(
         for (value, names), piece in zip(groups.items(), frames, strict=True):
             rows.append((candidate.name, value, len(names), run.scores([piece]).accuracy))
         rows.append((candidate.name, "all", sum(map(len, groups.values())), run.scores(frames).accuracy))
-    return left_out_table(key, rows)
+    names = ("classifier", f"{key} left out", "trials", "accuracy")
+    return table_of(f"Accuracy where {key} was not seen", names, rows)
 
 
 def film_runs(results: Path, output: Path, title: str, seed: int) -> str:
@@ -270,3 +284,128 @@ def score_onsets(dataset: Path, submission: Path, choices: Choices) -> Table:
         trials, submission, labels=choices.onsets(trials), seed=choices.seed, rest_frames=choices.rest_frames
     )
     return event_table({f"{submission.name}, {scores.trials} trials": scores}, title="Benchmark")
+
+
+def run_detector(
+    source: Path, detector: str, tracking: Mapping[str, Any], rest_frames: int | None, output: Path
+) -> tuple[list[Table], list[str]]:
+    """Run a detector on tracks or a video, write its page, and return its events, its latency and what to say."""
+    trained = None if detector == RESIDUAL else read_detector(detector)
+    check_replaceable(output, "slip.csv")
+    if not source.exists():
+        raise InputError(str(source), "is not there", "needs a video, a folder of images, or tracks (.nc, .csv)")
+    # What computes and draws is slow to import.
+    from fingerslip.detect.live import findings_table, run_on_tracks
+    from fingerslip.detect.page import SlipClip, answer_of, slide_table, write_slip_page
+    from fingerslip.detect.residual import ResidualSettings, detect_residual, frames_at_rest
+    from fingerslip.vision.tracking.track import follow_video, lens_of, tracks_of
+
+    frames, note, seconds = None, "Latency without the tracker. A first run compiles, too.", np.zeros(1)
+    with threadpool_limits(1):
+        if source.suffix in TRACK_FILES:
+            tracks = read_any_tracks(source)
+        else:
+            frames = open_frames(source, tracking.get("frame_rate"), tracking.get("channel", "grey"))
+            tracker = _tracker(trained, tracking, rest_frames or 10, frames.name)
+            lens = lens_of(tracking.get("calibration"), frames)
+            rows, broken = follow_video(frames, tracker)
+            tracks, note = tracks_of(tracker, rows, frames.frame_rate, lens, broken), "Latency with the tracker."
+            seconds = np.array([row.seconds for row in rows])
+        if trained:
+            findings: Sequence[Finding] = list(run_on_tracks(trained, tracks))
+        else:
+            findings = detect_residual(tracks, ResidualSettings(rest_frames=rest_frames or frames_at_rest(tracks)))
+    more = np.resize(seconds, len(findings)).tolist()
+    timed = [replace(entry, seconds=entry.seconds + tracked) for entry, tracked in zip(findings, more, strict=True)]
+    name = "the detector that ships" if trained is None else trained.classifier
+    latency = findings_table(timed, f"{source.name} with {name}", note)
+    clip = SlipClip(source.name, tracks, findings, latency, frames)
+    page = write_slip_page(clip, output)
+    return [slide_table(clip), latency], [*answer_of(clip), f"page: {page}"]
+
+
+def watch_camera(
+    camera: int | str,
+    detector: str,
+    tracking: Mapping[str, Any],
+    rest_frames: int | None,
+    tell: Callable[[str], object],
+) -> Table:
+    """Run a detector on a camera until it ends or is interrupted; tell each event as it comes, and return latencies."""
+    from fingerslip.detect.live import findings_table
+
+    trained = None if detector == RESIDUAL else read_detector(detector)
+    tracker = _tracker(trained, tracking, rest_frames or 30, f"camera {camera}")
+    live: LiveDetector | ResidualDetector | None = None
+    findings: list[Finding] = []
+    with threadpool_limits(1), contextlib.suppress(KeyboardInterrupt):
+        for time, frame in live_frames(camera, tracking.get("channel", "grey")):
+            for seen in tracker.take(frame, time):
+                live = live or _detector_for(trained, tracker)
+                for finding in live.take(seen):
+                    for event in _new_events(findings[-1].onsets if findings else Onsets(None, None), finding):
+                        tell(event)
+                    findings.append(replace(finding, seconds=finding.seconds + seen.seconds))
+    dropped = dropped_frames([finding.time for finding in findings])
+    return findings_table(findings, f"camera {camera}", f"Latency with the tracker; {dropped} frames were dropped.")
+
+
+def _tracker(trained: Detector | None, tracking: Mapping[str, Any], rest_frames: int, name: str) -> MarkerTracker:
+    """Return the tracker for a detector; a trained one says itself how many frames are at rest."""
+    from fingerslip.vision.tracking.tracker import MarkerTracker
+
+    search = {option: tracking[option] for option in ("n_markers", "layout", "mask", "bright") if option in tracking}
+    return MarkerTracker(
+        **search, rest_frames=trained.features.motion.rest_frames if trained else rest_frames, name=name
+    )
+
+
+def _detector_for(trained: Detector | None, tracker: MarkerTracker) -> LiveDetector | ResidualDetector:
+    """Return what takes the markers of a tracker that has found them."""
+    from fingerslip.detect.live import LiveDetector
+    from fingerslip.detect.residual import ResidualDetector, ResidualSettings
+
+    if trained is None:
+        return ResidualDetector(ResidualSettings(tracker.rest_frames))
+    check_tracks_fit(trained, tracker.at_rest)
+    return LiveDetector(trained, tracker.reference.ring)
+
+
+def _new_events(before: Onsets, finding: Finding) -> Iterator[str]:
+    """Yield in words what has begun since the finding before."""
+    for word, event in {"slip": "incipient", "gross slip": "gross"}.items():
+        began = getattr(finding.onsets, event)
+        if began is not None and getattr(before, event) is None:
+            yield f"{finding.time:.3f} s: {word} since {began:.3f} s"
+
+
+def _by_depth(result: Unseen, trials: TrialSet, onsets: Mapping[str, Onsets], rest_frames: int) -> list[Table]:
+    """Return the onsets found in the trials of each indentation, if there are several."""
+    depths = {name: trials.conditions[name].get("indentation") for name in trials.names}
+    if None in depths.values() or len(set(depths.values())) < 2:
+        return []
+    ends, frame = rest_ends(trials, trials.names, rest_frames)
+    scores = {}
+    for depth, names in left_out(trials.conditions, "indentation").items():
+        onsets_found = {name: result.onsets[READINGS[0]][name] for name in names}
+        scores[condition_text("indentation", depth)] = event_scores_of(onsets_found, onsets, ends, frame=frame)
+    return [event_table(scores, title="Onset of slip by indentation")]
+
+
+def judge_detector(detector: str, dataset: Path, labels: str) -> list[Table]:
+    """Return the tables of what a detector finds in a data set that it did not learn from."""
+    trials = open_trials(dataset)
+    onsets = Choices(labels).onsets(trials)
+    with threadpool_limits(1):
+        if detector != RESIDUAL:
+            trained = read_detector(detector)
+            result = on_unseen(trained, trials, onsets)
+            return [*unseen_tables(result), *_by_depth(result, trials, onsets, trained.features.motion.rest_frames)]
+        from fingerslip.detect.residual import ResidualSettings, detect_residual, frames_at_rest
+
+        tracks = {name: trials.tracks(name) for name in trials.names}
+        rests = {name: frames_at_rest(entry) for name, entry in tracks.items()}
+        results = {name: detect_residual(entry, ResidualSettings(rests[name])) for name, entry in tracks.items()}
+    ends = {name: float(entry["time"][rests[name] - 1]) for name, entry in tracks.items()}
+    scores = event_scores_of({name: findings[-1].onsets for name, findings in results.items()}, onsets, ends)
+    return [event_table({"the detector that ships": scores})]

@@ -6,10 +6,8 @@ the outer one stands behind the plate, and goes with it while a plate slides as 
 
 from __future__ import annotations
 
-import dataclasses
 import zlib
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.detect.labels import (
-    LabelSettings,
     Onsets,
     labels_from_contact,
     labels_from_external_markers,
@@ -43,47 +40,31 @@ Floats = NDArray[np.float64]
 _TOUCHING = 50e-6
 
 
-def _cameras() -> CameraPair:
+#: How far a plate that falls is filmed [m]: as far as plates slide in the paper.
+_TRAVEL = 14e-3
+
+
+def trial_cameras(seed: int = 0) -> CameraPair:
+    """Return the cameras that film a trial with a seed."""
     rate = PUBLISHED_FRAME_RATE
     inside = internal_camera(40e-3, 50e-3, target=6e-3, frame_rate=rate)
-    return CameraPair(inside, external_camera(60e-3, 60e-3, frame_rate=rate))
+    return CameraPair(inside, external_camera(60e-3, 60e-3, frame_rate=rate), seed=seed % 2**61)
 
 
-@dataclass(frozen=True)
-class Filming:
-    """How a run is filmed and labelled."""
-
-    cameras: CameraPair = field(default_factory=_cameras)
-    labels: LabelSettings = field(default_factory=LabelSettings)
-    travel: float = 14e-3  # how far a plate that falls is filmed [m]: as far as plates slide in the paper
-
-    def seeded_cameras(self, seed: int) -> CameraPair:
-        """Return its cameras with the seed of a trial."""
-        return dataclasses.replace(self.cameras, seed=seed % 2**61)
-
-
-def slide_trial(
-    name: str,
-    history: xr.Dataset,
-    filming: Filming | None = None,
-    *,
-    seed: int = 0,
-    conditions: Mapping[str, Any] | None = None,
-) -> Trial:
+def slide_trial(name: str, history: xr.Dataset, *, seed: int = 0, conditions: Mapping[str, Any] | None = None) -> Trial:
     """Return the trial of a plate that slides as prescribed.
 
     Labels are those of the external markers that touch the plate at rest, of all external markers (the paper does not
     say which of the two it takes), and of the contact.
     """
-    filming = filming or Filming()
     markers, plate = _after_press(history)
-    tracks = pair_tracks(filming.seeded_cameras(seed), seen_with_plate(markers, plate))
+    tracks = pair_tracks(trial_cameras(seed), seen_with_plate(markers, plate))
     # y is the normal of the plate.
     height = markers["position"].values[0, :, 1] - plate[0, 1]
     touching = np.flatnonzero((markers["kind"].values == "external") & (height < _TOUCHING))
     labels = {
-        "external_markers": labels_from_external_markers(tracks.isel(marker=touching), filming.labels),
-        "all_external_markers": labels_from_external_markers(tracks, filming.labels),
+        "external_markers": labels_from_external_markers(tracks.isel(marker=touching)),
+        "all_external_markers": labels_from_external_markers(tracks),
         "contact": _contact_labels(history, markers),
     }
     along = plate[-1, 0] - plate[0, 0]
@@ -93,31 +74,25 @@ def slide_trial(
 
 
 def pouring_trial(
-    name: str,
-    history: xr.Dataset,
-    filming: Filming | None = None,
-    *,
-    seed: int = 0,
-    conditions: Mapping[str, Any] | None = None,
+    name: str, history: xr.Dataset, *, seed: int = 0, conditions: Mapping[str, Any] | None = None
 ) -> Trial:
     """Return the trial of a plate that hangs on the sensor until it slides down.
 
     Labels are those of a marker on the plate beside the central external marker, and of the contact. The trial ends
     once the plate has fallen far enough.
     """
-    filming = filming or Filming()
     if not history.sizes.get("rigid_body", 0):
         raise InputError("history", "has no rigid body", "needs a plate that is free to fall", "see bodies in studies")
     markers, plate = _after_press(history)
-    fallen = np.linalg.norm(plate - plate[0], axis=1) > filming.travel
+    fallen = np.linalg.norm(plate - plate[0], axis=1) > _TRAVEL
     last = int(np.argmax(fallen)) + 1 if fallen.any() else len(plate)
     markers, plate = markers.isel(time=slice(0, last)), plate[:last]
-    cameras = filming.seeded_cameras(seed)
+    cameras = trial_cameras(seed)
     height, fall = np.where(np.arange(plate.shape[1]) == 1, plate, 0.0), np.zeros((len(plate), 3))
     fall[:, 0] = plate[:, 0] - plate[0, 0]
     tracks = pair_tracks(cameras, seen_with_plate(markers, height))
     labels = {
-        "plate": labels_from_plate(tracks, plate_mark(cameras, fall, markers["time"].values), filming.labels),
+        "plate": labels_from_plate(tracks, plate_mark(cameras, fall, markers["time"].values)),
         "contact": _contact_labels(history, markers),
     }
     pour = {"task": "pour", "indentation": round(float(plate[0, 1]), 9), "seed": seed, **(conditions or {})}
@@ -129,20 +104,17 @@ def _origin(history: xr.Dataset) -> dict[str, Any]:
     return {"source": "simulation", **{name: str(history.attrs[name]) for name in names if name in history.attrs}}
 
 
-def film_results(
-    folder: str | Path, filming: Filming | None = None, *, seed: int = 0, names: Sequence[str] | None = None
-) -> Iterator[Trial]:
+def film_results(folder: str | Path, *, seed: int = 0) -> Iterator[Trial]:
     """Yield the trial of every finished run of a study: of pouring where it has a rigid body, else of a slide."""
     folders = sorted(path.parent for path in Path(folder).glob(f"*/{RESULT}"))
-    chosen = [path for path in folders if names is None or path.name in names]
-    if not chosen:
+    if not folders:
         repair = "fingerslip run computes them"
         raise InputError(str(folder), "has no finished runs", "needs the folder of the results of a study", repair)
-    for path in chosen:
+    for path in folders:
         result, history = stored_result(path), read_history(path / HISTORY)
         make = pouring_trial if history.sizes.get("rigid_body", 0) else slide_trial
         conditions = _conditions({**result.swept, **result.sampled})
-        yield make(path.name, history, filming, seed=seed + zlib.crc32(path.name.encode()), conditions=conditions)
+        yield make(path.name, history, seed=seed + zlib.crc32(path.name.encode()), conditions=conditions)
 
 
 def _conditions(values: Mapping[str, Any]) -> dict[str, Any]:

@@ -37,31 +37,15 @@ CENTRE = (320.0, 240.0)
 
 @dataclass(frozen=True)
 class SyntheticSensor:
-    """The sensor and its cameras; all values are assumed, and a slide is faster than a real one to keep tests short.
-
-    Parameters
-    ----------
-    internal, external : MarkerLayout
-        Markers inside, and on the skin.
-    frame_rate : float
-        Frames a second [1/s].
-    rest_frames : int
-        Frames before the plate moves.
-    metres_per_pixel : float
-        Scale of both cameras [m].
-    noise : float
-        Standard deviation of a marker's position [px].
-    radius : float
-        Radius of the dome [m].
-    """
+    """The sensor and its cameras; all values are assumed, and a slide is faster than a real one to keep tests short."""
 
     internal: MarkerLayout = field(default_factory=lambda: ring_layout(2.5e-3))
     external: MarkerLayout = field(default_factory=lambda: ring_layout(2.5e-3, (1, 6, 12)))
-    frame_rate: float = 30.0
-    rest_frames: int = 20
-    metres_per_pixel: float = 60e-6
-    noise: float = 0.05
-    radius: float = 20e-3
+    frame_rate: float = 30.0  # [1/s]
+    rest_frames: int = 20  # before the plate moves
+    metres_per_pixel: float = 60e-6  # scale of both cameras [m]
+    noise: float = 0.05  # standard deviation of a marker's position [px]
+    radius: float = 20e-3  # of the dome [m]
 
 
 @dataclass(frozen=True)
@@ -119,21 +103,7 @@ def synthetic_slides(
     sensor: SyntheticSensor | None = None,
     **slide: float,
 ) -> Iterator[Trial]:
-    """Yield analytic trials over indentations, directions and repeats that differ by friction and noise.
-
-    Parameters
-    ----------
-    indentations : sequence of float
-        Depths [m].
-    directions, repeats : int
-        Numbers of them.
-    seed : int, optional
-        Seed of the friction coefficients, 0.6 to 1.1.
-    sensor : SyntheticSensor, optional
-        The sensor.
-    slide : float
-        Further values of :class:`SyntheticSlide`, such as ``travel``.
-    """
+    """Yield analytic trials over depths [m], directions and repeats, of another friction and noise each."""
     draw = np.random.default_rng(seed)
     number = 0
     for depth in indentations:
@@ -214,26 +184,8 @@ _DISTANCE = 50e-3
 def film_trials(trials: Iterable[Trial], folder: str | Path, *, size: tuple[int, int] = (320, 240)) -> Path:
     """Film trials as a lab does: a video of the inside and one of the skin for each, and a table of conditions.
 
-    Parameters
-    ----------
-    trials : iterable of Trial
-        Analytic trials, whose pictures have their middle at :data:`fingerslip.detect.synthetic.CENTRE`.
-    folder : path
-        Folder of the videos and of ``conditions.csv``, new or empty.
-    size : (int, int), optional
-        Width and height of the pictures [px].
-
-    Returns
-    -------
-    Path
-        The table of conditions.
-
-    Raises
-    ------
-    InputError
-        Where the folder holds files.
-    ResultError
-        Where a file cannot be written.
+    They are analytic trials, whose pictures of a size [px] have their middle at :data:`CENTRE`; the folder is new or
+    empty. Returns the path of the table, ``conditions.csv``.
     """
     target = Path(folder)
     check_empty(target)

@@ -64,15 +64,7 @@ class Detector:
 
 
 def candidate_of_name(name: str) -> Candidate:
-    """Return a classifier by its name, on the features that it has by default or on others.
-
-    Examples
-    --------
-    >>> candidate_of_name("forest").sets
-    ('displacement', 'speed')
-    >>> candidate_of_name("forest:sliding").sets
-    ('sliding',)
-    """
+    """Return a classifier by its name, on its own features or, as in ``forest:sliding+time``, on others."""
     classifier, separator, sets = name.partition(":")
     if classifier not in CLASSIFIERS:
         raise InputError("classifier", f"got {shorten(classifier)!r}", f"needs one of {', '.join(CLASSIFIERS)}")
@@ -95,30 +87,9 @@ def train(
 ) -> Detector:
     """Return a detector that learned from most trials, with a threshold set by the others.
 
-    Parameters
-    ----------
-    trials : TrialSet
-        The data set.
-    onsets : mapping of str to Onsets
-        Labels of its trials.
-    classifier : str, optional
-        Its name, see :func:`candidate_of_name`.
-    motion, sampling : MotionSettings, Sampling, optional
-        How motion is read and frames are sampled.
-    names : sequence of str, optional
-        Trials to use; all without it.
-    share : float, optional
-        Share of the no-slip trials that may raise a false alarm. With too few trials for that, the threshold is where
-        slip is as likely as not, and `calibration.trials` is 0.
-    seed : int, optional
-        Seed of the split and of the classifier.
-    workers : int, optional
-        Cores to use.
-
-    Raises
-    ------
-    InputError
-        Where the classifier is unknown, a trial lacks a label, or it has too few frames of a class.
+    At most a share of trials without slip raises a false alarm; with too few trials for that, the threshold is where
+    slip is as likely as not, and `calibration.trials` is 0. Only the trials in `names` are used where they are given;
+    the seed is that of the split and of the classifier.
     """
     candidate = candidate_of_name(classifier)
     settings = FeatureSettings(candidate.sets, motion or MotionSettings())
@@ -184,29 +155,7 @@ def largest_before(time: Floats, scores: Floats, onsets: Onsets) -> float:
 
 
 def detect(detector: Detector, tracks: xr.Dataset) -> tuple[Floats, Floats, Onsets]:
-    """Return what a detector finds in tracks.
-
-    Parameters
-    ----------
-    detector : Detector
-        The detector.
-    tracks : xarray.Dataset
-        Tracks with the internal markers that it was made for.
-
-    Returns
-    -------
-    (n_times,) array
-        Times [s].
-    (n_times, 2) array
-        Log odds of slip, and of gross slip.
-    Onsets
-        When each begins.
-
-    Raises
-    ------
-    InputError
-        Where the tracks have other markers.
-    """
+    """Return times (n_times,) [s], log odds (n_times, 2) of slip and of gross slip, and when each begins."""
     motion, chances = frame_chances(detector, tracks)
     scores = frame_scores(detector.smoother, motion, chances)
     return motion.time, scores, onsets_from(motion.time, scores, detector.thresholds)

@@ -6,16 +6,15 @@ import json
 import math
 import re
 import shutil
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fingerslip.detect.labels import CLASSES, Onsets, classes_at, read_labels, write_labels
+from fingerslip.detect.labels import CLASSES, Onsets, classes_at, read_labels, write_onsets
 from fingerslip.detect.optional import optional
 from fingerslip.errors import DamagedError, InputError, ResultError, shorten
 from fingerslip.storage.files import (
@@ -134,7 +133,7 @@ def layout_text(tracks: xr.Dataset) -> str:
 def write_trial(trial: Trial, folder: Path) -> None:
     """Write the files of a trial into a folder that exists."""
     write_tracks(trial.tracks, folder / "tracks.nc")
-    write_labels(trial.labels, folder / "labels.csv")
+    write_onsets(trial.labels, folder / "labels.csv", key="source")
     write_json(folder / "conditions.json", trial.conditions)
     write_json(folder / "provenance.json", json.loads(json.dumps(dict(trial.provenance))))
 
@@ -184,65 +183,46 @@ class TrialSet:
 
 
 def write_trials(trials: Iterable[Trial], folder: str | Path, title: str, notes: str = "") -> TrialSet:
-    """Write trials one by one as a data set, whole or not at all.
+    """Write trials one by one as a data set, whole or not at all; one that is in the folder is replaced when this is.
 
-    Parameters
-    ----------
-    trials : iterable of Trial
-        The trials; a generator is taken one at a time.
-    folder : path
-        The folder; a data set of that name is replaced when the new one is whole.
-    title, notes : str
-        What the data card says first, and what it says of limits and sources.
-
-    Raises
-    ------
-    InputError
-        Where there are no trials, two have one name, or their units differ; where the folder holds something else.
-    ResultError
-        Where the folder cannot be written.
+    The data card says the title first; notes say limits and sources.
     """
-
-    def put(trial: Trial, target: Path) -> None:
-        target.mkdir()
-        write_trial(trial, target)
-
-    return _write_set(((trial, partial(put, trial)) for trial in trials), Path(folder), title, notes)
+    return _write_set(((trial, None) for trial in trials), Path(folder), title, notes)
 
 
 def gather_trials(folders: Sequence[Path], folder: str | Path, title: str, notes: str = "") -> TrialSet:
     """Make a data set of trials that are written already, whole or not at all; their own folders stay."""
+    return _write_set(((read_trial(source), source) for source in folders), Path(folder), title, notes)
 
-    def link(source: str, target: str) -> None:
-        """Give a file a second name, or copy it where the file system cannot."""
+
+def _put(trial: Trial, source: Path | None, target: Path) -> None:
+    """Write a trial into a new folder, or link the files of the one that it is in."""
+    target.mkdir()
+    if source is None:
+        write_trial(trial, target)
+        return
+    for path in source.iterdir():
         try:
-            Path(target).hardlink_to(source)
-        except OSError:
-            shutil.copy2(source, target)
-
-    def put(source: Path, target: Path) -> None:
-        with writing(Path(folder)):
-            shutil.copytree(source, target, copy_function=link)
-
-    return _write_set(((read_trial(source), partial(put, source)) for source in folders), Path(folder), title, notes)
+            (target / path.name).hardlink_to(path)
+        except OSError:  # not every file system can
+            shutil.copy2(path, target)
 
 
-def _write_set(
-    trials: Iterable[tuple[Trial, Callable[[Path], None]]], folder: Path, title: str, notes: str
-) -> TrialSet:
-    """Write a data set of trials, each with what puts its files into a new folder."""
+def _write_set(trials: Iterable[tuple[Trial, Path | None]], folder: Path, title: str, notes: str) -> TrialSet:
+    """Write a data set of trials, each with the folder that it is in already, if there is one."""
     check_replaceable(folder, MANIFEST)
     entries: dict[str, dict[str, Any]] = {}
     layouts: dict[str, str] = {}
     with new_folder(folder) as unfinished:
-        for trial, put in trials:
+        for trial, source in trials:
             layouts[layout_digest(trial.tracks)] = layout_text(trial.tracks)
             if len({words.rsplit(maxsplit=1)[1] for words in layouts.values()}) > 1:
                 fault, allowed = f"has {layouts.popitem()[1]}", f"needs the unit of {next(iter(layouts.values()))}"
                 raise InputError(f"trial {trial.name}", fault, allowed, "convert it")
             if trial.name in entries:
                 raise InputError(f"trial {trial.name}", "stands twice", "needs each name once")
-            put(unfinished / trial.name)
+            with writing(folder):
+                _put(trial, source, unfinished / trial.name)
             entries[trial.name] = {
                 "conditions": dict(trial.conditions),
                 "labels": sorted(trial.labels),
@@ -343,28 +323,15 @@ def _ranges(entries: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
             yield name, shorten(", ".join(sorted(texts)))
 
 
-def write_parquet(trials: TrialSet, path: str | Path, onsets: Mapping[str, Onsets] | None = None) -> None:
+def write_parquet(trials: TrialSet, path: str | Path) -> None:
     """Write a data set as one Parquet file, a row group for each trial, whole or not at all.
 
-    Parameters
-    ----------
-    trials : TrialSet
-        The data set.
-    path : path
-        The file. Columns: ``trial``, ``time_s``, ``class`` (no_slip, incipient, gross), every condition, and for each
-        marker ``internal_0_x`` and so on in the unit of the tracks, null where it was not seen.
-    onsets : mapping of str to Onsets, optional
-        Labels of the trials; those of the external markers without it.
-
-    Raises
-    ------
-    InputError
-        Where PyArrow is missing, or a column of conditions mixes text and numbers.
-    ResultError
-        Where the file cannot be written.
+    Columns: ``trial``, ``time_s``, ``class`` (no_slip, incipient, gross; by the external
+    markers), every condition, and for each marker ``internal_0_x`` and so on in the unit of the tracks, null where it
+    was not seen.
     """
     arrow, parquet = optional("pyarrow"), optional("pyarrow.parquet")
-    labels = trials.onsets() if onsets is None else onsets
+    labels = trials.onsets()
     kinds = _condition_types(arrow, trials)
     with new_file(Path(path)) as unfinished:
         writer: Any = None

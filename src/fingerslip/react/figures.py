@@ -51,14 +51,12 @@ _DASHES: Sequence[Any] = ("solid", (0, (5, 2)), (0, (1.2, 1.4)), (0, (5, 1.5, 1,
 
 
 @with_style
-def map_figure(
-    reactions: Reactions, detector: str = "", *, saves: Mapping[str, NDArray[np.bool_]] = MappingProxyType({})
-) -> Figure:
-    """Draw the longest latency after a detector's alarm that saves the object, over friction and rate of the load.
+def map_figure(reactions: Reactions, *, saves: Mapping[str, NDArray[np.bool_]] = MappingProxyType({})) -> Figure:
+    """Draw the longest latency after the first alarm that saves the object, over friction and rate of the load.
 
     A dot marks what another controller saves, by its name, (n_frictions, n_rates).
     """
-    detector = detector or reactions.settings.detector
+    detector = reactions.settings.detector
     latencies = reactions.panels(detector)
     finite = np.concatenate([values[np.isfinite(values)] for values in latencies.values()])
     colours = ScalarMappable(LogNorm(_LEAST, max(float(finite.max(initial=_LEAST)), 2 * _LEAST)), _MAP_COLOURS)

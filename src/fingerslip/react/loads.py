@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Protocol
+from typing import Annotated
 
 import numpy as np
 import pydantic
@@ -18,13 +18,6 @@ from fingerslip.vision.tracks import read_csv
 GRAVITY = 9.81
 _PULSE_KNOTS = 9
 _COLUMNS = ("time [s]", "force [N]")
-
-
-class Load(Protocol):
-    """A load along the surface of an object, on top of its weight."""
-
-    def series(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Return times since it began [s], the first 0, and the force at each [N]: linear between, then constant."""
 
 
 @parameters

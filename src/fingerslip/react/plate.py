@@ -21,8 +21,6 @@ from fingerslip.model.rigid_bodies import BodyLoad, RigidBody
 if TYPE_CHECKING:
     import skfem
 
-__all__ = ["PLATE", "slab_joined", "with_plate"]
-
 #: Name of the rigid body that presses.
 PLATE = "plate"
 

@@ -32,18 +32,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def read_table(path: Path) -> pd.DataFrame:
-    """Read a CSV file with a line of names."""
-    if not path.is_file():
-        raise InputError(str(path), "there is no such file", "needs a CSV file with a line of names")
-    return read_csv(path)
-
-
-def write_table(table: pd.DataFrame, path: Path) -> None:
-    """Write a table as CSV, whole or not at all; raise ResultError where it cannot be written."""
-    write_text(path, frame_csv(table))
-
-
 _TARGETS, _PARAMETERS, _MARKERS = "targets.csv", "sensor_image_params.json", "processed_markers"
 _IMAGE = "sensor_image"
 
@@ -61,7 +49,7 @@ class BristolSet:
 def read_bristol(folder: str | Path) -> BristolSet:
     """Read a data set of this form; raise InputError where ``targets.csv`` names no images, or a file is not right."""
     folder = Path(folder)
-    targets = read_table(folder / _TARGETS)
+    targets = read_csv(folder / _TARGETS)
     if _IMAGE not in targets.columns:
         raise InputError(str(folder / _TARGETS), f"has no column {_IMAGE}", "needs the name of the image in each row")
     path, parameters = folder / _PARAMETERS, {}
@@ -123,16 +111,9 @@ def write_bristol(
 ) -> None:
     """Write tracks as a data set of this form, whole or not at all: the markers of frame N as ``markers_N.npy``.
 
-    Parameters
-    ----------
-    tracks : xarray.Dataset
-        Tracks in pixels with the attributes ``image_width`` and ``image_height``. Markers that were not seen are NaN.
-    folder : path
-        The folder; it must be new or empty.
-    labels : mapping of str to sequence, optional
-        Columns of ``targets.csv`` with a value for each frame, such as ``pose_1`` or ``shear_1``.
-    image_parameters : mapping, optional
-        Settings of the camera, added to the size of the image and the frame rate.
+    The tracks are in pixels with the attributes ``image_width`` and ``image_height``, the folder is new or empty.
+    Labels are columns of ``targets.csv`` with a value for each frame, such as ``pose_1``; parameters of the image are
+    added to its size and the frame rate.
     """
     import pandas as pd
 
@@ -151,7 +132,7 @@ def write_bristol(
             stream = io.BytesIO()
             np.save(stream, markers)
             write_bytes(partial / _MARKERS / _markers_name(name), stream.getvalue())
-        write_table(pd.DataFrame({_IMAGE: names, **(labels or {})}), partial / _TARGETS)
+        write_text(partial / _TARGETS, frame_csv(pd.DataFrame({_IMAGE: names, **(labels or {})})))
         write_text(partial / _PARAMETERS, json_text({**image, **(image_parameters or {})}))
 
 
@@ -170,7 +151,7 @@ def write_pins(tracks: xr.Dataset, path: str | Path) -> None:
     for column, number in enumerate(tracks["marker"].values):
         for axis, name in enumerate("xy"):
             columns[f"pin_{number}_{name}"] = tracks["position"].values[:, column, axis]
-    write_table(pd.DataFrame(columns), Path(path))
+    write_text(Path(path), frame_csv(pd.DataFrame(columns)))
 
 
 def read_pins(path: str | Path, frame_rate: float | None = None) -> xr.Dataset:
@@ -179,7 +160,7 @@ def read_pins(path: str | Path, frame_rate: float | None = None) -> xr.Dataset:
     The rows a second [1/s] may be given instead of the times. Raises InputError where there are no pins, one lacks x or
     y, or nothing says the time.
     """
-    table = read_table(Path(path))
+    table = read_csv(Path(path))
     matches = [match for match in map(_PIN.fullmatch, map(str, table.columns)) if match]
     numbers = sorted({int(match[1]) for match in matches})
     if not numbers:
@@ -238,7 +219,7 @@ def read_series(folder: str | Path) -> dict[int, SeriesRun]:
     for number, run in sorted(folders.items()):
         if not (run / _IMAGES).is_dir():
             raise InputError(str(run), f"has no {_IMAGES}", "needs a folder of images")
-        tables = {name: read_table(run / file) for name, file in TABLES.items() if (run / file).is_file()}
+        tables = {name: read_csv(run / file) for name, file in TABLES.items() if (run / file).is_file()}
         runs[number] = SeriesRun(run / _IMAGES, tables)
     return runs
 
@@ -252,16 +233,8 @@ def write_series_run(
 ) -> Path:
     """Write a run, whole or not at all, and return its folder, which must be new or empty.
 
-    Parameters
-    ----------
-    folder, number
-        The folder of the recording, and the number of the run in it.
-    frames : iterable of arrays
-        Its frames, (height, width) or (height, width, 3) of uint8.
-    frame_rate : float
-        Frames a second [1/s].
-    tables : mapping of str to pandas.DataFrame, optional
-        Tables by their names in :data:`TABLES`; ``image`` is made where it is not given.
+    The folder is that of the recording. Frames are (height, width) or (height, width, 3) of uint8, at a rate [1/s];
+    tables have their names in :data:`TABLES`, and ``image`` is made where it is not given.
     """
     import pandas as pd
 
@@ -275,5 +248,5 @@ def write_series_run(
         count = write_video(partial / _IMAGES, frames, frame_rate)
         by_name.setdefault("image", pd.DataFrame({"time": np.arange(count) / frame_rate}))
         for name, table in by_name.items():
-            write_table(table, partial / TABLES[name])
+            write_text(partial / TABLES[name], frame_csv(table))
     return final

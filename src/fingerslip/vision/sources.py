@@ -118,13 +118,7 @@ def _newest(capture: Any) -> Iterator[tuple[float, NDArray[Any]]]:
 
 
 def dropped_frames(times: Sequence[float]) -> int:
-    """Return how many frames are missing between times [s], by gaps longer than the usual one.
-
-    Examples
-    --------
-    >>> dropped_frames([0.0, 0.1, 0.2, 0.5, 0.6])
-    2
-    """
+    """Return how many frames are missing between times [s], by gaps longer than the usual one."""
     gaps = np.diff(np.asarray(times, dtype=np.float64))
     if gaps.size < 2:
         return 0

@@ -142,12 +142,10 @@ def make_tracks(
     return check_tracks(xr.Dataset(leading, coords=variables, attrs=stated))
 
 
-def tracks_like(
-    tracks: xr.Dataset, position: ArrayLike, time: ArrayLike, *, units: str = "px", **more: Any
-) -> xr.Dataset:
-    """Return tracks of the same markers, with their kinds, rings and angles, at other positions and times."""
+def tracks_like(tracks: xr.Dataset, position: ArrayLike, time: ArrayLike, **more: Any) -> xr.Dataset:
+    """Return tracks of the same markers, with their kinds, rings and angles, at other positions [px] and times."""
     labels = {name: tracks[name].values for name in ("marker", "ring", "angle") if name in tracks.coords}
-    return make_tracks(position, time, units=units, kind=list(tracks["kind"].values), **{**labels, **more})
+    return make_tracks(position, time, units="px", kind=list(tracks["kind"].values), **{**labels, **more})
 
 
 def check_tracks(tracks: xr.Dataset, where: str = "tracks") -> xr.Dataset:

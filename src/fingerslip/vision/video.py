@@ -88,36 +88,16 @@ def _check_rate(rate: float) -> float:
     return float(rate)
 
 
-def read_frames(path: str | Path, *, start: int = 0, stop: int | None = None, colour: str = "grey") -> Iterator[Frame]:
-    """Yield the frames of a video one by one.
+def read_frames(path: str | Path, *, colour: str = "grey") -> Iterator[Frame]:
+    """Yield the frames of a video file, or of a folder of images by the numbers in their names, one by one.
 
-    Parameters
-    ----------
-    path : path
-        A video file, or a folder of images that sort by the numbers in their names.
-    start, stop : int, optional
-        First frame and the one behind the last, counted from 0. The default is all.
-    colour : {'grey', 'bgr'}
-        ``grey`` gives (height, width) arrays, ``bgr`` (height, width, 3) with blue first as OpenCV has it.
-
-    Yields
-    ------
-    array of uint8
-        Each frame, an array of its own.
-
-    Raises
-    ------
-    InputError
-        Where nothing can be read; where an image has another size than the first.
-    TruncatedVideoError
-        Behind the last frame, where the video says that it has more.
+    They are (height, width), or (height, width, 3) with blue first where `colour` is ``bgr``, of uint8. Where the video
+    says that it has more than it gives, TruncatedVideoError comes behind the last.
     """
     if colour not in ("grey", "bgr"):
         raise InputError("colour", f"got {colour!r}", "needs grey or bgr")
-    if start < 0 or (stop is not None and stop < start):
-        raise InputError("start, stop", f"got {start}, {stop}", "needs 0 <= start <= stop")
     path = Path(path)
-    return (_folder_frames if path.is_dir() else _file_frames)(path, start, stop, colour)
+    return (_folder_frames if path.is_dir() else _file_frames)(path, colour)
 
 
 def _file_info(path: Path) -> VideoInfo:
@@ -150,23 +130,19 @@ def _open_reader(path: Path) -> Iterator[tuple[ModuleType, Any]]:
         capture.release()
 
 
-def _file_frames(path: Path, start: int, stop: int | None, colour: str) -> Iterator[Frame]:
+def _file_frames(path: Path, colour: str) -> Iterator[Frame]:
     stated = _file_info(path).frame_count or 0
     with _open_reader(path) as (cv2, capture):
-        for number in itertools.count() if stop is None else range(stop):
-            # Skipped frames are decoded too: jumping is not exact in all formats.
-            if not capture.grab():
-                if number == 0:
-                    fault = "has no frame that can be decoded"
-                    raise InputError(str(path), fault, "needs a video with frames", "record it again")
-                if stated - number > max(_MISSING_FRAMES, _MISSING_SHARE * stated):
-                    raise TruncatedVideoError(str(path), number, stated)
-                return
-            if number >= start:
-                frame = capture.retrieve()[1]
-                conversions = {(2, "bgr"): cv2.COLOR_GRAY2BGR, (3, "grey"): cv2.COLOR_BGR2GRAY}
-                code = conversions.get((frame.ndim, colour))
-                yield frame if code is None else cv2.cvtColor(frame, code)
+        conversions = {(2, "bgr"): cv2.COLOR_GRAY2BGR, (3, "grey"): cv2.COLOR_BGR2GRAY}
+        number = 0
+        while (row := capture.read())[0]:
+            code = conversions.get((row[1].ndim, colour))
+            yield row[1] if code is None else cv2.cvtColor(row[1], code)
+            number += 1
+    if number == 0:
+        raise InputError(str(path), "has no frame that can be decoded", "needs a video with frames", "record it again")
+    if stated - number > max(_MISSING_FRAMES, _MISSING_SHARE * stated):
+        raise TruncatedVideoError(str(path), number, stated)
 
 
 def _images(folder: Path) -> list[Path]:
@@ -177,9 +153,9 @@ def _images(folder: Path) -> list[Path]:
     return sorted(images, key=lambda path: [int(s) if s.isdigit() else s for s in re.split(r"(\d+)", path.name)])
 
 
-def _folder_frames(folder: Path, start: int, stop: int | None, colour: str) -> Iterator[Frame]:
+def _folder_frames(folder: Path, colour: str) -> Iterator[Frame]:
     cv2, first = opencv(), None
-    for path in _images(folder)[start:stop]:
+    for path in _images(folder):
         frame = _image(cv2, path, colour)
         first = first or frame.shape
         if frame.shape != first:
@@ -198,33 +174,11 @@ def _image(cv2: ModuleType, path: Path, colour: str) -> Frame:
 def write_video(
     path: str | Path, frames: Iterable[NDArray[Any]], frame_rate: float, *, codec: str | None = None
 ) -> int:
-    """Write frames as a video as they come, whole or not at all.
+    """Write frames as a video as they come, whole or not at all, and return their number.
 
-    Parameters
-    ----------
-    path : path
-        A file that ends in ``.mp4``, ``.avi`` or ``.mkv``, or a folder, which gets PNG images and the frame rate in
-        ``video.json``; a folder that holds something else is refused. What is there is replaced only when the new video
-        is whole.
-    frames : iterable of (height, width) or (height, width, 3) arrays of uint8
-        The frames, grey or with blue first.
-    frame_rate : float
-        Frames a second [1/s].
-    codec : str, optional
-        Four letters of a codec of OpenCV; the one in :data:`CODECS` without it.
-
-    Returns
-    -------
-    int
-        Number of frames.
-
-    Raises
-    ------
-    InputError
-        Where the ending or the codec is unknown, there is no frame, a frame is not like the first, or the frames of a
-        file have an odd width or height; where the folder holds something else.
-    ResultError
-        Where the file cannot be written.
+    The path ends in ``.mp4``, ``.avi`` or ``.mkv``, or is a folder, which gets PNG images and the frame rate [1/s] in
+    ``video.json``; a folder that holds something else is refused. Frames are (height, width), or (height, width, 3)
+    with blue first, of uint8. The codec has four letters of OpenCV; without it, it is that of :data:`CODECS`.
     """
     path, checked, rate = Path(path), _check_frames(frames), _check_rate(frame_rate)
     if not path.suffix:

@@ -31,17 +31,6 @@ def test_the_velocity_of_uniform_motion_is_exact_at_uneven_times(x, y, window):
     assert found[1:] == pytest.approx(np.broadcast_to([x, y], (6, 3, 2)), abs=1e-9)
 
 
-def test_velocity_looks_at_the_past_alone():
-    time, draw = np.arange(30) / 10.0, np.random.default_rng(0)
-    displacement, visible = draw.normal(size=(30, 4, 2)), draw.random((30, 4)) < 0.8
-    whole = features.velocities(time, displacement, visible, 5)
-    for end in (3, 10, 29):
-        assert np.array_equal(features.velocities(time[:end], displacement[:end], visible[:end], 5), whole[:end])
-    assert features.velocities(time[5:10], displacement[5:10], visible[5:10], 5)[-1] == pytest.approx(
-        whole[9], abs=1e-12
-    )
-
-
 def test_a_marker_that_is_not_seen_moves_as_its_neighbours_do_and_without_enough_of_them_a_frame_is_not_used():
     moved = np.zeros((12, DISC.count, 2))
     moved[5:, :, 0] = 1e-1 * np.arange(7)[:, None] + 0.01 * DISC.position[:, 0]
@@ -76,6 +65,14 @@ def test_rest_is_the_mean_of_what_was_seen_and_weights_need_no_spacing():
     ]
 
 
+def set_of(name, rest, displacement):
+    """Return the columns of a set of features of markers at rest (n, 2) that were displaced (n_times, n, 2)."""
+    whole = np.ones(displacement.shape[:2], dtype=bool)
+    ring = np.zeros(len(rest), dtype=int)
+    made = features.Motion(np.arange(len(whole)), rest, displacement, displacement, ring, whole, whole[:, 0])
+    return features.FEATURE_SETS[name](made)
+
+
 def unseen():
     still = np.zeros((6, DISC.count, 2))
     still[:5, 4] = np.nan
@@ -96,7 +93,7 @@ LINE = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]])
     ("call", "message"),
     [
         (lambda: features.motion_of(STILL), "have 6 frames, needs the 100 at rest"),
-        (lambda: features.motion_of(STILL, MOTION, "external"), "no external mark"),
+        (lambda: features.markers_of(STILL, "external"), "no external mark"),
         (lambda: features.motion_of(unseen(), MOTION), "marker 4: is seen in none of the frames at rest"),
         (lambda: features.MotionSettings(rest_frames=0), "rest_frames: got"),
         (lambda: features.MotionSettings(window=1), "window: got"),
@@ -106,8 +103,8 @@ LINE = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]])
         (lambda: features.FeatureSettings(("colour",)), "features: got .*needs some of displacement"),
         (lambda: features.FeatureSettings(("mean", "mean")), "features: got .*needs some of displacement"),
         (lambda: features.features_of(broken(), features.FeatureSettings()), "displacement/length/5 at 2 s: is nan"),
-        (lambda: features.strains(LINE, np.zeros((1, 3, 2))), "marker 0: is in no triangle of markers"),
-        (lambda: features.strains(LINE[:2], np.zeros((1, 2, 2))), "marker 0"),
+        (lambda: set_of("strain", LINE, np.zeros((1, 3, 2))), "marker 0: is in no triangle of markers"),
+        (lambda: set_of("strain", LINE[:2], np.zeros((1, 2, 2))), "marker 0"),
     ],
 )
 def test_bad_tracks_settings_and_features_give_one_clear_error(call, message):
@@ -186,8 +183,8 @@ NUMBER = st.floats(-1, 1)
 def test_a_rigid_motion_leaves_nothing(x, y, turn):
     rotation = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
     moved = np.array([x, y]) + REST @ rotation.T - REST
-    assert features.rigid_residual(REST, moved[None]) == pytest.approx(0.0, abs=1e-12)
-    divergence, shear = features.strains(REST, moved[None])
+    assert set_of("rigid", REST, moved[None])["residual"] == pytest.approx(0.0, abs=1e-12)
+    divergence, shear = set_of("strain", REST, moved[None]).values()
     assert divergence == pytest.approx(2.0 * np.cos(turn) - 2.0, abs=1e-9)
     assert shear == pytest.approx(0.0, abs=1e-9)
 
@@ -195,7 +192,7 @@ def test_a_rigid_motion_leaves_nothing(x, y, turn):
 @given(st.lists(NUMBER, min_size=4, max_size=4))
 def test_strains_of_an_affine_motion_are_exact(gradient):
     matrix = np.array(gradient).reshape(2, 2)
-    divergence, shear = features.strains(REST, (REST @ matrix.T)[None])
+    divergence, shear = set_of("strain", REST, (REST @ matrix.T)[None]).values()
     green = 0.5 * (matrix + matrix.T + matrix.T @ matrix)
     assert divergence == pytest.approx(np.trace(matrix), abs=1e-9)
     assert shear == pytest.approx(np.ptp(np.linalg.eigvalsh(green)) / 2, abs=1e-9)
@@ -204,7 +201,7 @@ def test_strains_of_an_affine_motion_are_exact(gradient):
 def test_residual_and_entropy_of_what_slips():
     moved = np.zeros((1, len(REST), 2))
     moved[0, np.linalg.norm(REST, axis=1) > 3.5, 0] = 1.0
-    residual = np.linalg.norm(features.rigid_residual(REST, moved)[0], axis=1)
+    residual = set_of("rigid", REST, moved)["residual"]
     assert residual.max() < 1.0
     assert residual.mean() > 0.3
     even = np.ones((1, 16, 2))

@@ -26,7 +26,7 @@ FEW = Levels(lost="0,0.6", noise="", slower="2")
 
 
 def test_an_inquiry_has_a_table_and_a_figure_of_each(trials_folder, tmp_path):
-    found = inquire(trials_folder, "logistic", CHOICES, FEW)
+    found = inquire(trials_folder, "displacement_threshold:rings", CHOICES, FEW)
     assert list(found.tables) == list(found.figures) == ["learning-curve", "importance", "robustness"]
     assert [row[0] for row in found.tables["learning-curve"].rows] == [4, 9, 19]
     assert [row[0] for row in found.tables["importance"].rows] == [0, 1, 2, 3, 4]
@@ -84,17 +84,6 @@ CLOCK = CLASSIFIERS["time_threshold"]
 AS_IT_IS = inquiries.Assumption("as it is", "", LabelSettings(rest_frames=20), MOTION)
 
 
-def test_a_learning_curve_has_scores_for_each_size(samples, trials):
-    scores = inquiries.learning_curve(samples, CLOCK, trials.names[:4], (4, 20))
-    assert list(scores) == [4, 20]
-    for estimate in (estimate for entry in scores.values() for estimate in (entry.accuracy, entry.f1_mean)):
-        assert 0.3 < estimate.value <= 1.0
-        assert 0.0 <= estimate.low < estimate.high <= 1.0
-        assert estimate.low <= estimate.value <= estimate.high
-    with pytest.raises(InputError, match="sizes: got 21, needs 1 to 20"):
-        inquiries.learning_curve(samples, CLOCK, trials.names[:4], (21,))
-
-
 def test_the_ring_that_tells_is_the_one_that_counts(samples, trials):
     draw = np.random.default_rng(0)
     inner = [name.count("/") == 2 and int(name.split("/")[-1]) in (1, 2, 3) for name in samples.names]
@@ -106,6 +95,8 @@ def test_the_ring_that_tells_is_the_one_that_counts(samples, trials):
     assert max(abs(drop.value) for ring, drop in drops.items() if ring != 1) < 0.05
     with pytest.raises(InputError, match="classifier time_threshold: sees no single markers"):
         inquiries.importance_by_ring(samples, CLOCK, trials.names[:4])
+    with pytest.raises(InputError, match="sizes: got 21, needs 1 to 20"):
+        inquiries.learning_curve(samples, CLOCK, trials.names[:4], (21,))
 
 
 @pytest.mark.parametrize(("name", "amount"), [("lost", 0.2), ("noise", 0.5), ("slower", 3)])

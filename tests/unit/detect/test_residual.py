@@ -13,7 +13,7 @@ from fingerslip.detect.evaluation.inquiries import disturb
 from fingerslip.detect.model_file import write_detector
 from fingerslip.detect.page import SlipClip, answer_of, slide_table, slip_report, write_slip_page
 from fingerslip.detect.residual import ResidualSettings, detect_residual, frames_at_rest, slides_of
-from fingerslip.detect.running import watch_camera
+from fingerslip.detect.session import watch_camera
 from fingerslip.detect.synthetic import SyntheticSensor, SyntheticSlide, synthetic_trial
 from fingerslip.detect.training import train
 from fingerslip.detect.trials import Trial
@@ -130,7 +130,7 @@ def clip_of(tracks: xr.Dataset, frames: Frames | None = None) -> SlipClip:
 def test_the_page_says_when_and_how_sure_and_shows_it(tmp_path, monkeypatch):
     monkeypatch.setattr(page, "_PICTURES", 5)
     case = trial()
-    frames = Frames("slide", 30.0, lambda: iter(np.full((200, 480, 640), 90, dtype=np.uint8)))
+    frames = Frames("slide", 30.0, lambda: iter(np.full((200, 240, 320), 90, dtype=np.uint8)))
     clip = clip_of(case.tracks, frames)
     (row,) = slide_table(clip).rows
     assert row[2] == "slide"
@@ -171,12 +171,13 @@ def replace_kind(finding):
 
 
 def test_a_camera_is_watched_and_events_are_told_as_they_come():
-    field = clips.field()
+    look = clips.with_look(clips.DEFAULT, shape=(240, 320), radius=4.0)
+    field = clips.field(look, rings=2)
     moved_by = path((22, 0.0), (34, 14.0), (2, 5.0), (8, 5.0))[:, None, None] * np.array([1.0, 0.0])
-    frames = list(clips.filmed(field + moved_by, clips.DEFAULT, seed=0))
+    frames = list(clips.filmed(field + moved_by, look, seed=0))
     told: list[str] = []
     rows = ((number / 30.0, frame) for number, frame in enumerate(frames) if number != 50)
-    table = watch_camera(rows, "residual", {"n_markers": 81}, 20, told.append)
+    table = watch_camera(rows, "residual", {"n_markers": 25}, 20, told.append)
     assert [line.partition(": ")[2].partition(" since")[0] for line in told] == ["slip", "gross slip"]
     assert float(told[1].partition(" s:")[0]) == pytest.approx(57 / 30, abs=0.1)
     assert [row[0].split(" [")[0] for row in table.rows[-4:]] == [*LATENCIES, "frames a second"]
@@ -186,9 +187,10 @@ def test_a_camera_is_watched_and_events_are_told_as_they_come():
 def test_a_trained_detector_that_needs_no_layout_watches_a_camera(trials, tmp_path):
     choices = {"motion": MOTION, "sampling": SAMPLING, "names": trials.names[:8]}
     write_detector(train(trials, trials.onsets(), "logistic:field", **choices), tmp_path / "detector")
-    still = clips.still(clips.field(), 24)
-    rows = ((number / 30.0, frame) for number, frame in enumerate(clips.filmed(still, clips.DEFAULT, seed=0)))
+    look = clips.with_look(clips.DEFAULT, shape=(240, 320), radius=4.0)
+    still = clips.still(clips.field(look, rings=2), 24)
+    rows = ((number / 30.0, frame) for number, frame in enumerate(clips.filmed(still, look, seed=0)))
     events = []
-    table = watch_camera(rows, str(tmp_path / "detector"), {"n_markers": 81}, None, events.append)
+    table = watch_camera(rows, str(tmp_path / "detector"), {"n_markers": 25}, None, events.append)
     assert events == []
     assert ("frames", "24") in table.rows

@@ -8,9 +8,8 @@ import xarray as xr
 
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.detect import simulated
-from fingerslip.detect.labels import LabelSettings
 from fingerslip.detect.recordings import read_conditions, read_recording
-from fingerslip.detect.simulated import Filming, film_results, pouring_trial, slide_trial
+from fingerslip.detect.simulated import film_results, pouring_trial, slide_trial
 from fingerslip.detect.synthetic import SyntheticSensor, SyntheticSlide, film_trials, synthetic_slides, synthetic_trial
 from fingerslip.errors import InputError
 from fingerslip.marker_layouts import ring_layout
@@ -93,9 +92,9 @@ def test_a_slide_is_labelled_by_all_markers_by_those_that_touch_and_by_its_conta
     assert centre[-1] - centre[0] == pytest.approx(-4e-3 / 94e-6, rel=0.02)
 
 
-def test_a_plate_that_falls_is_labelled_by_its_marker():
-    filming = Filming(travel=4e-3)
-    trial = pouring_trial("a", history(free=True), filming)
+def test_a_plate_that_falls_is_labelled_by_its_marker(monkeypatch):
+    monkeypatch.setattr(simulated, "_TRAVEL", 4e-3)
+    trial = pouring_trial("a", history(free=True))
     found = trial.labels["plate"]
     assert found.incipient == pytest.approx(2.0 + TWO, abs=0.04)
     assert found.gross == pytest.approx(CENTRE + ONE, abs=0.04)
@@ -105,12 +104,10 @@ def test_a_plate_that_falls_is_labelled_by_its_marker():
     assert trial.labels["contact"].gross == pytest.approx(CENTRE, abs=0.06)
 
 
-def test_seed_and_thresholds_are_those_of_the_filming():
+def test_the_seed_is_that_of_the_noise():
     first, second, third = (slide_trial("a", history(), seed=seed).tracks for seed in (1, 1, 2))
     assert first.equals(second)
     assert not first.equals(third)
-    late = slide_trial("a", history(), Filming(labels=LabelSettings(incipient=20.0)))
-    assert late.labels["external_markers"].incipient == pytest.approx(OUTER + 10 * TWO, abs=0.04)
 
 
 def test_what_cannot_be_filmed_is_refused(tmp_path):

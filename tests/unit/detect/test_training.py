@@ -11,7 +11,7 @@ from fingerslip.detect.evaluation.tables import unseen_tables
 from fingerslip.detect.features import motion_of
 from fingerslip.detect.labels import Onsets
 from fingerslip.detect.model_file import write_detector
-from fingerslip.detect.running import judge_detector
+from fingerslip.detect.session import judge_detector
 from fingerslip.detect.synthetic import synthetic_slides
 from fingerslip.detect.trials import write_trials
 from fingerslip.errors import InputError

@@ -16,7 +16,14 @@ from fingerslip.vision.video import open_frames
 from unit.pads import pad
 
 HELD = fs.HeldObject(
-    mass=0.2, friction=0.5, load=fs.RampLoad(rate=4.0, force=2.0), margin=0.45, settle=0.1, step=2e-3, opposite="plate"
+    mass=0.2,
+    friction=0.5,
+    load=fs.RampLoad(rate=4.0, force=2.0),
+    margin=0.45,
+    settle=0.1,
+    after=0.1,
+    step=2e-3,
+    opposite="plate",
 )
 
 
@@ -43,7 +50,7 @@ def test_a_slab_lies_under_the_lowest_point_of_every_kind_of_mesh_and_has_its_ce
 def test_stiff_faces_bear_the_same_friction_and_the_travel_is_that_of_the_equation_of_motion():
     margin = 0.25 * HELD.mass * 9.81
     load = fs.RampLoad(rate=4.0, force=margin + 4.0)
-    held = replace(HELD, load=load, margin=0.25, rest=0.02, travel_limit=0.1, step=1e-3)
+    held = replace(HELD, load=load, margin=0.25, rest=0.02, travel_limit=0.02, step=1e-3)
     reaction = fs.Reaction(fs.Reflex(gain=10.0), fs.Actuator(force_rate=20.0, largest_force=1e3))
     with fs.Grasp(held, pad(modulus=1e9, cells=4), {"at once": fs.AtOnce()}) as grasp:
         outcome = grasp.branch(reaction.response(margin / 4.0 + 74e-3, held.first_grip))

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from fingerslip.errors import InputError
+from fingerslip.errors import InputError, ResultError
 from fingerslip.vision.laboratories import (
     bristol_tracks,
     read_bristol,
@@ -54,7 +54,8 @@ def test_markers_that_change_in_number_or_are_no_numbers_are_no_tracks(tmp_path)
 
 def test_damaged_and_missing_parts_of_a_data_set(tmp_path):
     targets, settings = tmp_path / "targets.csv", tmp_path / "sensor_image_params.json"
-    refused(r"targets.csv: there is no such file", read_bristol, tmp_path)
+    with pytest.raises(ResultError, match=r"targets.csv: cannot be read"):
+        read_bristol(tmp_path)
     for text, said in (("", "is no table"), ("pose_1\n3\n", "has no column sensor_image")):
         targets.write_text(text)
         refused(said, read_bristol, tmp_path)

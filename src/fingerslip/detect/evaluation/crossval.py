@@ -19,11 +19,9 @@ from fingerslip.detect.classifiers import Candidate, describe, fit, probabilitie
 from fingerslip.detect.evaluation.scores import (
     EventScores,
     FrameScores,
-    Reliability,
     confusion_by_trial,
     event_scores_of,
     frame_scores_of,
-    reliability_of,
     rest_ends,
 )
 from fingerslip.detect.features import FeatureSettings, MotionSettings, feature_names, features_of, motion_of
@@ -47,8 +45,7 @@ Floats = NDArray[np.float64]
 Arrays = Mapping[str, NDArray[Any]]
 Groups = Sequence[Sequence[str]]
 
-_FORMAT = 2
-_CHECKSUM = "checksum"
+_FORMAT = 3
 
 
 @dataclass(frozen=True)
@@ -63,22 +60,20 @@ class Parts:
         if self.folder is None:
             return None
         try:
-            # numpy itself leaves a file open that is no whole archive; arrays alone are read, so that nothing runs.
+            # numpy itself leaves a file open that is no whole archive; arrays alone are read, so that nothing runs. The
+            # archive has a checksum of each.
             with self._file(self.folder, name, inputs).open("rb") as file, np.load(file, allow_pickle=False) as stored:
-                arrays = {key: stored[key] for key in stored.files}
+                return {key: stored[key] for key in stored.files}
         except (OSError, ValueError, EOFError, zipfile.BadZipFile):
             return None
-        checksum = arrays.pop(_CHECKSUM, None)
-        return arrays if checksum is not None and str(checksum) == _checksum(arrays) else None
 
     def write(self, name: str, inputs: Any, arrays: Arrays) -> Arrays:
         """Write a part, whole or not at all, and return it; raise ResultError where it cannot be written."""
         if self.folder is not None:
             with writing(self.folder):
                 self.folder.mkdir(parents=True, exist_ok=True)
-            stored: dict[str, Any] = {_CHECKSUM: np.array(_checksum(arrays)), **arrays}
             with new_file(self._file(self.folder, name, inputs)) as partial:
-                np.savez(partial, **stored)
+                np.savez(partial, **dict[str, Any](arrays))
         return arrays
 
     def part(self, name: str, inputs: Any, make: Callable[[], Arrays]) -> Arrays:
@@ -107,17 +102,17 @@ def parts_beside(output: Path | None, *inputs: Any) -> Parts:
     return Parts(folder, digest(*inputs))
 
 
-def _checksum(arrays: Arrays) -> str:
-    described = [[name, str(array.dtype), list(array.shape)] for name, array in sorted(arrays.items())]
-    return digest(described, *(array for _, array in sorted(arrays.items())))
-
-
 @dataclass(frozen=True)
 class FoldFrames:
     """What a classifier says of the samples of the trials that a fold leaves out."""
 
     rows: NDArray[np.intp]  # (n_tested,), their rows among all samples
     chances: Floats  # (n_tested, 3), probability of each class
+
+    @classmethod
+    def joined(cls, folds: Sequence[FoldFrames]) -> FoldFrames:
+        """Return what is said of the samples of some folds."""
+        return cls(np.concatenate([fold.rows for fold in folds]), np.concatenate([fold.chances for fold in folds]))
 
 
 @dataclass(frozen=True)
@@ -184,8 +179,9 @@ def rows_to_learn(
 
 def matrices_of(samples: Samples, frames: Sequence[FoldFrames]) -> NDArray[np.intp]:
     """Return the confusion matrices (n_trials, 3, 3) of the trials of some folds."""
-    rows, chances = (np.concatenate([getattr(fold, name) for fold in frames]) for name in ("rows", "chances"))
-    return confusion_by_trial(samples.classes[rows], chances.argmax(axis=1).astype(np.int8), samples.trial[rows])
+    joined = FoldFrames.joined(frames)
+    classes = joined.chances.argmax(axis=1).astype(np.int8)
+    return confusion_by_trial(samples.classes[joined.rows], classes, samples.trial[joined.rows])
 
 
 def frames_by_sample(samples: Samples, candidate: Candidate, *, seed: int = 0, workers: int = 1) -> NDArray[np.intp]:
@@ -253,11 +249,6 @@ class Evaluation:
     def scores(self, frames: Sequence[FoldFrames]) -> FrameScores:
         """Return the scores of frames of some folds."""
         return frame_scores_of(matrices_of(self.samples, frames), seed=self.seed)
-
-    def reliability(self, frames: Sequence[FoldFrames]) -> Reliability:
-        """Return how well calibrated the probabilities of some folds are."""
-        rows, chances = (np.concatenate([getattr(fold, name) for fold in frames]) for name in ("rows", "chances"))
-        return reliability_of(chances, self.samples.classes[rows])
 
     def by_sample(self, candidate: Candidate) -> NDArray[np.intp]:
         """Return the confusion matrices of trials when frames are split 90 to 10 whatever their trial."""
@@ -346,7 +337,7 @@ class Unseen:
     matrices: NDArray[np.intp]  # (n_trials, 3, 3), confusion of all frames
 
 
-def on_unseen(detector: Detector, trials: TrialSet, onsets: Mapping[str, Onsets], *, seed: int = 0) -> Unseen:
+def on_unseen(detector: Detector, trials: TrialSet, onsets: Mapping[str, Onsets]) -> Unseen:
     """Return what a detector finds in all trials of a data set that it did not learn from."""
     if detector.data == trials.digest:
         repair = "fingerslip detect evaluate leaves trials out in turn"
@@ -365,7 +356,5 @@ def on_unseen(detector: Detector, trials: TrialSet, onsets: Mapping[str, Onsets]
         for reading, (smoother, thresholds) in zip(READINGS, readings, strict=True):
             results[reading][name] = onsets_from(motion.time, frame_scores(smoother, motion, chances), thresholds)
     ends, frame = rest_ends(trials, trials.names, detector.features.motion.rest_frames)
-    scores = {
-        reading: event_scores_of(result, onsets, ends, frame=frame, seed=seed) for reading, result in results.items()
-    }
+    scores = {reading: event_scores_of(result, onsets, ends, frame=frame) for reading, result in results.items()}
     return Unseen(results, scores, np.concatenate(matrices))

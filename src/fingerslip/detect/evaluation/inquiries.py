@@ -200,25 +200,25 @@ class Sensitivity:
         }
 
 
+#: Sizes of a pixel that are likely, too [m].
+_PIXELS = (0.045e-3, 0.09e-3)
+
+
 def likely_assumptions(
-    metres_per_pixel: float,
-    others: Sequence[float] = (0.045e-3, 0.09e-3),
-    motion: MotionSettings | None = None,
-    stored: Sequence[str] = (),
+    metres_per_pixel: float, motion: MotionSettings, stored: Sequence[str] = ()
 ) -> tuple[Assumption, ...]:
     """Return what may be assumed of the trials of Cordova Bulens et al. 2023: first as they are, then one change each.
 
     A pixel of another size [m] makes the printed thresholds, 2 and 1 px, other lengths; that is all it does here. The
     noise stays as it is in metres.
     """
-    motion = motion or MotionSettings()
     default = LabelSettings(rest_frames=motion.rest_frames)
 
     def labels(incipient: float = 1.0, gross: float = 1.0) -> LabelSettings:
         return replace(default, incipient=incipient * default.incipient, gross=gross * default.gross)
 
     windows = (max(2, motion.window // 3), 3 * motion.window)
-    sizes = [(f"{1e3 * size:.3g} mm", size / metres_per_pixel) for size in others]
+    sizes = [(f"{1e3 * size:.3g} mm", size / metres_per_pixel) for size in _PIXELS]
     first, second = default.incipient, default.gross
     changes: list[tuple[str, str, LabelSettings | str, MotionSettings]] = [
         ("as in the data set", f"{1e3 * metres_per_pixel:.3g} mm a pixel", default, motion),

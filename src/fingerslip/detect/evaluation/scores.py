@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,7 @@ from fingerslip.errors import InputError, Mistakes
 
 Floats = NDArray[np.float64]
 _COUNT = len(CLASSES)
+_DRAWS, _BINS = 1000, 10  # of the bootstrap, and of the calibration error
 
 
 @dataclass(frozen=True)
@@ -29,7 +31,7 @@ class Estimate:
 
 
 def bootstrap_estimates(
-    statistics: Callable[[NDArray[np.intp]], Floats], trials: int, *, draws: int = 1000, seed: int = 0
+    statistics: Callable[[NDArray[np.intp]], Floats], trials: int, *, seed: int = 0
 ) -> tuple[Estimate, ...]:
     """Return statistics of trials with their intervals (percentile bootstrap, Efron & Tibshirani 1993).
 
@@ -39,11 +41,11 @@ def bootstrap_estimates(
     values = np.atleast_2d(statistics(np.arange(trials)[None]))[0]
     drawn = np.full((1, len(values)), np.nan)
     if trials > 1:
-        drawn = statistics(np.random.default_rng(seed).integers(trials, size=(draws, trials)))
+        drawn = statistics(np.random.default_rng(seed).integers(trials, size=(_DRAWS, trials)))
     estimates = []
     for value, column in zip(values, drawn.T, strict=True):
         finite = column[np.isfinite(column)]
-        ends = np.quantile(finite, (0.025, 0.975)).tolist() if len(finite) >= draws / 2 else ()
+        ends = np.quantile(finite, (0.025, 0.975)).tolist() if len(finite) >= _DRAWS / 2 else ()
         estimates.append(Estimate(float(value), *ends) if np.isfinite(value) else Estimate(None))
     return tuple(estimates)
 
@@ -86,13 +88,7 @@ def confusion_by_trial(
 
 
 def precision_recall_f1(matrix: NDArray[np.intp]) -> Floats:
-    """Return precision, recall and F1 of each class, (3, ..., n_classes), of matrices (..., 3, 3); NaN if undefined.
-
-    Examples
-    --------
-    >>> precision_recall_f1(np.array([[8, 2, 0], [0, 10, 0], [0, 0, 10]])).round(3).tolist()
-    [[1.0, 0.833, 1.0], [0.8, 1.0, 1.0], [0.889, 0.909, 1.0]]
-    """
+    """Return precision, recall and F1 of each class, (3, ..., n_classes), of matrices (..., 3, 3); NaN if undefined."""
     right = np.diagonal(matrix, axis1=-2, axis2=-1).astype(float)
     columns, rows = matrix.sum(axis=-2), matrix.sum(axis=-1)
     return np.array([_ratio(right, columns), _ratio(right, rows), _ratio(2.0 * right, columns + rows)])
@@ -115,19 +111,18 @@ def frame_scores_of(matrices: NDArray[np.intp], *, seed: int = 0) -> FrameScores
     return FrameScores(matrices.sum(axis=0), accuracy, f1_mean, two_class, *of_classes)
 
 
-@dataclass(frozen=True)
-class Reliability:
+class Reliability(NamedTuple):
     """How often frames slip that are said to slip with some probability."""
 
     error: float  # expected calibration error: mean difference, weighted by frames (Guo et al. 2017)
     brier: float  # Brier score over all classes (Brier 1950): 0 is perfect, 2 the worst
 
 
-def reliability_of(chances: Floats, classes: NDArray[np.int8], bins: int = 10) -> Reliability:
+def reliability_of(chances: Floats, classes: NDArray[np.int8]) -> Reliability:
     """Return the reliability of probabilities (n_samples, 3) of classes (n_samples,)."""
     slip, slips = 1.0 - chances[:, 0], classes > 0
-    number = np.clip((slip * bins).astype(np.intp), 0, bins - 1)
-    excess = np.bincount(number, weights=slip - slips, minlength=bins)
+    number = np.clip((slip * _BINS).astype(np.intp), 0, _BINS - 1)
+    excess = np.bincount(number, weights=slip - slips, minlength=_BINS)
     truth = classes[:, None] == np.arange(chances.shape[1])
     brier = ((chances - truth) ** 2).sum(axis=1).mean()
     return Reliability(float(np.abs(excess).sum() / max(len(classes), 1)), float(brier))
@@ -159,7 +154,6 @@ def event_scores_of(
     rest_end: Mapping[str, float],
     *,
     frame: float = np.nan,
-    share: float = 0.05,
     seed: int = 0,
 ) -> EventScores:
     """Return the scores of the onsets found in trials; `rest_end` and `frame` are in seconds."""
@@ -195,9 +189,7 @@ def event_scores_of(
         at_rest=mean(np.array([is_false(name) for name in predicted], dtype=float)),
         lead=mean(lead),
         lead_spread=float(leads.std(ddof=1)) if len(leads) > 1 else None,
-        bound=lead_bound(np.where(np.isnan(lead), -np.inf, lead).tolist(), share)
-        if len(lead) >= least_trials(share)
-        else None,
+        bound=lead_bound(np.where(np.isnan(lead), -np.inf, lead).tolist()) if len(lead) >= least_trials() else None,
         gross_error=mean(gross),
         gross_found=mean(np.isfinite(gross).astype(float)),
     )
@@ -211,26 +203,10 @@ def score_submission(
     seed: int = 0,
     rest_frames: int = 100,
 ) -> EventScores:
-    """Return the scores of a submission on the test trials of a data set.
+    """Return the scores of a submission, a CSV file of onsets, on the test trials of a data set.
 
-    Parameters
-    ----------
-    trials : TrialSet
-        The data set.
-    submission : path
-        CSV file with the columns ``trial``, ``incipient_s`` and ``gross_s``, a row for each test trial; a cell is empty
-        where no such slip was found.
-    labels : mapping of str to Onsets, optional
-        What is true; the labels from external markers without it.
-    seed : int, optional
-        Seed of the split: :func:`fingerslip.detect.samples.benchmark_test_trials`.
-    rest_frames : int, optional
-        Frames at rest at the start of each trial.
-
-    Raises
-    ------
-    InputError
-        Where the file is no such table, its trials are not the test trials, or one of these has no label.
+    What is true are the labels given, or those from external markers. The seed is that of the split,
+    :func:`fingerslip.detect.samples.benchmark_test_trials`.
     """
     tests = benchmark_test_trials(trials.names, seed)
     onsets_submitted = check_submission(read_onsets(submission), tests, str(submission))

@@ -6,12 +6,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from fingerslip.detect.evaluation.crossval import Unseen
-from fingerslip.detect.evaluation.inquiries import Robustness, Sensitivity
+from fingerslip.detect.evaluation.inquiries import Sensitivity
 from fingerslip.detect.evaluation.scores import (
     Estimate,
     EventScores,
     FrameScores,
-    Reliability,
     frame_scores_of,
 )
 from fingerslip.detect.labels import CLASSES
@@ -66,39 +65,19 @@ def assumption_table(sensitivities: Sequence[Sensitivity]) -> Table:
     return table_of("Accuracy and what is assumed", names, rows, note)
 
 
-def condition_table(condition: str, estimates: Mapping[str, Mapping[str, Estimate]]) -> Table:
-    """Return accuracies on the trials of each value of a condition, which were learned from in other trials."""
-    rows = [(value, *estimate.values()) for value, estimate in estimates.items()]
-    return table_of(f"Accuracy by {condition}", (condition, *next(iter(estimates.values()))), rows)
-
-
-def frame_table(by_trial: Mapping[str, FrameScores]) -> Table:
-    """Return precision, recall and F1 of each class on trials that were not seen."""
-    rows = [
-        (name, entry, scores.precision[number], scores.recall[number], scores.f1[number])
-        for name, scores in by_trial.items()
-        for number, entry in enumerate(CLASSES)
-    ]
+def frame_tables(by_trial: Mapping[str, FrameScores]) -> list[Table]:
+    """Return precision, recall and F1 of each class on trials that were not seen, and the confusion of their frames."""
+    classes, confusions = [], []
+    for name, scores in by_trial.items():
+        for number, entry in enumerate(CLASSES):
+            classes.append((name, entry, scores.precision[number], scores.recall[number], scores.f1[number]))
+            confusions.append((name, entry, *map(int, scores.matrix[number])))
     names = ("classifier", "class", "precision", "recall", "F1")
-    return table_of("Classes, on trials that were not seen", names, rows)
-
-
-def confusion_table(by_trial: Mapping[str, FrameScores]) -> Table:
-    """Return confusion matrices: a row for each true class."""
-    rows = [
-        (name, entry, *map(int, scores.matrix[number]))
-        for name, scores in by_trial.items()
-        for number, entry in enumerate(CLASSES)
+    columns = ("classifier", "true class", *(f"found {entry}" for entry in CLASSES))
+    return [
+        table_of("Classes, on trials that were not seen", names, classes),
+        table_of("Confusion, frames", columns, confusions, ""),
     ]
-    names = ("classifier", "true class", *(f"found {entry}" for entry in CLASSES))
-    return table_of("Confusion, frames", names, rows, "")
-
-
-def calibration_table(reliabilities: Mapping[str, Reliability]) -> Table:
-    """Return how well calibrated the probabilities of slip are."""
-    rows = [(name, reliability.error, reliability.brier) for name, reliability in reliabilities.items()]
-    note = "Expected calibration error of the probability of slip in ten bins; Brier score over the three classes."
-    return table_of("Calibration", ("classifier", "calibration error", "Brier score"), rows, note)
 
 
 _EVENTS: tuple[tuple[str, str], ...] = (
@@ -132,35 +111,11 @@ def event_table(scores: Mapping[str, EventScores], note: str = "", title: str = 
     return table_of(title, ("event", *scores), rows, f"{note} {_EVENT_NOTE}".strip())
 
 
-def left_out_table(key: str, rows: Sequence[tuple[str, str, int, Estimate]]) -> Table:
-    """Return accuracies where a condition was left out: classifier, its value, number of trials and accuracy."""
-    names = ("classifier", f"{key} left out", "trials", "accuracy")
-    return table_of(f"Accuracy where {key} was not seen", names, rows)
-
-
-def curve_table(scores: Mapping[int, FrameScores]) -> Table:
-    """Return a learning curve."""
-    rows = [(trials, entry.accuracy, entry.f1_mean) for trials, entry in scores.items()]
-    return table_of("Learning curve", ("trials", "accuracy", "mean F1"), rows)
-
-
-def importance_table(drops: Mapping[int, Estimate]) -> Table:
-    """Return how much accuracy falls without each ring."""
-    note = f"Ring 0 is the centre. {INTERVALS}"
-    return table_of("Importance of rings", ("ring", "drop in accuracy"), list(drops.items()), note)
-
-
-def robustness_table(results: Sequence[Robustness]) -> Table:
-    """Return accuracies under disturbances."""
-    title = "Robustness, all frames of the test trials"
-    return table_of(title, ("disturbance", "amount", "accuracy", "unusable"), results)
-
-
-def unseen_tables(result: Unseen, *, seed: int = 0) -> list[Table]:
+def unseen_tables(result: Unseen) -> list[Table]:
     """Return the tables of what was found: onsets in both readings, classes and confusion of all frames."""
-    frames = {"all frames": frame_scores_of(result.matrices, seed=seed)}
+    frames = {"all frames": frame_scores_of(result.matrices)}
     note = "Single frames: the first frame that is more likely slip than not, without smoothing or guarantee."
-    return [event_table(result.scores, note), frame_table(frames), confusion_table(frames)]
+    return [event_table(result.scores, note), *frame_tables(frames)]
 
 
 def output_tables(tables: Sequence[Table], folder: Path | None = None) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,9 @@ from fingerslip.detect.recordings import NO_SLIP_WORD, SLIP
 from fingerslip.detect.residual import ResidualSettings, detect_residual
 from fingerslip.detect.trials import TrialSet
 from fingerslip.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Floats = NDArray[np.float64]
 
@@ -59,36 +62,35 @@ def score_whole(
     trials: TrialSet, slips: Mapping[str, bool], tests: Sequence[Sequence[str]], motion: MotionSettings, seed: int = 0
 ) -> dict[str, WholeScores]:
     """Return how well trials of each fold are told apart after learning from the others, by classifier."""
-    names = list(slips)
-    true, table = np.array([slips[name] for name in names]), {name: _whole(trials, name, motion) for name in names}
-    scores = {}
-    for classifier, (make, columns) in _SEEN.items():
-        values = np.stack([table[name][columns] for name in names])
-        chances = np.zeros(len(names))
-        for test in tests:
-            inside = np.isin(names, list(test))
-            if len(np.unique(true[~inside])) < 2:
-                fault = f"the fold that leaves out trial {test[0]} has one kind of trial to learn from"
-                raise InputError("folds", fault, "needs trials with slip and without", "take fewer folds")
-            estimator = make(seed).fit(values[~inside], true[~inside])
-            chances[inside] = estimator.predict_proba(values[inside])[:, 1]
+    names, true = list(slips), np.array(list(slips.values()))
+    fold = np.array([next(number for number, test in enumerate(tests) if name in test) for name in names])
+    for number, test in enumerate(tests):
+        if len(np.unique(true[fold != number])) < 2:
+            fault = f"the fold that leaves out trial {test[0]} has one kind of trial to learn from"
+            raise InputError("folds", fault, "needs trials with slip and without", "take fewer folds")
+    columns = [_whole(trials.tracks(name), motion) for name in names]
+    selection, scores = optional("sklearn.model_selection"), {}
+    for classifier, (make, seen) in _SEEN.items():
+        values, folds = np.stack([column[seen] for column in columns]), selection.PredefinedSplit(fold)
+        chances = selection.cross_val_predict(make(seed), values, true, cv=folds, method="predict_proba")[:, 1]
         area = float(optional("sklearn.metrics").roc_auc_score(true, chances))
         scores[classifier] = _scores(true, chances > 0.5, area, seed)
-    said = np.array([table[name]["ships"][0] > 0 for name in names])
-    scores[SHIPS] = _scores(true, said, None, seed)
+    scores[SHIPS] = _scores(true, np.array([column["ships"][0] > 0 for column in columns]), None, seed)
     return scores
 
 
-def _whole(trials: TrialSet, name: str, motion: MotionSettings) -> dict[str, Floats]:
+def _whole(tracks: xr.Dataset, motion: MotionSettings) -> dict[str, Floats]:
     """Return what is known of a trial: statistics of features over its frames, its length, and what ships says."""
-    tracks, settings = trials.tracks(name), FeatureSettings(("field",), motion)
     moved = motion_of(tracks, motion)
-    frames = features_of(moved, settings).astype(np.float64)
+    frames = features_of(moved, FeatureSettings(("field",), motion)).astype(np.float64)
     statistics = [frames.mean(axis=0), frames.std(axis=0), np.quantile(frames, 0.95, axis=0), frames[-1]]
-    findings = detect_residual(tracks, ResidualSettings(rest_frames=motion.rest_frames))
-    length = np.array([float(moved.time[-1] - moved.time[0])])
-    ships = np.array([float(findings[-1].onsets.first is not None)])
-    return {"field": np.concatenate(statistics), "length": length, "ships": ships}
+    onsets = detect_residual(tracks, ResidualSettings(rest_frames=motion.rest_frames))[-1].onsets
+    length = moved.time[-1] - moved.time[0]
+    return {
+        "field": np.concatenate(statistics),
+        "length": np.array([length]),
+        "ships": np.array([float(onsets.first is not None)]),
+    }
 
 
 def _scores(true: NDArray[np.bool_], said: NDArray[np.bool_], area: float | None, seed: int) -> WholeScores:

@@ -26,6 +26,7 @@ FrameRate = Annotated[float, Unit("1/s"), pydantic.Field(gt=0, le=1e4)]
 Exposure = Annotated[float, Unit("s", "ms"), pydantic.Field(ge=0)]
 Vector = tuple[Length, Length, Length]
 _ROUNDING = 1e-9
+_STEP = 1e-6  # [m] of differences
 
 
 @parameters
@@ -127,10 +128,10 @@ def pixels_of(camera: Camera, points: Floats) -> Floats:
     return pixels
 
 
-def pixels_per_metre(camera: Camera, points: Floats, step: float = 1e-6) -> Floats:
+def pixels_per_metre(camera: Camera, points: Floats) -> Floats:
     """Return how long a metre at points (..., 2 or 3) [m], square to the line of sight, is in the image [px/m].
 
-    The geometric mean over both directions, by central differences with a step [m].
+    The geometric mean over both directions, by central differences.
     """
     local = camera.pose.to_camera(points)
     sight = local / np.linalg.norm(local, axis=-1, keepdims=True)
@@ -139,7 +140,7 @@ def pixels_per_metre(camera: Camera, points: Floats, step: float = 1e-6) -> Floa
     first /= np.linalg.norm(first, axis=-1, keepdims=True)
     project = camera.intrinsics.project
     slopes = [
-        (project(local + step * side) - project(local - step * side)) / (2 * step)
+        (project(local + _STEP * side) - project(local - _STEP * side)) / (2 * _STEP)
         for side in (first, np.cross(sight, first))
     ]
     area = slopes[0][..., 0] * slopes[1][..., 1] - slopes[0][..., 1] * slopes[1][..., 0]

@@ -92,18 +92,8 @@ def common_shift(points: Floats, candidates: Floats, spacing: float) -> Floats:
 def assign(expected: Floats, reach: Floats, candidates: Floats) -> tuple[Integers, Integers]:
     """Match markers and candidates one to one so that the sum of all distances, in shares of the reach, is smallest.
 
-    A marker that is not matched counts as one at the end of its reach. Arrays: expected (n, 2), reach (n,),
-    candidates (m, 2) [px]; returns (k,), (k,).
-
-    Examples
-    --------
-    Two markers want the same candidate: the sum decides.
-
-    >>> import numpy as np
-    >>> expected, candidates = np.array([[0.0, 0.0], [10.0, 0.0]]), np.array([[6.0, 0.0], [15.0, 0.0]])
-    >>> rows, columns = assign(expected, np.full(2, 8.0), candidates)
-    >>> rows.tolist(), columns.tolist()
-    ([0, 1], [0, 1])
+    A marker that is not matched counts as one at the end of its reach. Arrays: expected (n, 2), reach (n,), candidates
+    (m, 2) [px]; returns (k,), (k,).
     """
     apart = np.linalg.norm(expected[:, None] - candidates[None], axis=2) / reach[:, None]
     rows, columns = linear_sum_assignment(np.minimum(apart, 1.0))

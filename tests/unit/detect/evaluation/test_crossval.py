@@ -111,7 +111,6 @@ def test_an_interrupted_evaluation_goes_on(begin, tmp_path, fits):
     assert all(list(onsets) == list(names) for onsets in events.values())
     for name, pieces in whole_frames.items():
         assert np.array_equal(matrices_of(run.samples, frames[name]), matrices_of(run.samples, pieces))
-        assert 0.0 <= run.reliability(pieces).error < 1.0
     groups = run.by_group(CANDIDATES[0], tests[:1])
     count = len(fits)
     assert np.array_equal(run.by_group(CANDIDATES[0], tests[:1])[0].chances, groups[0].chances)
@@ -156,8 +155,8 @@ def test_a_part_is_made_once_where_there_is_a_folder_and_other_inputs_are_anothe
         lambda path: path.write_bytes(path.read_bytes()[: path.stat().st_size // 2]),
         lambda path: path.write_bytes(b""),
         lambda path: path.write_bytes(b"no arrays"),
-        lambda path: np.savez(path, checksum=np.array("0"), **ARRAYS),
-        lambda path: np.savez(path, checksum=np.array("0"), rows=np.array([print], dtype=object)),
+        lambda path: path.write_bytes(path.read_bytes().replace(np.arange(5).tobytes(), np.arange(1, 6).tobytes())),
+        lambda path: np.savez(path, rows=np.array([print], dtype=object)),
     ],
     ids=["cut", "empty", "foreign", "changed", "what would run"],
 )

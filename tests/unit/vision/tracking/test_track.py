@@ -36,6 +36,8 @@ from fingerslip.vision.video import opencv, write_video
 from problems import clips
 
 REST, RATE = 10, 60.0
+SMALL = clips.with_look(clips.DEFAULT, shape=(360, 480))
+FIELD = clips.field(SMALL)
 
 
 @dataclass(frozen=True)
@@ -49,7 +51,7 @@ def follow(frames, **options) -> xr.Dataset:
     return track_markers(frames, **{"rest_frames": REST, "n_markers": 81, "frame_rate": RATE, **options})
 
 
-def tracked(positions: NDArray[np.float64], look: clips.Look = clips.DEFAULT, **options) -> Clip:
+def tracked(positions: NDArray[np.float64], look: clips.Look = SMALL, **options) -> Clip:
     seed, hidden = options.pop("seed", 0), options.pop("hidden", None)
     frames = list(clips.filmed(positions, look, seed=seed, hidden=hidden))
     tracks = follow(frames, **{"n_markers": positions.shape[1], **options})
@@ -63,7 +65,7 @@ def score_of(made: Clip) -> clips.Score:
 @pytest.fixture(scope="module")
 def clip() -> Clip:
     """Return a slide of 81 markers by 40 px, in 40 frames."""
-    return tracked(clips.slide(clips.field(), 0.7, count=40, rest=REST))
+    return tracked(clips.slide(clips.field(), 0.7, count=40, rest=REST), clips.DEFAULT)
 
 
 def test_tracks_are_the_truth_in_the_order_of_the_layout_and_can_be_written(clip: Clip, tmp_path: Path) -> None:
@@ -85,7 +87,7 @@ def test_tracks_are_the_truth_in_the_order_of_the_layout_and_can_be_written(clip
     "eighth", [pytest.param(one, marks=[pytest.mark.slow] * (one not in (0, 3))) for one in range(8)]
 )
 def test_no_identity_is_swapped_in_eight_directions(eighth: int) -> None:
-    positions = clips.slide(clips.field(), eighth * np.pi / 4, count=REST + 10, rest=REST)
+    positions = clips.slide(FIELD, eighth * np.pi / 4, travel=30.0, count=REST + 10, rest=REST)
     score = score_of(tracked(positions))
     assert (score.swapped, score.stray, score.kept) == (0, 0, 1.0)
 
@@ -101,20 +103,18 @@ def test_bad_clip_is_kept(bright: bool) -> None:
 
 def test_markers_that_slip_past_their_neighbours_are_kept() -> None:
     """The rim slips by half the distance between markers, in jerks, and the middle sticks."""
-    field = clips.field()
-    distance = np.linalg.norm(field - field.mean(axis=0), axis=1)
-    spacing = np.sort(np.linalg.norm(field - field[0], axis=1))[1]
-    phase = np.clip((np.arange(50) - REST) / (30 - REST), 0.0, 1.0)
-    slip = 0.45 * spacing * phase[:, None] * (distance > 2.5 * spacing)
-    shake = 0.12 * spacing * np.sin(2.0 * np.arange(50))[:, None] * (phase[:, None] > 0.0) * (distance > 2.5 * spacing)
-    score = score_of(tracked(field + np.stack([slip + shake, 0.0 * slip], axis=2)))
+    distance, number = np.linalg.norm(FIELD - FIELD.mean(axis=0), axis=1), np.arange(40)[:, None]
+    spacing = np.sort(np.linalg.norm(FIELD - FIELD[0], axis=1))[1]
+    phase, rim = np.clip((number - REST) / (30 - REST), 0.0, 1.0), distance > 2.5 * spacing
+    slip = spacing * rim * (0.45 * phase + 0.12 * np.sin(2.0 * number) * (phase > 0.0))
+    score = score_of(tracked(FIELD + np.stack([slip, 0.0 * slip], axis=2)))
     assert (score.swapped, score.kept) == (0, 1.0)
 
 
 @pytest.mark.parametrize("layout", ["rings", pytest.param("hex", marks=pytest.mark.slow)])
 def test_halves_that_part_by_a_whole_distance_between_markers_are_kept(layout: str) -> None:
     points = clips.field(layout=layout, rings=4 if layout == "rings" else 5)
-    made = tracked(clips.part(points, 1.0, count=40, rest=REST), n_markers=None)
+    made = tracked(clips.part(points, 1.0, count=40, rest=REST), clips.DEFAULT, n_markers=None)
     score = clips.scored(clips.in_true_order(made.tracks["position"].values, made.truth), made.truth)
     assert made.tracks.attrs["layout"] == layout
     assert (score.swapped, score.kept) == (0, 1.0)
@@ -123,7 +123,7 @@ def test_halves_that_part_by_a_whole_distance_between_markers_are_kept(layout: s
 @pytest.mark.filterwarnings("ignore:.*not seen in more than a tenth:fingerslip.vision.tracking.track.TrackingWarning")
 @pytest.mark.parametrize(("radius", "share"), [pytest.param(9.0, 0.99, marks=pytest.mark.slow), (11.0, 0.97)])
 def test_markers_that_touch_or_overlap_are_themselves_when_they_part(radius: float, share: float) -> None:
-    path, look = clips.pinch(clips.field(), 0.7, count=50, rest=REST), clips.with_look(clips.DEFAULT, radius=radius)
+    path, look = clips.pinch(clips.field(), 0.7, count=40, rest=REST), clips.with_look(clips.DEFAULT, radius=radius)
     assert 20.0 < np.linalg.norm(path[:, 1:5] - path[:, :1], axis=2).min() < 20.2
     made = tracked(path, look)
     score = score_of(made)
@@ -133,9 +133,9 @@ def test_markers_that_touch_or_overlap_are_themselves_when_they_part(radius: flo
 
 
 def test_marker_that_vanishes_for_ten_frames_is_found_again() -> None:
-    positions = clips.slide(clips.field(), 0.5, count=40, rest=REST)
-    hidden = np.zeros((40, 81), dtype=bool)
-    hidden[20:30, [0, 30, 72]] = True
+    positions = clips.slide(FIELD, 0.5, travel=30.0, count=32, rest=REST)
+    hidden = np.zeros((32, 81), dtype=bool)
+    hidden[16:26, [0, 30, 72]] = True
     with pytest.warns(TrackingWarning, match="3 of 81 markers were not seen in more than a tenth"):
         made = tracked(positions, hidden=hidden)
     found = np.isfinite(made.tracks["position"].values[..., 0])
@@ -157,7 +157,7 @@ def test_trackpy_finds_the_same(clip: Clip) -> None:
 
 
 def test_drift_at_rest_while_the_light_fades() -> None:
-    made = tracked(clips.still(clips.field(), 40), clips.with_look(clips.DEFAULT, drift=0.5))
+    made = tracked(clips.still(FIELD, 30), clips.with_look(SMALL, drift=0.5))
     position = made.tracks["position"].values
     assert np.abs(position[-10:].mean(axis=0) - position[:10].mean(axis=0)).max() < 0.05
 
@@ -187,7 +187,7 @@ def test_mask_as_array_and_image(clip: Clip, tmp_path: Path) -> None:
 @functools.cache
 def still() -> list[NDArray[np.uint8]]:
     """Return frames of markers that rest; tests leave them as they are."""
-    return list(clips.filmed(clips.still(clips.field(), 14)))
+    return list(clips.filmed(clips.still(FIELD, 14), SMALL))
 
 
 # Frame 12 is odd, the light is bad, or the rest is none.
@@ -291,7 +291,7 @@ def test_what_is_found_is_judged_by_what_is_visible() -> None:
 def test_bad_arguments_and_videos_have_clear_errors(clip: Clip, tmp_path: Path) -> None:
     (tmp_path / "text.mp4").write_text("no video")
     write_video(tmp_path / "empty.avi", [np.full((120, 160), 90, dtype=np.uint8)] * 3, RATE)
-    two = list(clips.filmed(clips.still(clips.field()[[3, 40]], 4)))
+    two = list(clips.filmed(clips.still(FIELD[[3, 40]], 4), SMALL))
     for video, options, words in (
         (clip.frames, {"n_markers": 0}, "n_markers: got 0, needs a number >= 1"),
         (clip.frames, {"rest_frames": 0}, "rest_frames: got 0"),
