@@ -33,34 +33,16 @@ _SUFFIXES = str.maketrans({"^": "", "/": "_per_"})
 
 @dataclass(frozen=True)
 class Measure:
-    """A number that sums up a history.
+    """A number that sums up a history."""
 
-    Parameters
-    ----------
-    name : str
-        Its name in files, without its unit.
-    label : str
-        Its name in words.
-    read : callable
-        Gets a history, and with `reading` also its :class:`~fingerslip.slip.events.Found`, and returns the number in
-        SI units; None where it does not exist in that history.
-    unit : Unit, optional
-        Its unit; none for a pure number.
-    mechanical : bool, optional
-        Whether it is a number of mechanics, whose convergence is studied; the others say how the run was computed.
-    reading : str, optional
-        The reading of the slip events that it is a number of, as in :data:`~fingerslip.slip.windows.READINGS`.
-    needs : tuple of str, optional
-        Dimensions of a history without which the number does not exist, such as ``contact_node``.
-    """
-
-    name: str
-    label: str
+    name: str  # in files, without its unit
+    label: str  # in words
+    # gets a history, and with `reading` also its `Found`; the number is in SI units, None where it does not exist
     read: Callable[..., Number]
-    unit: Unit | None = None
-    mechanical: bool = True
-    reading: str = ""
-    needs: tuple[str, ...] = ()
+    unit: Unit | None = None  # none for a pure number
+    mechanical: bool = True  # whether it is one of mechanics, whose convergence is studied; others say how a run went
+    reading: str = ""  # the reading of the slip events that it is a number of, as in ``READINGS``
+    needs: tuple[str, ...] = ()  # dimensions of a history without which it does not exist, such as ``contact_node``
 
     @property
     def key(self) -> str:
@@ -84,21 +66,9 @@ class Measure:
 def read_measures(
     history: xr.Dataset, measures: Sequence[Measure] | None = None, slip: Found | None = None
 ) -> dict[str, Number]:
-    """Read measures off a history.
+    """Return measures of a history [SI] by key, such as ``normal_force_max_N``; None for one that does not exist.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        What ``simulate`` returned.
-    measures : sequence of Measure, optional
-        Which; :data:`MEASURES` without it.
-    slip : Found, optional
-        The slip events of the history and its acceleration peaks; found here without it.
-
-    Returns
-    -------
-    dict
-        The values [SI] by key, such as ``normal_force_max_N``; None for one that does not exist.
+    They are :data:`MEASURES` without others; slip events and acceleration peaks are found where they are not given.
     """
     chosen = MEASURES if measures is None else measures
     if slip is None and any(measure.reading for measure in chosen):

@@ -174,13 +174,7 @@ class GelPad:
         return {"back": tuple("xyz"[:dim])}
 
     def sites(self, groups: Sequence[str], dim: int, /) -> tuple[Site, ...]:
-        """Return the sites of the markers, ring by ring about the middle: ``internal-marker-2-05``.
-
-        Raises
-        ------
-        InputError
-            For another group than `internal_markers`, and where the part that is modelled has another dimension.
-        """
+        """Return the sites of the markers, ring by ring about the middle: ``internal-marker-2-05``."""
         unknown = next((group for group in groups if group != MARKERS), None)
         if unknown is not None:
             raise InputError("record", f"a gel_pad has no '{unknown}'", f"needs {MARKERS}")
