@@ -582,11 +582,11 @@ def test_every_snapshot_is_cut_once_and_white_margins_go_at_the_same_place_of_al
     assert [axes.get_ylabel() for axes in figure.axes if axes.get_ylabel()] == ["von Mises stress [kPa]"]
     first, second = np.full((2, 6, 8, 3), 255, dtype=np.uint8)
     first[1, 2], second[3, 5] = 0, 0
-    for picture, black in zip(bodies.crop([first, second]), [(0, 0), (2, 3)], strict=True):
+    for picture, black in zip(style.crop([first, second]), [(0, 0), (2, 3)], strict=True):
         assert picture.shape == (3, 4, 3)
         assert np.argwhere(picture[..., 0] == 0).tolist() == [list(black)]
     blank = np.full((3, 3, 3), 255, dtype=np.uint8)
-    assert bodies.crop([blank])[0].shape == blank.shape
+    assert style.crop([blank])[0].shape == blank.shape
 
 
 def test_frames_end_after_overall_slip_and_strains_and_stick_ratios_have_their_rows_and_scales():
@@ -785,21 +785,16 @@ def test_fingertips_and_sensors_are_drawn_to_scale():
     assert all(len(axes.collections[0].get_offsets()) == 81 for axes in (inside, below))
 
 
-def test_a_meshed_section_moves_with_the_displacement_above_the_plate():
-    receptors = {"FA-I": np.array([[1e-3, 1.5e-3]])}
-    still = specimens.section_figure(block(), receptors)
-    lifted = specimens.section_figure(block(), receptors, np.full((block().p.shape[1], 2), 1e-3), plate=0.0)
-    dots = [next(item for item in panels(f)[0].lines if item.get_marker() == "o") for f in (still, lifted)]
-    assert [dot.get_ydata()[0] for dot in dots] == pytest.approx([1.5, 2.5])
-    assert sum(len(c.get_paths()) for c in panels(still)[0].collections) == block().t.shape[1]
+def test_a_meshed_section_has_its_cells_and_receptors_and_a_frame_round_what_is_drawn_closer():
+    whole, close = panels(drawn("section"))
+    (dot,) = (item for item in whole.lines if item.get_marker() == "o")
+    assert dot.get_ydata()[0] == pytest.approx(1.5)
+    assert sum(len(c.get_paths()) for c in whole.collections) == block().t.shape[1]
     positions = specimens.receptor_positions(HISTORY)
     assert {kind: values.shape for kind, values in positions.items()} == dict.fromkeys(KINDS, (25, 2))
     assert specimens.receptor_positions(BARE) == {}
-    for plate, expected in ((None, 1.0), (0.4e-3, 0.4)):
-        for axes in panels(specimens.section_figure(block(), {}, plate=plate)):
-            level = next(item for item in axes.lines if len(set(item.get_ydata())) == 1)
-            assert level.get_ydata()[0] == pytest.approx(expected)
-    whole, close = panels(still)
+    for axes in (whole, close):
+        assert axes.lines[0].get_ydata()[0] == pytest.approx(1.0), "the plate is where the body touches it"
     (frame,) = whole.patches
     assert close.get_xlim() == pytest.approx((frame.get_x(), frame.get_x() + 3.2))
     assert close.get_ylim() == pytest.approx((frame.get_y(), frame.get_y() + frame.get_height()))
