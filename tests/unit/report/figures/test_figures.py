@@ -21,6 +21,7 @@ from fingerslip.report.colours import STATE_COLOURS, STIFF_COLOUR
 from fingerslip.report.content import RunSubject, StudySubject
 from fingerslip.report.figures import bodies, detectors, markers, patches, signals, specimens, study, style
 from fingerslip.report.page.pictures import draw_of_run, draw_of_study
+from fingerslip.report.scene import viewer
 from fingerslip.report.scene.options import SceneOptions
 from fingerslip.report.scene.scene import field_limits
 from fingerslip.results import RunResult
@@ -239,6 +240,15 @@ FIGURES = {
 # fmt: on
 
 
+@pytest.fixture(autouse=True, scope="module")
+def small_pictures():
+    """Render bodies small: what they show is tested, not how finely."""
+    with pytest.MonkeyPatch.context() as patch:
+        for module in (bodies, markers):
+            patch.setattr(module, "stills", lambda *scene: viewer.stills(*scene[:3], (320, 240)))
+        yield
+
+
 @functools.cache
 def drawn(name):
     """Return a figure of the table, which tests leave as it is."""
@@ -301,11 +311,6 @@ def test_the_stimulus_of_a_composed_figure_ends_where_its_axis_of_time_does():
     plate = panels(draw_of_run("composed", RunSubject(HISTORY, SLIPPED)))[0]
     last = plate.lines[0].get_xdata()[-1]
     assert last <= plate.get_xlim()[1] < HISTORY["time"].values[-1]
-
-
-def test_fields_of_cells_are_drawn_as_their_means_at_nodes():
-    corners = np.array([[0, 1, 2], [1, 2, 3]])
-    assert bodies._node_means(corners, np.array([1.0, 3.0]), 5).tolist() == [1.0, 2.0, 2.0, 3.0, 0.0]
 
 
 def test_keys_of_ratios_cover_no_curve():
