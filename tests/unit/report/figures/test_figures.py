@@ -273,26 +273,27 @@ OVER_TIME = {
         signals.contact_displacement_figure,
         {"no slide": ["no slide in contact"], "no contact": ["no slide in contact"]},
     ),
-    "acceleration": (signals.acceleration_figure, {"no receptors": NO_RECEPTORS}),
+    "acceleration": (signals.acceleration_figure, {"no contact": NO_RECEPTORS, "no receptors": NO_RECEPTORS}),
     "peaks": (
         lambda history: signals.acceleration_overview_figure({"a": history}, {}),
         {fault: ["no slide or no receptor"] for fault in INCOMPLETE},
     ),
-    "density": (signals.strain_energy_density_figure, {"no receptors": NO_RECEPTORS}),
-    "forces": (signals.force_figure, {}),
-    "forces of runs": (lambda history: signals.force_overview_figure({"a": history}, {}), {}),
-    "energy": (signals.energy_figure, {}),
+    "density": (signals.strain_energy_density_figure, {"no contact": NO_RECEPTORS, "no receptors": NO_RECEPTORS}),
+    "forces": (signals.force_figure, {"no slide": [], "no contact": ["slide starts"]}),
+    "forces of runs": (
+        lambda history: signals.force_overview_figure({"a": history}, {}),
+        {"no slide": [], "no contact": [], "no receptors": []},
+    ),
 }
 
 
 @pytest.mark.parametrize("name", list(OVER_TIME))
 def test_figures_of_incomplete_histories_say_why_they_are_empty_and_warn_of_nothing(name):
     draw, reasons = OVER_TIME[name]
-    for fault, history in INCOMPLETE.items():
-        figure = draw(history)
+    for fault, reason in reasons.items():
+        figure = draw(INCOMPLETE[fault])
         figure.draw_without_rendering()
-        if fault in reasons:
-            assert texts(panels(figure)[0]) == reasons[fault]
+        assert texts(panels(figure)[0]) == reason
 
 
 def test_ratio_reaches_the_friction_coefficient_and_is_left_out_while_hardly_anything_presses():
