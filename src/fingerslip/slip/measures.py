@@ -180,6 +180,13 @@ _COUNTERFACE, _NODES, _CONTACT = ("counterface",), ("contact_node",), ("contact_
 _LENGTH, _TRAVEL = Unit("m", "um"), Unit("m", "mm")
 
 
+def _of_events(
+    name: str, label: str, read: Callable[[xr.Dataset, Found], Number], unit: Unit | None = None, reading: str = "slip"
+) -> Measure:
+    """Return a measure of what is found of slip in a reading."""
+    return Measure(name, label, read, unit, reading=reading, needs=_CONTACT)
+
+
 def _of_force(name: str, label: str, read: Callable[[ContactForces], Number]) -> Measure:
     """Return a measure [N] of the forces of the first counterface."""
     return Measure(name, label, lambda history: read(contact_forces(history)), Unit("N"), needs=_COUNTERFACE)
@@ -231,24 +238,13 @@ MEASURES: tuple[Measure, ...] = (
         _friction_ratio_end_of_slide,
         needs=_COUNTERFACE,
     ),
-    Measure(
-        "slip_margin_incipient", "slip margin left at incipient slip", _slip_margin, reading="slip", needs=_CONTACT
-    ),
-    Measure(
-        "overall_travel",
-        "travel of the plate to overall slip",
-        _overall_travel,
-        _TRAVEL,
-        reading="slip",
-        needs=_COUNTERFACE,
-    ),
-    Measure(
+    _of_events("slip_margin_incipient", "slip margin left at incipient slip", _slip_margin),
+    _of_events("overall_travel", "travel of the plate to overall slip", _overall_travel, _TRAVEL),
+    _of_events(
         "latency_travel",
         "travel of the plate from incipient to overall slip",
         lambda history, slip: _travel(history, slip.events.incipient, slip.events.overall),
         _TRAVEL,
-        reading="slip",
-        needs=_COUNTERFACE,
     ),
     _of_nodes("front_arrival_median", "median arrival of the slip front at FA-I", _front_arrival_median, Unit("s")),
     _force_ratio("force_ratio_half", "friction force reaches half of its limit", 0.5),
@@ -268,14 +264,14 @@ MEASURES: tuple[Measure, ...] = (
     _of_nodes(
         "slip_distance_max", "largest slip distance", lambda history: history["slip_distance"].values.max(), _TRAVEL
     ),
-    Measure(
+    _of_events(
         "overall_peak_height",
         "height of the acceleration peak of overall slip",
         _overall_peak_height,
         Unit("m/s^2"),
-        reading="acceleration",
+        "acceleration",
     ),
-    Measure(
+    _of_events(
         "peaks_before_overall", "acceleration peaks before overall slip", _peaks_before_overall, reading="acceleration"
     ),
     Measure("stick_slip_cycles", "cycles of stick and slip in the slide", stick_slip_cycles),
