@@ -16,8 +16,9 @@ from matplotlib.patches import Patch as Swatch
 
 from fingerslip.history import read_history
 from fingerslip.report.colours import STATE_COLOURS, STATE_NAMES
-from fingerslip.report.figures.bodies import crop, draw_contact
+from fingerslip.report.figures.bodies import draw_contact
 from fingerslip.report.figures.patches import slip_onset_figure
+from fingerslip.report.figures.style import crop
 from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.report.scene.scene import COLOUR_MAP, field_limits
 from fingerslip.report.scene.viewer import still

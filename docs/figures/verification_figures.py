@@ -119,14 +119,13 @@ def cycle() -> None:
 
 def springs() -> None:
     """Coulomb oscillator and stick-slip."""
-    spring = blocks.Spring()
     _, (left, right) = plt.subplots(1, 2, figsize=(8.0, 3.2))
     history = blocks.coulomb_oscillator("Q4")
     times, place = history["time"].values, 1e3 * history["displacement"].values[:, 0, 0]
-    dead = 1e3 * 0.5 * spring.load / spring.stiffness
-    first = -dead + np.sqrt(dead**2 + (1e3 * blocks.START_SPEED / spring.rotation) ** 2)
+    dead = 1e3 * 0.5 * blocks.LOAD / blocks.STIFFNESS
+    first = -dead + np.sqrt(dead**2 + (1e3 * blocks.START_SPEED / blocks.ROTATION) ** 2)
     left.plot(times, place, color=BLUE, label="computed")
-    quarter = 0.25 * 2 * np.pi / spring.rotation
+    quarter = 0.25 * 2 * np.pi / blocks.ROTATION
     ends = np.array([quarter, 19 * quarter])
     envelope = first - 4 * dead * (ends - quarter) / (4 * quarter)
     left.plot(ends, envelope, "--", color=GREY, label="4 µN/k per cycle")
@@ -136,15 +135,14 @@ def springs() -> None:
     left.legend(fontsize=8, loc="lower right")
     history = blocks.stick_slip("Q4")
     times, place = history["time"].values, 1e3 * history["displacement"].values[:, 0, 0]
-    form = blocks.STICK_SLIP
-    middle = 1e3 * form.kinetic * spring.load / spring.stiffness
+    middle = 1e3 * blocks.KINETIC * blocks.LOAD / blocks.STIFFNESS
     right.plot(times, place, color=BLUE, label="computed")
     for sign in (-1, 1):
         label = "closed form" if sign > 0 else None
-        right.axhline(middle + sign * 500 * form.swing, color=GREY, ls="--", label=label)
+        right.axhline(middle + sign * 500 * blocks.SWING, color=GREY, ls="--", label=label)
     top = float(times[np.argmax(place)])
     for number in range(7):
-        at = top % form.period + number * form.period
+        at = top % blocks.PERIOD + number * blocks.PERIOD
         if at < times[-1]:
             right.axvline(at, color=GREY, lw=0.6, ls=":")
     right.set(xlabel="time [s]", ylabel="x [mm]", ylim=(-0.5, 7.5))

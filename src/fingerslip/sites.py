@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Iterable
 from typing import Literal, get_args
 
 from fingerslip.parameters import Length, parameters
@@ -31,3 +33,13 @@ class Site:
     kind: str
     position: tuple[Length, ...]
     region: str | None = None
+
+
+def ring_sites(kind: str, rings: Iterable[int], points: Iterable[Iterable[float]], region: str) -> tuple[Site, ...]:
+    """Return sites of a kind at points [m], named by ring and their numbers in it: ``internal-marker-2-05``."""
+    sites, count = [], Counter[int]()
+    for ring, point in zip(rings, points, strict=True):
+        count[ring] += 1
+        name = f"{kind.replace(' ', '-')}-{ring}-{count[ring]:02d}"
+        sites.append(Site(name, kind, tuple(map(float, point)), region))
+    return tuple(sites)

@@ -96,22 +96,10 @@ _SAME = 1e-6
 
 
 def filter_band(values: xr.DataArray, low: float | None = None, high: float | None = None) -> xr.DataArray:
-    """Return a signal without what is below or above some frequencies.
+    """Return a signal over time, at equal steps, without what is below `low` and above `high` [Hz].
 
     The filter is a Butterworth filter of third order that looks back only, as a receptor does, and starts at rest at
-    the first value.
-
-    Parameters
-    ----------
-    values : xarray.DataArray
-        A signal over the dimension time, at equal steps [s].
-    low, high : float, optional
-        Ends of the band that is kept [Hz]; without one the band is open on that side.
-
-    Raises
-    ------
-    InputError
-        Where the steps differ, or a frequency is not between 0 and half the rate of the records.
+    the first value. Without one of the ends the band is open on that side.
     """
     rate = _rate(values)
     for name, frequency in (("low", low), ("high", high)):
@@ -127,23 +115,10 @@ def filter_band(values: xr.DataArray, low: float | None = None, high: float | No
 
 
 def spectrum(values: xr.DataArray) -> xr.DataArray:
-    """Return the power spectral density of a signal, one-sided.
+    """Return the one-sided power spectral density of a signal over time, at equal steps [its unit squared per Hz].
 
-    Parameters
-    ----------
-    values : xarray.DataArray
-        A signal over the dimension time, at equal steps [s]; take a phase with ``.sel(time=slice(start, end))``.
-
-    Returns
-    -------
-    xarray.DataArray
-        Density [the signal's unit squared per Hz] over ``frequency`` [Hz] instead of time, of the signal without its
-        mean, under a Hann window. Its integral over frequency is the variance of the windowed signal.
-
-    Raises
-    ------
-    InputError
-        Where the steps differ.
+    It is that of the signal without its mean, under a Hann window, over ``frequency`` [Hz]; its integral is the
+    variance of the windowed signal. Take a phase with ``.sel(time=slice(start, end))``.
     """
     rate, axis = _rate(values), values.get_axis_num("time")
     frequency, density = signal.periodogram(values.values, rate, window="hann", axis=axis)
@@ -181,13 +156,7 @@ class BandwidthWarning(UserWarning):
 
 
 def record_bandwidth(history: xr.Dataset) -> float:
-    """Return up to which frequency [Hz] the records of a history resolve a signal: 20 records a period.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history, or anything else with a coordinate time [s]. The longest of its steps counts.
-    """
+    """Return up to which frequency [Hz] records resolve a signal: 20 a period, at the longest of their steps."""
     times = history["time"].values
     return 1.0 / (_STEPS_A_PERIOD * float(np.diff(times).max())) if times.size > 1 else 0.0
 
@@ -195,15 +164,8 @@ def record_bandwidth(history: xr.Dataset) -> float:
 def mesh_bandwidth(model: Model) -> dict[str, float]:
     """Return up to which frequency [Hz] the mesh carries shear waves through each region: 10 edges a wave.
 
-    Parameters
-    ----------
-    model : Model
-        The model. Its time steps are not asked, and rigid regions without a material have no entry.
-
-    Notes
-    -----
     Shear waves are the slowest, of speed sqrt(G/rho) with G a third of the material's `stiffness`, as in nearly
-    incompressible tissue. The longest edge of a region counts.
+    incompressible tissue. The longest edge of a region counts; rigid regions without a material have no entry.
     """
     limits, mesh = {}, model.mesh
     corners = mesh.p[:, mesh.t[: mesh.refdom.nnodes]]

@@ -22,7 +22,7 @@ def verify(
     The exit code is 1 where an error is larger than allowed.
     """
     from fingerslip.verification.catalogue import known_names
-    from fingerslip.verification.verify import verify as verify_problems
+    from fingerslip.verification.catalogue import verify as verify_problems
 
     if names:
         typer.echo("\n".join(known_names()))

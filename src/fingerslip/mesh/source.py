@@ -126,13 +126,6 @@ def choose_source(sources: Sequence[type], values: Mapping[str, Any]) -> type:
 
     That is the first class with a required parameter among the keys; else the first whose :func:`marks` allow what is
     given, such as `element`; else the first of all without required parameters.
-
-    Parameters
-    ----------
-    sources : sequence of type
-        Classes made with :func:`~fingerslip.parameters.parameters`.
-    values : mapping of str to object
-        What the file says.
     """
     named = [source for source in sources if not values.keys().isdisjoint(_required_names(source))]
     of_sizes = [source for source in sources if not _required_names(source)]
@@ -218,13 +211,7 @@ class MeshFile(MeshSource):
         return replace(inspected, tables=(*inspected.tables, *tables), suffix=suffix)
 
     def key(self, _specimen: Any = None, /) -> str:
-        """Return the hash of the file's content and unit.
-
-        Raises
-        ------
-        InputError
-            Where the file cannot be read.
-        """
+        """Return the hash of the file's content and unit."""
         return digest(content_hash("mesh.file", self.file, "needs a mesh file"), self.length_unit)
 
     def beside(self, folder: Path, /) -> Self:

@@ -17,6 +17,8 @@ from fingerslip.slip.windows import EVENTS, READINGS
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
 YELLOW, BLUE, VERMILLION, PURPLE = "#F0E442", "#0072B2", "#D55E00", "#CC79A7"
 GREY = "#6e6e6e"
+#: Lines that differ in nothing but what they are of.
+LINES = (BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY, BLACK)
 
 #: States of the contact.
 STATE_COLOURS: Mapping[int, str] = {OPEN: "#eef0f2", STICK: "#8fbfe0", SLIP: "#f2b04e"}

@@ -31,32 +31,14 @@ def front_arrivals(
     slide: int = 0,
     sites: Sequence[Site] | None = None,
 ) -> xr.DataArray:
-    """Return when the slip front arrives at the receptors above the contact of a section.
+    """Return when the slip front arrives at the receptors above the contact of a section, (n,) by site [s].
 
     The front is at a contact node once the node has slipped by more than `slip_tolerance` since the slide began, for
     the time `sustained` or up to the end of the slide. Between two nodes the time is interpolated along the contact,
-    so it belongs to a point of the skin and not to a node of the mesh.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A two-dimensional history with receptors.
-    kinds : sequence of str, optional
-        Receptor types.
-    settings : EventSettings, optional
-        Tolerance, and how long the slip has to last.
-    slide : int, optional
-        Which of the slides, from 0.
-    sites : sequence of Site, optional
-        Receptors to take where they were meant to be, such as those of :func:`~fingerslip.receptor_sites`; without them
-        the recorded ones, which stand at the nearest nodes of the mesh. To compare meshes, give the sites.
-
-    Returns
-    -------
-    xarray.DataArray
-        Times [s], dimension site, from the one end of the contact to the other: the receptors that lie between the
-        outermost nodes in contact at the start of the slide. NaN (missing) where the front does not arrive; no site
-        where there is no slide, or the history is one in 3D.
+    so it belongs to a point of the skin and not to a node of the mesh. Receptors lie between the outermost nodes in
+    contact at the start of the slide, in order; NaN (missing) where the front does not arrive, no site where there is
+    no slide, or the history is one in 3D. To compare meshes, give the `sites` where they were meant to be: the recorded
+    ones stand at the nearest nodes.
     """
     import xarray as xr
 
@@ -85,28 +67,11 @@ def force_ratio_times(
     slide: int = 0,
     counterface: int = 0,
 ) -> tuple[float | None, ...]:
-    """Return when the friction force reaches given shares of its limit in a slide.
+    """Return when the friction force reaches given shares [-] of its limit in a slide [s].
 
-    The limit is the friction coefficient times the normal force, each of the whole counterface.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history with contact.
-    fractions : sequence of float, optional
-        Shares of the limit [-].
-    settings : EventSettings, optional
-        How long the share has to last (`sustained`).
-    slide : int, optional
-        Which of the slides, from 0.
-    counterface : int, optional
-        The counterface.
-
-    Returns
-    -------
-    tuple of float or None
-        A time [s] for each share, interpolated between records; None for one that is not reached, and for all where
-        nothing slides or there is no friction.
+    The limit is the friction coefficient times the normal force, each of the whole counterface, and a share has to last
+    for `sustained`; times are interpolated between records. None for one that is not reached, and for all where nothing
+    slides or there is no friction.
     """
     window = slide_window(history, slide)
     if window is None or history.sizes.get("counterface", 0) <= counterface:
@@ -141,24 +106,9 @@ def reference_events(
 ) -> SlipEvents:
     """Find the events from sites of the skin that leave the plate's line in a plot of displacement over time.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history that records these sites.
-    sites : sequence of str
-        Names of sites on the skin, such as ``skin-h2``; all should be in contact when the slide begins.
-    settings : EventSettings, optional
-        Distance from which a site has left the line (`displacement_tolerance`), and how long it has to last.
-    slide : int, optional
-        Which of the slides, from 0.
-    counterface : int, optional
-        The counterface.
-
-    Returns
-    -------
-    SlipEvents
-        When the first site, 48 % of them, three quarters and the last one left the line; without recorded events
-        where the history lacks one of the sites.
+    A site has left the line where it lags by `displacement_tolerance` for the time `sustained`; all should be in
+    contact when the slide begins. The events are when the first site, 48 % of them, three quarters and the last one
+    left the line, without recorded events where the history lacks one of the sites.
     """
     settings = settings or EventSettings()
     available = set(history["site"].values.tolist()) if "site" in history.coords else set()

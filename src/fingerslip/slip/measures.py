@@ -33,34 +33,16 @@ _SUFFIXES = str.maketrans({"^": "", "/": "_per_"})
 
 @dataclass(frozen=True)
 class Measure:
-    """A number that sums up a history.
+    """A number that sums up a history."""
 
-    Parameters
-    ----------
-    name : str
-        Its name in files, without its unit.
-    label : str
-        Its name in words.
-    read : callable
-        Gets a history, and with `reading` also its :class:`~fingerslip.slip.events.Found`, and returns the number in
-        SI units; None where it does not exist in that history.
-    unit : Unit, optional
-        Its unit; none for a pure number.
-    mechanical : bool, optional
-        Whether it is a number of mechanics, whose convergence is studied; the others say how the run was computed.
-    reading : str, optional
-        The reading of the slip events that it is a number of, as in :data:`~fingerslip.slip.windows.READINGS`.
-    needs : tuple of str, optional
-        Dimensions of a history without which the number does not exist, such as ``contact_node``.
-    """
-
-    name: str
-    label: str
+    name: str  # in files, without its unit
+    label: str  # in words
+    # gets a history, and with `reading` also its `Found`; the number is in SI units, None where it does not exist
     read: Callable[..., Number]
-    unit: Unit | None = None
-    mechanical: bool = True
-    reading: str = ""
-    needs: tuple[str, ...] = ()
+    unit: Unit | None = None  # none for a pure number
+    mechanical: bool = True  # whether it is one of mechanics, whose convergence is studied; others say how a run went
+    reading: str = ""  # the reading of the slip events that it is a number of, as in ``READINGS``
+    needs: tuple[str, ...] = ()  # dimensions of a history without which it does not exist, such as ``contact_node``
 
     @property
     def key(self) -> str:
@@ -84,21 +66,9 @@ class Measure:
 def read_measures(
     history: xr.Dataset, measures: Sequence[Measure] | None = None, slip: Found | None = None
 ) -> dict[str, Number]:
-    """Read measures off a history.
+    """Return measures of a history [SI] by key, such as ``normal_force_max_N``; None for one that does not exist.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        What ``simulate`` returned.
-    measures : sequence of Measure, optional
-        Which; :data:`MEASURES` without it.
-    slip : Found, optional
-        The slip events of the history and its acceleration peaks; found here without it.
-
-    Returns
-    -------
-    dict
-        The values [SI] by key, such as ``normal_force_max_N``; None for one that does not exist.
+    They are :data:`MEASURES` without others; slip events and acceleration peaks are found where they are not given.
     """
     chosen = MEASURES if measures is None else measures
     if slip is None and any(measure.reading for measure in chosen):
@@ -210,6 +180,13 @@ _COUNTERFACE, _NODES, _CONTACT = ("counterface",), ("contact_node",), ("contact_
 _LENGTH, _TRAVEL = Unit("m", "um"), Unit("m", "mm")
 
 
+def _of_events(
+    name: str, label: str, read: Callable[[xr.Dataset, Found], Number], unit: Unit | None = None, reading: str = "slip"
+) -> Measure:
+    """Return a measure of what is found of slip in a reading."""
+    return Measure(name, label, read, unit, reading=reading, needs=_CONTACT)
+
+
 def _of_force(name: str, label: str, read: Callable[[ContactForces], Number]) -> Measure:
     """Return a measure [N] of the forces of the first counterface."""
     return Measure(name, label, lambda history: read(contact_forces(history)), Unit("N"), needs=_COUNTERFACE)
@@ -261,24 +238,13 @@ MEASURES: tuple[Measure, ...] = (
         _friction_ratio_end_of_slide,
         needs=_COUNTERFACE,
     ),
-    Measure(
-        "slip_margin_incipient", "slip margin left at incipient slip", _slip_margin, reading="slip", needs=_CONTACT
-    ),
-    Measure(
-        "overall_travel",
-        "travel of the plate to overall slip",
-        _overall_travel,
-        _TRAVEL,
-        reading="slip",
-        needs=_COUNTERFACE,
-    ),
-    Measure(
+    _of_events("slip_margin_incipient", "slip margin left at incipient slip", _slip_margin),
+    _of_events("overall_travel", "travel of the plate to overall slip", _overall_travel, _TRAVEL),
+    _of_events(
         "latency_travel",
         "travel of the plate from incipient to overall slip",
         lambda history, slip: _travel(history, slip.events.incipient, slip.events.overall),
         _TRAVEL,
-        reading="slip",
-        needs=_COUNTERFACE,
     ),
     _of_nodes("front_arrival_median", "median arrival of the slip front at FA-I", _front_arrival_median, Unit("s")),
     _force_ratio("force_ratio_half", "friction force reaches half of its limit", 0.5),
@@ -298,14 +264,14 @@ MEASURES: tuple[Measure, ...] = (
     _of_nodes(
         "slip_distance_max", "largest slip distance", lambda history: history["slip_distance"].values.max(), _TRAVEL
     ),
-    Measure(
+    _of_events(
         "overall_peak_height",
         "height of the acceleration peak of overall slip",
         _overall_peak_height,
         Unit("m/s^2"),
-        reading="acceleration",
+        "acceleration",
     ),
-    Measure(
+    _of_events(
         "peaks_before_overall", "acceleration peaks before overall slip", _peaks_before_overall, reading="acceleration"
     ),
     Measure("stick_slip_cycles", "cycles of stick and slip in the slide", stick_slip_cycles),

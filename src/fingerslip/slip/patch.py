@@ -34,20 +34,7 @@ class Patch:
 
 
 def contact_patch(history: xr.Dataset, counterface: int = 0) -> Patch:
-    """Join the contact candidates of a plate by Delaunay triangles in its plane.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history in 3D.
-    counterface : int, optional
-        The counterface.
-
-    Raises
-    ------
-    InputError
-        For a history in 2D, or with fewer than three candidates, or all on a line.
-    """
+    """Join the contact candidates of a plate by Delaunay triangles in its plane; refuse what is no patch in 3D."""
     from scipy.spatial import Delaunay, QhullError
 
     if not is_solid(history):
@@ -74,21 +61,11 @@ def contact_patch(history: xr.Dataset, counterface: int = 0) -> Patch:
 
 
 def patch_series(history: xr.Dataset, counterface: int = 0) -> xr.Dataset:
-    """Return the series that optical studies of fingertips report of the contact patch.
+    """Return the series that optical studies of fingertips report of the contact patch, over time.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history.
-    counterface : int, optional
-        The counterface; areas are those of all counterfaces.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``contact_area`` and ``stick_area`` [m^2], ``stick_ratio`` [-], ``annulus_width`` of the slipping annulus of a
-        round patch with these areas [m], ``normal_force`` and ``tangential_force`` [N] and their ``force_ratio`` [-].
-        Values that do not exist without contact are missing (NaN).
+    ``contact_area`` and ``stick_area`` of all counterfaces [m^2], ``stick_ratio`` [-], ``annulus_width`` of the
+    slipping annulus of a round patch with these areas [m], ``normal_force`` and ``tangential_force`` of one [N] and
+    their ``force_ratio`` [-]. Values that do not exist without contact are missing (NaN).
     """
     import xarray as xr
 
@@ -112,23 +89,11 @@ def patch_series(history: xr.Dataset, counterface: int = 0) -> xr.Dataset:
 
 
 def surface_strains(history: xr.Dataset, patch: Patch | None = None) -> xr.DataArray:
-    """Return the Green-Lagrange strains of the skin surface on the contact patch.
+    """Return the Green-Lagrange strains of the skin surface on a contact patch, (time, triangle, strain_component) [-].
 
     E = (F^T F - I)/2, where F maps the reference plane of a triangle onto its present plane. The components are along
-    the slide, across it, and the shear E_12 (not doubled), in the reference plane of each triangle.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history in 3D.
-    patch : Patch, optional
-        The patch; that of the first counterface without it.
-
-    Returns
-    -------
-    xarray.DataArray
-        Dimensions (time, triangle, strain_component) [-]; coordinates `along` and `across` of the triangles' centres
-        [m] and `touching` (time, triangle), whether all corners are in contact.
+    the slide, across it, and the shear E_12 (not doubled), in the reference plane of each triangle. Coordinates are
+    `along` and `across` of the triangles' centres [m] and `touching` (time, triangle), whether all corners touch.
     """
     import xarray as xr
 

@@ -54,18 +54,7 @@ class SpecimenChoice:
         return next((key for key in SPECIMENS if getattr(self, key) is not None), None)
 
     def specimen(self, where: str) -> Specimen | None:
-        """Return the specimen with all its values; None without one.
-
-        Parameters
-        ----------
-        where : str
-            What errors put first, such as ``studies/x.yaml``.
-
-        Raises
-        ------
-        InputError
-            For an unknown preset or key, or a value that does not fit.
-        """
+        """Return the specimen with all its values, whose errors begin with `where`; None without one."""
         kind = self.specimen_kind
         return None if kind is None else SPECIMENS[kind].changed(getattr(self, kind), f"{where}: {kind}")
 

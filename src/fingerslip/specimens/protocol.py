@@ -58,13 +58,7 @@ class Specimen(Protocol):
         """Return the boundaries or regions that are held, and in which of the components x, y, z, by dimension."""
 
     def sites(self, groups: Sequence[str], dim: int, /) -> tuple[Site, ...]:
-        """Return the sites of the given groups, such as a kind of receptors.
-
-        Raises
-        ------
-        InputError
-            For a group that it does not have in this dimension of space.
-        """
+        """Return the sites of the given groups, such as a kind of receptors; refuse those that it has not."""
 
     def unused_reason(self, path: str, use: ModelUse, /) -> str:
         """Return why the value of a dotted path makes no difference to a model; empty for one that it uses."""

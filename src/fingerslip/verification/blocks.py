@@ -7,7 +7,6 @@ the normal load is known in closed form and constant.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
@@ -74,20 +73,10 @@ def _drag(element: str) -> Iterator[Check]:
     yield relative("F / N at the end", _MU, float(force[0] / force[-1]), 1e-12)
 
 
-@dataclass(frozen=True)
-class Spring:
-    """A stiff block on a soft bar that pulls it back, pressed on a plate."""
-
-    stiffness: float = 100.0  # of the bar [N/m]
-    mass: float = 1.0  # of the block and a third of the bar [kg]
-    load: float = 1.0  # normal force [N]
-
-    @property
-    def rotation(self) -> float:
-        """Angular frequency [rad/s]."""
-        return float(np.sqrt(self.stiffness / self.mass))
-
-
+# A stiff block on a soft bar that pulls it back, pressed on a plate: stiffness of the bar [N/m], mass of the block and
+# a third of the bar [kg], normal force [N], and angular frequency [rad/s].
+STIFFNESS, MASS, LOAD = 100.0, 1.0, 1.0
+ROTATION = float(np.sqrt(STIFFNESS / MASS))
 _BAR, _BLOCK, _THICK = 1.0, 0.2, 0.1
 # The bar weighs a thousandth of the block; a third of it moves along.
 _BAR_SHARE = 1e-3
@@ -102,16 +91,16 @@ def _on_spring(
     stiffness: its elastic slip is next to none, and the step is so long for the block's ringing on it that numerical
     damping ends that within a few steps.
     """
-    spring, width = Spring(), _THICK ** (dimension(element) - 2)
+    width = _THICK ** (dimension(element) - 2)
     area, base = _THICK * width, _BLOCK * width
-    block_mass = spring.mass / (1 + _BAR_SHARE / 3)
+    block_mass = MASS / (1 + _BAR_SHARE / 3)
     along, thin = np.array([0.0, _BLOCK / 2, _BLOCK, _BLOCK + _BAR]), np.array([0.0, _THICK])
     regions = {"block": lambda x: x[0] < _BLOCK, "bar": lambda x: x[0] > _BLOCK}
     mesh = box(element, along, thin, thin, regions=regions)
     under = [facet for facet in mesh.boundaries["bottom"] if mesh.p[0, mesh.facets[:, facet]].mean() < _BLOCK]
     mesh = mesh.with_boundaries({"sole": np.array(under)})
-    modulus = spring.stiffness * _BAR / area
-    penalties = spring.load / base * 1e3, 2e6 * spring.stiffness / base
+    modulus = STIFFNESS * _BAR / area
+    penalties = LOAD / base * 1e3, 2e6 * STIFFNESS / base
     model = Model(
         mesh=mesh,
         materials={
@@ -135,7 +124,7 @@ START_SPEED = 0.975
 
 def coulomb_oscillator(element: str) -> xr.Dataset:
     """Return the history of the block that starts at 0.975 m/s from the relaxed spring, for five periods."""
-    period = 2 * np.pi / Spring().rotation
+    period = 2 * np.pi / ROTATION
     return _on_spring(element, Coulomb(_MU), (Hold(5 * period),), period / 500, START_SPEED)
 
 
@@ -152,11 +141,10 @@ def _oscillator(element: str) -> Iterator[Check]:
 
     The position of rest has the drops of all half cycles in it: 2 % of mu N / k.
     """
-    spring = Spring()
-    dead = _MU * spring.load / spring.stiffness
+    dead = _MU * LOAD / STIFFNESS
     history = coulomb_oscillator(element)
     position = history["displacement"].values[:, 0, 0]
-    first = -dead + float(np.sqrt(dead**2 + START_SPEED**2 / spring.rotation**2))
+    first = -dead + float(np.sqrt(dead**2 + START_SPEED**2 / ROTATION**2))
     halves = int(np.ceil((first / dead - 1) / 2))
     times, peaks = _extremes(history["time"].values, position)
     large = np.abs(peaks) > 1.5 * dead
@@ -166,7 +154,7 @@ def _oscillator(element: str) -> Iterator[Check]:
     drop = 2 * float(np.mean(-np.diff(np.abs(peaks))))
     yield relative("first amplitude [mm]", 1e3 * first, 1e3 * float(peaks[0]), 0.005)
     yield relative("drop per cycle 4 mu N / k [mm]", 4e3 * dead, 1e3 * drop, 0.005)
-    yield relative("period [s]", 2 * np.pi / spring.rotation, period, 0.005)
+    yield relative("period [s]", 2 * np.pi / ROTATION, period, 0.005)
     yield absolute("position of rest / (mu N / k)", rest / dead, float(position[-1]) / dead, 0.02)
 
 
@@ -201,41 +189,21 @@ def _sliding(element: str) -> Iterator[Check]:
     yield relative("travel v0^2 / (2 mu g) [m]", speed**2 / (2 * _MU * _GRAVITY), float(position[-1]), 0.02)
 
 
-@dataclass(frozen=True)
-class _StickSlip:
-    """Closed form of a block on a spring, dragged by a plate whose friction drops at once where it slips."""
-
-    static: float = 0.5
-    kinetic: float = 0.3
-    speed: float = 0.02
-
-    @property
-    def overshoot(self) -> float:
-        """Stretch of the spring at the end of sticking beyond that which kinetic friction holds [m]."""
-        return (self.static - self.kinetic) * Spring().load / Spring().stiffness
-
-    @property
-    def swing(self) -> float:
-        """Peak-to-peak way of the block [m]."""
-        return 2 * float(np.hypot(self.overshoot, self.speed / Spring().rotation))
-
-    @property
-    def period(self) -> float:
-        """Time to stick, 2 D / V, and to slip, (pi + 2 atan(V / (omega D))) / omega, together [s]."""
-        rotation = Spring().rotation
-        angle = float(np.arctan2(self.speed, rotation * self.overshoot))
-        return 2 * self.overshoot / self.speed + (np.pi + 2 * angle) / rotation
-
-
-STICK_SLIP = _StickSlip()
+# A plate drags the block and its friction drops at once where it slips: in closed form the stretch of the spring at the
+# end of sticking beyond that which kinetic friction holds [m], the peak-to-peak way of the block [m], and the time to
+# stick, 2 D / V, and to slip, (pi + 2 atan(V / (omega D))) / omega, together [s].
+STATIC, KINETIC, SPEED = 0.5, 0.3, 0.02
+_OVERSHOOT = (STATIC - KINETIC) * LOAD / STIFFNESS
+SWING = 2 * float(np.hypot(_OVERSHOOT, SPEED / ROTATION))
+PERIOD = 2 * _OVERSHOOT / SPEED + (np.pi + 2 * float(np.arctan2(SPEED, ROTATION * _OVERSHOOT))) / ROTATION
 
 
 def stick_slip(element: str) -> xr.Dataset:
     """Return the history of the block on a plate that moves at 20 mm/s, for six periods."""
-    law = StaticKinetic(STICK_SLIP.static, STICK_SLIP.kinetic, 1e-4 * STICK_SLIP.speed)
-    duration = 6 * STICK_SLIP.period
-    drive = Slide(duration * STICK_SLIP.speed, STICK_SLIP.speed)
-    return _on_spring(element, law, (drive,), 2 * np.pi / Spring().rotation / 1000, 0.0)
+    law = StaticKinetic(STATIC, KINETIC, 1e-4 * SPEED)
+    duration = 6 * PERIOD
+    drive = Slide(duration * SPEED, SPEED)
+    return _on_spring(element, law, (drive,), 2 * np.pi / ROTATION / 1000, 0.0)
 
 
 def _stick_slip(element: str) -> Iterator[Check]:
@@ -246,12 +214,12 @@ def _stick_slip(element: str) -> Iterator[Check]:
     history = stick_slip(element)
     times, peaks = _extremes(history["time"].values, history["displacement"].values[:, 0, 0])
     middle = 0.5 * (peaks.max() + peaks.min())
-    far = np.abs(peaks - middle) > 0.4 * STICK_SLIP.swing
+    far = np.abs(peaks - middle) > 0.4 * SWING
     tops, lows = peaks[far & (peaks > middle)], peaks[far & (peaks < middle)]
     period = float(np.mean(np.diff(times[far & (peaks > middle)])[1:]))
     swing = float(tops[1:].mean() - lows[1:].mean())
-    yield relative("swing [mm]", 1e3 * STICK_SLIP.swing, 1e3 * swing, 0.01)
-    yield relative("period [s]", STICK_SLIP.period, period, 0.01)
+    yield relative("swing [mm]", 1e3 * SWING, 1e3 * swing, 0.01)
+    yield relative("period [s]", PERIOD, period, 0.01)
 
 
 _BOTH = each("Q4", "H8")

@@ -1,4 +1,4 @@
-"""The problems of ``fingerslip verify``, by name; the file of a problem is loaded when it is its turn.
+"""The problems of ``fingerslip verify``, by name and computed; the file of a problem is loaded when it is its turn.
 
 The tests have more of them, in ``tests/problems/verification``.
 """
@@ -6,13 +6,12 @@ The tests have more of them, in ``tests/problems/verification``.
 from __future__ import annotations
 
 import importlib
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 from fingerslip.errors import InputError
-
-if TYPE_CHECKING:
-    from fingerslip.verification.problem import Problem
+from fingerslip.tables.table import Table, to_markdown
+from fingerslip.verification.problem import Outcome, Problem, number_table, run, table
 
 #: The names of all problems, by the file of this folder that has them, in the order of the table.
 FILES: Mapping[str, tuple[str, ...]] = {
@@ -54,3 +53,42 @@ def problem(name: str) -> Problem:
     file = next(file for file, names in FILES.items() if name in names)
     problems: Sequence[Problem] = importlib.import_module(f"fingerslip.verification.{file}").PROBLEMS
     return next(candidate for candidate in problems if candidate.name == name)
+
+
+@dataclass(frozen=True)
+class Verification:
+    """The outcomes of verification problems."""
+
+    outcomes: tuple[Outcome, ...]  # one for each problem
+
+    @property
+    def holds(self) -> bool:
+        """Whether every check of every problem passed."""
+        return all(outcome.holds for outcome in self.outcomes)
+
+    @property
+    def table(self) -> Table:
+        """A row for each check."""
+        return table(self.outcomes)
+
+    @property
+    def numbers(self) -> Table:
+        """The same for programs: numbers as numbers."""
+        return number_table(self.outcomes)
+
+    @property
+    def markdown(self) -> str:
+        """The table in Markdown."""
+        return f"{to_markdown(self.table)}\n{self.table.note}"
+
+
+def verify(only: Sequence[str], progress: Callable[[str], object]) -> Verification:
+    """Compute verification problems by their names, all without any, and tell each before it begins.
+
+    One that cannot be computed fails and does not stop the others.
+    """
+    chosen, outcomes = choose(only), []
+    for number, problem_of_name in enumerate(map(problem, chosen), start=1):
+        progress(f"{number} of {len(chosen)}: {problem_of_name.name}, {problem_of_name.title}")
+        outcomes.append(run(problem_of_name))
+    return Verification(tuple(outcomes))

@@ -57,22 +57,10 @@ def box(
 ) -> Any:
     """Return a meshed rectangle or box.
 
-    Parameters
-    ----------
-    element : {'Q4', 'T3', 'T6', 'H8', 'T4', 'T10'}
-        Kind of cell.
-    *axes : (n,) array_like
-        Ascending coordinates along each axis [m]; of three, cells in 2D take the first and the last.
-    shift : callable, optional
-        Maps the vertices (dim, n) to moved ones, after the sides have been named.
-    regions : mapping of str to callable, optional
-        Conditions on the cells' centres (dim, n); without it all cells are ``bulk``.
-
-    Returns
-    -------
-    skfem.Mesh
-        With the boundaries left and right across x, bottom and top across the last axis, and in 3D front and
-        back across y.
+    Coordinates ascend along each axis [m]; of three, cells in 2D take the first and the last. `shift` maps the vertices
+    (dim, n) to moved ones after the sides have been named; `regions` are conditions on the cells' centres (dim, n),
+    without which all cells are ``bulk``. The sides are left and right across x, bottom and top across the last axis,
+    and in 3D front and back across y.
     """
     kind, quadratic = _KINDS[element]
     chosen = components(element, *axes) if len(axes) == 3 else axes

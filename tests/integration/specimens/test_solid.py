@@ -51,6 +51,8 @@ def test_volumes_are_those_of_the_surfaces():
     tip = 2 / 3 * np.pi * outline.tip_length * outline.half_height * width
     cells = volumes(mesh)
     assert cells.sum() == pytest.approx(pad + tip, rel=0.01)
+    # Coarse meshes have more than fill the body, because layers and contact are finer.
+    assert 0.2 * mesh.nelements < solid_cells(finger, SolidSizes("T4", **COARSE)) < mesh.nelements
     depth = depth_below_skin(finger, mesh.p[:, mesh.t].mean(axis=1).T)
     near = {"epidermis": (0.0, 0.5e-3), "dermis": (0.5e-3, 1e-3), "tissue": (1e-3, 9e-3), "phalanx": (1e-3, 9e-3)}
     for name, (least, largest) in near.items():

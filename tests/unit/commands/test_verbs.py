@@ -19,7 +19,7 @@ from fingerslip.study.storage import reporting
 from fingerslip.tables.table import Column, Table
 from fingerslip.validation import Comparison, Stored
 from fingerslip.validation.rows import GeometryRow, number_row
-from fingerslip.verification import catalogue, verify
+from fingerslip.verification import catalogue
 from fingerslip.verification.problem import Problem, relative
 from fingerslip.vision.video import video_info, write_video
 from problems import clips
@@ -187,7 +187,7 @@ def test_rows_come_as_table_json_and_markdown(invoke, monkeypatch):
 def replace_problems(monkeypatch, *problems):
     known = {one.name: one for one in problems}
     monkeypatch.setattr(catalogue, "FILES", {"made": tuple(known)})
-    monkeypatch.setattr(verify, "problem", known.__getitem__)
+    monkeypatch.setattr(catalogue, "problem", known.__getitem__)
 
 
 def test_verify_prints_one_table_fails_where_a_check_does_and_goes_on_where_a_problem_cannot_be_computed(

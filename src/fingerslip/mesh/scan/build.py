@@ -122,13 +122,7 @@ class SurfaceMesh(MeshSource):
         return InspectedMesh(scan.mesh, scan_tables(scan), suffix=".vtu")
 
     def key(self, _specimen: Any = None, /) -> str:
-        """Return the hash of the settings and of what is in the files.
-
-        Raises
-        ------
-        InputError
-            Where a file cannot be read.
-        """
+        """Return the hash of the settings and of what is in the files."""
         values = as_mapping(self)
         files = {name: values[name] for name in ("skin", "phalanx") if values[name] is not None}
         return digest(

@@ -20,24 +20,12 @@ _DEBRIS = 0.01
 
 @dataclass(frozen=True)
 class Repairs:
-    """What was repaired of a surface.
+    """What was repaired of a surface."""
 
-    Parameters
-    ----------
-    dropped_pieces : int
-        Pieces with less than a hundredth of the area, which were dropped.
-    turned_triangles : int
-        Triangles that were turned to face outwards.
-    closed_holes : tuple of float
-        Diameters of the holes that were closed [m].
-    open_holes : tuple of float
-        Diameters of the holes that were left open [m].
-    """
-
-    dropped_pieces: int
-    turned_triangles: int
-    closed_holes: tuple[float, ...]
-    open_holes: tuple[float, ...]
+    dropped_pieces: int  # pieces with less than a hundredth of the area
+    turned_triangles: int  # triangles that were turned to face outwards
+    closed_holes: tuple[float, ...]  # diameters of the holes that were closed [m]
+    open_holes: tuple[float, ...]  # diameters of the holes that were left open [m]
 
 
 def repair_surface(surface: Surface, largest_hole: float = 5e-3) -> tuple[Surface, Repairs]:

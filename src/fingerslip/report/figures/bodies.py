@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import matplotlib as mpl
@@ -47,7 +47,6 @@ from fingerslip.slip.windows import EVENTS, MAIN_EVENTS
 from fingerslip.snapshot import flat_faces
 
 Floats = NDArray[np.float64]
-Pixels = NDArray[np.uint8]
 
 _SKIN_WIDTH = 3.2
 _MARGIN = 0.06
@@ -104,8 +103,6 @@ def deformed_figure(
     events: Events = style.NO_EVENTS,
     options: SceneOptions | None = None,
     times: Sequence[float] | Floats | None = None,
-    title: str = "",
-    *,
     heading: str = "",
 ) -> Figure:
     """Draw the deformed body with a field, a panel for each time [s]: sections to scale, or lit views of a solid."""
@@ -118,12 +115,14 @@ def deformed_figure(
         moments = frame_times(history, events, named) or {float(time): "" for time in even}
     numbers, field = snapshots_at(history, moments), SCALARS[options.scalar][0]
     words = f"Deformed {'body' if solid else 'section'}, {field.partition(' [')[0]}"
-    heading = heading or style.join_title(words, title)
-    figure, panels = (_draw_views if solid else _draw_sections)(history, list(numbers), options, heading)
+    draw = _draw_views if solid else _draw_sections
+    figure, panels = draw(history, list(numbers), options, heading or words)
     for axes, name in zip(panels, numbers.values(), strict=True):
         style.name_panel(axes, name, style.columns_for(len(numbers)))
-    keys = style.region_keys(region_names(history)) if options.scalar == "region" else {}
-    if options.scalar != "region":
+    keys: dict[str, Artist] = {}
+    if options.scalar == "region":
+        keys = style.layer_keys(palette.region_colours(region_names(history)), palette.BLACK, linewidth=0.3)
+    else:
         style.add_field_bar(figure, panels, field, field_limits(history, options))
     if options.contact or not solid:
         keys |= style.state_keys((STICK, SLIP))
@@ -136,7 +135,7 @@ def deformed_figure(
 def _draw_views(
     history: xr.Dataset, numbers: Sequence[int], options: SceneOptions, heading: str
 ) -> tuple[Figure, list[Axes]]:
-    pictures, columns = crop(stills(history, numbers, options, (1200, 900))), style.columns_for(len(numbers))
+    pictures, columns = style.crop(stills(history, numbers, options, (1200, 900))), style.columns_for(len(numbers))
     (height, width, _), wide = pictures[0].shape, 3.2 if columns > 1 else 6.0
     size = (wide, wide * height / width + 0.35)
     figure, panels = style.figure_grid(len(numbers), columns, size, heading, ("", ""), share="none")
@@ -259,31 +258,20 @@ def _draw_plates(axes: Axes, history: xr.Dataset, number: int) -> None:
 
 
 _CUT_FRAMES = 6
-_WHITE = 250
 
 
 def cut_frames_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, title: str = "") -> Figure:
     """Draw the inside of the finger at six snapshots from the end of the press to after overall slip."""
     options = SceneOptions(cut=middle_cut(history), camera="side", receptors=False, written=False)
     heading = style.join_title("Stress on a cut along the finger", title)
-    return deformed_figure(history, events, options, slide_moments(history, events, _CUT_FRAMES), heading=heading)
+    return deformed_figure(history, events, options, slide_moments(history, events, _CUT_FRAMES), heading)
 
 
 def scene_figure(history: xr.Dataset, title: str) -> Figure:
     """Draw the layers of a solid, cut open, at the start."""
     options = SceneOptions(scalar="region", cut=middle_cut(history), edges=True, written=False)
     heading = style.join_title("Layers and mesh at the start, cut open", title)
-    return deformed_figure(history, options=options, times=[0.0], heading=heading)
-
-
-def crop(pictures: Iterable[Pixels]) -> list[Pixels]:
-    """Cut the white margins off pictures (height, width, 3) of one size, the same off all of them."""
-    whole = list(pictures)
-    inked = np.any([(picture < _WHITE).any(axis=2) for picture in whole], axis=0)
-    rows, columns = np.flatnonzero(inked.any(axis=1)), np.flatnonzero(inked.any(axis=0))
-    if rows.size == 0:
-        return whole
-    return [picture[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1] for picture in whole]
+    return deformed_figure(history, style.NO_EVENTS, options, [0.0], heading)
 
 
 _JERK = 0.05  # s

@@ -18,8 +18,7 @@ from scipy.spatial import KDTree
 
 from fingerslip.history import nearest_snapshot
 from fingerslip.report.colours import BLACK, BLUE, GREY, ORANGE, SKY, VERMILLION
-from fingerslip.report.figures.bodies import crop
-from fingerslip.report.figures.style import add_legend, figure_grid, join_title, say, show_picture, with_style
+from fingerslip.report.figures.style import add_legend, crop, figure_grid, join_title, say, show_picture, with_style
 from fingerslip.report.scene.options import SceneOptions
 from fingerslip.report.scene.scene import middle_cut
 from fingerslip.report.scene.viewer import stills

@@ -15,7 +15,15 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from fingerslip.report.colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, region_colours
-from fingerslip.report.figures.style import add_legend, figure_grid, join_title, with_style
+from fingerslip.report.figures.style import (
+    add_legend,
+    crop,
+    figure_grid,
+    join_title,
+    layer_keys,
+    show_picture,
+    with_style,
+)
 from fingerslip.report.scene.viewer import prepare_rendering
 
 Floats = NDArray[np.float64]
@@ -25,7 +33,7 @@ _BOUNDARY_COLOURS = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, BLACK)
 _HATCHES = ("///", "...", "\\\\\\", "xx", "ooo")
 _EDGE, _BODY = "#5c5c5c", "#c9ced3"
 _WIDEST, _NARROWEST = 5.0, 1.3  # points
-_COLUMNS, _PANEL, _WINDOW, _WHITE = 3, 2.9, (1000, 900), 250  # inch, pixels, brightness
+_COLUMNS, _PANEL, _WINDOW = 3, 2.9, (1000, 900)  # inch, pixels
 _FROM = (0.9, 0.55, 1.0)
 _CELLS = {"show_edges": True}
 #: Facets of a mesh, each group with how it looks.
@@ -94,10 +102,8 @@ def _solid(mesh: skfem.Mesh, heading: str) -> Figure:
     height = _PANEL * images[0].shape[0] / images[0].shape[1] + 0.3
     figure, panels = figure_grid(len(names), _COLUMNS, (_PANEL, height), heading, ("", ""), share="none")
     for axes, name, image in zip(panels, names, images, strict=True):
-        axes.imshow(image)
-        axes.set_axis_off()
-        axes.set_title(name)
-    add_legend(figure, {name: Patch(facecolor=colour, edgecolor=_EDGE) for name, colour in colours.items()})
+        show_picture(axes, image, name)
+    add_legend(figure, layer_keys(colours, _EDGE))
     return figure
 
 
@@ -134,6 +140,4 @@ def _render(mesh: skfem.Mesh, scenes: Sequence[_Scene]) -> list[NDArray[np.uint8
             pictures.append(np.asarray(plotter.screenshot(None, return_img=True))[..., :3])
     finally:
         plotter.close()
-    drawn = (np.min(pictures, axis=(0, 3)) < _WHITE).nonzero()
-    rows, columns = (slice(at.min(), at.max() + 1) for at in drawn)
-    return [picture[rows, columns] for picture in pictures]
+    return crop(pictures)

@@ -36,7 +36,6 @@ from fingerslip.slip.windows import EVENTS, counterface_normal
 
 Floats = NDArray[np.float64]
 
-_STRAIN_NAMES = {"along": "strain along the slide", "across": "strain across the slide", "shear": "shear strain"}
 _APART = (0.92, 0.93, 0.94, 1.0)
 _LABELS = ("along the slide [mm]", "across the slide [mm]")
 _FRAMES = 9
@@ -63,13 +62,11 @@ def slip_frames_figure(
 
 
 @style.with_style
-def surface_strain_figure(
-    history: xr.Dataset, events: Events = style.NO_EVENTS, component: str = "along", title: str = ""
-) -> Figure:
-    """Draw the Green-Lagrange strain of the skin surface and its rate over the contact at four times of the slide."""
-    patch = contact_patch(history)
-    strains = surface_strains(history, patch).sel(strain_component=component)
-    moments, name = slide_moments(history, events, _STRAIN_FRAMES), _STRAIN_NAMES[component]
+def surface_strain_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, title: str = "") -> Figure:
+    """Draw the Green-Lagrange strain of the skin along the slide and its rate over the contact at four times of it."""
+    patch, name = contact_patch(history), "strain along the slide"
+    strains = surface_strains(history, patch).sel(strain_component="along")
+    moments = slide_moments(history, events, _STRAIN_FRAMES)
     heading = style.join_title(f"Green-Lagrange {name}, and its rate, seen from below", title)
     size = _panel_size(history, patch, 2.5)
     figure, panels = style.figure_grid(2 * len(moments), len(moments), size, heading, _LABELS)
@@ -169,14 +166,14 @@ _ARROW = 0.3
 
 
 @style.with_style
-def slip_onset_figure(histories: Mapping[str, xr.Dataset], counterface: int = 0) -> Figure:
+def slip_onset_figure(histories: Mapping[str, xr.Dataset]) -> Figure:
     """Draw when each part of the contact slips for good, a panel for each run, all in the same axes of the plate."""
-    patches = {title: contact_patch(history, counterface) for title, history in histories.items()}
+    patches = {title: contact_patch(history) for title, history in histories.items()}
     onsets = {title: _onsets(history, patches[title]) for title, history in histories.items()}
     latest = max((float(np.nanmax(times, initial=0.0)) for times in onsets.values()), default=0.0)
     colours = ScalarMappable(Normalize(0.0, latest or 1.0), "viridis_r")
     # Two axes of the plate that do not depend on the slide.
-    normal = counterface_normal(next(iter(histories.values())), counterface)
+    normal = counterface_normal(next(iter(histories.values())))
     plate = np.array([first := sliding_direction(normal), np.cross(first, normal)])
     points = {
         title: history["contact_position"].values[patches[title].nodes] @ plate.T

@@ -162,17 +162,6 @@ def _scale(largest: float, unit: str) -> tuple[float, str]:
     return 1.0, unit
 
 
-_HELD_COLOURS = (
-    palette.BLUE,
-    palette.VERMILLION,
-    palette.GREEN,
-    palette.ORANGE,
-    palette.PURPLE,
-    palette.SKY,
-    palette.BLACK,
-)
-
-
 @style.with_style
 def held_figure(histories: Mapping[str, xr.Dataset]) -> Figure:
     """Draw the normal force over time, and how far rigid bodies move where they are free, a line for each run."""
@@ -191,7 +180,7 @@ def held_figure(histories: Mapping[str, xr.Dataset]) -> Figure:
     title = "Normal force and motion while nothing slides"
     figure, panels = style.figure_grid(len(drawn), 1, (6.6, 2.6), title, (times[0].label, ""), share="x")
     for axes, (label, signals) in zip(panels, drawn.items(), strict=True):
-        axes.set_prop_cycle(color=_HELD_COLOURS)
+        axes.set_prop_cycle(color=palette.LINES)
         for (name, history), time in zip(histories.items(), times, strict=True):
             for body, values in signals(history).items():
                 axes.plot(time.values, values, label=", ".join(filter(None, (name, body))))
@@ -405,23 +394,17 @@ def _area_keys() -> dict[str, Artist]:
 
 
 @style.with_style
-def spike_figure(
-    spikes: Spikes,
-    history: xr.Dataset,
-    events: Events = style.NO_EVENTS,
-    title: str = "",
-    window: float | None = None,
-) -> Figure:
+def spike_figure(spikes: Spikes, history: xr.Dataset, events: Events = style.NO_EVENTS, title: str = "") -> Figure:
     """Draw when afferents fire, a panel for each type with a row for each afferent, below what the plate does.
 
-    Rows are ordered by place along the slide. Mean rates are counted in windows [s] of at least ten records.
+    Rows are ordered by place along the slide. Mean rates are counted in windows of at least ten records.
     """
     kinds = tuple(dict.fromkeys(spikes.kinds))
     times, heading = history["time"].values, style.join_title("Spikes of afferents", title)
     figure, panels = style.figure_grid(len(kinds) + 2, 1, (6.8, 1.1), heading, ("time [s]", ""), share="x")
     stimulus, *rasters, rate = panels
     draw_stimulus(stimulus, history, times)
-    rates = spikes.rates(window or max(_WINDOW, _RECORDS_A_WINDOW * float(np.diff(times).max())))
+    rates = spikes.rates(max(_WINDOW, _RECORDS_A_WINDOW * float(np.diff(times).max())))
     for axes, kind in zip(rasters, kinds, strict=True):
         colour = palette.RECEPTOR_COLOURS.get(kind, palette.BLACK)
         draw_raster(axes, spikes, history, kind)

@@ -9,20 +9,18 @@ from typing import Any
 import numpy as np
 import skfem
 import xarray as xr
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch, Rectangle
+from matplotlib.patches import Rectangle
 from mpl_toolkits.mplot3d import Axes3D
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from fingerslip.history import sites_of_kinds
 from fingerslip.report.colours import BLACK, GREY, RECEPTOR_COLOURS, RECEPTOR_MARKS, REGION_COLOURS, region_colours
 from fingerslip.report.figures.markers import ring_colours
-from fingerslip.report.figures.style import add_legend, figure_grid, join_title, with_style
+from fingerslip.report.figures.style import add_legend, figure_grid, join_title, layer_keys, with_style
 from fingerslip.report.scene.options import SceneOptions
 from fingerslip.report.scene.scene import CORNERS, check_options, region_names
 from fingerslip.specimens.fingertip import (
@@ -67,12 +65,8 @@ def fingertip_figure(fingertip: Fingertip, title: str = "") -> Figure:
         cell = panels[2].get_subplotspec()
         panels[2].remove()
         _draw_solid(figure.add_subplot(cell, projection="3d"), fingertip)
-    add_legend(figure, _layer_keys({name: REGION_COLOURS[name] for name in REGIONS}, _EDGE))
+    add_legend(figure, layer_keys({name: REGION_COLOURS[name] for name in REGIONS}, _EDGE))
     return figure
-
-
-def _layer_keys(colours: Mapping[str, str], edge: str, **look: Any) -> dict[str, Artist]:
-    return {name: Patch(facecolor=colour, edgecolor=edge, **look) for name, colour in colours.items()}
 
 
 def _fill(axes: Axes, polygons: Sequence[Floats], colour: str, edge: str = _EDGE, line: float = 0.6) -> None:
@@ -141,37 +135,21 @@ def mesh_figure(history: xr.Dataset, title: str = "") -> Figure:
 
 
 @with_style
-def section_figure(
-    mesh: skfem.Mesh,
-    receptors: Mapping[str, Floats],
-    displacement: Floats | None = None,
-    plate: float | None = None,
-    title: str = "",
-) -> Figure:
-    """Draw a section with its layers, elements, receptors and the plate, and a close view of the skin.
-
-    Receptors (n, 2) and the height of the plate are in the axes of the mesh [m], displacements (n_nodes, 2) [m].
-    """
+def section_figure(mesh: skfem.Mesh, receptors: Mapping[str, Floats], title: str = "") -> Figure:
+    """Draw a section with its layers, elements, receptors (n, 2) [m] and the plate, and a close view of the skin."""
     labels, heading = ("x [mm]", "y [mm]"), join_title("Section", title)
     figure, (whole, close) = figure_grid(2, 2, (4.6, 3.5), heading, labels, share="none", widths=(1.75, 1.0))
-    rest = mesh.p.T[:, :2]
-    points = rest if displacement is None else rest + displacement[: len(rest)]
-    positions = {}
-    for kind, values in receptors.items():
-        # Receptors move with the nearest nodes of the mesh.
-        nearest = cKDTree(rest).query(values)[1]
-        positions[kind] = values + points[nearest] - rest[nearest]
-    lowest = points[np.argmin(points[:, 1])]
-    level, colours = float(lowest[1]) if plate is None else plate, region_colours(tuple(mesh.subdomains or {}))
+    points = mesh.p.T[:, :2]
+    lowest, colours = points[np.argmin(points[:, 1])], region_colours(tuple(mesh.subdomains or {}))
     corners = mesh.t.T[:, : 4 if mesh.t.shape[0] in (4, 9) else 3]
     regions: Mapping[str, NDArray[np.int64]] = mesh.subdomains or {"body": np.arange(mesh.t.shape[1])}
     for axes, line, size in ((whole, 0.12, 1.6), (close, 0.3, 5.0)):
         for name, cells in regions.items():
             colour, shapes = colours.get(name, REGION_COLOURS["tissue"]), _MILLIMETRES * points[corners[cells]]
             axes.add_collection(PolyCollection(shapes, facecolor=colour, edgecolor=_EDGE, linewidth=line))
-        axes.axhline(1e3 * level, color=BLACK, linewidth=1.6, zorder=3)
+        axes.axhline(1e3 * lowest[1], color=BLACK, linewidth=1.6, zorder=3)
         _draw_to_scale(axes)
-        for kind, values in positions.items():
+        for kind, values in receptors.items():
             look: dict[str, Any] = {
                 "color": RECEPTOR_COLOURS.get(kind, BLACK),
                 "markeredgecolor": "white",
@@ -180,12 +158,12 @@ def section_figure(
             axes.plot(*1e3 * values.T, RECEPTOR_MARKS.get(kind, "x"), markersize=size, **look)
     whole.autoscale_view()
     # The skin round the lowest point, and a frame around that part in the whole.
-    left, bottom, width = 1e3 * (lowest[0] - _ZOOM_WIDTH / 2), 1e3 * (level - 0.06 * _ZOOM_WIDTH), 1e3 * _ZOOM_WIDTH
+    left, bottom, width = 1e3 * (lowest[0] - _ZOOM_WIDTH / 2), 1e3 * (lowest[1] - 0.06 * _ZOOM_WIDTH), 1e3 * _ZOOM_WIDTH
     close.set(xlim=(left, left + width), ylim=(bottom, bottom + 1.1 * width))
     close.set_title("close view of the framed part")
     whole.add_patch(Rectangle((left, bottom), width, 1.1 * width, fill=False, linewidth=0.9, zorder=6))
-    keys = _layer_keys(colours, _EDGE, linewidth=0.4)
-    for kind in positions:
+    keys = layer_keys(colours, _EDGE, linewidth=0.4)
+    for kind in receptors:
         mark, colour = RECEPTOR_MARKS.get(kind, "x"), RECEPTOR_COLOURS.get(kind, BLACK)
         keys[kind] = Line2D([], [], linestyle="", marker=mark, color=colour, markersize=5)
     add_legend(figure, {**keys, "plate": Line2D([], [], color=BLACK, linewidth=1.6)})
@@ -219,7 +197,7 @@ def tactip_figure(sensor: TacTip, title: str = "") -> Figure:
         axes.set_title(f"{len(places.ring)} {name}")
     # From inside, x to the right and z downwards, as the internal camera sees them.
     panels[1].invert_yaxis()
-    add_legend(figure, _layer_keys(SENSOR_COLOURS, _SENSOR_EDGE))
+    add_legend(figure, layer_keys(SENSOR_COLOURS, _SENSOR_EDGE))
     return figure
 
 

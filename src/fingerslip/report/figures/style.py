@@ -35,14 +35,12 @@ from PIL import Image
 from fingerslip.errors import InputError
 from fingerslip.history import phase_times
 from fingerslip.report.colours import (
-    BLACK,
     EVENT_COLOURS,
     EVENT_DASHES,
     FIELD_MAP,
     GREY,
     STATE_COLOURS,
     STATE_NAMES,
-    region_colours,
 )
 from fingerslip.slip import Events, SlideWindow, SlipEvents, slide_window
 from fingerslip.slip.windows import EVENTS, MAIN_EVENTS
@@ -51,6 +49,7 @@ from fingerslip.storage.files import write_bytes
 _LEAST_WIDTH = 5.2  # inch
 _KEY_WIDTH, _LETTER_WIDTH = 0.5, 0.07  # inch
 _BESIDE_PANELS, _KEY_HEIGHT = 0.8, 0.19  # inch: of a figure what is not panels; a row of its legend
+_WHITE = 250  # brightness of what is cut off pictures
 _LEAST_HEIGHT = 1.0  # inch: of a panel that is scaled to the width of a column
 _TITLE_LETTER_WIDTH, _PANEL_TITLE_LETTER_WIDTH, _LABEL_LETTER_WIDTH = 0.09, 0.08, 0.072  # inch
 # Width and height of a panel by the number of columns [inch].
@@ -244,10 +243,9 @@ def add_legend(figure: Figure, keys: Mapping[str, Artist]) -> None:
     figure.legend(list(keys.values()), list(keys), loc="outside lower left", ncols=columns, columnspacing=1.4)
 
 
-def region_keys(names: Sequence[str]) -> dict[str, Artist]:
+def layer_keys(colours: Mapping[str, str], edge: str, **look: Any) -> dict[str, Artist]:
     """Return keys of layers for a legend."""
-    colours = region_colours(names)
-    return {name: Patch(facecolor=colour, edgecolor=BLACK, linewidth=0.3) for name, colour in colours.items()}
+    return {name: Patch(facecolor=colour, edgecolor=edge, **look) for name, colour in colours.items()}
 
 
 def state_keys(states: Sequence[int]) -> dict[str, Artist]:
@@ -259,6 +257,16 @@ def add_field_bar(figure: Figure, panels: Sequence[Axes], label: str, limits: tu
     """Put a bar of the colours of a field beside panels."""
     colours = ScalarMappable(Normalize(*limits), FIELD_MAP)
     figure.colorbar(colours, ax=list(panels), label=label, extend="max", shrink=0.8, pad=0.01)
+
+
+def crop(pictures: Iterable[NDArray[np.uint8]]) -> list[NDArray[np.uint8]]:
+    """Cut the white margins off pictures (height, width, 3) of one size, the same off all of them."""
+    whole = list(pictures)
+    inked = np.any([(picture < _WHITE).any(axis=2) for picture in whole], axis=0)
+    rows, columns = np.flatnonzero(inked.any(axis=1)), np.flatnonzero(inked.any(axis=0))
+    if rows.size == 0:
+        return whole
+    return [picture[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1] for picture in whole]
 
 
 def show_picture(axes: Axes, picture: NDArray[np.uint8], title: str = "") -> None:

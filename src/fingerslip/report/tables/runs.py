@@ -51,7 +51,7 @@ def readings_table(run: RunResult, title: str = "Slip events") -> Table:
     return Table(title, (Column("read from"), *_event_columns([run])), rows, _notes([run], READINGS))
 
 
-def peaks_table(peaks: PeakTable, title: str = "Acceleration peaks") -> Table:
+def peaks_table(peaks: PeakTable) -> Table:
     """Show the acceleration peaks of one run, the most prominent first."""
     sizes = (Column(name, "m/s²", 3) for name in ("height", "prominence"))
     columns, spread = (Column("rank"), Column("time", "s", 3), *sizes, Column("over noise", "", 1)), peaks.noise_spread
@@ -62,7 +62,7 @@ def peaks_table(peaks: PeakTable, title: str = "Acceleration peaks") -> Table:
     note = f"Noise floor {peaks.noise_floor:.3g} m/s², spread {spread:.2g} m/s²; over noise is prominence by spread."
     if not rows:
         note = f"No peak stands out from the noise. {note}"
-    return Table(title, columns, rows, note)
+    return Table("Acceleration peaks", columns, rows, note)
 
 
 def swept_paths(runs: Sequence[RunResult]) -> tuple[str, ...]:
@@ -242,14 +242,14 @@ def energies_table(histories: Mapping[str, xr.Dataset]) -> Table:
     return Table("Energy balance", columns, (*rows, ("largest imbalance over largest work", "", *shares)), note)
 
 
-def measures_table(runs: Sequence[RunResult], titles: Sequence[str], title: str = "Measures") -> Table:
+def measures_table(runs: Sequence[RunResult], titles: Sequence[str]) -> Table:
     """Show the measures of runs, a row for each measure and a column for each run."""
     columns = (Column("measure"), Column("unit"), *(Column(heading, significant=4) for heading in titles))
     rows = tuple(
         (measure.label, typeset(measure.unit.shown) if measure.unit else "", *(_measure(run, measure) for run in runs))
         for measure in measures.MEASURES
     )
-    return Table(title, columns, rows)
+    return Table("Measures", columns, rows)
 
 
 def _measure(run: RunResult, measure: Measure) -> Cell:

@@ -228,13 +228,7 @@ class _Rows:
 
 
 def phalanx_surface(fingertip: FingertipNumbers) -> PhalanxSurface:
-    """Return the surface of the phalanx of a fingertip in 3D.
-
-    Raises
-    ------
-    InputError
-        Where the fingertip has only sections, and where the phalanx leaves no tissue.
-    """
+    """Return the surface of the phalanx of a fingertip in 3D; refuse one that leaves no tissue."""
     solid_shape(fingertip)
     rows = _scaled_rows(fingertip) if fingertip.phalanx.variant == "scaled" else _rows(fingertip)
     across, up = _shape(fingertip)

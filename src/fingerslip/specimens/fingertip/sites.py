@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.marker_layouts import hexagonal_layout
-from fingerslip.sites import Site
+from fingerslip.sites import Site, ring_sites
 from fingerslip.specimens.fingertip.numbers import FingertipNumbers, Section
 from fingerslip.specimens.fingertip.outline import at_depth, interface_depth, outline_curve
 from fingerslip.specimens.fingertip.skin import pose_points, skin_section, solid_shape
@@ -147,9 +147,4 @@ def skin_markers(fingertip: FingertipNumbers, spacing: float = 1.5e-3, layers: i
     x, z = layout.position.T
     centre, height, width = skin_section(fingertip, x)
     palmar = np.column_stack([x, centre - height * np.sqrt(1.0 - (z / width) ** 2), z])
-    places = pose_points(fingertip, palmar)
-    first = np.searchsorted(layout.ring, layout.ring)
-    return tuple(
-        Site(f"external-marker-{ring}-{number:02d}", "external marker", _position(point), "epidermis")
-        for ring, number, point in zip(layout.ring, np.arange(layout.count) - first + 1, places, strict=True)
-    )
+    return ring_sites("external marker", layout.ring, pose_points(fingertip, palmar), "epidermis")

@@ -15,7 +15,7 @@ from fingerslip.materials.choice import MaterialChoice, kept_values
 from fingerslip.mesh.source import GROWTH, GradedMesh, MeshSource, grade
 from fingerslip.parameters import PositiveLength, as_mapping, parameters
 from fingerslip.parameters.presets import Presets
-from fingerslip.sites import Site
+from fingerslip.sites import Site, ring_sites
 from fingerslip.specimens.protocol import ModelUse, check_regions
 from fingerslip.units import millimetres
 
@@ -174,25 +174,13 @@ class GelPad:
         return {"back": tuple("xyz"[:dim])}
 
     def sites(self, groups: Sequence[str], dim: int, /) -> tuple[Site, ...]:
-        """Return the sites of the markers, ring by ring about the middle: ``internal-marker-2-05``.
-
-        Raises
-        ------
-        InputError
-            For another group than `internal_markers`, and where the part that is modelled has another dimension.
-        """
+        """Return the sites of the markers, ring by ring about the middle: ``internal-marker-2-05``."""
         unknown = next((group for group in groups if group != MARKERS), None)
         if unknown is not None:
             raise InputError("record", f"a gel_pad has no '{unknown}'", f"needs {MARKERS}")
         if groups and dim != (2 if self.part == "section" else 3):
             raise InputError("record", f"got the sites of a {self.part} for {dim} dimensions", "needs a mesh of it")
-        ring = self.layout.ring
-        numbers = np.arange(len(ring)) - np.searchsorted(ring, ring) + 1
-        return tuple(
-            Site(f"internal-marker-{ring}-{number:02d}", "internal marker", tuple(map(float, point)), "gel")
-            for ring, number, point in zip(ring, numbers, self.marker_points, strict=True)
-            if groups
-        )
+        return ring_sites("internal marker", self.layout.ring, self.marker_points, "gel") if groups else ()
 
     def unused_reason(self, path: str, use: ModelUse, /) -> str:
         """Return why a value, such as ``markers.rows``, makes no difference to a model; see `ModelUse`."""

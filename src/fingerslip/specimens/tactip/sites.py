@@ -8,7 +8,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.sites import Site
+from fingerslip.sites import Site, ring_sites
 from fingerslip.specimens.tactip.numbers import TacTipNumbers
 from fingerslip.specimens.tactip.profile import MarkerPlaces, marker_places, place_points
 
@@ -41,10 +41,5 @@ def points_at(sensor: TacTipNumbers, places: MarkerPlaces, depth: float) -> Floa
 def marker_sites(sensor: TacTipNumbers, group: str) -> tuple[Site, ...]:
     """Return the sites of one of the `GROUPS`, ring by ring, in each from +x towards +z: ``internal-marker-2-05``."""
     depths = {"internal_markers": sensor.marker_depth, "rod_feet": sensor.rod_depth, "external_markers": 0.0}
-    places, kind, region = modelled_places(sensor), GROUPS[group], "skin" if group == "external_markers" else "rods"
-    points, stem = points_at(sensor, places, depths[group]), kind.replace(" ", "-")
-    first = np.searchsorted(places.ring, places.ring)
-    return tuple(
-        Site(f"{stem}-{ring}-{number:02d}", kind, tuple(map(float, point)), region)
-        for ring, number, point in zip(places.ring, np.arange(len(points)) - first + 1, points, strict=True)
-    )
+    places, region = modelled_places(sensor), "skin" if group == "external_markers" else "rods"
+    return ring_sites(GROUPS[group], places.ring, points_at(sensor, places, depths[group]), region)

@@ -66,20 +66,7 @@ class TacTip(TacTipNumbers):
         return held | {"symmetry": ("z",)} if self.part == "half" else held
 
     def sites(self, groups: Sequence[str], dim: int, /) -> tuple[Site, ...]:
-        """Return the sites of groups.
-
-        Parameters
-        ----------
-        groups : sequence of str
-            Among internal_markers, rod_feet (where the rods begin in the skin) and external_markers.
-        dim : int
-            Dimension of space, 2 for a section.
-
-        Raises
-        ------
-        InputError
-            For unknown groups, and where the part that is modelled has another dimension.
-        """
+        """Return the sites of groups: internal_markers, rod_feet (where rods begin in the skin), external_markers."""
         unknown = next((group for group in groups if group not in GROUPS), None)
         if unknown is not None:
             raise InputError("record", f"a tactip has no '{unknown}'", f"needs some of {', '.join(GROUPS)}")

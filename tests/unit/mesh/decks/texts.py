@@ -149,6 +149,9 @@ def flat(name, points, cells, more=""):
     return "\n".join(["*NODE", *nodes, f"*ELEMENT, TYPE={name}, ELSET=body", *elements, more])
 
 
+# The corners of a square at heights 0 to 3, and two beside it.
+NODES = [*(f"{x},{y},{z}" for z in range(3) for x, y in SQUARE), "2,0,0", "2,0,1", *(f"{x},{y},3" for x, y in SQUARE)]
+NUMBERS = [*range(1, 15), *range(21, 25)]
 # Two layers of one hexahedron each, a shell as an indenter above them, and a prism beside, in mm and N.
 FEBIO = """\
 <?xml version="1.0" encoding="ISO-8859-1"?>
@@ -185,24 +188,7 @@ FEBIO = """\
 	</Material>
 	<Mesh>
 		<Nodes name="Object1">
-			<node id="1">0,0,0</node>
-			<node id="2">1,0,0</node>
-			<node id="3">1,1,0</node>
-			<node id="4">0,1,0</node>
-			<node id="5">0,0,1</node>
-			<node id="6">1,0,1</node>
-			<node id="7">1,1,1</node>
-			<node id="8">0,1,1</node>
-			<node id="9">0,0,2</node>
-			<node id="10">1,0,2</node>
-			<node id="11">1,1,2</node>
-			<node id="12">0,1,2</node>
-			<node id="13">2,0,0</node>
-			<node id="14">2,0,1</node>
-			<node id="21">0,0,3</node>
-			<node id="22">1,0,3</node>
-			<node id="23">1,1,3</node>
-			<node id="24">0,1,3</node>
+NODES
 		</Nodes>
 		<Elements type="hex8" name="Tissue">
 			<elem id="1">1,2,3,4,5,6,7,8</elem>
@@ -245,4 +231,4 @@ FEBIO = """\
 	</Boundary>
 	<Output><plotfile type="febio"/></Output>
 </febio_spec>
-"""
+""".replace("NODES", "\n".join(f'\t\t\t<node id="{n}">{node}</node>' for n, node in zip(NUMBERS, NODES, strict=True)))

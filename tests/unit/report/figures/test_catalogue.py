@@ -9,6 +9,8 @@ from fingerslip.report.figures.motion import Film, film_frames
 from fingerslip.report.figures.style import LOOKS
 from fingerslip.report.page.pictures import _DRAW_RUNS, _DRAW_STUDIES, _HAS, draw_of_run, draw_of_study
 from fingerslip.report.scene.options import SceneOptions
+from unit.report.figures import made
+from unit.report.figures.made import HISTORY, marked, panels, titles
 from unit.report.figures.test_figures import FIGURES
 from unit.report.scenes import block_history
 from unit.synthetic import Process, make
@@ -40,23 +42,16 @@ def test_figures_that_a_run_or_a_study_cannot_have_are_refused_with_those_that_f
 
 
 @pytest.mark.parametrize("element", ["Q4", pytest.param("T4", marks=pytest.mark.slow)])
-def test_frames_have_the_asked_size_and_number_and_change(element):
-    film = Film(size=(480, 270), frame_rate=5.0, seconds=1.0)
-    frames = list(film_frames(block_history(element), EVENTS, film=film))
-    assert [frame.shape for frame in frames] == [(270, 480, 3)] * 5
-    assert all(frame.dtype == np.uint8 for frame in frames)
-    assert (frames[0] != frames[-1]).any()
-    bare = next(film_frames(block_history(element), EVENTS, SceneOptions(written=False), film))
-    np.testing.assert_array_equal(frames[0], bare, err_msg="time and colours are written once")
-
-
-@pytest.mark.parametrize("element", ["Q4", pytest.param("T4", marks=pytest.mark.slow)])
-def test_nothing_moves_when_the_name_of_an_event_appears(element):
+def test_frames_have_the_asked_size_and_number_and_change_but_for_what_stands_still(element):
     film = Film(size=(640, 360), frame_rate=8.0, seconds=1.0)
     frames = np.array(list(film_frames(block_history(element), EVENTS, film=film)))
-    # Between the lines that are drawn at events and at the time of a frame, grid lines stay where they are.
+    assert (frames.shape, frames.dtype) == ((8, 360, 640, 3), np.uint8)
+    assert (frames[0] != frames[-1]).any()
+    # An event is named from its time on: between the lines at events and at the time of a frame nothing moves.
     plot = frames[..., int(0.62 * 640) : int(0.97 * 640), :]
     assert (plot == plot[0]).all(axis=(0, 1, 3)).any()
+    bare = next(film_frames(block_history(element), EVENTS, SceneOptions(written=False), film))
+    np.testing.assert_array_equal(frames[0], bare, err_msg="time and colours are written once")
 
 
 @pytest.mark.parametrize(
@@ -89,3 +84,19 @@ def test_the_time_of_a_history_to_browse_decides_what_is_drawn(monkeypatch):
     assert page.count("data:image/png;base64") == 3
     with pytest.raises(fs.InputError, match="history: has no contact nodes"):
         fs.plot(history.isel(contact_node=slice(0)))
+
+
+def test_a_history_is_drawn_by_name_with_its_events_or_those_that_are_given():
+    for events, expected in ((None, made.EVENTS.slip.incipient), (fs.Events(slip=fs.SlipEvents(incipient=1.3)), 1.3)):
+        figure = fs.draw(HISTORY, "forces", events=events, title="mine")
+        assert expected in marked(panels(figure)[0])
+        assert figure.get_suptitle() == "Forces and slipping area: mine"
+    frames = fs.draw(block_history(), "slip-frames", times=(0.05, 0.1), style="paper")
+    assert [title[:7] for title in titles(frames)] == ["0.050 s", "0.100 s"]
+    assert frames.get_figwidth() == 7.2
+    with pytest.raises(fs.InputError, match="kind: got 'x', needs one of composed, deformed"):
+        fs.draw(HISTORY, "x")
+    with pytest.raises(fs.InputError, match="style: got 'x', needs one of page, paper, slides"):
+        fs.draw(HISTORY, "forces", style="x")
+    with pytest.raises(fs.ResultError, match="no receptors whose stimulus it resolves; write record"):
+        fs.draw(HISTORY.drop_dims("site"), "spikes")

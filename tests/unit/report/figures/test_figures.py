@@ -21,6 +21,7 @@ from fingerslip.report.colours import STATE_COLOURS, STIFF_COLOUR
 from fingerslip.report.content import RunSubject, StudySubject
 from fingerslip.report.figures import bodies, detectors, markers, patches, signals, specimens, study, style
 from fingerslip.report.page.pictures import draw_of_run, draw_of_study
+from fingerslip.report.scene import viewer
 from fingerslip.report.scene.options import SceneOptions
 from fingerslip.report.scene.scene import field_limits
 from fingerslip.results import RunResult
@@ -239,6 +240,15 @@ FIGURES = {
 # fmt: on
 
 
+@pytest.fixture(autouse=True, scope="module")
+def small_pictures():
+    """Render bodies small: what they show is tested, not how finely."""
+    with pytest.MonkeyPatch.context() as patch:
+        for module in (bodies, markers):
+            patch.setattr(module, "stills", lambda *scene: viewer.stills(*scene[:3], (320, 240)))
+        yield
+
+
 @functools.cache
 def drawn(name):
     """Return a figure of the table, which tests leave as it is."""
@@ -263,26 +273,27 @@ OVER_TIME = {
         signals.contact_displacement_figure,
         {"no slide": ["no slide in contact"], "no contact": ["no slide in contact"]},
     ),
-    "acceleration": (signals.acceleration_figure, {"no receptors": NO_RECEPTORS}),
+    "acceleration": (signals.acceleration_figure, {"no contact": NO_RECEPTORS, "no receptors": NO_RECEPTORS}),
     "peaks": (
         lambda history: signals.acceleration_overview_figure({"a": history}, {}),
         {fault: ["no slide or no receptor"] for fault in INCOMPLETE},
     ),
-    "density": (signals.strain_energy_density_figure, {"no receptors": NO_RECEPTORS}),
-    "forces": (signals.force_figure, {}),
-    "forces of runs": (lambda history: signals.force_overview_figure({"a": history}, {}), {}),
-    "energy": (signals.energy_figure, {}),
+    "density": (signals.strain_energy_density_figure, {"no contact": NO_RECEPTORS, "no receptors": NO_RECEPTORS}),
+    "forces": (signals.force_figure, {"no slide": [], "no contact": ["slide starts"]}),
+    "forces of runs": (
+        lambda history: signals.force_overview_figure({"a": history}, {}),
+        {"no slide": [], "no contact": [], "no receptors": []},
+    ),
 }
 
 
 @pytest.mark.parametrize("name", list(OVER_TIME))
 def test_figures_of_incomplete_histories_say_why_they_are_empty_and_warn_of_nothing(name):
     draw, reasons = OVER_TIME[name]
-    for fault, history in INCOMPLETE.items():
-        figure = draw(history)
+    for fault, reason in reasons.items():
+        figure = draw(INCOMPLETE[fault])
         figure.draw_without_rendering()
-        if fault in reasons:
-            assert texts(panels(figure)[0]) == reasons[fault]
+        assert texts(panels(figure)[0]) == reason
 
 
 def test_ratio_reaches_the_friction_coefficient_and_is_left_out_while_hardly_anything_presses():
@@ -301,11 +312,6 @@ def test_the_stimulus_of_a_composed_figure_ends_where_its_axis_of_time_does():
     plate = panels(draw_of_run("composed", RunSubject(HISTORY, SLIPPED)))[0]
     last = plate.lines[0].get_xdata()[-1]
     assert last <= plate.get_xlim()[1] < HISTORY["time"].values[-1]
-
-
-def test_fields_of_cells_are_drawn_as_their_means_at_nodes():
-    corners = np.array([[0, 1, 2], [1, 2, 3]])
-    assert bodies._node_means(corners, np.array([1.0, 3.0]), 5).tolist() == [1.0, 2.0, 2.0, 3.0, 0.0]
 
 
 def test_keys_of_ratios_cover_no_curve():
@@ -582,11 +588,11 @@ def test_every_snapshot_is_cut_once_and_white_margins_go_at_the_same_place_of_al
     assert [axes.get_ylabel() for axes in figure.axes if axes.get_ylabel()] == ["von Mises stress [kPa]"]
     first, second = np.full((2, 6, 8, 3), 255, dtype=np.uint8)
     first[1, 2], second[3, 5] = 0, 0
-    for picture, black in zip(bodies.crop([first, second]), [(0, 0), (2, 3)], strict=True):
+    for picture, black in zip(style.crop([first, second]), [(0, 0), (2, 3)], strict=True):
         assert picture.shape == (3, 4, 3)
         assert np.argwhere(picture[..., 0] == 0).tolist() == [list(black)]
     blank = np.full((3, 3, 3), 255, dtype=np.uint8)
-    assert bodies.crop([blank])[0].shape == blank.shape
+    assert style.crop([blank])[0].shape == blank.shape
 
 
 def test_frames_end_after_overall_slip_and_strains_and_stick_ratios_have_their_rows_and_scales():
@@ -785,21 +791,16 @@ def test_fingertips_and_sensors_are_drawn_to_scale():
     assert all(len(axes.collections[0].get_offsets()) == 81 for axes in (inside, below))
 
 
-def test_a_meshed_section_moves_with_the_displacement_above_the_plate():
-    receptors = {"FA-I": np.array([[1e-3, 1.5e-3]])}
-    still = specimens.section_figure(block(), receptors)
-    lifted = specimens.section_figure(block(), receptors, np.full((block().p.shape[1], 2), 1e-3), plate=0.0)
-    dots = [next(item for item in panels(f)[0].lines if item.get_marker() == "o") for f in (still, lifted)]
-    assert [dot.get_ydata()[0] for dot in dots] == pytest.approx([1.5, 2.5])
-    assert sum(len(c.get_paths()) for c in panels(still)[0].collections) == block().t.shape[1]
+def test_a_meshed_section_has_its_cells_and_receptors_and_a_frame_round_what_is_drawn_closer():
+    whole, close = panels(drawn("section"))
+    (dot,) = (item for item in whole.lines if item.get_marker() == "o")
+    assert dot.get_ydata()[0] == pytest.approx(1.5)
+    assert sum(len(c.get_paths()) for c in whole.collections) == block().t.shape[1]
     positions = specimens.receptor_positions(HISTORY)
     assert {kind: values.shape for kind, values in positions.items()} == dict.fromkeys(KINDS, (25, 2))
     assert specimens.receptor_positions(BARE) == {}
-    for plate, expected in ((None, 1.0), (0.4e-3, 0.4)):
-        for axes in panels(specimens.section_figure(block(), {}, plate=plate)):
-            level = next(item for item in axes.lines if len(set(item.get_ydata())) == 1)
-            assert level.get_ydata()[0] == pytest.approx(expected)
-    whole, close = panels(still)
+    for axes in (whole, close):
+        assert axes.lines[0].get_ydata()[0] == pytest.approx(1.0), "the plate is where the body touches it"
     (frame,) = whole.patches
     assert close.get_xlim() == pytest.approx((frame.get_x(), frame.get_x() + 3.2))
     assert close.get_ylim() == pytest.approx((frame.get_y(), frame.get_y() + frame.get_height()))

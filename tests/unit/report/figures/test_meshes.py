@@ -7,6 +7,7 @@ import skfem
 from matplotlib.collections import LineCollection, PolyCollection
 
 from fingerslip.report.colours import BLUE
+from fingerslip.report.figures import meshes
 from fingerslip.report.figures.meshes import mesh_figure
 from fingerslip.verification.meshes import box
 
@@ -32,7 +33,8 @@ def test_a_section_shows_its_regions_and_boundaries_by_name():
         np.testing.assert_allclose(segments, expected)
 
 
-def test_a_solid_shows_half_of_its_regions_and_each_boundary():
+def test_a_solid_shows_half_of_its_regions_and_each_boundary(monkeypatch):
+    monkeypatch.setattr(meshes, "_WINDOW", (250, 225))
     mesh = box("H8", *[np.linspace(0.0, 1.0, 3)] * 3, regions=HALVES)
     mesh = mesh.with_subdomains({"some of both": np.arange(3)})
     figure = mesh_figure(mesh, "pad")

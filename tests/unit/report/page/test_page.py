@@ -202,10 +202,10 @@ def test_the_page_shows_them_by_what_they_are_with_their_values_and_without_name
 
 
 def test_folder_stands_beside_the_video_its_page_says_what_is_wrong_and_a_failure_leaves_nothing(tmp_path):
-    frames = list(clips.filmed(clips.still(clips.field(), 5)))
+    frames = list(clips.filmed(clips.still(clips.field(rings=2), 5)))
     write_video(tmp_path / "a.mkv", frames, 30.0)
     assert list(track_video(tmp_path / "a.mkv", None, {"rest_frames": 3})) == [
-        "tracks of 81 markers in 5 frames, 100.00 % of the positions found",
+        "tracks of 25 markers in 5 frames, 100.00 % of the positions found",
         f"quality: {tmp_path / 'a_tracks' / 'quality.html'}",
     ]
     tracks = fs.read_tracks(tmp_path / "a_tracks" / "tracks.nc")

@@ -13,26 +13,30 @@ from fingerslip.specimens.fingertip.phalanx import _rounded_maximum
 from unit.fingers import SECTIONS, VARIANTS, change, change_solid, shoelace
 
 
+@functools.cache
+def contour_of(section, variant):
+    return ft.phalanx_contour(change(section=section, phalanx={"variant": variant}))
+
+
 def test_palmar_face_of_the_original_is_concave_and_of_the_flattened_flat():
     x = np.linspace(-10e-3, 2e-3, 200)
     faces = []
     for variant in ("original", "flattened"):
-        contour = ft.phalanx_contour(change(phalanx={"variant": variant}))
+        contour = contour_of("sagittal", variant)
         faces.append(np.interp(x, *contour[: int(contour[:, 0].argmax())].T))
     assert np.all(faces[1] == pytest.approx(-1.5e-3))
     raised = faces[0] - faces[1]
     assert raised.max() == pytest.approx(1e-3, rel=1e-3)
     assert x[raised.argmax()] == pytest.approx(-5e-3, abs=1e-4)
-    across = ft.phalanx_contour(change(section="transverse", phalanx={"variant": "flattened"}))
+    across = contour_of("transverse", "flattened")
     assert across[:, 1].min() == pytest.approx(-2.4e-3)
     assert np.ptp(across[across[:, 1] < -2.3999e-3][:, 0]) > 5e-3
 
 
 @pytest.mark.parametrize("section", SECTIONS)
 def test_tissue_round_the_scaled_phalanx_has_uniform_thickness(section):
-    fingertip = change(section=section, phalanx={"variant": "scaled"})
-    contour = ft.phalanx_contour(fingertip)
-    distance, _ = cKDTree(ft.outline_curve(fingertip).points).query(contour)
+    contour = contour_of(section, "scaled")
+    distance, _ = cKDTree(ft.outline_curve(change(section=section)).points).query(contour)
     thickness = distance - 1.5e-3
     # Only the rounded ends are further from the skin.
     uniform = np.abs(thickness - 3.5e-3) < 1e-6
@@ -44,16 +48,16 @@ def test_tissue_round_the_scaled_phalanx_has_uniform_thickness(section):
 
 def test_contours_run_counter_clockwise_and_end_on_the_proximal_cut_or_keep_clear_of_it():
     for section, variant in itertools.product(SECTIONS, VARIANTS):
-        contour = ft.phalanx_contour(change(section=section, phalanx={"variant": variant}))
+        contour = contour_of(section, variant)
         assert shoelace(contour) > 0, (section, variant)
         assert ft.reaches_cut(contour) == (section == "sagittal" and variant != "scaled"), (section, variant)
-    contour = ft.phalanx_contour(ft.preset("wang2014-2d"))
+    contour = contour_of("sagittal", "original")
     assert contour[[0, -1], 0] == pytest.approx(-16e-3)
     assert contour[0, 1] < contour[-1, 1] == pytest.approx(3e-3)
     reaching = ft.phalanx_contour(change(sagittal={"pad_rise": "0 mm"}, phalanx={"variant": "scaled"}))
     assert ft.reaches_cut(reaching)
     assert reaching[[0, -1]] == pytest.approx(np.array([[-16e-3, -2e-3], [-16e-3, 2e-3]]), abs=1e-6)
-    clear = ft.phalanx_contour(change(phalanx={"variant": "scaled"}))
+    clear = contour_of("sagittal", "scaled")
     assert not ft.reaches_cut(clear)
     assert clear[:, 0].min() > -16e-3 + 0.3e-3 - 1e-9
 

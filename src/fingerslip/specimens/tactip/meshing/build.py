@@ -9,7 +9,6 @@ from __future__ import annotations
 import dataclasses
 import itertools
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import gmsh
@@ -196,10 +195,9 @@ def _draw_section(sensor: TacTipNumbers, feet: Floats, ends: Floats) -> dict[str
 
     def below(line: Floats) -> int:
         """Return the surface between a mirrored line and the straight line between its ends."""
-        right = smooth_curves(line, lines.corners)
-        left = smooth_curves(line * [-1.0, 1.0], lines.corners, first=right.points[0])
-        chord = gmsh.model.occ.addLine(left.points[-1], right.points[-1])
-        return _surface([*right.curves, chord, *left.curves])
+        (lowest, *_, end), right = smooth_curves(line, lines.corners)
+        (*_, other_end), left = smooth_curves(line * [-1.0, 1.0], lines.corners, first=lowest)
+        return _surface([*right, gmsh.model.occ.addLine(other_end, end), *left])
 
     def strip(foot: Floats, end: Floats) -> int:
         along = (end - foot) / np.linalg.norm(end - foot)
@@ -226,10 +224,10 @@ def _draw_half(sensor: TacTipNumbers, feet: Floats, ends: Floats) -> dict[str, l
 
     def inside(line: Floats) -> int:
         """Return the volume between a line that starts on the axis, turned about it, and the plane of its end."""
-        curves = smooth_curves(line, lines.corners)
+        (lowest, *_, end), curves = smooth_curves(line, lines.corners)
         corner = _point(np.array([0.0, line[-1, 1]]))
-        sides = [gmsh.model.occ.addLine(curves.points[-1], corner), gmsh.model.occ.addLine(corner, curves.points[0])]
-        return _turn(_surface([*curves.curves, *sides]))
+        sides = [gmsh.model.occ.addLine(end, corner), gmsh.model.occ.addLine(corner, lowest)]
+        return _turn(_surface([*curves, *sides]))
 
     return {
         "skin": [inside(lines.outer)],
@@ -239,20 +237,15 @@ def _draw_half(sensor: TacTipNumbers, feet: Floats, ends: Floats) -> dict[str, l
     }
 
 
-@dataclass(frozen=True)
-class SmoothCurves:
-    """A line drawn in pieces."""
+def smooth_curves(line: Floats, corners: Integers, first: int | None = None) -> tuple[list[int], list[int]]:
+    """Draw a line (n, 2) [m] as cubic splines through its points, one for each piece between corners (k,).
 
-    points: list[int]  # tags of the points between pieces, and of both ends
-    curves: list[int]  # tags of the pieces
-
-
-def smooth_curves(line: Floats, corners: Integers, first: int | None = None) -> SmoothCurves:
-    """Draw a line (n, 2) [m] as cubic splines through its points, one for each piece between corners (k,)."""
+    Tags of the points between pieces and of both ends, and of the pieces.
+    """
     tags = [_point(point) for point in line[1:]]
     tags = [_point(line[0]) if first is None else first, *tags]
     pieces = [tags[start : end + 1] for start, end in itertools.pairwise(corners)]
-    return SmoothCurves([tags[row] for row in corners], [gmsh.model.occ.addSpline(piece) for piece in pieces])
+    return [tags[row] for row in corners], [gmsh.model.occ.addSpline(piece) for piece in pieces]
 
 
 def polygon(corners: Floats) -> int:
