@@ -296,6 +296,8 @@ def test_the_seed_decides_samples_those_that_are_equal_follow_and_wrong_ones_are
     for method in ("latin_hypercube", "sobol", "random"):
         first, again, other = (drawn(SampleSettings(ranges, count=8, seed=seed, method=method)) for seed in (1, 1, 2))
         assert first == again != other, method
+    samples = drawn(SampleSettings({"time.step": ("1 ms", "3 ms")}, count=2))
+    assert samples == ({"time.step": "1.4882 ms"}, {"time.step": "2.0495 ms"}), "finished runs are found again"
     settings = SampleSettings({"a": (0, 1)}, count=2, equal={"b": "a", "c": "a"})
     assert settings.values({"a": 0.3}) == {"a": 0.3, "b": 0.3, "c": 0.3}
     known = [InputError("sample.count", "is missing", "needs a value")]
@@ -343,5 +345,6 @@ def test_draws_have_the_standard_deviation_and_follow_from_the_seed():
     assert values.mean() == pytest.approx(1.5e-3, abs=2e-5)
     assert values.std() == pytest.approx(1e-4, rel=0.1)
     other = RepeatSettings(count=400, scatter={"a": "0.1 mm"}, seed=2)
+    assert scatter_values(settings, 1, {"a": "3 mm"}) == {"a": "0.00308945 m"}
     assert scatter_values(settings, 1, {"a": "1 mm"}) == scatter_values(settings, 1, {"a": "1 mm"})
     assert scatter_values(settings, 1, {"a": "1 mm"}) != scatter_values(other, 1, {"a": "1 mm"})
