@@ -1,6 +1,5 @@
 """What changes from run to run: sweeps, samples and repeats, each run with its values and a name of its own."""
 
-import dataclasses
 import itertools
 import re
 from pathlib import Path
@@ -25,7 +24,6 @@ from fingerslip.study.definition.sweep import (
     scatter_values,
     with_values,
 )
-from places import STUDIES
 from unit.study.block import FRICTIONS, block_values, finger_values
 
 SOURCE = Path("studies/x.yaml")
@@ -63,14 +61,6 @@ HERE = SOURCE.parent.resolve()
 )
 def test_values_anywhere_can_be_swept(path, values, read, expected):
     assert [read(run.study) for run in runs_of({path: values})] == expected
-
-
-def test_runs_of_a_study_made_in_python_are_checked_too():
-    study = dataclasses.replace(parse_study(block_values(), SOURCE), sweep={"tme.step": (1,), "time.step": ("1 mm",)})
-    with pytest.raises(InputError) as caught:
-        expand_mapping(as_mapping(study), SOURCE)
-    places = [error.where.removeprefix("studies/x.yaml: ") for error in caught.value.all]
-    assert places == ["sweep.tme.step", "sweep.time.step.0"]
 
 
 def test_resolved_runs_have_every_value_and_are_studies():
@@ -242,19 +232,6 @@ def test_values_that_look_alike_are_told_apart_by_a_hash():
     assert [name.startswith(("file-a-b.msh-", "file-A-b.msh-")) for name in names] == [True, True, True, False]
     assert len(set(names)) == 4
     assert names == run_names(values)
-
-
-@pytest.mark.parametrize(
-    ("study", "name"),
-    [
-        ("directions_3d", "direction--1_0_-1"),
-        ("wang2014_damping", "alpha--0.41421_friction_coefficient-0.2"),
-        ("wang2014_thickness", "tissue_thickness-2.5mm"),
-        ("wang2014_formulation", "formulation-plane-stress_variant-original"),
-    ],
-)
-def test_finished_runs_of_shipped_studies_keep_their_folders(study, name):
-    assert name in [run.name for run in read_runs(STUDIES / f"{study}.yaml").runs]
 
 
 HEIGHT = "fingertip.sagittal.half_height"
