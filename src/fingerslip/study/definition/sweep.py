@@ -15,7 +15,7 @@ from fingerslip.errors import InputError, Mistakes, shorten
 from fingerslip.parameters import parameters
 from fingerslip.parameters.dotted import assign, is_below, join_path, nearest
 from fingerslip.results import SAMPLE
-from fingerslip.sampling.designs import LEVELS, Method, design_size, draw_shares, needs_power_of_two
+from fingerslip.sampling.designs import LEVELS, Method, block_size, draw_shares
 from fingerslip.units import quantity_of, split_quantity
 
 #: Returns the mistakes of a study in which some values, by dotted path, are others.
@@ -302,7 +302,7 @@ class SampleSettings:
     equal: Mapping[str, str] = pydantic.Field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        if needs_power_of_two(self.method) and self.count & (self.count - 1):
+        if self.method in ("sobol", "saltelli") and self.count & (self.count - 1):
             below = 1 << (self.count.bit_length() - 1)
             repair = f"write count: {below} or count: {2 * below}"
             raise InputError("count", f"got {self.count} for a Sobol sequence", "needs a power of two", repair)
@@ -334,7 +334,7 @@ class SampleSettings:
     @property
     def total(self) -> int:
         """The number of samples."""
-        return design_size(self.method, self.count, len(self.paths))
+        return self.count * block_size(self.method, len(self.paths))
 
     @property
     def design(self) -> dict[str, Any]:
