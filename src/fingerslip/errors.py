@@ -10,13 +10,7 @@ _LONGEST = 80
 
 
 def shorten(text: str) -> str:
-    """Return text as errors show it: on one line, of at most 80 characters.
-
-    Examples
-    --------
-    >>> len(shorten("9" * 5000 + " mm"))
-    83
-    """
+    """Return text as errors show it: on one line, of at most 80 characters."""
     line = " ".join(text.split())
     return line if len(line) <= _LONGEST else f"{line[:_LONGEST]}..."
 
@@ -62,13 +56,7 @@ class InputError(FingerslipError, ValueError):
 
 
 def unknown_name(where: str, name: str, names: Iterable[str]) -> InputError:
-    """Return the error of a name that is not among those that are known, with the most similar one as its repair.
-
-    Examples
-    --------
-    >>> print(unknown_name("template", "sweeps", ["sweep", "own-mesh"]))
-    template: 'sweeps' is not known, needs one of sweep, own-mesh; did you mean 'sweep'?
-    """
+    """Return the error of a name that is not among those that are known, with the most similar one as its repair."""
     known_names = list(names)
     near = difflib.get_close_matches(name, known_names, n=1)
     repair = f"did you mean '{near[0]}'?" if near else ""
@@ -98,18 +86,7 @@ class InputErrors(InputError):  # noqa: N818  it holds several
 
 
 class Mistakes:
-    """Mistakes of several checks that are raised together, one that was found twice once.
-
-    Examples
-    --------
-    >>> mistakes = Mistakes()
-    >>> with mistakes.collect():
-    ...     raise InputError("x.yaml: depth", "got -1 mm", "needs a value > 0")
-    >>> with mistakes.collect():
-    ...     raise InputError("x.yaml: title", "got 3", "needs text")
-    >>> [error.where for error in mistakes.found]
-    ['x.yaml: depth', 'x.yaml: title']
-    """
+    """Mistakes of several checks that are raised together, one that was found twice once."""
 
     def __init__(self, result: Iterable[InputError] = ()) -> None:
         self.found = list(result)

@@ -22,27 +22,6 @@ from fingerslip.storage.netcdf import netcdf_bytes, read_netcdf
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "COORDINATES",
-    "OPEN",
-    "SLIP",
-    "STICK",
-    "VARIABLES",
-    "Variable",
-    "full_tensors",
-    "is_solid",
-    "make_history",
-    "nearest_record",
-    "nearest_snapshot",
-    "phase_times",
-    "read_history",
-    "site_kinds",
-    "site_rows",
-    "sites_of_kinds",
-    "stored_phases",
-    "write_history",
-]
-
 
 @dataclass(frozen=True)
 class Variable:

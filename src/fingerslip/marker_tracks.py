@@ -26,26 +26,8 @@ def marker_tracks(history: xr.Dataset, kinds: Sequence[str] = KINDS) -> xr.Datas
     """Return where the markers of a simulated sensor were at every record.
 
     Markers are recorded sites of the kinds ``internal marker`` and ``external marker``, whose names end in their ring
-    and their number in it, such as ``internal-marker-2-05``.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history with such sites.
-    kinds : sequence of str, optional
-        Among ``internal`` and ``external``; those that were not recorded are left out.
-
-    Returns
-    -------
-    xarray.Dataset
-        Tracks [m] as of :func:`~fingerslip.vision.tracks.make_tracks`, in the axes of the history, with the name of
-        each marker in `name`. Where the feet of the rods were recorded, `direction` is the unit vector from the foot
-        to the marker at every record, NaN for a marker without a rod.
-
-    Raises
-    ------
-    InputError
-        Where no marker was recorded.
+    and their number in it, such as ``internal-marker-2-05``. Tracks are in the axes of the history [m]. Where the feet
+    of rods were recorded, `direction` is the unit vector from the foot to the marker, NaN for a marker without a rod.
     """
     rows = {kind: sites_of_kinds(history, [f"{kind} marker"]) for kind in kinds}
     chosen = np.concatenate([*rows.values(), np.empty(0, dtype=np.intp)]).astype(np.intp)

@@ -99,16 +99,7 @@ class Convergence:
 
 
 def refine(series: Series, formal_order: float | None) -> Refinement:
-    """Find the behaviour of a number under refinement.
-
-    Examples
-    --------
-    Values 1 + h^2 at h = 1, 1/2, 1/4:
-
-    >>> found = refine(Series("mesh", (1.0, 0.5, 0.25), (2.0, 1.25, 1.0625)), 2.0)
-    >>> found.behaviour, round(found.order, 6), round(found.limit, 6), round(found.uncertainty, 6)
-    ('monotone', 2.0, 1.0, 1.25)
-    """
+    """Find the behaviour of a number under refinement."""
     values = [value for value in series.values if value is not None]
     if len(values) < len(series.values):
         return Refinement("missing")

@@ -109,13 +109,7 @@ def metres(unit: str) -> float:
 
 
 def parse_quantity(text: str, si: str, *, example: str = "", where: str = "quantity") -> float:
-    """Read a quantity with its unit into an SI float.
-
-    Examples
-    --------
-    >>> parse_quantity("1.5 mm", "m")
-    0.0015
-    """
+    """Read a quantity with its unit into an SI float."""
     unit_example = example or si
     match, text_shown = _QUANTITY.fullmatch(text), shorten(text)
     if match is None:
@@ -160,36 +154,18 @@ def _no_unit(number: object, si: str, example: str, where: str = "") -> InputErr
 
 
 def split_quantity(text: str) -> tuple[float, str] | None:
-    """Return the number and the unit of a quantity as they are written; None for text that is no quantity.
-
-    Examples
-    --------
-    >>> split_quantity("-15 deg"), split_quantity("scaled"), split_quantity("0.6")
-    ((-15.0, 'deg'), None, None)
-    """
+    """Return the number and the unit of a quantity as they are written; None for text that is no quantity."""
     match = _QUANTITY.fullmatch(text)
     return (float(match[1]), match[2]) if match and match[2] else None
 
 
 def without_rounding(text: str) -> str:
-    """Return a text with twelve digits of each number, which leaves out the rounding of sums.
-
-    Examples
-    --------
-    >>> without_rounding("0.6000000000000001 mm"), without_rounding("0.1234567891")
-    ('0.6 mm', '0.1234567891')
-    """
+    """Return a text with twelve digits of each number, which leaves out the rounding of sums such as 0.1 + 0.2."""
     return _FRACTION.sub(lambda number: number[0] if len(number[0]) <= 14 else f"{float(number[0]):.12g}", text)
 
 
 def si_quantity(text: str) -> tuple[float, str] | None:
-    """Return the value of a quantity in SI and its unit there; None for text that is no quantity of mechanics.
-
-    Examples
-    --------
-    >>> si_quantity("3 mm/s"), si_quantity("34 kPa"), si_quantity("scaled")
-    ((0.003, 'm/s'), (34000.0, 'Pa'), None)
-    """
+    """Return the value of a quantity in SI and its unit there; None for text that is no quantity of mechanics."""
     split = split_quantity(text)
     if split is None:
         return None
@@ -198,13 +174,7 @@ def si_quantity(text: str) -> tuple[float, str] | None:
 
 
 def quantity_of(value: object) -> tuple[float, str] | None:
-    """Return the number [SI] and the SI unit of a number or of text with a unit; None for anything else.
-
-    Examples
-    --------
-    >>> quantity_of(0.6), quantity_of("3 mm/s"), quantity_of(True)
-    ((0.6, ''), (0.003, 'm/s'), None)
-    """
+    """Return the number [SI] and the SI unit of a number or of text with a unit; None for anything else."""
     if isinstance(value, int | float) and not isinstance(value, bool):
         return float(value), ""
     return si_quantity(value) if isinstance(value, str) else None
@@ -216,13 +186,7 @@ def with_unit(value: float, unit: str) -> Any:
 
 
 def si_number(value: Any) -> tuple[float, str]:
-    """Return the number of a calculated quantity in SI and its unit, which is empty for a pure number.
-
-    Examples
-    --------
-    >>> si_number(with_unit(2.0, "s") * with_unit(3.0, "mm/s"))
-    (0.006, 'm')
-    """
+    """Return the number of a calculated quantity in SI and its unit, which is empty for a pure number."""
     if not hasattr(value, "to_base_units"):
         return float(value), ""
     for unit in ("", *_OF_MECHANICS):
@@ -233,47 +197,23 @@ def si_number(value: Any) -> tuple[float, str]:
 
 
 def unit_suffix(si: str) -> str:
-    """Return a unit as names of columns end in it.
-
-    Examples
-    --------
-    >>> unit_suffix("kg/m^3"), unit_suffix("1/s"), unit_suffix("N m")
-    ('kg_per_m3', 'per_s', 'N_m')
-    """
+    """Return a unit as names of columns end in it, such as ``kg_per_m3``."""
     return re.sub(r"^1?/", "per_", si).replace("/", "_per_").replace("^", "").replace(" ", "_")
 
 
 def format_quantity(value: float, si: str, display: str = "") -> str:
-    """Write an SI value in its display unit with up to six digits.
-
-    Examples
-    --------
-    >>> format_quantity(0.0015, "m", "mm")
-    '1.5 mm'
-    """
+    """Write an SI value in its display unit with up to six digits."""
     factor = _factor(si, display) if display else 1.0
     return f"{value * (factor or 1.0):.6g} {display or si}"
 
 
 def millimetres(length: float, digits: int = 4) -> str:
-    """Write a length [m] in millimetres, as errors do.
-
-    Examples
-    --------
-    >>> millimetres(0.00123456)
-    '1.235 mm'
-    """
+    """Write a length [m] in millimetres, as errors do."""
     return f"{length * 1e3:.{digits}g} mm"
 
 
 def coordinates(position: Iterable[float], digits: int = 4) -> str:
-    """Write the coordinates of a point [m] in millimetres, as errors do.
-
-    Examples
-    --------
-    >>> coordinates((0.001, -0.0065))
-    'x = 1 mm, y = -6.5 mm'
-    """
+    """Write the coordinates of a point [m] in millimetres, as errors do."""
     return ", ".join(f"{axis} = {millimetres(value, digits)}" for axis, value in zip("xyz", position, strict=False))
 
 

@@ -92,6 +92,23 @@ def test_numbers_beyond_a_computer_and_units_that_have_to_be_calculated_are_refu
         assert len(str(caught.value)) < 400
 
 
+@pytest.mark.parametrize(
+    ("answers", "expected"),
+    [
+        (map(units.split_quantity, ("-15 deg", "scaled", "0.6")), [(-15.0, "deg"), None, None]),
+        (map(units.without_rounding, ("0.6000000000000001 mm", "0.1234567891")), ["0.6 mm", "0.1234567891"]),
+        (map(units.si_quantity, ("3 mm/s", "34 kPa", "scaled")), [(0.003, "m/s"), (34000.0, "Pa"), None]),
+        (map(units.quantity_of, (0.6, "3 mm/s", True)), [(0.6, ""), (0.003, "m/s"), None]),
+        ([units.si_number(units.with_unit(2.0, "s") * units.with_unit(3.0, "mm/s"))], [(0.006, "m")]),
+        (map(units.unit_suffix, ("kg/m^3", "1/s", "N m")), ["kg_per_m3", "per_s", "N_m"]),
+        ([format_quantity(0.0015, "m", "mm"), units.millimetres(0.00123456)], ["1.5 mm", "1.235 mm"]),
+        ([units.coordinates((0.001, -0.0065))], ["x = 1 mm, y = -6.5 mm"]),
+    ],
+)
+def test_quantities_are_split_converted_and_written(answers, expected):
+    assert list(answers) == expected
+
+
 def test_known_factors_are_those_of_pint():
     for unit in units._FACTORS:
         for si in units._OF_MECHANICS:

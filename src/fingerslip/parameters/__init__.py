@@ -88,14 +88,7 @@ def parameters(cls: type[T]) -> type[T]:
 
 
 def kinds_of(union: Any) -> dict[str, type]:
-    """Return the members of a union of classes by the keys that study files name them by: the names in snake case.
-
-    Examples
-    --------
-    >>> class StaticKinetic: ...
-    >>> list(kinds_of(StaticKinetic | int))
-    ['static_kinetic', 'int']
-    """
+    """Return the members of a union of classes by the keys that study files name them by: the names in snake case."""
     return {re.sub(r"(?<!^)(?=[A-Z])", "_", kind.__name__).lower(): kind for kind in get_args(union)}
 
 
@@ -125,24 +118,7 @@ def one_of(union: Any, what: str, name: str, words: str) -> Choice:
 def from_mapping(cls: type[T], values: Mapping[str, Any], where: str = "") -> T:
     """Build a parameter set from a file's mapping, in which every quantity is text with a unit.
 
-    Parameters
-    ----------
-    cls : type
-        A class made with :func:`parameters`.
-    values : mapping
-        Nested plain data, as YAML gives it.
-    where : str, optional
-        What errors put first: the file's name, with a colon and a path in it where `values` is a part of the file.
-
-    Returns
-    -------
-    cls
-        The parameter set.
-
-    Raises
-    ------
-    InputError
-        For all mistakes, in the order of `values`: unknown and missing keys, units, types, ranges.
+    Errors begin with `where`: the name of the file, with a colon and a path in it where `values` is a part of the file.
     """
     try:
         return _adapter(cls).validate_python(dict(values), context=_FROM_TEXT)  # type: ignore[arg-type, no-any-return]

@@ -8,35 +8,17 @@ from typing import Any
 
 
 def join_path(*parts: str) -> str:
-    """Return a dotted path from its parts; empty ones are left out.
-
-    Examples
-    --------
-    >>> join_path("contact", "", "friction.coulomb")
-    'contact.friction.coulomb'
-    """
+    """Return a dotted path from its parts; empty ones are left out."""
     return ".".join(part for part in parts if part)
 
 
 def is_below(path: str, group: str) -> bool:
-    """Tell whether `path` is `group` or inside it.
-
-    Examples
-    --------
-    >>> is_below("time.step", "time"), is_below("time", "time"), is_below("times", "time")
-    (True, True, False)
-    """
+    """Tell whether `path` is `group` or inside it."""
     return path == group or path.startswith(f"{group}.")
 
 
 def walk(values: object, path: str = "") -> Iterator[str]:
-    """Yield the path of every value inside nested mappings and lists, groups before what they hold.
-
-    Examples
-    --------
-    >>> list(walk({"a": {"b": [1]}}))
-    ['a', 'a.b', 'a.b.0']
-    """
+    """Yield the path of every value inside nested mappings and lists, groups before what they hold."""
     items = (
         values.items() if isinstance(values, Mapping) else enumerate(values) if isinstance(values, list | tuple) else ()
     )
@@ -47,26 +29,14 @@ def walk(values: object, path: str = "") -> Iterator[str]:
 
 
 def known_part(path: str, paths: Collection[str]) -> str:
-    """Return the longest leading part of a path that is among `known`; empty where none is.
-
-    Examples
-    --------
-    >>> known_part("contact.friction", {"contact", "time"})
-    'contact'
-    """
+    """Return the longest leading part of a path that is among `paths`; empty where none is."""
     while path and path not in paths:
         path = path.rpartition(".")[0]
     return path
 
 
 def nearest(path: str, names: Sequence[str]) -> str | None:
-    """Return the known path most like `path`: by its last part where that exists, else by its letters.
-
-    Examples
-    --------
-    >>> nearest("phalanx.variant", ["fingertip.phalanx.variant", "time.step"])
-    'fingertip.phalanx.variant'
-    """
+    """Return the known path most like `path`: by its last part where that exists, else by its letters."""
     last = path.rsplit(".", 1)[-1]
     same_last = [other for other in names if other.rsplit(".", 1)[-1] == last]
     matches = difflib.get_close_matches(path, same_last or names, n=1, cutoff=0.0 if same_last else 0.5)
@@ -74,15 +44,7 @@ def nearest(path: str, names: Sequence[str]) -> str | None:
 
 
 def assign(values: dict[str, Any], path: str, value: object) -> None:
-    """Put a value into nested plain data, in place; groups that are missing on the way are made.
-
-    Examples
-    --------
-    >>> study = {"programme": [{"press": None}]}
-    >>> assign(study, "programme.0.press.depth", "1 mm")
-    >>> study
-    {'programme': [{'press': {'depth': '1 mm'}}]}
-    """
+    """Put a value into nested plain data, in place; groups that are missing on the way are made."""
     *groups, last = path.split(".")
     inner: Any = values
     for key in groups:
@@ -101,13 +63,7 @@ def _key(inner: object, key: str, path: str) -> str | int:
 
 
 def flatten(mapping: Mapping[str, Any]) -> dict[str, Any]:
-    """Turn nested plain data into values by dotted path.
-
-    Examples
-    --------
-    >>> flatten({"contact": {"friction_coefficient": 0.6}, "programme": [{"hold": 1}]})
-    {'contact.friction_coefficient': 0.6, 'programme.0.hold': 1}
-    """
+    """Turn nested plain data into values by dotted path."""
     flat: dict[str, Any] = {}
     for key, value in mapping.items():
         inner = dict(enumerate(value)) if isinstance(value, list | tuple) else value

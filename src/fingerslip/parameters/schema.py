@@ -28,21 +28,7 @@ def json_schema(cls: type) -> dict[str, Any]:
 
 
 def field_words(cls: type) -> dict[str, str]:
-    """Return what the docstring of a class says of each of its parameters.
-
-    Examples
-    --------
-    >>> class Plate:
-    ...     '''A plate.
-    ...
-    ...     Parameters
-    ...     ----------
-    ...     width, height : float
-    ...         Its size [m].
-    ...     '''
-    >>> field_words(Plate)
-    {'width': 'Its size [m].', 'height': 'Its size [m].'}
-    """
+    """Return what the docstring of a class says of each of its parameters."""
     words: dict[str, str] = {}
     for base in reversed(cls.__mro__[:-1]):
         text = inspect.cleandoc(base.__doc__ or "")
@@ -102,13 +88,7 @@ T = TypeVar("T")
 
 
 def describe(value: object) -> str:
-    """Return what errors call a value of the wrong type.
-
-    Examples
-    --------
-    >>> describe(0.5), describe("plate"), describe([1, 2])
-    ('0.5', "'plate'", 'a list')
-    """
+    """Return what errors call a value of the wrong type."""
     return repr(value) if isinstance(value, str | int | float | None) else f"a {type(value).__name__}"
 
 

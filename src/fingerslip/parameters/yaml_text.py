@@ -104,13 +104,7 @@ class Document:
 
 
 def parse_document(text: str, where: str) -> Document:
-    r"""Read YAML text.
-
-    Examples
-    --------
-    >>> parse_document("time:\n  step: 5 ms", "x.yaml").lines
-    {'time': 1, 'time.step': 2}
-    """
+    """Read YAML text."""
     lines: dict[str, int] = {}
     root = _compose(text, where)
     if root is None:
@@ -119,16 +113,7 @@ def parse_document(text: str, where: str) -> Document:
 
 
 def to_text(mapping: Mapping[str, Any]) -> str:
-    """Write plain data as YAML in block style, keys in their order.
-
-    Examples
-    --------
-    >>> print(to_text({"b": 1, "a": ["no", True]}), end="")
-    b: 1
-    a:
-    - no
-    - true
-    """
+    """Write plain data as YAML in block style, keys in their order."""
     # Runs of a sweep differ in few entries. Pickled, values are the same only where their text is.
     return "".join(_entry(key, pickle.dumps(value)) for key, value in mapping.items()) or "{}\n"
 

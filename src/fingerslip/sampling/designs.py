@@ -66,16 +66,6 @@ def block_size(method: Method, dim: int) -> int:
     return {"saltelli": dim + 2, "morris": dim + 1}.get(method, 1)
 
 
-def design_size(method: Method, count: int, dim: int) -> int:
-    """Return the number of points of a design."""
-    return count * block_size(method, dim)
-
-
-def needs_power_of_two(method: Method) -> bool:
-    """Tell whether the count of a method has to be a power of two, as that of Sobol sequences has."""
-    return method in ("sobol", "saltelli")
-
-
 @dataclass(frozen=True)
 class Input:
     """A value that differs between runs."""

@@ -45,6 +45,8 @@ _LEAST_BLOCKS = 4
 _ON_SURROGATE = 1024
 _SEED = 1
 _OPTIONS = {"num_resamples": 1000, "conf_level": 0.95, "seed": _SEED}
+# The design that each method needs.
+_DESIGNS: Mapping[str, Method] = {"sobol": "saltelli", "morris": "morris"}
 # SALib's names of the fields of an index.
 _COLUMNS = {
     "sobol": {"size": "ST", "size_error": "ST_conf", "other": "S1", "other_error": "S1_conf"},
@@ -82,20 +84,10 @@ class Sensitivity:
     surrogate: Validation | None = None  # how good the surrogate is on which the indices were computed
 
 
-def sobol_indices(study: StudyResult, output: str) -> tuple[Sensitivity, ...]:
-    """Return the Sobol indices of an output, computed from the runs, for each combination of swept values."""
-    return _of_blocks(study, output, "sobol", "saltelli")
-
-
-def morris_effects(study: StudyResult, output: str) -> tuple[Sensitivity, ...]:
-    """Return the elementary effects on an output for each combination of swept values."""
-    return _of_blocks(study, output, "morris", "morris")
-
-
-def _of_blocks(study: StudyResult, output: str, method: str, needed: Method) -> tuple[Sensitivity, ...]:
-    """Compute indices from the complete blocks of a design."""
+def block_indices(study: StudyResult, output: str, method: str) -> tuple[Sensitivity, ...]:
+    """Compute `sobol` indices or `morris` effects from the whole blocks of a design, for each group of swept values."""
     _require_samples(study)
-    design = study.design
+    design, needed = study.design, _DESIGNS[method]
     if design.get("method") != needed:
         fault = f"has samples of {design.get('method', 'another design')}"
         repair = f"use --method surrogate, or run the study with sample.method {needed}"
@@ -221,7 +213,7 @@ class Prediction:
     high: float
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True)
 class Surrogate:
     """A fitted surrogate of one output."""
 
@@ -236,11 +228,6 @@ class Surrogate:
         mean, deviation = self.process.predict(encode(self.inputs, values)[None, :], return_std=True)
         middle, half = float(mean[0]), _LIKELY * float(deviation[0])
         return Prediction(middle, middle - half, middle + half)
-
-    def __repr__(self) -> str:
-        good = self.validation
-        error = f"error {good.error:.3g} {self.unit}".strip()
-        return f"<Surrogate of {self.output}: {good.runs} runs, Q2 {good.explained:.3f}, {error}>"
 
 
 def fit_surrogate(runs: Sequence[RunResult], output: str, seed: int = 1) -> Surrogate:

@@ -67,32 +67,13 @@ class PublishedInterval:
 
 
 def interval_of(values: Sequence[float | None]) -> Interval | None:
-    """Return the interval of some numbers; None where there is none at all.
-
-    Examples
-    --------
-    >>> interval_of([1.5, None, 1.2])
-    Interval(values=(1.2, 1.5), missing=1)
-    """
+    """Return the interval of some numbers; None where there is none at all."""
     times = sorted(value for value in values if value is not None)
     return Interval(tuple(times), len(values) - len(times)) if times else None
 
 
 def position(span: tuple[float, float], interval: Interval) -> str:
-    """Return where a published range lies in an interval: the share of samples below its middle where they overlap.
-
-    Parameters
-    ----------
-    span : tuple of float
-        Smallest and largest published value, the same for a single one.
-    interval : Interval
-        Ours.
-
-    Examples
-    --------
-    >>> position((1.5, 1.5), Interval((1.0, 1.4, 1.6, 2.0))), position((0.8, 0.9), Interval((1.0, 2.0)))
-    ('within, at 50 %', 'below all')
-    """
+    """Return where a published range lies in an interval: the share of samples below its middle where they overlap."""
     if span[1] < interval.smallest:
         return "below all"
     if span[0] > interval.largest:
@@ -241,12 +222,6 @@ def _regression(columns: Array, observed: Array) -> tuple[Array, Array, tuple[fl
 
 
 def number_and_unit(value: object) -> tuple[float, str]:
-    """Return the number of a sampled value and its unit, which is empty for a plain number.
-
-    Examples
-    --------
-    >>> number_and_unit("6.5 mm"), number_and_unit(0.48)
-    ((6.5, 'mm'), (0.48, ''))
-    """
+    """Return the number of a sampled value and its unit, which is empty for a plain number."""
     quantity = split_quantity(value) if isinstance(value, str) else None
     return quantity or (float(str(value)), "")

@@ -113,34 +113,6 @@ def converge(
 
     Element sizes, time step and contact stiffness are refined and the numerical damping is changed, one at a time, as
     the study's section `converge` says. Runs that are finished with the same inputs are not computed again.
-
-    Parameters
-    ----------
-    path : path
-        The study file.
-    results_dir : path, optional
-        Results go to the folder of the study in it.
-    only : sequence of str, optional
-        Names of the runs to refine; all without it.
-    workers : int, optional
-        How many runs are computed at once.
-    progress : StudyProgress, optional
-        Receives the progress.
-
-    Returns
-    -------
-    StudyConvergence
-        Orders, limits and uncertainties of every run; also written as ``convergence.json``, ``convergence.csv`` and
-        figures. Tables and report of the study then show them.
-
-    Raises
-    ------
-    InputError
-        Where the study, or a name in `only`, is wrong.
-    StudyFailedError
-        Where runs failed.
-    ResultError
-        Where results cannot be written or read.
     """
     reporter = progress or StudyProgress()
     plan = plan_study(path, results_dir)

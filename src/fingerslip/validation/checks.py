@@ -29,13 +29,7 @@ def outcome_of(name: str, evidence: Evidence) -> Outcome:
 
 
 def determination(positions: Sequence[float], values: Sequence[float | None]) -> float | None:
-    """Return the coefficient of determination of a straight line; None where a value is missing or all are the same.
-
-    Examples
-    --------
-    >>> determination([0.0, 1.0, 2.0], [1.0, 3.0, 5.0])
-    1.0
-    """
+    """Return the coefficient of determination of a straight line; None where a value is missing or all are the same."""
     numbers = np.array([value for value in values if value is not None])
     if numbers.size < len(values) or not np.ptp(numbers):
         return None

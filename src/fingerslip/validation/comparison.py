@@ -182,29 +182,9 @@ def compare(
     only: str | None = None,
     computed: Collection[str] = (),
 ) -> Comparison:
-    """Compare the shipped studies with published values.
+    """Compare the shipped studies with published values: of all papers or `only` one of them.
 
-    Parameters
-    ----------
-    studies : path, optional
-        Folder of the study files; without it `studies` of the current folder, or else that of the package.
-    results : path, optional
-        Folder of the results.
-    workers : int, optional
-        How many runs are computed at once.
-    progress : StudyProgress, optional
-        Receives the progress.
-    only : str, optional
-        The paper to compare with, among :data:`~fingerslip.validation.comparison.PAPERS`; all of them without it.
-    computed : collection of str, optional
-        The :data:`PARTS` to compute; rows of the others are read where they are stored.
-
-    Raises
-    ------
-    InputError
-        Where a paper is unknown, a part belongs to a paper that is left out, or a study file is missing or wrong.
-    FingerslipError
-        Where runs or trials fail, or results cannot be written or read back.
+    The :data:`PARTS` in `computed` are computed; rows of the others are read where they are stored.
     """
     papers = _papers(only, computed)
     work = Work(studies_folder() if studies is None else Path(studies), Path(results), workers, progress)

@@ -84,10 +84,11 @@ def test_every_verb_that_is_ended_leaves_nothing_half_written(tmp_path, monkeypa
     # A shell in the background ignores Ctrl-C, and so do the tests that it runs.
     before = signal.signal(getattr(signal, ending), signal.SIG_DFL)
     try:
-        assert CliRunner().invoke(command_line(), ["train"]).exit_code == 130
+        done = CliRunner().invoke(command_line(), ["train"])
     finally:
         signal.signal(getattr(signal, ending), before)
-    assert list(tmp_path.iterdir()) == []
+    assert (done.exit_code, list(tmp_path.iterdir())) == (130, [])
+    assert "stopped: what is finished is kept; the same command goes on with the rest" in done.stderr
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")

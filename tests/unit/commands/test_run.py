@@ -33,21 +33,9 @@ def test_run_shows_events_second_time_nothing_is_done_and_quiet_hides_the_progre
 CONTACT = {"friction_coefficient": 0.6, "boundary": "bottom"}
 MISTAKES = {
     "missing unit": ({"depth": 1}, "depth: '1' has no unit, needs a unit of [m]; write '1 mm' or '1 m'"),
-    "incompressible": (
-        {"materials": {"block": {"youngs_modulus": "1 kPa", "poisson_ratio": 0.5, "density": "1000 kg/m^3"}}},
-        "materials.block.poisson_ratio: got 0.5, plane strain with displacement elements needs < 0.5; write 0.4999",
-    ),
     "no such boundary": (
         {"contact": CONTACT | {"boundary": "pulp"}},
         "boundary 'pulp' not in mesh, it has: bottom, top",
-    ),
-    "slide before contact": (
-        {"programme": [{"slide": {"distance": "1 mm", "speed": "1 mm/s"}}]},
-        "slides before the counterface touches",
-    ),
-    "plate inside the body": (
-        {"contact": CONTACT | {"offset": "1 mm"}},
-        "contact.offset: the counterface starts 1 mm inside the body, needs an offset <= 0 mm",
     ),
 }
 
@@ -74,24 +62,11 @@ def test_mistake_gives_one_error_and_nothing_is_written(refused, block, changes,
     assert message in error
 
 
-def test_every_mistake_is_a_line_with_its_line_in_the_file(refused, block):
-    path = block(depth=1, formulation="plain", time={"step": "0 ms"}, sweep={"time.end": ["1 s", 2]})
-    errors = refused(path)
-    assert [re.sub(r" \(line \d+\)$", "", line) for line in errors] == [
-        f"error: {path}: formulation: got 'plain', needs 'plane_strain', 'plane_stress' or 'solid'",
-        f"error: {path}: depth: '1' has no unit, needs a unit of [m]; write '1 mm' or '1 m'",
-        f"error: {path}: time.step: got '0 ms', needs a value > 0",
-        f"error: {path}: sweep.time.end.1: '2' has no unit, needs a unit of [s]; write '2 ms' or '2 s'",
-    ]
-    numbers = [int(number) for line in errors for number in re.findall(r"\(line (\d+)\)$", line)]
-    assert numbers == sorted(numbers)
-    assert len(numbers) == 4
-
-
 def test_mistakes_of_all_studies_come_together(invoke, block):
-    path = block(depth=1)
-    result = invoke("check", path, "gone.yaml", code=2)
-    assert [line.split(": ")[1] for line in result.stderr.splitlines()] == [str(path), "gone.yaml"]
+    path = block(depth=1, sweep={"time.end": ["1 s", 2]})
+    lines = invoke("check", path, "gone.yaml", code=2).stderr.splitlines()
+    assert [line.split(": ")[:2] for line in lines] == [["error", str(path)]] * 2 + [["error", "gone.yaml"]]
+    assert re.search(r"depth: '1' has no unit.* \(line \d+\)$", lines[0])
 
 
 def test_contact_outside_the_candidates_and_a_full_disk_are_exit_code_2(refused, block, monkeypatch):
@@ -117,13 +92,6 @@ def test_finished_runs_are_shown_also_where_others_failed(invoke, block, fails):
     assert not re.search(r"^ *0\.4 ", result.output, re.MULTILINE)
     assert "error: block/friction_coefficient-0.4: contact at t = 0.5 s" in result.stderr
     assert "1 of 2 runs failed, the others are finished" in result.stderr
-
-
-def test_ctrl_c_is_exit_code_130(invoke, block, tmp_path, fails):
-    fails(KeyboardInterrupt())
-    result = invoke("run", block(), code=130)
-    assert "stopped: what is finished is kept; the same command goes on with the rest" in result.stderr
-    assert not (tmp_path / "results").exists()
 
 
 @pytest.fixture

@@ -31,7 +31,7 @@ from fingerslip.parameters import (
     valid_fields,
     walk_values,
 )
-from fingerslip.parameters.dotted import assign, flatten, known_part, nearest, walk
+from fingerslip.parameters.dotted import assign, flatten, is_below, known_part, nearest, walk
 from fingerslip.parameters.schema import json_schema
 
 
@@ -275,7 +275,8 @@ def test_missing_groups_are_made_and_empty_ones_filled():
 
 
 def test_parts_and_neighbours_of_a_path():
-    """Beside what the examples of the functions say."""
+    assert [is_below(path, "time") for path in ("time.step", "time", "times")] == [True, True, False]
+    assert nearest("phalanx.variant", ["fingertip.phalanx.variant", "time.step"]) == "fingertip.phalanx.variant"
     assert known_part("a.b.c", {"a", "a.b"}) == "a.b"
     assert known_part("x.y", {"a"}) == ""
     known = ["contact.friction_coefficient", "fingertip.phalanx.variant", "time.step"]

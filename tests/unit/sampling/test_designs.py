@@ -15,7 +15,7 @@ from fingerslip.slip.events import Events, SlipEvents
 @pytest.mark.parametrize("method", get_args(Method))
 def test_shares_are_in_the_unit_cube_and_follow_from_the_seed(method: str) -> None:
     shares = draw_shares(method, 8, 3, 1)
-    assert shares.shape == (designs.design_size(method, 8, 3), 3)
+    assert shares.shape == (8 * block_size(method, 3), 3)
     assert (shares >= 0.0).all()
     assert (shares <= 1.0).all()
     assert np.array_equal(shares, draw_shares(method, 8, 3, 1))

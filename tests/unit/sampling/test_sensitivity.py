@@ -14,6 +14,7 @@ from fingerslip.sampling.sensitivity import (
     fits_of,
     groups_of,
     interval_of,
+    number_and_unit,
     position,
     published_intervals,
 )
@@ -100,6 +101,7 @@ def test_a_published_time_is_placed_among_percentiles_and_events_that_did_not_ha
     assert (UNIFORM.smallest, UNIFORM.percentile(5), UNIFORM.largest) == pytest.approx((1.0, 1.05, 2.0))
     assert interval_of([None, 2.0, 1.0, None]) == Interval((1.0, 2.0), 2)
     assert interval_of([None]) is None
+    assert [number_and_unit(value) for value in ("6.5 mm", 0.48)] == [(6.5, "mm"), (0.48, "")]
 
 
 def test_every_published_time_has_the_interval_of_the_runs_that_meet_its_conditions() -> None:

@@ -17,8 +17,6 @@ from fingerslip.study.definition.runs import plan_studies, read_runs
 from fingerslip.study.inspection.check import check_plans
 from fingerslip.study.running.build import build_mesh
 from fingerslip.study.shipped import TEMPLATES, copy_example, examples, examples_table, new_study, studies_folder
-from fingerslip.study.storage.store import RunConvergence, write_convergences
-from fingerslip.uncertainty import Convergence, Series
 from places import ROOT
 from unit.study.block import FRICTIONS, NAMES, block_values
 
@@ -135,16 +133,6 @@ def test_derived_quantities_are_stored_with_the_study_and_in_its_summary(write_s
     assert frame["travel_m"].tolist() == pytest.approx([run.derived["travel"].value for run in study.result.runs])
     assert study.to_dataframe()["travel_m"].tolist() == pytest.approx(frame["travel_m"].tolist())
     assert frame.filter(like="never").isna().all().all()
-
-
-def test_known_uncertainties_come_with_the_runs(finished):
-    identity = fs.open_study(finished).result.runs[0].identity
-    series = {"step": Series("step", (1.0, 0.5, 0.25), (2.0, 1.25, 1.0625))}
-    found = {"slip.overall": Convergence("overall slip (accumulated slip)", "s", 2.0, series)}
-    write_convergences(finished, {NAMES[0]: RunConvergence(NAMES[0], identity, found)})
-    first, second, _ = fs.open_study(finished).result.runs
-    assert first.uncertainty == {"slip.overall": pytest.approx(1.25)}
-    assert second.uncertainty == {}
 
 
 @pytest.mark.parametrize("changed", [{"compare": None}, {"runs": 3}, {"runs": {"a": {}}}, {"title": None}])

@@ -170,5 +170,6 @@ def test_numbers_are_those_of_the_evidence_and_determination_that_of_a_line():
     assert {name: outcome_of(name, as_published()) for name in wanted} == pytest.approx(wanted)
     assert outcome_of("flattened-without-middle-peaks", as_published()) == (1, 0)
     assert determination([0.2, 0.4, 0.6, 0.8], [1.0, 0.0, 0.0, 1.0]) == pytest.approx(0.0, abs=1e-12)
+    assert determination([0.0, 1.0, 2.0], [1.0, 3.0, 5.0]) == 1.0
     assert determination([0.0, 1.0], [1.0, None]) is None
     assert determination([0.0, 1.0], [1.5, 1.5]) is None

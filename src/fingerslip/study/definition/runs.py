@@ -256,11 +256,6 @@ def run_names(combinations: Sequence[Mapping[str, Any]]) -> list[str]:
     Names keep signs, and twelve digits, or all where that does not tell runs apart. Where two values still look alike
     once what no folder may be called is taken out, as ``a b`` and ``a-b``, or differ only in case, a hash of the values
     does.
-
-    Examples
-    --------
-    >>> run_names([{"fingertip.finger_angle": "-15 deg"}, {"fingertip.finger_angle": "15 deg"}])
-    ['finger_angle--15deg', 'finger_angle-15deg']
     """
     exact = [_name(swept, str) for swept in combinations]
     names = _apart([_name(swept, without_rounding) for swept in combinations], exact)

@@ -15,7 +15,7 @@ from fingerslip.errors import InputError, Mistakes, shorten
 from fingerslip.parameters import parameters
 from fingerslip.parameters.dotted import assign, is_below, join_path, nearest
 from fingerslip.results import SAMPLE
-from fingerslip.sampling.designs import LEVELS, Method, design_size, draw_shares, needs_power_of_two
+from fingerslip.sampling.designs import LEVELS, Method, block_size, draw_shares
 from fingerslip.units import quantity_of, split_quantity
 
 #: Returns the mistakes of a study in which some values, by dotted path, are others.
@@ -57,26 +57,12 @@ def _without_spaces(value: object) -> object:
 
 
 def swept_together(key: str) -> tuple[str, ...]:
-    """Return the dotted paths that a key of a sweep names.
-
-    Examples
-    --------
-    >>> swept_together("contact.friction_coefficient, depth")
-    ('contact.friction_coefficient', 'depth')
-    """
+    """Return the dotted paths that a key of a sweep names."""
     return tuple(path.strip() for path in key.split(","))
 
 
 def combinations(sweep: Mapping[str, Sequence[Any]]) -> list[dict[str, Any]]:
-    """Return all combinations of the swept values, by path; the first path varies slowest.
-
-    Examples
-    --------
-    >>> combinations({"a": [1, 2], "b": [3]})
-    [{'a': 1, 'b': 3}, {'a': 2, 'b': 3}]
-    >>> combinations({"a, b": [[1, 3], [2, 4]]})
-    [{'a': 1, 'b': 3}, {'a': 2, 'b': 4}]
-    """
+    """Return all combinations of the swept values, by path; the first path varies slowest."""
     rows = itertools.product(*(_rows(key, values) for key, values in sweep.items()))
     return [{path: value for part in row for path, value in part.items()} for row in rows]
 
@@ -211,13 +197,7 @@ class RepeatSettings:
 
 
 def scatter_values(settings: RepeatSettings, number: int, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the values of a repeat, which numbers from 1, by dotted path, as a study file writes them.
-
-    Examples
-    --------
-    >>> scatter_values(RepeatSettings(count=2, scatter={"time.end": "0.1 s"}), 1, {"time.end": "3 s"})
-    {'time.end': '3.08945 s'}
-    """
+    """Return the values of a repeat, which numbers from 1, by dotted path, as a study file writes them."""
     seed = int(np.random.SeedSequence([settings.seed, number]).generate_state(1)[0])
     draws = np.random.default_rng(seed).standard_normal(len(settings.scatter))
     pairs = zip(settings.scatter.items(), draws, strict=True)
@@ -322,7 +302,7 @@ class SampleSettings:
     equal: Mapping[str, str] = pydantic.Field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        if needs_power_of_two(self.method) and self.count & (self.count - 1):
+        if self.method in ("sobol", "saltelli") and self.count & (self.count - 1):
             below = 1 << (self.count.bit_length() - 1)
             repair = f"write count: {below} or count: {2 * below}"
             raise InputError("count", f"got {self.count} for a Sobol sequence", "needs a power of two", repair)
@@ -354,7 +334,7 @@ class SampleSettings:
     @property
     def total(self) -> int:
         """The number of samples."""
-        return design_size(self.method, self.count, len(self.paths))
+        return self.count * block_size(self.method, len(self.paths))
 
     @property
     def design(self) -> dict[str, Any]:
@@ -367,13 +347,7 @@ class SampleSettings:
 
 
 def drawn(settings: SampleSettings) -> tuple[dict[str, Any], ...]:
-    """Return the samples: values by dotted path, as a study file writes them, five digits each.
-
-    Examples
-    --------
-    >>> drawn(SampleSettings({"time.step": ("1 ms", "3 ms")}, count=2))
-    ({'time.step': '1.4882 ms'}, {'time.step': '2.0495 ms'})
-    """
+    """Return the samples: values by dotted path, as a study file writes them, five digits each."""
     cube = draw_shares(settings.method, settings.count, len(settings.paths), settings.seed)
     return tuple(
         {path: _value_at(settings, path, float(share)) for path, share in zip(settings.paths, shares, strict=True)}

@@ -19,7 +19,7 @@ from fingerslip.report.tables.runs import measures_table, readings_table, time_c
 from fingerslip.report.tables.samples import indices_table, prediction_table, sensitivity_table
 from fingerslip.results import HISTORY, RESULT, RUN, RunResult, StudyResult
 from fingerslip.sampling.designs import required_output
-from fingerslip.sampling.indices import Sensitivity, fit_surrogate, morris_effects, sobol_indices, surrogate_indices
+from fingerslip.sampling.indices import Sensitivity, block_indices, fit_surrogate, surrogate_indices
 from fingerslip.sampling.sensitivity import fits_of
 from fingerslip.slip.windows import LATENCY, READINGS, TIMES, defines_time, event_label
 from fingerslip.specimens.choice import preset_names, presets_of
@@ -174,7 +174,7 @@ def sensitivities(study: StudyResult, output: str, method: Method = "auto") -> t
     """Return what moves an output by elementary effects or Sobol indices; see :func:`write_sensitivities`."""
     drawn_for = {"morris": "morris", "saltelli": "sobol"}.get(study.design.get("method", ""), "surrogate")
     chosen = drawn_for if method == "auto" else method
-    return {"morris": morris_effects, "sobol": sobol_indices, "surrogate": surrogate_indices}[chosen](study, output)
+    return surrogate_indices(study, output) if chosen == "surrogate" else block_indices(study, output, chosen)
 
 
 def _linear(study: StudyResult, output: str) -> tuple[Table, ...]:

@@ -108,11 +108,7 @@ class LineProgress(StudyProgress):
         self._console.print(message, highlight=False, markup=False, soft_wrap=True)
 
 
-def progress_for(console: Console) -> StudyProgress:
-    """Return bars for a terminal and lines for anything else."""
+def progress_on_screen(console: Console | None = None) -> StudyProgress:
+    """Return bars for a terminal and lines for anything else, on standard error."""
+    console = console or Console(stderr=True)
     return BarProgress(console) if console.is_terminal else LineProgress(console)
-
-
-def progress_on_screen() -> StudyProgress:
-    """Return the progress display on standard error."""
-    return progress_for(Console(stderr=True))

@@ -113,14 +113,8 @@ def run_studies(
     """Run several studies, one after the other, after all of them are checked; see :func:`run_study`."""
     for path in paths:
         require_kind(path, (str, os.PathLike), "the path of a study file", "study")
-    _require_workers(workers)
     plans = plan_studies(paths, results_dir)
     return run_plans(plans, workers=workers, force=force, progress=progress, scheduler=scheduler)
-
-
-def _require_workers(workers: int) -> None:
-    if not isinstance(workers, int) or workers < 1:
-        raise InputError("workers", f"got {workers!r}", "needs a number >= 1")
 
 
 def run_plans(
@@ -132,7 +126,8 @@ def run_plans(
     scheduler: str | None = None,
 ) -> tuple[StudyResult, ...]:
     """Run studies that are planned already; see :func:`run_study`."""
-    _require_workers(workers)
+    if not isinstance(workers, int) or workers < 1:
+        raise InputError("workers", f"got {workers!r}", "needs a number >= 1")
     for plan in plans:
         check_folder(plan.folder.parent)
         check_folder(plan.folder)

@@ -1,6 +1,5 @@
 """What changes from run to run: sweeps, samples and repeats, each run with its values and a name of its own."""
 
-import dataclasses
 import itertools
 import re
 from pathlib import Path
@@ -25,7 +24,6 @@ from fingerslip.study.definition.sweep import (
     scatter_values,
     with_values,
 )
-from places import STUDIES
 from unit.study.block import FRICTIONS, block_values, finger_values
 
 SOURCE = Path("studies/x.yaml")
@@ -63,14 +61,6 @@ HERE = SOURCE.parent.resolve()
 )
 def test_values_anywhere_can_be_swept(path, values, read, expected):
     assert [read(run.study) for run in runs_of({path: values})] == expected
-
-
-def test_runs_of_a_study_made_in_python_are_checked_too():
-    study = dataclasses.replace(parse_study(block_values(), SOURCE), sweep={"tme.step": (1,), "time.step": ("1 mm",)})
-    with pytest.raises(InputError) as caught:
-        expand_mapping(as_mapping(study), SOURCE)
-    places = [error.where.removeprefix("studies/x.yaml: ") for error in caught.value.all]
-    assert places == ["sweep.tme.step", "sweep.time.step.0"]
 
 
 def test_resolved_runs_have_every_value_and_are_studies():
@@ -244,19 +234,6 @@ def test_values_that_look_alike_are_told_apart_by_a_hash():
     assert names == run_names(values)
 
 
-@pytest.mark.parametrize(
-    ("study", "name"),
-    [
-        ("directions_3d", "direction--1_0_-1"),
-        ("wang2014_damping", "alpha--0.41421_friction_coefficient-0.2"),
-        ("wang2014_thickness", "tissue_thickness-2.5mm"),
-        ("wang2014_formulation", "formulation-plane-stress_variant-original"),
-    ],
-)
-def test_finished_runs_of_shipped_studies_keep_their_folders(study, name):
-    assert name in [run.name for run in read_runs(STUDIES / f"{study}.yaml").runs]
-
-
 HEIGHT = "fingertip.sagittal.half_height"
 RATIO = "fingertip.materials.tissue.poisson_ratio"
 
@@ -296,6 +273,8 @@ def test_the_seed_decides_samples_those_that_are_equal_follow_and_wrong_ones_are
     for method in ("latin_hypercube", "sobol", "random"):
         first, again, other = (drawn(SampleSettings(ranges, count=8, seed=seed, method=method)) for seed in (1, 1, 2))
         assert first == again != other, method
+    samples = drawn(SampleSettings({"time.step": ("1 ms", "3 ms")}, count=2))
+    assert samples == ({"time.step": "1.4882 ms"}, {"time.step": "2.0495 ms"}), "finished runs are found again"
     settings = SampleSettings({"a": (0, 1)}, count=2, equal={"b": "a", "c": "a"})
     assert settings.values({"a": 0.3}) == {"a": 0.3, "b": 0.3, "c": 0.3}
     known = [InputError("sample.count", "is missing", "needs a value")]
@@ -343,5 +322,6 @@ def test_draws_have_the_standard_deviation_and_follow_from_the_seed():
     assert values.mean() == pytest.approx(1.5e-3, abs=2e-5)
     assert values.std() == pytest.approx(1e-4, rel=0.1)
     other = RepeatSettings(count=400, scatter={"a": "0.1 mm"}, seed=2)
+    assert scatter_values(settings, 1, {"a": "3 mm"}) == {"a": "0.00308945 m"}
     assert scatter_values(settings, 1, {"a": "1 mm"}) == scatter_values(settings, 1, {"a": "1 mm"})
     assert scatter_values(settings, 1, {"a": "1 mm"}) != scatter_values(other, 1, {"a": "1 mm"})

@@ -103,19 +103,6 @@ def test_mesh_file_in_millimetres_is_refused_until_it_says_so(tmp_path, own):
     assert run.mesh_key != metres.mesh_key
 
 
-def test_inverted_mesh_is_refused(tmp_path):
-    """One quadrilateral of two is drawn the other way round."""
-    import meshio
-
-    points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 0, 0], [2, 1, 0]], dtype=float)
-    cells = np.array([[0, 1, 2, 3], [1, 2, 5, 4]])
-    tags = {"gmsh:physical": [np.array([1, 1])], "gmsh:geometrical": [np.array([1, 1])]}
-    mesh = meshio.Mesh(points, [("quad", cells)], cell_data=tags, field_data={"block": np.array([1, 2])})
-    meshio.write(tmp_path / "block.msh", mesh, file_format="gmsh22")
-    with pytest.raises(fs.MeshError, match=r"x\.yaml.*inverted"):
-        build_mesh(run_of(block_values(), tmp_path))
-
-
 DERMIS = {"dermis": {"youngs_modulus": "80 kPa", "poisson_ratio": 0.48, "density": "1000 kg/m^3"}}
 
 
@@ -281,16 +268,6 @@ def test_elements_too_small_for_the_memory_are_refused_before_they_are_made(monk
     monkeypatch.setattr("fingerslip.linear.resources.available_memory", lambda: memory)
     with pytest.raises(fs.InputError, match=r"memory: .* about [\d.e+]+ GB \(assembly of about .* tetrahedra"):
         build_mesh(run_of(values))
-
-
-def test_a_scan_meets_a_plate_that_faces_up_where_nothing_else_is_written():
-    values = {
-        "mesh": {"skin": "a.stl", "phalanx": "b.stl", "unit": "mm", "tip": [1, 0, 0], "pad": [0, -1, 0]},
-        "materials": {"skin": {"youngs_modulus": "1 MPa", "poisson_ratio": 0.3, "density": "1000 kg/m^3"}},
-        "contact": {"friction_coefficient": 0.6},
-    }
-    model = build_model(run_of(block_values() | values), coarse_solid())
-    assert model.contacts[0].counterface == fs.Plane((0.0, 1.0, 0.0))
 
 
 def test_mesh_of_a_run_is_that_of_its_scan_and_its_error_names_the_study(tmp_path, monkeypatch):

@@ -15,7 +15,7 @@ from fingerslip.study.inspection.check import check_plans
 from fingerslip.study.running import cost
 from fingerslip.study.running import progress as progress_module
 from fingerslip.study.running.cost import basis_saves, estimated_bytes, estimated_seconds, require_mesh_memory
-from fingerslip.study.running.progress import BarProgress, LineProgress, StudyProgress, progress_for
+from fingerslip.study.running.progress import BarProgress, LineProgress, StudyProgress, progress_on_screen
 from fingerslip.study.running.runner import run_study
 from places import ROOT
 from problems.pushed import push_and_slide
@@ -132,8 +132,8 @@ def test_lines_come_at_the_start_then_every_half_minute_and_at_the_end(monkeypat
 
 
 def test_a_terminal_gets_bars_anything_else_lines_and_both_messages_as_they_are():
-    assert isinstance(progress_for(console(terminal=True)), BarProgress)
-    assert isinstance(progress_for(console(terminal=False)), LineProgress)
+    assert isinstance(progress_on_screen(console(terminal=True)), BarProgress)
+    assert isinstance(progress_on_screen(console(terminal=False)), LineProgress)
     message = "block/[red]friction_coefficient-0.2[/red]: unchanged, and longer than the log is wide"
     for make in (LineProgress, BarProgress):
         log = console(terminal=False, width=40)

@@ -293,16 +293,6 @@ def test_failed_run_does_not_stop_the_others(write_study, simulated, reports, fa
     assert leftovers(path.parent / "results") == []
 
 
-@pytest.mark.usefixtures("reports")
-def test_failed_recomputation_keeps_the_old_run(finished, write_study, fails):
-    before = (finished / NAMES[0] / "events.json").read_text()
-    fails()
-    with pytest.raises(StudyFailedError):
-        run(write_study(changed("time.step", "1 ms")))
-    assert (finished / NAMES[0] / "events.json").read_text() == before
-    assert leftovers(finished) == []
-
-
 def test_all_runs_of_all_studies_are_checked_before_anything_is_written(write_study, simulated):
     path = write_study(changed("sweep", {"contact.boundary": ["bottom", "pulp"]}))
     with pytest.raises(InputError, match="boundary 'pulp' not in mesh"):

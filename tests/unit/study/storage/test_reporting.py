@@ -27,7 +27,6 @@ from fingerslip.study.storage.store import RunConvergence, read_manifest, read_u
 from fingerslip.uncertainty import Convergence, Series
 from unit.filmed import filmed_history
 from unit.report.pages import checked
-from unit.sampled import study_of
 from unit.study.block import FRICTIONS, NAMES
 
 
@@ -93,16 +92,6 @@ def test_manifest_adds_up_the_seconds_and_keeps_what_tells_runs_apart_and_what_w
     assert manifest["ranges"] == {"a": ["0 mm", "1 mm"]}
     assert store.refused_in(manifest) == refused
     assert store.refused_in({}) == ()
-
-
-def test_sensitivities_are_written_with_a_row_for_each_time_and_value(tmp_path):
-    write_results(Path("x.yaml"), dataclasses.replace(study_of(), folder=tmp_path), "")
-    rows = list(csv.DictReader((tmp_path / "sensitivity.csv").read_text().splitlines()))
-    assert {row["time"] for row in rows} == {"incipient", "overall"}, "latency is the same in all samples"
-    (clearance,) = (row for row in rows if row["time"] == "overall" and row["value"] == "contact.clearance")
-    assert (clearance["unit"], clearance["low"], clearance["high"]) == ("mm", "0", "0.4")
-    assert float(clearance["slope_s_per_unit"]) == pytest.approx(-0.5)
-    assert clearance["fingertip.phalanx.variant"] == "original"
 
 
 SIZES = (1.0, 0.5, 0.25)

@@ -28,7 +28,7 @@ from fingerslip.slip.measures import Measure
 from fingerslip.study.definition.runs import plan_study
 from fingerslip.study.storage import store
 from fingerslip.study.storage.store import BasisFolder, commit, mesh_hash, read_run, write_run, write_snapshots
-from problems.blocks import ELEMENTS, distorted
+from problems.blocks import distorted
 from unit.study.block import block_mesh, block_values
 from unit.synthetic import Process, make
 
@@ -257,23 +257,6 @@ def history_on(mesh):
     return make_history(values, {"element": space.element})
 
 
-@pytest.mark.parametrize("element", ELEMENTS)
-def test_values_come_back_at_their_nodes_and_cells(element, tmp_path):
-    history = history_on(distorted(element))
-    write_snapshots(history, tmp_path)
-    for number in range(len(TIMES)):
-        grid = meshio.read(tmp_path / f"snapshot_{number:04d}.vtu")
-        np.testing.assert_array_equal(grid.points[:, :2], history["node_position"])
-        assert not grid.points[:, 2].any()
-        for name in ("displacement", "velocity"):
-            stored = grid.point_data[name]
-            np.testing.assert_array_equal(stored[:, :2], history[f"snapshot_{name}"][number])
-            assert stored.shape[1] == 3
-            assert not stored[:, 2].any()
-        for name in ("strain_energy_density", "von_mises"):
-            np.testing.assert_array_equal(grid.cell_data[name][0], history[f"snapshot_{name}"][number])
-
-
 @pytest.mark.parametrize(("element", "kind"), [("Q4", "quad"), ("T3", "triangle"), ("T6", "triangle6")])
 def test_cells_are_those_of_the_mesh(element, kind, tmp_path):
     """VTK puts the middle nodes of a triangle on the sides 01, 12 and 20, in this order."""
@@ -301,6 +284,9 @@ def test_collection_names_every_file_with_its_time_and_none_without_snapshots(tm
     assert [float(entry.get("timestep")) for entry in entries] == TIMES
     assert [entry.get("file") for entry in entries] == [f"snapshot_{number:04d}.vtu" for number in range(3)]
     assert all((tmp_path / entry.get("file")).is_file() for entry in entries)
+    cells = meshio.read(tmp_path / "snapshot_0002.vtu").cell_data
+    for name in ("strain_energy_density", "von_mises"):
+        np.testing.assert_array_equal(cells[name][0], history[f"snapshot_{name}"][2])
     # What ParaView's filter Warp By Vector does with a snapshot.
     grid = pyvista.read(tmp_path / "snapshot_0001.vtu")
     warped = grid.warp_by_vector("displacement")

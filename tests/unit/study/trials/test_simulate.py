@@ -64,14 +64,6 @@ def test_every_trial_slips_and_its_card_and_table_say_how_it_was_made(made):
 
 
 @pytest.mark.slow
-def test_all_trials_of_the_small_data_set_slip(tmp_path):
-    trials = simulate_trials(STUDY, tmp_path / "small", workers=1)
-    assert len(trials.names) == 16
-    for onsets in trials.onsets("external_markers").values():
-        assert 1.5 < onsets.incipient < onsets.gross
-
-
-@pytest.mark.slow
 def test_trials_at_large_strain_slip_too_and_their_card_says_so(half, tmp_path):
     path, depth = half.with_name("large.yaml"), "sweep: {programme.0.press.depth: [1.5 mm]}\n"
     path.write_text(HALF + "kinematics: finite\n" + depth, encoding="utf-8")
