@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -19,12 +20,14 @@ from fingerslip.afferents.signals import (
     MOTIONS,
     ORDER,
     STIMULI,
+    BandwidthWarning,
     filter_from_rest,
     receptor_stimuli,
     record_bandwidth,
     warn_beyond,
 )
 from fingerslip.errors import InputError, ResultError
+from fingerslip.history import site_kinds
 from fingerslip.parameters import Duration, PositiveDuration, Rate, parameters
 from fingerslip.parameters.presets import Presets
 from fingerslip.sites import RECEPTOR_KINDS
@@ -166,6 +169,26 @@ def spike_places(spikes: Spikes, history: xr.Dataset) -> Array:
         fault, needs = f"are of '{strangers[0]}', which the history does not record", "need the sites of their history"
         raise InputError("spikes", fault, needs, "take spikes_of(history, models)")
     return np.array([places[name] for name in spikes.names])
+
+
+def resolved_spikes(history: xr.Dataset, models: Mapping[str, AfferentModel] | None = None) -> Spikes:
+    """Return the spikes of the recorded receptors whose stimulus a history resolves."""
+    recorded = set(map(str, site_kinds(history))) if "strain" in history else set()
+    resolved = {kind: model for kind, model in resolved_afferents(history, models).items() if kind in recorded}
+    if not resolved:
+        fault = "has no receptors whose stimulus it resolves, needs some"
+        raise ResultError(f"history: {fault}; write record: {{receptors: [FA-I, SA-I]}} and run again")
+    with warnings.catch_warnings():
+        # How far records resolve them is said where figures are explained, not each time.
+        warnings.simplefilter("ignore", BandwidthWarning)
+        return spikes_of(history, resolved)
+
+
+def left_out_afferents(spikes: Spikes, history: xr.Dataset) -> str:
+    """Say which recorded receptors have no spikes because the history does not resolve what they feel; '' if none."""
+    recorded = dict.fromkeys(kind for kind in map(str, site_kinds(history)) if kind in RECEPTOR_KINDS)
+    absent = [kind for kind in recorded if kind not in (*spikes.kinds, *resolved_afferents(history))]
+    return f"{', '.join(absent)} left out: vibrations need finer steps, and a body with damping" if absent else ""
 
 
 _Positive = Annotated[float, pydantic.Field(gt=0)]

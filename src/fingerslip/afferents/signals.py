@@ -11,11 +11,20 @@ from numpy.typing import NDArray
 from scipy import signal
 
 from fingerslip.errors import InputError, ResultError
-from fingerslip.history import full_tensors, sites_of_kinds
+from fingerslip.history import full_tensors, site_kinds, sites_of_kinds
 from fingerslip.model.model import Model
 from fingerslip.sites import RECEPTOR_KINDS
 
 Array = NDArray[np.float64]
+
+
+# What others call the types of receptors.
+_OTHER_NAMES = {
+    **dict.fromkeys(("SA1", "SA-1", "SAI"), "SA-I"),
+    **dict.fromkeys(("RA", "RA1", "RA-I", "FA1", "FAI"), "FA-I"),
+    **dict.fromkeys(("PC", "RA2", "RA-II", "FA2", "FAII"), "FA-II"),
+    **dict.fromkeys(("SA2", "SA-2", "SAII"), "SA-II"),
+}
 
 
 def receptor_stimuli(history: xr.Dataset, kinds: Sequence[str] = RECEPTOR_KINDS) -> xr.Dataset:
@@ -36,9 +45,16 @@ def receptor_stimuli(history: xr.Dataset, kinds: Sequence[str] = RECEPTOR_KINDS)
 
     Raises
     ------
+    InputError
+        For a type that is neither known nor recorded.
     ResultError
         Where no receptor of these types was recorded, or the history is of a version that recorded no strain.
     """
+    names = tuple(dict.fromkeys((*RECEPTOR_KINDS, *map(str, site_kinds(history)))))
+    for kind in kinds:
+        if kind not in names:
+            repair = f"write {_OTHER_NAMES[kind]}" if kind in _OTHER_NAMES else ""
+            raise InputError("kinds", f"'{kind}' is not known", f"needs some of {', '.join(names)}", repair)
     rows = sites_of_kinds(history, kinds)
     if not rows.size:
         raise ResultError(f"history: has no receptor of the types {', '.join(kinds)}, needs one; record receptors")

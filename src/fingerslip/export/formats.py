@@ -13,10 +13,13 @@ import numpy as np
 import pandas as pd
 from scipy.io import savemat
 
-from fingerslip.errors import InputError
+from fingerslip.afferents.model import resolved_spikes
+from fingerslip.errors import InputError, ResultError
 from fingerslip.export.paraview import write_paraview
 from fingerslip.export.spikes import write_history_nwb
 from fingerslip.history import COORDINATES, VARIABLES
+from fingerslip.slip.events import find_events
+from fingerslip.slip.windows import EVENTS
 from fingerslip.storage import files
 from fingerslip.units import unit_suffix
 from fingerslip.version import __version__
@@ -25,8 +28,20 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+def result_tables(history: xr.Dataset) -> dict[str, pd.DataFrame]:
+    """Return the times of slip, a row for each event, and the spikes of receptors whose stimulus a history resolves."""
+    slip = find_events(history).slip
+    times = {name: time for name in EVENTS if (time := slip.time(name)) is not None}
+    tables = {"events": pd.DataFrame({"event": list(times), "time_s": list(times.values())})}
+    with contextlib.suppress(ResultError):  # there may be none
+        tables["spikes"] = resolved_spikes(history).to_dataframe().rename(columns={"time": "time_s"})
+    for frame in tables.values():
+        frame.attrs["units"] = {"time_s": "s"}
+    return tables
+
+
 def write_history_mat(history: xr.Dataset, folder: Path) -> None:
-    """Write a history as one structure ``history`` into ``history.mat``, whole or not at all.
+    """Write a history as one structure ``history`` into ``history.mat``, whole or not at all; events and spikes beside.
 
     Its fields are the arrays under their names, ``attributes``, and the structures ``units``, ``dimensions`` and
     ``meaning`` with a field for each array. Dimensions keep their order: ``history.displacement(i, j, 1)`` is the first
@@ -43,6 +58,7 @@ def write_history_mat(history: xr.Dataset, folder: Path) -> None:
         for name, value in history.attrs.items()
     }
     _write(folder / "history.mat", {"history": fields})
+    write_tables_mat(result_tables(history), folder)
 
 
 def write_tables_mat(tables: _Tables, folder: Path) -> None:
@@ -205,7 +221,7 @@ def export_history(history: xr.Dataset, folder: str | Path, kind: str) -> Path:
     if kind not in FORMATS:
         raise InputError("format", f"got '{kind}'", f"needs one of {', '.join(FORMATS)}")
     if kind not in _OF_HISTORIES:
-        return export_tables(history_tables(history), folder, kind)
+        return export_tables({**history_tables(history), **result_tables(history)}, folder, kind)
     with _export(Path(folder), kind) as partial:
         _OF_HISTORIES[kind](history, partial)
     return Path(folder)

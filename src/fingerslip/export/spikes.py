@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fingerslip.afferents.model import Spikes, human_afferents, spike_places, spikes_of
+from fingerslip.afferents.model import Spikes, left_out_afferents, resolved_spikes, spike_places
 from fingerslip.afferents.signals import record_bandwidth
 from fingerslip.errors import InputError
 from fingerslip.slip.events import find_events
@@ -102,7 +102,7 @@ def write_nwb(
         session_start_time=start or dt.datetime.now(dt.UTC),
         keywords=["simulation", "fingertip", "slip", "tactile afferents"],
         data_collection="No tissue was recorded from: thresholds of the models of afferents are assumed.",
-        notes="" if history is None else f"The records resolve {record_bandwidth(history):.3g} Hz.",
+        notes="" if history is None else _notes(spikes, history),
     )
     places = None if history is None else in_space(spike_places(spikes, history))
     file.add_unit_column("site", "name of the receptor")
@@ -124,10 +124,20 @@ def write_nwb(
     return Path(path)
 
 
+def _notes(spikes: Spikes, history: xr.Dataset) -> str:
+    """Say what the records resolve, which afferents are left out for that, and when the contact slips."""
+    notes = [f"The records resolve {record_bandwidth(history):.3g} Hz."]
+    if left_out := left_out_afferents(spikes, history):
+        notes.append(f"{left_out}.")
+    if slip := [f"{name.replace('_', '-')} at {time:.4g} s" for name, time in _slip_times(history).items()]:
+        notes.append(f"Slip: {', '.join(slip)}.")
+    return " ".join(notes)
+
+
 def write_history_nwb(history: xr.Dataset, folder: Path) -> None:
-    """Write the spikes that the models of human afferents make of a history into ``spikes.nwb``."""
+    """Write the spikes that the human afferents of a history whose stimulus it resolves have into ``spikes.nwb``."""
     _optional("pynwb", "PyNWB")
-    write_nwb(spikes_of(history, human_afferents()), folder / "spikes.nwb", history)
+    write_nwb(resolved_spikes(history), folder / "spikes.nwb", history)
 
 
 def _signals(history: xr.Dataset) -> Iterator[tuple[str, str, Any]]:

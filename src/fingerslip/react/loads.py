@@ -169,9 +169,12 @@ class LoadSeries:
     def read(cls, path: str | Path) -> LoadSeries:
         """Return the force of a file of comma-separated values with the columns `time [s]` and `force [N]`."""
         table = read_csv(Path(path))
+        allowed = f"needs the columns {' and '.join(_COLUMNS)}"
         for name in _COLUMNS:
-            if name not in table.columns or table[name].dtype.kind not in "if" or table[name].isna().any():
-                allowed = f"needs the columns {' and '.join(_COLUMNS)}"
+            if name not in table.columns:
+                fault, first = f"has the columns {', '.join(table.columns)}", ",".join(_COLUMNS)
+                raise InputError(str(path), fault, allowed, f"write the first line: {first}")
+            if table[name].dtype.kind not in "if" or table[name].isna().any():
                 raise InputError(str(path), f"has no numbers in '{name}'", allowed, "write a number in every row")
         try:
             times, forces = (tuple(table[name].astype(float).tolist()) for name in _COLUMNS)

@@ -92,6 +92,12 @@ class ReactionSettings(ObjectSettings):
         shipped = {name: REACTIONS.read(name) for name in self.reactions}
         return shipped | ({"this reflex": self.rise} if self.reflex.latency else {})
 
+    @property
+    def computed_runs(self) -> int:
+        """About how many runs it takes: one without a reaction, four in the search of each rise, and what is tried."""
+        n_named = len(self.named_reactions)
+        return 1 + 4 * (1 + n_named) + n_named * len(self.detectors) + len(self.latencies)
+
     def without_trials(self) -> ReactionSettings:
         """Return the search for the critical latency, with no reaction but its own."""
         return replace(self, reactions=(), latencies=())

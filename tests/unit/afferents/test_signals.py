@@ -77,6 +77,8 @@ def test_missing_receptors_and_missing_strain_are_said():
     message = r"^history: has no receptor of the types SA-II, needs one; record receptors$"
     with pytest.raises(fs.ResultError, match=message):
         receptor_stimuli(history, ("SA-II",))
+    with pytest.raises(fs.InputError, match=r"kinds: 'PC' is not known, needs some of .*FA-II.*; write FA-II"):
+        receptor_stimuli(history, ("SA-I", "PC"))
     with pytest.raises(fs.ResultError, match="run the study again"):
         receptor_stimuli(history.drop_vars("strain"))
 

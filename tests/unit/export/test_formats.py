@@ -50,6 +50,7 @@ def test_units_are_in_the_names_and_beside_the_table_and_sums_of_the_contact_tab
 def test_every_format_leaves_a_folder(pushed, tmp_path, kind):
     if kind == "nwb":
         pytest.importorskip("pynwb")
+        pushed = pushed.assign_coords(site_kind=("site", ["SA-I", "FA-I"]))
     folder = fs.export_history(pushed, tmp_path / kind, kind)
     assert any(folder.iterdir())
     assert [path.name for path in tmp_path.iterdir()] == [kind]
@@ -88,7 +89,7 @@ def test_an_export_is_replaced_and_nothing_else(pushed, tmp_path):
     folder = tmp_path / "out"
     fs.export_history(pushed, folder, "csv")
     fs.export_history(pushed, folder, "mat")
-    assert sorted(path.name for path in folder.iterdir()) == ["fingerslip-export.json", "history.mat"]
+    assert sorted(path.name for path in folder.iterdir()) == ["events.mat", "fingerslip-export.json", "history.mat"]
     own = tmp_path / "mine"
     own.mkdir()
     (own / "thesis.txt").write_text("years", encoding="utf-8")

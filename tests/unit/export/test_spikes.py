@@ -37,7 +37,8 @@ def test_a_file_of_nwb_has_units_stimuli_phases_and_partial_slip(felt, tmp_path)
         file = stream.read()
         assert "not a recording" in file.session_description
         assert file.session_start_time == START
-        assert file.notes == "The records resolve 10 Hz.", "twenty steps of 5 ms"
+        assert file.notes.startswith("The records resolve 10 Hz. FA-II left out: "), "twenty steps of 5 ms"
+        assert ", three-quarter at " in file.notes
         units = file.units.to_dataframe()
         assert units["site"].tolist() == list(SPIKES.names)
         assert units["kind"].tolist() == list(SPIKES.kinds)

@@ -43,7 +43,11 @@ NO_NUMBERS = "has no numbers in 'force [N]', needs the columns time [s] and forc
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        *((f"time [s],{rows}\n", NO_NUMBERS) for rows in ("force\n0,0", "force [N]\n0,a", "force [N]\n0,")),
+        (
+            "time,force\n0,0\n",
+            "has the columns time, force, needs the columns time [s] and force [N]; write the first line",
+        ),
+        *((f"time [s],{rows}\n", NO_NUMBERS) for rows in ("force [N]\n0,a", "force [N]\n0,")),
         ("time [s],force [N]\n0,0\n0,1\n", "times: got 2 times and 2 forces, needs ascending times from 0 s on, a"),
         ("", "is no table (No columns to parse from file), needs CSV with a line of names"),
     ],

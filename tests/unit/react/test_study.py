@@ -113,7 +113,7 @@ def test_results_are_those_of_any_study(study, folder):
     (run, *_) = read_results(study.folder).runs
     assert run.reaction == read_reactions(study.folder / run.name).times
     assert set(quantities(run)) == {f"reaction.{name}" for name in run.reaction}
-    assert "critical latency after force_s" in (study.folder / "summary.csv").read_text()
+    assert "reaction_critical_latency_after_force_s" in (study.folder / "summary.csv").read_text()
     (model,) = {build_model(one).contacts[0].friction for one in read_runs(study.folder / run.name / "run.yaml").runs}
     assert model.coefficient == run.swept["contact.friction_coefficient"]
 

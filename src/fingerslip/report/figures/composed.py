@@ -9,9 +9,10 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import ConnectionPatch
 
-from fingerslip.afferents.model import Spikes
+from fingerslip.afferents.model import Spikes, left_out_afferents
 from fingerslip.contact.states import SLIP, STICK
 from fingerslip.history import is_solid, nearest_record, nearest_snapshot
 from fingerslip.report.colours import GREY
@@ -66,7 +67,10 @@ def composed_figure(
     draw_stimulus(stimulus, history.isel(time=seen), times[seen])
     style.mark_panels([stimulus, *others, forces, ratios], history, events.slip)
     style.letter_panels([*lettered, *others, forces, ratios])
-    style.add_legend(figure, contact_keys(history) if moments else style.state_keys((STICK, SLIP)))
+    keys = contact_keys(history) if moments else style.state_keys((STICK, SLIP))
+    if spikes and (left_out := left_out_afferents(spikes, history)):
+        keys[left_out] = Line2D([], [], linestyle="none")
+    style.add_legend(figure, keys)
     return figure
 
 

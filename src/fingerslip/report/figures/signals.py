@@ -16,7 +16,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from fingerslip.afferents.model import Spikes, resolved_afferents, spike_places
+from fingerslip.afferents.model import Spikes, left_out_afferents, spike_places
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.history import sites_of_kinds
 from fingerslip.report import colours as palette
@@ -409,10 +409,8 @@ def spike_figure(spikes: Spikes, history: xr.Dataset, events: Events = style.NO_
         colour = palette.RECEPTOR_COLOURS.get(kind, palette.BLACK)
         draw_raster(axes, spikes, history, kind)
         rate.step(rates["time"], rates.sel(kind=kind), where="mid", color=colour, linewidth=1.2, label=kind)
-    left_out = [k for k in _recorded_kinds(history) if k not in (*kinds, *resolved_afferents(history))]
-    if left_out:
-        words = f"{', '.join(left_out)} left out: vibrations need finer steps, and a body with damping"
-        style.name_panel(rate, words, 1)
+    if left_out := left_out_afferents(spikes, history):
+        style.name_panel(rate, left_out, 1)
     rate.set_ylabel("mean rate [1/s]")
     rate.set_ylim(bottom=0.0)
     stimulus.set_xlim(spikes.start, spikes.end)

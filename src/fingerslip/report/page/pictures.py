@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import warnings
+import contextlib
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Literal
 
 import xarray as xr
 from matplotlib.figure import Figure
 
-from fingerslip.afferents.model import AfferentModel, Spikes, resolved_afferents, spikes_of
-from fingerslip.afferents.signals import BandwidthWarning
+from fingerslip.afferents.model import AfferentModel, Spikes, resolved_spikes
 from fingerslip.errors import InputError, ResultError
-from fingerslip.history import is_solid, site_kinds, sites_of_kinds
+from fingerslip.history import is_solid, sites_of_kinds
 from fingerslip.marker_tracks import marker_tracks
 from fingerslip.report.content import (
     OF_RUNS,
@@ -67,29 +66,16 @@ _DRAW_RUNS: Mapping[str, Callable[[RunSubject], Figure]] = {
     "acceleration": lambda r: signals.acceleration_figure(r.history, r.events, r.title),
     "strain-energy-density": lambda r: signals.strain_energy_density_figure(r.history, r.events, r.title),
     "energy": lambda r: signals.energy_figure(r.history, r.title),
-    "spikes": lambda r: signals.spike_figure(_required_spikes(r), r.history, r.events, r.title),
+    "spikes": lambda r: signals.spike_figure(resolved_spikes(r.history, r.afferents), r.history, r.events, r.title),
     "mesh": lambda r: (bodies.scene_figure if is_solid(r.history) else mesh_figure)(r.history, r.title),
 }
 
 
 def run_spikes(run: RunSubject) -> Spikes | None:
-    """Return the spikes of a run's afferents, of those types whose stimulus it resolves; None without receptors.
-
-    How far records resolve them is said where figures are explained, not for each figure.
-    """
-    recorded = set(map(str, site_kinds(run.history))) if "strain" in run.history else set()
-    resolved = resolved_afferents(run.history, run.afferents)
-    models = {kind: model for kind, model in resolved.items() if kind in recorded}
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", BandwidthWarning)
-        return spikes_of(run.history, models) if models else None
-
-
-def _required_spikes(run: RunSubject) -> Spikes:
-    if (spikes := run_spikes(run)) is None:
-        fault = "history: has no receptors whose stimulus it resolves"
-        raise ResultError(f"{fault}; write record: {{receptors: [FA-I, SA-I]}} and run again")
-    return spikes
+    """Return the spikes of a run's afferents, of those types whose stimulus it resolves; None without receptors."""
+    with contextlib.suppress(ResultError):
+        return resolved_spikes(run.history, run.afferents)
+    return None
 
 
 def has_receptors(history: xr.Dataset) -> bool:

@@ -171,7 +171,9 @@ def _summary_columns(
         numbers = (run.numbers.get(measure.key) for run in runs)
         columns[measure.key] = (measure.unit.si if measure.unit else "", (*numbers, *nothing))
     for name in dict.fromkeys(name for run in runs for name in run.reaction):
-        columns[f"{name}_s"] = ("s", (*(run.reaction.get(name) for run in runs), *nothing))
+        # A detector may have the name of a time of slip.
+        cells = (run.reaction.get(name) for run in runs)
+        columns[f"reaction_{name.replace(' ', '_')}_s"] = ("s", (*cells, *nothing))
     # A derived quantity has its unit in the name: `slip_travel_m`.
     derived = {name: quantity.unit for run in runs for name, quantity in run.derived.items()}
     for name, unit in derived.items():

@@ -14,7 +14,6 @@ from fingerslip.errors import InputError
 from fingerslip.fe.space import build_space
 from fingerslip.mesh.io import write_mesh
 from fingerslip.mesh.source import MeshFile
-from fingerslip.model.model import Model
 from fingerslip.model.timing import Adaptive
 from fingerslip.specimens.choice import SPECIMENS, preset_names, presets_of
 from fingerslip.specimens.protocol import Specimen
@@ -51,7 +50,7 @@ def check_plans(plans: Sequence[Plan]) -> Table:
         finished, name = plan.finished_runs(), plan.source.name
         jobs, refused = prepare_samples(plan, plan.runs)
         for job in jobs:
-            rows.append((name, job.run.name, "finished" if job.run.name in finished else "to do", *_size(job.model)))
+            rows.append((name, job.run.name, "finished" if job.run.name in finished else "to do", *_size(job)))
             doubts += [f"{name}: {doubt}" for doubt in job.doubts]
         rows += [(name, sample.name, f"refused: {sample.reason}", 0, 0, 0, 0.0) for sample in refused]
         job_groups += groups([job for job in jobs if job.run.name not in finished])
@@ -88,13 +87,15 @@ def _bytes(jobs: Sequence[Job]) -> float:
     return process_bytes(space.n_dofs, records, space.dim)
 
 
-def _size(model: Model) -> tuple[int, int, int | str, float]:
+def _size(job: Job) -> tuple[int, int, int | str, float]:
     """Return the unknowns, records behind the start, steps (in words where the error decides) and seconds of a run."""
+    model, reaction = job.model, job.run.study.reaction
     unknowns, records, time = build_space(model.mesh).n_dofs, step_times(model).size - 1, model.time
     # Steps that control their error are halved where quasi-static.
     steps = records * (2 if isinstance(time, Adaptive) and time.scheme == "quasi_static" else 1)
     count = f"at least {steps:,}" if isinstance(time, Adaptive) else steps
-    return unknowns, records, count, estimated_seconds(unknowns, steps, model.mesh.dim(), model.kinematics)
+    seconds = estimated_seconds(unknowns, steps, model.mesh.dim(), model.kinematics)
+    return unknowns, records, count, seconds * (reaction.computed_runs if reaction else 1)
 
 
 _STUDIES = (".yaml", ".yml")

@@ -74,6 +74,9 @@ def write_figure(target: Path, choice: FigureChoice, output: Path | None = None)
     for option, (value, names) in allowed.items():
         if value not in names:
             raise InputError(f"figure: {option}", f"got '{value}'", f"needs one of {', '.join(names)}")
+    if choice.kind in OF_STUDIES and choice.run:
+        fault = f"got '{choice.run}' with --kind {choice.kind}"
+        raise InputError("figure: --run", fault, "needs a kind that shows one run", "leave it out: all runs are shown")
     if choice.kind == COMPOSED and not choice.run:
         choice = dataclasses.replace(choice, run=_middle_run(target))
     named = f"{choice.kind}-{choice.run}" if choice.run else choice.kind

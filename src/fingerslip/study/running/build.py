@@ -75,6 +75,9 @@ def build_model(run: Run, mesh: Any = None) -> Model:
         supports: Mapping[str, Any] = study.supports or (specimen.supports(dim) if specimen else {})
         groups_of_sites = (*study.record.all_groups, *(study.reaction.groups if study.reaction else ()))
         sites = specimen.sites(tuple(dict.fromkeys(groups_of_sites)), dim) if specimen else ()
+        if study.reaction and study.depth is None and formulation != "solid":
+            allowed = "needs the width of the contact that bears the object"
+            raise InputError("reaction", "is given without depth", allowed, "write depth: 12 mm beside it")
         model = Model(
             mesh=mesh,
             materials={**(specimen.materials if specimen else {}), **study.all_materials},

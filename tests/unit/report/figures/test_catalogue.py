@@ -98,5 +98,5 @@ def test_a_history_is_drawn_by_name_with_its_events_or_those_that_are_given():
         fs.draw(HISTORY, "x")
     with pytest.raises(fs.InputError, match="style: got 'x', needs one of page, paper, slides"):
         fs.draw(HISTORY, "forces", style="x")
-    with pytest.raises(fs.ResultError, match="no receptors whose stimulus it resolves; write record"):
+    with pytest.raises(fs.ResultError, match="no receptors whose stimulus it resolves, needs some; write record"):
         fs.draw(HISTORY.drop_dims("site"), "spikes")

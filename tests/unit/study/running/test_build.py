@@ -32,6 +32,7 @@ HELD = yaml.safe_load("""
 title: Held
 fingertip: {preset: wang2014-2d, ridges: {enabled: false}}
 mesh: {contact_size: 1 mm, bulk_size: 2 mm}
+depth: 12 mm
 contact: {friction_coefficient: 0.6}
 time: {step: 2 ms}
 reaction:
@@ -45,6 +46,10 @@ def test_a_plate_opposite_a_held_object_is_in_the_mesh_of_its_runs_alone(tmp_pat
     (plan,) = plan_studies([tmp_path / "x.yaml"])
     mirrored, beside = (set(job.model.mesh.subdomains) for job in prepare(plan, plan.runs))
     assert beside - mirrored == {"plate_slab"}
+    (tmp_path / "x.yaml").write_text(yaml.safe_dump({name: HELD[name] for name in HELD if name != "depth"}))
+    (plan,) = plan_studies([tmp_path / "x.yaml"])
+    with pytest.raises(fs.InputError, match=r"reaction: is given without depth, .*; write depth: 12 mm beside it"):
+        list(prepare(plan, plan.runs))
 
 
 def test_model_holds_what_the_file_says_and_own_values_go_before_those_of_the_fingertip():
