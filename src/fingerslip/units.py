@@ -124,7 +124,9 @@ def parse_quantity(text: str, si: str, *, example: str = "", where: str = "quant
         repair = f"write '{shorten(number + unit.replace(',', '.', 1))}'"
         raise InputError(where, f"got '{text_shown}'", "needs a decimal point, not a comma", repair)
     if factor is None:
-        repair = f"write for example '{shorten(number)} {unit_example}'"
+        # GPa where GPa/m is due keeps its prefix.
+        whole = f"{unit}/{si.partition('/')[2]}"
+        repair = f"write for example '{shorten(number)} {whole if _factor(whole, si) else unit_example}'"
         raise InputError(where, f"got '{text_shown}'", f"needs a unit of [{si}]", repair)
     value = _scale(number, factor)
     if not math.isfinite(value) or (value == 0.0 and _NOT_ZERO.match(number)):

@@ -64,6 +64,8 @@ def test_mistakes_show_the_repair(text, message):
     with pytest.raises(InputError) as caught:
         parse_quantity("1", "s")
     assert caught.value.repair == "write '1 s'", "a unit of SI is not offered twice"
+    with pytest.raises(InputError, match="write for example '5 GPa/m'"):
+        parse_quantity("5 GPa", "Pa/m")
 
 
 @given(text=st.text(max_size=20))

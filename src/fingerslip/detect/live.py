@@ -67,6 +67,9 @@ class FrameByFrame(ABC, Generic[F]):
         InputError
             Where the number of markers changes, time does not go on, or a marker was never seen at rest.
         """
+        if not isinstance(frame, SeenMarkers):
+            repair = "write: for seen in tracker.take(frame, time): live.take(seen)"
+            raise InputError("frame", f"is a {type(frame).__name__}", "needs the markers of one frame", repair)
         before = self._last
         if before is not None and not frame.time > before.time:
             raise InputError("frame", f"is at {frame.time:.6g} s after {before.time:.6g} s", "needs rising times")

@@ -78,7 +78,8 @@ class ResidualFinding(Finding):
     """What the detector says at one time, and why; `onsets` are the first of all slides."""
 
     share: float  # share of the markers that are seen and have left the pattern [-]
-    residual: Floats  # (n_markers, 2), what the pattern leaves, in units of the limit; NaN where not seen
+    # (n_markers, 2), what the pattern leaves, in units of the limit; NaN where not seen
+    residual: Floats = field(repr=False)
     displacement: float  # root mean square since rest, in the unit of the positions
     slides: tuple[Slide, ...]  # so far
 

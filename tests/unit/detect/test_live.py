@@ -39,6 +39,8 @@ def test_what_does_not_fit_the_detector_is_refused(detector: Detector, trials: T
         live = LiveDetector(detector)
         for frame in frames[:start]:
             live.take(frame)
+        with pytest.raises(InputError, match="frame: is a list, needs the markers of one frame; write: for seen in"):
+            live.take([])  # type: ignore[arg-type]
         with pytest.raises(InputError, match="needs rising times"):
             live.take(frames[start - 1])
         with pytest.raises(InputError, match=r"frame: has positions of shape \(4, 2\)"):

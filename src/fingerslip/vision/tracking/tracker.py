@@ -125,7 +125,7 @@ class MarkerTracker:
         Returns
         -------
         list of SeenMarkers
-            None while the first frames wait; all of these at once; then those of each frame.
+            None of them while the first frames wait; all of these at once; then those of each frame.
 
         Raises
         ------
