@@ -57,13 +57,7 @@ class Evidence:
         return tuple(run for run in self.measured[study] if _meets(run.run.all_values, conditions))
 
     def one(self, study: str, conditions: Mapping[str, object]) -> Measures:
-        """Return the run of a study whose values are these.
-
-        Raises
-        ------
-        InputError
-            Where the study has no such run, or several.
-        """
+        """Return the one run of a study whose values are these."""
         runs = self.select(study, conditions)
         if len(runs) != 1:
             wanted = ", ".join(f"{path} = {value}" for path, value in conditions.items())
