@@ -19,7 +19,9 @@ import shrink
 
 from fingerslip.study.convergence import converge
 from fingerslip.study.running.runner import run_studies
-from fingerslip.validation import Work, rows_mapping, rows_markdown, validate
+from fingerslip.validation.comparison import validate
+from fingerslip.validation.evidence import Work
+from fingerslip.validation.rows import rows_mapping, rows_markdown
 
 ROOT = Path(__file__).parents[2]
 REFERENCE, STUDIES = ROOT / "results" / "reference", ROOT / "studies"

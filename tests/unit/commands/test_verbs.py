@@ -10,15 +10,15 @@ from pathlib import Path
 import pytest
 
 import fingerslip as fs
-from fingerslip import validation
 from fingerslip.published import published_set
 from fingerslip.report.scene import viewer
 from fingerslip.study import fit
 from fingerslip.study.inspection import show as inspection
 from fingerslip.study.storage import reporting
 from fingerslip.tables.table import Column, Table
-from fingerslip.validation import Comparison, Stored
-from fingerslip.validation.rows import GeometryRow, number_row
+from fingerslip.validation import comparison
+from fingerslip.validation.comparison import Comparison
+from fingerslip.validation.rows import GeometryRow, Stored, number_row
 from fingerslip.verification import catalogue
 from fingerslip.verification.problem import Problem, relative
 from fingerslip.vision.video import video_info, write_video
@@ -170,7 +170,7 @@ def test_rows_come_as_table_json_and_markdown(invoke, monkeypatch):
         asked.append((*given[:3], chosen))
         return Comparison(rows, ("Rows are stored.",), allowed)
 
-    monkeypatch.setattr(validation, "compare", compare)
+    monkeypatch.setattr(comparison, "compare", compare)
     text = invoke("validate", "--studies", "s", "--results", "r", "--workers", "1").stdout
     assert "overall slip" in text
     assert "Rows are stored." in text

@@ -15,10 +15,10 @@ from fingerslip.report.tables.compare import difference_from
 from fingerslip.storage.files import write_json
 from fingerslip.study.definition.spec import read_study
 from fingerslip.tables.table import texts, to_markdown
-from fingerslip.validation import Row, rows_markdown, rows_table
 from fingerslip.validation import rows as module
 from fingerslip.validation.evidence import Work
 from fingerslip.validation.measures import SOLID_READINGS
+from fingerslip.validation.rows import Row, rows_markdown, rows_table
 from places import ROOT
 from unit.sampled import study_of
 
