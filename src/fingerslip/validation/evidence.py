@@ -12,9 +12,9 @@ from fingerslip.errors import InputError
 from fingerslip.history import read_history
 from fingerslip.results import HISTORY, RunResult, StudyResult
 from fingerslip.study.convergence import converge, level_folders
-from fingerslip.study.definition.runs import plan_study
+from fingerslip.study.definition.runs import plan_studies, plan_study
 from fingerslip.study.running.progress import StudyProgress
-from fingerslip.study.running.runner import run_studies
+from fingerslip.study.running.runner import run_plans
 from fingerslip.study.storage.store import read_run
 from fingerslip.validation.measures import Measures, measure, measure_3d
 
@@ -103,8 +103,8 @@ class Work:
 
     def run(self, names: Iterable[str]) -> tuple[StudyResult, ...]:
         """Run studies, as far as they are not finished."""
-        paths = [self.file(name) for name in names]
-        return run_studies(paths, results_dir=self.results, workers=self.workers, progress=self.progress)
+        plans = plan_studies([self.file(name) for name in names], self.results)
+        return run_plans(plans, workers=self.workers, progress=self.progress)
 
 
 def gather(work: Work) -> Evidence:

@@ -18,7 +18,7 @@ from fingerslip.study.definition.runs import plan_studies, plan_study
 from fingerslip.study.running import build as preparing
 from fingerslip.study.running.build import prepare
 from fingerslip.study.running.compute import BASES
-from fingerslip.study.running.runner import StudyFailedError, run_studies, run_study
+from fingerslip.study.running.runner import StudyFailedError, run_study
 from fingerslip.study.storage.reporting import read_results
 from fingerslip.study.storage.store import read_manifest
 from fingerslip.units import parse_quantity
@@ -293,7 +293,7 @@ def test_all_runs_of_all_studies_are_checked_before_anything_is_written(write_st
         run(path)
     bad = write_study(changed("contact.friction_coefficient", -0.2), name="bad")
     with pytest.raises(InputError, match=r"bad\.yaml: contact\.friction_coefficient: got -0\.2"):
-        run_studies([write_study(), bad], results_dir=path.parent / "results")
+        plan_studies([write_study(), bad], path.parent / "results")
     assert simulated == []
     assert not (path.parent / "results").exists()
 
