@@ -18,8 +18,11 @@ import make_figures
 import shrink
 
 from fingerslip.study.convergence import converge
-from fingerslip.study.running.runner import run_studies
-from fingerslip.validation import Work, rows_mapping, rows_markdown, validate
+from fingerslip.study.definition.runs import plan_studies
+from fingerslip.study.running.runner import run_plans
+from fingerslip.validation.comparison import validate
+from fingerslip.validation.evidence import Work
+from fingerslip.validation.rows import rows_mapping, rows_markdown
 
 ROOT = Path(__file__).parents[2]
 REFERENCE, STUDIES = ROOT / "results" / "reference", ROOT / "studies"
@@ -47,7 +50,7 @@ def main(results: Path) -> None:
     heading = f"# Numerical uncertainty of the slip events of Table 2\n\nMade by `{MADE}`.\n\n"
     (REFERENCE / "convergence.md").write_text(f"{heading}{refined.rstrip()}\n", encoding="utf-8")
     renew_rows(ROOT / "docs" / "convergence.md", table_of(refined, "| quantity | unit |"))
-    run_studies(tuple(STUDIES / f"{name}.yaml" for name in DETAILS), results_dir=results)
+    run_plans(plan_studies([STUDIES / f"{name}.yaml" for name in DETAILS], results))
     make_details.main(results)
     make_figures.main(results)
     for name, source in PICTURES.items():

@@ -32,16 +32,13 @@ _EMPTY: Mapping[str, Any] = MappingProxyType({})
 
 @dataclass(frozen=True)
 class RunResult:
-    """The result of one run of a study.
-
-    Arrays: numbers  [SI]; uncertainty  [SI].
-    """
+    """The result of one run of a study."""
 
     name: str  # name of the run and of its folder
     swept: Mapping[str, Any]  # the swept values by dotted path, as the study file writes them
     events: Events  # its slip events
     peaks: tuple[Peak, ...] = ()  # its acceleration peaks, in order of time
-    numbers: Mapping[str, Number] = field(default_factory=lambda: _EMPTY)
+    numbers: Mapping[str, Number] = field(default_factory=lambda: _EMPTY)  # by key of the measure [SI]
     edge: EdgeContact | None = None  # contact that came close to a free edge of its boundary
     identity: str = ""  # hash of its inputs
     mesh_hash: str = ""  # hash of the mesh
@@ -49,7 +46,7 @@ class RunResult:
     seconds: float = 0.0  # wall time of the simulation [s]
     versions: Mapping[str, str] = field(default_factory=lambda: _EMPTY)
     values: Mapping[str, Any] = field(default_factory=lambda: _EMPTY)
-    uncertainty: Mapping[str, float] = field(default_factory=lambda: _EMPTY)
+    uncertainty: Mapping[str, float] = field(default_factory=lambda: _EMPTY)  # by key of the number [SI]
     sampled: Mapping[str, Any] = field(default_factory=lambda: _EMPTY)
     derived: Mapping[str, Quantity] = field(default_factory=lambda: _EMPTY)
     reaction: Mapping[str, float | None] = field(default_factory=lambda: _EMPTY)  # times since the load began [s]

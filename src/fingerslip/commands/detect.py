@@ -11,18 +11,12 @@ import typer
 
 from fingerslip.commands.shared import (
     AsJson,
-    Bright,
-    Calibration,
-    Channel,
-    FrameRate,
-    Layout,
     Markdown,
-    MarkerCount,
-    Mask,
     Quiet,
     print_tables,
     screen_progress,
     tracking_options,
+    with_options,
 )
 
 if TYPE_CHECKING:
@@ -50,6 +44,22 @@ Least = Annotated[
 Seed = Annotated[int, typer.Option("--seed", help="Seed of splits, samples and classifiers.")]
 Pictures = Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder for tables and figures.")]
 Cores = Annotated[int, typer.Option("--workers", metavar="N", min=1, help="Cores to use.")]
+
+
+def _choices(
+    *,
+    labels: Labels = "external_markers",
+    rest_frames: RestFrames = 100,
+    window: Window = 11,
+    samples: Samples = "50,50,50,50",
+    least: Least = 1.0,
+    seed: Seed = 0,
+    workers: Cores = 2,
+) -> Any:
+    """Return what is chosen for training and evaluation."""
+    from fingerslip.detect.session import Choices
+
+    return Choices(labels, rest_frames, window, samples, seed, workers, least)
 
 
 def _print(tables: Sequence[Table], markdown: bool, as_json: bool, output: Path | None = None) -> None:
@@ -87,6 +97,7 @@ def simulate(
         typer.echo(f"{parquet}: a row for each frame")
 
 
+@with_options("tracking", tracking_options)
 def collect(
     recordings: Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder of videos or tracks.")],
     conditions: Annotated[Path, typer.Argument(metavar="CSV", help="Table with a row for each file.")],
@@ -95,16 +106,10 @@ def collect(
     labels: Annotated[Path | None, typer.Option(metavar="CSV", help="Onset times of your own.")] = None,
     title: Annotated[str, typer.Option(help="What the data card says first.")] = "Recorded trials",
     rest_frames: RestFrames = 100,
-    markers: MarkerCount = None,
+    tracking: Any,
     external_markers: Annotated[
-        int | None, typer.Option(metavar="N", min=1, help="The same of the outer camera.")
+        int | None, typer.Option(metavar="N", min=1, help="Markers of the outer camera.")
     ] = None,
-    layout: Layout = "auto",
-    mask: Mask = None,
-    calibration: Calibration = None,
-    bright: Bright = None,
-    frame_rate: FrameRate = None,
-    channel: Channel = "grey",
 ) -> None:
     """Make a data set of recordings that a table names, with their conditions: videos, which are tracked, or tracks.
 
@@ -112,7 +117,6 @@ def collect(
     """
     from fingerslip.detect.session import collect_trials
 
-    tracking = tracking_options(markers, layout, mask, calibration, bright, frame_rate, channel)
     more: dict[str, Any] = {"rest_frames": rest_frames, "tracking": tracking, "external_markers": external_markers}
     typer.echo(collect_trials(recordings, conditions, output, labels=labels, title=title, **more))
 
@@ -130,26 +134,21 @@ def film(
     typer.echo(film_runs(results, output, title, seed))
 
 
+@with_options("choices", _choices)
 def train(
     dataset: DataSet,
     *,
     output: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the detector.")] = Path("detector"),
     classifier: Classifier = "forest",
-    labels: Labels = "external_markers",
-    rest_frames: RestFrames = 100,
-    window: Window = 11,
-    samples: Samples = "50,50,50,50",
-    least: Least = 1.0,
-    seed: Seed = 0,
-    workers: Cores = 2,
+    choices: Any,
 ) -> None:
     """Train a detector on the trials of a data set that are no test trials of the benchmark, and write it."""
-    from fingerslip.detect.session import Choices, train_detector
+    from fingerslip.detect.session import train_detector
 
-    choices = Choices(labels, rest_frames, window, samples, seed, workers, least)
     typer.echo(train_detector(dataset, output, classifier, choices))
 
 
+@with_options("choices", _choices)
 def evaluate(
     dataset: DataSet,
     *,
@@ -163,13 +162,7 @@ def evaluate(
     leave_out: Annotated[
         list[str] | None, typer.Option(metavar="CONDITION", help="Leave out by this too; repeatable.")
     ] = None,
-    labels: Labels = "external_markers",
-    rest_frames: RestFrames = 100,
-    window: Window = 11,
-    samples: Samples = "50,50,50,50",
-    least: Least = 1.0,
-    seed: Seed = 0,
-    workers: Cores = 2,
+    choices: Any,
     markdown: Markdown = False,
     as_json: AsJson = False,
 ) -> None:
@@ -179,9 +172,8 @@ def evaluate(
     Finished parts are kept in DIR.unfinished until the tables are written, so that an interrupted evaluation goes on.
     Each value of a condition that is left out takes as long as a fold.
     """
-    from fingerslip.detect.session import Choices, evaluate_classifiers, evaluate_whole
+    from fingerslip.detect.session import evaluate_classifiers, evaluate_whole
 
-    choices = Choices(labels, rest_frames, window, samples, seed, workers, least)
     if whole:
         tables = evaluate_whole(dataset, choices, folds=folds, group=group, output=output)
     else:
@@ -190,6 +182,7 @@ def evaluate(
     _print(tables, markdown, as_json)
 
 
+@with_options("choices", _choices)
 def inquire(
     dataset: DataSet,
     *,
@@ -200,23 +193,15 @@ def inquire(
         str, typer.Option(metavar="A,B,...", help="Noise added, in the unit of the tracks.")
     ] = "0,0.02,0.05,0.1,0.2,0.5",
     slower: Annotated[str, typer.Option(metavar="A,B,...", help="Only every nth frame.")] = "1,2,4,8",
-    labels: Labels = "external_markers",
-    rest_frames: RestFrames = 100,
-    window: Window = 11,
-    samples: Samples = "50,50,50,50",
-    least: Least = 1.0,
-    seed: Seed = 0,
-    workers: Cores = 2,
+    choices: Any,
     as_json: AsJson = False,
 ) -> None:
     """Ask what a classifier needs, uses and bears: learning curve, importance of rings, robustness, with figures."""
     from fingerslip.detect.inquiry import Levels, write_inquiry
     from fingerslip.detect.inquiry import inquire as asked
-    from fingerslip.detect.session import Choices
     from fingerslip.storage.files import check_folder
 
     check_folder(output)
-    choices = Choices(labels, rest_frames, window, samples, seed, workers, least)
     answers = asked(dataset, classifier, choices, Levels(lost, noise, slower))
     write_inquiry(answers, output)
     print_tables(answers.tables.values(), as_json)
@@ -275,6 +260,7 @@ def transfer(
     _print(tables, markdown, as_json, output)
 
 
+@with_options("tracking", tracking_options)
 def run(
     source: Annotated[
         str,
@@ -294,13 +280,7 @@ def run(
     rest_frames: Annotated[
         int | None, typer.Option(metavar="N", min=5, help="Frames at rest at the start; else found.")
     ] = None,
-    markers: MarkerCount = None,
-    layout: Layout = "auto",
-    mask: Mask = None,
-    calibration: Calibration = None,
-    bright: Bright = None,
-    frame_rate: FrameRate = None,
-    channel: Channel = "grey",
+    tracking: Any,
     as_json: AsJson = False,
 ) -> None:
     """Say when a video or tracks show slip, and how sure that is, and write a page that shows it.
@@ -311,7 +291,6 @@ def run(
     """
     from fingerslip.detect.session import run_detector, watch_camera
 
-    tracking = tracking_options(markers, layout, mask, calibration, bright, frame_rate, channel)
     if source.isdecimal() or "://" in source:
         camera = int(source) if source.isdecimal() else source
         print_tables([watch_camera(camera, detector, tracking, rest_frames, partial(typer.echo, err=as_json))], as_json)

@@ -26,17 +26,12 @@ def run(
 
     Runs that are finished with the same inputs are not computed again; an interrupted study continues where it stopped.
     """
-    from fingerslip.study.running.runner import StudyFailedError, run_studies
+    from fingerslip.study.definition.runs import plan_studies
+    from fingerslip.study.running.runner import StudyFailedError, run_plans
 
+    plans, progress = plan_studies(studies, results), screen_progress(quiet)
     try:
-        results_of_all = run_studies(
-            studies,
-            results_dir=results,
-            workers=workers,
-            force=force,
-            progress=screen_progress(quiet),
-            scheduler=scheduler,
-        )
+        results_of_all = run_plans(plans, workers=workers, force=force, progress=progress, scheduler=scheduler)
         print_results(results_of_all, as_json)
     except StudyFailedError as error:
         print_results(error.results, as_json)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+import inspect
 import json
 import signal
 import threading
@@ -28,22 +30,6 @@ Workers = Annotated[
 Markdown = Annotated[bool, typer.Option("--markdown", help="Print the tables in Markdown.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print the tables as JSON.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress; the answer is printed all the same.")]
-# How the markers of a video are found. The tracker itself refuses other names, so that they are listed in one place.
-MarkerCount = Annotated[
-    int | None, typer.Option("--markers", metavar="N", min=1, help="How many markers there are; else it is found.")
-]
-Layout = Annotated[Any, typer.Option("--layout", parser=str, metavar="NAME", help="auto, rings, hex, grid or free.")]
-Mask = Annotated[Path | None, typer.Option("--mask", metavar="IMAGE", help="Image that is white where markers may be.")]
-Calibration = Annotated[
-    Path | None, typer.Option("--calibration", metavar="FILE", help="Camera calibration in OpenCV's form.")
-]
-Bright = Annotated[
-    bool | None, typer.Option("--bright/--dark", help="Whether markers are bright or dark; else it is found.")
-]
-FrameRate = Annotated[
-    float | None, typer.Option("--frame-rate", metavar="HZ", help="Frames a second, where the video does not say.")
-]
-Channel = Annotated[str, typer.Option("--channel", help="Of colour frames: grey, blue, green or red.")]
 
 _FILE_WIDTH = 160
 
@@ -76,16 +62,48 @@ cameras, fields = _complete(lambda: CAMERAS), _complete(lambda: FIELDS)
 specimens, shipped_studies, figure_kinds = map(_complete, (_specimens, _shipped_studies, _figure_kinds))
 
 
-def tracking_options(  # noqa: PLR0917  in the order of the options
-    markers: int | None,
-    layout: str,
-    mask: Path | None,
-    calibration: Path | None,
-    bright: bool | None,
-    frame_rate: float | None,
-    channel: str,
+def with_options(name: str, read: Callable[..., Any]) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Give a verb the options of `read` in the place of its parameter `name`, which gets what `read` makes of them."""
+    options = inspect.signature(read, eval_str=True).parameters
+
+    def of_verb(verb: Callable[..., Any]) -> Callable[..., Any]:
+        @functools.wraps(verb)
+        def call(**values: Any) -> Any:
+            read_value = read(**{option: values.pop(option) for option in options})
+            return verb(**values, **{name: read_value})
+
+        signature = inspect.signature(verb, eval_str=True)
+        parameters: list[inspect.Parameter] = []
+        for parameter in signature.parameters.values():
+            parameters += options.values() if parameter.name == name else [parameter]
+        call.__signature__ = signature.replace(parameters=parameters)  # type: ignore[attr-defined]
+        call.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
+        return call
+
+    return of_verb
+
+
+def tracking_options(
+    *,
+    markers: Annotated[
+        int | None, typer.Option(metavar="N", min=1, help="How many markers there are; else it is found.")
+    ] = None,
+    layout: Annotated[Any, typer.Option(parser=str, metavar="NAME", help="auto, rings, hex, grid or free.")] = "auto",
+    mask: Annotated[
+        Path | None, typer.Option(metavar="IMAGE", help="Image that is white where markers may be.")
+    ] = None,
+    calibration: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Camera calibration in OpenCV's form.")
+    ] = None,
+    bright: Annotated[
+        bool | None, typer.Option("--bright/--dark", help="Whether markers are bright or dark; else it is found.")
+    ] = None,
+    frame_rate: Annotated[
+        float | None, typer.Option(metavar="HZ", help="Frames a second, where the video does not say.")
+    ] = None,
+    channel: Annotated[str, typer.Option(help="Of colour frames: grey, blue, green or red.")] = "grey",
 ) -> dict[str, Any]:
-    """Return how markers are found as the tracker takes it."""
+    """Return how markers are found as the tracker takes it, which itself refuses other names."""
     search = {"n_markers": markers, "layout": layout, "mask": mask, "bright": bright}
     return {**search, "calibration": calibration, "frame_rate": frame_rate, "channel": channel}
 

@@ -3,39 +3,24 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from fingerslip.commands.shared import (
-    Bright,
-    Calibration,
-    Channel,
-    FrameRate,
-    Layout,
-    MarkerCount,
-    Mask,
-    Quiet,
-    screen_progress,
-    tracking_options,
-)
+from fingerslip.commands.shared import Quiet, screen_progress, tracking_options, with_options
 
 
-def track(  # noqa: PLR0917  the options of a command line have no order
+@with_options("tracking", tracking_options)
+def track(
     video: Annotated[
         Path, typer.Argument(metavar="VIDEO", help="A video file, or a folder of images.", show_default=False)
     ],
-    markers: MarkerCount = None,
+    *,
     rest: Annotated[int, typer.Option(metavar="FRAMES", min=1, help="Frames at rest at the beginning.")] = 30,
-    layout: Layout = "auto",
     out: Annotated[
         Path | None, typer.Option(metavar="FOLDER", help="Where to write; else VIDEO with the ending _tracks.")
     ] = None,
-    mask: Mask = None,
-    calibration: Calibration = None,
-    bright: Bright = None,
-    frame_rate: FrameRate = None,
-    channel: Channel = "grey",
+    tracking: Any,
     fields: Annotated[
         bool, typer.Option("--fields", help="Write displacement, velocity, strain and more, with a video of each.")
     ] = False,
@@ -47,7 +32,6 @@ def track(  # noqa: PLR0917  the options of a command line have no order
     """
     from fingerslip.report.page.tracking import track_video
 
-    search = tracking_options(markers, layout, mask, calibration, bright, frame_rate, channel)
     with screen_progress(quiet) as progress:
-        lines = list(track_video(video, out, {**search, "rest_frames": rest}, progress.say, fields=fields))
+        lines = list(track_video(video, out, {**tracking, "rest_frames": rest}, progress.say, fields=fields))
     typer.echo("\n".join(lines))

@@ -42,16 +42,16 @@ def validate(
     """
     import json
 
-    from fingerslip import validation
+    from fingerslip.validation import comparison
 
     computed = [
         part for part, wanted in (("geometry", geometry), ("pouring", pouring), ("detection", detection)) if wanted
     ]
-    comparison = validation.compare(studies, results, workers, screen_progress(quiet), only=only, computed=computed)
+    compared = comparison.compare(studies, results, workers, screen_progress(quiet), only=only, computed=computed)
     if as_json:
-        mapping = validation.comparison_mapping(comparison)
+        mapping = comparison.comparison_mapping(compared)
         typer.echo(json.dumps(mapping, indent=2, ensure_ascii=False, allow_nan=False))
     elif markdown:
-        typer.echo(validation.comparison_markdown(comparison), nl=False)
+        typer.echo(comparison.comparison_markdown(compared), nl=False)
     else:
-        print_tables(comparison.tables)
+        print_tables(compared.tables)

@@ -116,16 +116,12 @@ def one_of(union: Any, what: str, name: str, words: str) -> Choice:
 
 
 def from_mapping(cls: type[T], values: Mapping[str, Any], where: str = "") -> T:
-    """Build a parameter set from a file's mapping, in which every quantity is text with a unit.
-
-    Errors begin with `where`: the name of the file, with a colon and a path in it where `values` is a part of the file.
-    """
+    """Build a parameter set from a file's mapping, whose quantities are text with units; errors begin with `where`."""
     try:
         return _adapter(cls).validate_python(dict(values), context=_FROM_TEXT)  # type: ignore[arg-type, no-any-return]
     except pydantic.ValidationError as error:
-        front = (
-            f"{where}{'.' if ': ' in where else ': '}" if where else ""
-        )  # such as `x.yaml: ` or `x.yaml: fingertip.`
+        # Such as `x.yaml: ` or `x.yaml: fingertip.`
+        front = f"{where}{'.' if ': ' in where else ': '}" if where else ""
         raise _together(in_order(mistakes_in(error, cls), walk(values)), front) from None
 
 
@@ -182,12 +178,8 @@ class Leaf:
     is_default: bool  # whether it is the default of its field
 
 
-def walk_values(instance: object) -> Iterator[Leaf]:
+def walk_values(instance: Any, prefix: str = "", default: object = dataclasses.MISSING) -> Iterator[Leaf]:
     """Yield every single value of a parameter set, in the order of its fields; what is empty is left out."""
-    yield from _leaves(instance, "", dataclasses.MISSING)
-
-
-def _leaves(instance: Any, prefix: str, default: object) -> Iterator[Leaf]:
     cls: Any = type(instance)
     for field in dataclasses.fields(instance):
         default_value = getattr(default, field.name, dataclasses.MISSING) if type(default) is cls else field.default
@@ -199,7 +191,7 @@ def _below(path: str, value: Any, default: object, unit: Unit | None, choice: Ch
     if value is None or value in ((), {}, ""):
         return
     if dataclasses.is_dataclass(value):
-        yield from _leaves(value, f"{path}.{choice.key_of(value)}." if choice else f"{path}.", default)
+        yield from walk_values(value, f"{path}.{choice.key_of(value)}." if choice else f"{path}.", default)
     elif isinstance(value, Mapping):
         defaults = default if isinstance(default, Mapping) else {}
         for key, item in value.items():

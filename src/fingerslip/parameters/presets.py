@@ -70,10 +70,7 @@ class Presets(Generic[T]):
         return {key: str(text).strip() for key, text in self._document(name, "preset").items() if key != "values"}
 
     def changed(self, mapping: Mapping[str, Any], where: str = "") -> T:
-        """Return a parameter set from nested plain data with the key ``preset``, whose other keys override its values.
-
-        Errors begin with `where`, such as ``studies/x.yaml: fingertip``.
-        """
+        """Return a parameter set from plain data with the key ``preset``, whose other keys override its values."""
         if "preset" not in mapping:
             raise InputError(join_path(where, "preset"), "is missing", f"needs one of {', '.join(self.names)}")
         changes = {key: value for key, value in mapping.items() if key != "preset"}

@@ -20,10 +20,7 @@ _ROLE = re.compile(r":\w+:`~?(?:[\w.]*\.)?(\w+)`")
 
 
 def json_schema(cls: type) -> dict[str, Any]:
-    """Return the JSON Schema of a parameter set, for editors.
-
-    Every key has the words of its docstring with the unit, and the default as a file writes it.
-    """
+    """Return the JSON Schema of a parameter set, for editors: words of the docstring, units, defaults as files have."""
     return TypeAdapter(cls).json_schema(schema_generator=_ForEditors)
 
 

@@ -285,11 +285,10 @@ class Study:
         ResultError
             Where results cannot be written.
         """
-        reporter = (
-            {True: progress_on_screen, False: StudyProgress}[progress]() if isinstance(progress, bool) else progress
-        )
+        if isinstance(progress, bool):
+            progress = progress_on_screen() if progress else StudyProgress()
         plan = self._plan(results)
-        run_plans([plan], workers=workers, force=force, progress=reporter, scheduler=scheduler)
+        run_plans([plan], workers=workers, force=force, progress=progress, scheduler=scheduler)
         return open_study(plan.folder)
 
     def save(self, path: str | Path) -> Path:

@@ -12,9 +12,9 @@ from fingerslip.errors import InputError
 from fingerslip.history import read_history
 from fingerslip.results import HISTORY, RunResult, StudyResult
 from fingerslip.study.convergence import converge, level_folders
-from fingerslip.study.definition.runs import plan_study
+from fingerslip.study.definition.runs import plan_studies, plan_study
 from fingerslip.study.running.progress import StudyProgress
-from fingerslip.study.running.runner import run_studies
+from fingerslip.study.running.runner import run_plans
 from fingerslip.study.storage.store import read_run
 from fingerslip.validation.measures import Measures, measure, measure_3d
 
@@ -57,13 +57,7 @@ class Evidence:
         return tuple(run for run in self.measured[study] if _meets(run.run.all_values, conditions))
 
     def one(self, study: str, conditions: Mapping[str, object]) -> Measures:
-        """Return the run of a study whose values are these.
-
-        Raises
-        ------
-        InputError
-            Where the study has no such run, or several.
-        """
+        """Return the one run of a study whose values are these."""
         runs = self.select(study, conditions)
         if len(runs) != 1:
             wanted = ", ".join(f"{path} = {value}" for path, value in conditions.items())
@@ -109,8 +103,8 @@ class Work:
 
     def run(self, names: Iterable[str]) -> tuple[StudyResult, ...]:
         """Run studies, as far as they are not finished."""
-        paths = [self.file(name) for name in names]
-        return run_studies(paths, results_dir=self.results, workers=self.workers, progress=self.progress)
+        plans = plan_studies([self.file(name) for name in names], self.results)
+        return run_plans(plans, workers=self.workers, progress=self.progress)
 
 
 def gather(work: Work) -> Evidence:

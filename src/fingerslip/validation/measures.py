@@ -64,19 +64,16 @@ class Densities:
 
 @dataclass(frozen=True)
 class Measures:
-    """The numbers of one run.
-
-    Arrays: largest_acceleration  [m/s^2]; node_tolerances  [m].
-    """
+    """The numbers of one run."""
 
     run: RunResult  # the run with its events and values
     peaks: PeakTable = field(default_factory=PeakTable)
-    largest_acceleration: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    largest_acceleration: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))  # [m/s^2]
     centre_after_edge: float | None = None  # [s]
     densities: Densities | None = None  # strain energy density
     rms_after: float | None = None  # [m/s^2]
     travel: float | None = None  # travel of the plate at overall slip over friction coefficient times indentation [-]
-    node_tolerances: Mapping[float, SlipEvents] = field(default_factory=lambda: MappingProxyType({}))
+    node_tolerances: Mapping[float, SlipEvents] = field(default_factory=lambda: MappingProxyType({}))  # by distance [m]
 
     @property
     def incipient_peak(self) -> Peak | None:
@@ -153,9 +150,7 @@ def centre_after_edge(history: xr.Dataset, window: SlideWindow, settings: EventS
     """Return how much later the inner quarter of the contact begins to lag the plate than the outer quarter.
 
     The nodes in contact at the start of the slide are ranked by their distance from the middle of the contact.
-    Medians are taken; a node that never lags counts as lagging from the end of the slide on.
-
-    Units: returns [s].
+    Medians are taken; a node that never lags counts as lagging from the end of the slide on [s].
     """
     touching = np.flatnonzero(history["contact_state"].values[window.first] != OPEN)
     if touching.size < 4:

@@ -10,15 +10,15 @@ from pathlib import Path
 import pytest
 
 import fingerslip as fs
-from fingerslip import validation
 from fingerslip.published import published_set
 from fingerslip.report.scene import viewer
 from fingerslip.study import fit
 from fingerslip.study.inspection import show as inspection
 from fingerslip.study.storage import reporting
 from fingerslip.tables.table import Column, Table
-from fingerslip.validation import Comparison, Stored
-from fingerslip.validation.rows import GeometryRow, number_row
+from fingerslip.validation import comparison
+from fingerslip.validation.comparison import Comparison
+from fingerslip.validation.rows import GeometryRow, Stored, number_row
 from fingerslip.verification import catalogue
 from fingerslip.verification.problem import Problem, relative
 from fingerslip.vision.video import video_info, write_video
@@ -141,6 +141,15 @@ def test_folder_has_tracks_overlay_and_page(invoke, tmp_path):
     assert "following its markers" in done.stderr
 
 
+def test_partial_tracks_are_called_so(invoke, tmp_path):
+    write_video(tmp_path / "images", clips.filmed(clips.still(clips.field()[:75], 6)), 60.0)
+    done = invoke("track", "images", "--markers", 81, "--rest", 4, "--layout", "free", "--dark", "--out", "there", "-q")
+    assert done.stderr == ""
+    assert "warning: found 75 of 81 markers in the first frames" in done.stdout
+    assert "partial tracks of 75 markers" in done.stdout
+    assert "These tracks are partial." in (tmp_path / "there" / "quality.html").read_text()
+
+
 def test_a_broken_mp4_is_one_line(tmp_path):
     # FFmpeg would add lines of its own on the process's standard error, which only another process shows.
     (tmp_path / "cut.mp4").write_bytes(b"\x00\x00\x00\x18ftypmp42\x00\x00\x00\x00mp42isom" + bytes(range(256)) * 9)
@@ -161,7 +170,7 @@ def test_rows_come_as_table_json_and_markdown(invoke, monkeypatch):
         asked.append((*given[:3], chosen))
         return Comparison(rows, ("Rows are stored.",), allowed)
 
-    monkeypatch.setattr(validation, "compare", compare)
+    monkeypatch.setattr(comparison, "compare", compare)
     text = invoke("validate", "--studies", "s", "--results", "r", "--workers", "1").stdout
     assert "overall slip" in text
     assert "Rows are stored." in text

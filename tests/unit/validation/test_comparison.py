@@ -10,11 +10,10 @@ import pytest
 
 from fingerslip.errors import DamagedError, InputError
 from fingerslip.published import published_set
-from fingerslip.validation import STUDIES, rows_markdown, validate
 from fingerslip.validation import comparison as module
-from fingerslip.validation.comparison import compare, comparison_mapping, comparison_markdown, rows_of
-from fingerslip.validation.evidence import FRICTION, REFINED, Evidence, Work
-from fingerslip.validation.rows import GeometryRow, Row, Stored, number_row
+from fingerslip.validation.comparison import compare, comparison_mapping, comparison_markdown, rows_of, validate
+from fingerslip.validation.evidence import FRICTION, REFINED, STUDIES, Evidence, Work
+from fingerslip.validation.rows import GeometryRow, Row, Stored, number_row, rows_markdown
 from places import ROOT
 
 GEOMETRY = GeometryRow("incipient slip", "Table 2", 1.53, None, "", 0, 50)

@@ -15,10 +15,10 @@ from fingerslip.report.tables.compare import difference_from
 from fingerslip.storage.files import write_json
 from fingerslip.study.definition.spec import read_study
 from fingerslip.tables.table import texts, to_markdown
-from fingerslip.validation import Row, rows_markdown, rows_table
 from fingerslip.validation import rows as module
 from fingerslip.validation.evidence import Work
 from fingerslip.validation.measures import SOLID_READINGS
+from fingerslip.validation.rows import Row, rows_markdown, rows_table
 from places import ROOT
 from unit.sampled import study_of
 
@@ -194,10 +194,10 @@ def test_rows_name_model_and_reading_and_those_in_3d_are_read_at_the_reference_n
 def test_computed_intervals_are_stored_and_read_back(tmp_path, monkeypatch):
     ran = []
     monkeypatch.setattr(
-        "fingerslip.validation.evidence.run_studies", lambda paths, **_: ran.append(paths) or (section(tmp_path),)
+        "fingerslip.validation.evidence.run_plans", lambda plans, **_: ran.append(plans) or (section(tmp_path),)
     )
     made = module.allowed_geometry(Work(ROOT / "studies", tmp_path), compute=True)
-    assert [path.stem for path in ran[0]] == list(module.GEOMETRY)
+    assert [plan.source.stem for plan in ran[0]] == list(module.GEOMETRY)
     again = module.allowed_geometry(Work(ROOT / "studies", tmp_path))
     assert (made.rows, made.computed) == (again.rows, True)
     assert (len(ran), again.computed) == (1, False)

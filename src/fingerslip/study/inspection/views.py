@@ -77,8 +77,10 @@ def write_figure(target: Path, choice: FigureChoice, output: Path | None = None)
     if choice.kind in OF_STUDIES and choice.run:
         fault = f"got '{choice.run}' with --kind {choice.kind}"
         raise InputError("figure: --run", fault, "needs a kind that shows one run", "leave it out: all runs are shown")
-    if choice.kind == COMPOSED and not choice.run:
-        choice = dataclasses.replace(choice, run=_middle_run(target))
+    runs = list(read_manifest(target).get("runs", {}))
+    if choice.kind == COMPOSED and not choice.run and len(runs) > 1:
+        # The figure and its file then say which one they show.
+        choice = dataclasses.replace(choice, run=runs[len(runs) // 2])
     named = f"{choice.kind}-{choice.run}" if choice.run else choice.kind
     path = output or target / f"{named}{_MP4 if choice.kind == FILM else f'.{choice.form}'}"
     if choice.kind == FILM and path.suffix.lower() != _MP4:
@@ -149,12 +151,6 @@ def _study_subject(target: Path, choice: FigureChoice) -> StudySubject:
         path=choice.path or (paths[0] if paths else ""),
         sensitivities=sensitivities(study, LATENCY) if choice.kind == "sensitivity" else (),
     )
-
-
-def _middle_run(target: Path) -> str:
-    """Return the name of the middle run of a study with several; the figure and its file then say it."""
-    names = list(read_manifest(target).get("runs", {}))
-    return names[len(names) // 2] if len(names) > 1 else ""
 
 
 def _run_folder(target: Path, name: str) -> Path:

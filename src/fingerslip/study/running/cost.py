@@ -76,10 +76,7 @@ def estimated_seconds(unknowns: int, steps: int, dim: int = 2, kinematics: Kinem
 
 
 def process_bytes(unknowns: int, records: int, dim: int = 2) -> float:
-    """Estimate the memory of a process that computes runs together [bytes]; rough as :func:`estimated_seconds`.
-
-    Units: records [bytes].
-    """
+    """Estimate the memory of a process that computes runs with so many `records` [bytes]; as rough as the time."""
     return _BYTES_OF_PROCESS + _BYTES_PER_UNKNOWN[dim] * unknowns + _BYTES_PER_RECORDED * records
 
 

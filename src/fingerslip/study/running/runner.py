@@ -96,25 +96,9 @@ def run_study(
     ResultError
         Where results cannot be written.
     """
-    return run_studies(
-        [path], results_dir=results_dir, workers=workers, force=force, progress=progress, scheduler=scheduler
-    )[0]
-
-
-def run_studies(
-    paths: Sequence[str | Path],
-    *,
-    results_dir: str | Path = "results",
-    workers: int = 2,
-    force: bool = False,
-    progress: StudyProgress | None = None,
-    scheduler: str | None = None,
-) -> tuple[StudyResult, ...]:
-    """Run several studies, one after the other, after all of them are checked; see :func:`run_study`."""
-    for path in paths:
-        require_kind(path, (str, os.PathLike), "the path of a study file", "study")
-    plans = plan_studies(paths, results_dir)
-    return run_plans(plans, workers=workers, force=force, progress=progress, scheduler=scheduler)
+    require_kind(path, (str, os.PathLike), "the path of a study file", "study")
+    plans = plan_studies([path], results_dir)
+    return run_plans(plans, workers=workers, force=force, progress=progress, scheduler=scheduler)[0]
 
 
 def run_plans(
@@ -125,7 +109,7 @@ def run_plans(
     progress: StudyProgress | None = None,
     scheduler: str | None = None,
 ) -> tuple[StudyResult, ...]:
-    """Run studies that are planned already; see :func:`run_study`."""
+    """Run studies that are planned, one after the other, after all of them are checked; see :func:`run_study`."""
     if not isinstance(workers, int) or workers < 1:
         raise InputError("workers", f"got {workers!r}", "needs a number >= 1")
     for plan in plans:

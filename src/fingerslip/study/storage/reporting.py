@@ -7,7 +7,7 @@ import time
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,12 +56,8 @@ _MOST_VALUES = 12
 _ABOUT = ("title", *NOT_OF_A_RUN)
 
 
-@dataclass(frozen=True)
-class _Row:
-    """A shown value of one run, and its text in the unit of its field, for joining it with the texts of other runs."""
-
-    shown: ShownValue
-    text: str
+# A shown value of one run, and its text in the unit of its field, for joining it with the texts of other runs.
+_Row: TypeAlias = tuple[ShownValue, str]
 
 
 def read_run_values(path: Path) -> Run:
@@ -74,15 +70,15 @@ def value_rows(runs: Sequence[Run], paths: Collection[str] | None = None) -> tup
     result: dict[str, list[_Row]] = {}
     for run in runs:
         for row in _rows(run, paths):
-            result.setdefault(row.shown.path, []).append(row)
+            result.setdefault(row[0].path, []).append(row)
     values = []
     for path, rows in result.items():
-        texts = list(dict.fromkeys(row.text for row in rows))
+        texts = list(dict.fromkeys(text for _, text in rows))
         if len(texts) == 1 and len(rows) == len(runs):
-            values.append(rows[0].shown)
+            values.append(rows[0][0])
             continue
         partly = f"in {len(rows)} of {len(runs)} runs" if len(rows) < len(runs) else ""
-        notes = dict.fromkeys(text for text in (partly, *(row.shown.note for row in rows)) if text)
+        notes = dict.fromkeys(text for text in (partly, *(shown.note for shown, _ in rows)) if text)
         texts = [f"({text})" if "," in text else text for text in texts]
         listed = ", ".join(texts) if len(texts) <= _MOST_VALUES else f"{texts[0]}, … ({len(texts)} values)"
         values.append(ShownValue(path, listed, SWEPT, "; ".join(notes)))
@@ -107,7 +103,7 @@ def _rows(run: Run, paths: Collection[str] | None) -> Iterator[_Row]:
 
 
 def _row(path: str, value: str, source: str, note: str = "") -> _Row:
-    return _Row(ShownValue(path, value, source, note), value)
+    return ShownValue(path, value, source, note), value
 
 
 def _specimen_rows(run: Run, specimen: Specimen, paths: Collection[str] | None) -> Iterator[_Row]:
@@ -154,7 +150,7 @@ def _row_of(group: str, leaf: Leaf, origin: _Origin, paths: Collection[str] | No
     is_preset = leaf.value == origin.values.get(path) and untouched
     if is_preset and entry:
         # Of a list the preset has one source for all values in it.
-        return _Row(ShownValue(path, entry.value if source == path else text, entry.source, entry.note), text)
+        return ShownValue(path, entry.value if source == path else text, entry.source, entry.note), text
     # A law that the preset does not have brings its own defaults.
     brought = leaf.is_default and path not in origin.values and untouched
     return _row(path, text, DEFAULT if is_preset or brought else STUDY_FILE, f"preset: {entry.value}" if entry else "")

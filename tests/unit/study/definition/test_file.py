@@ -160,6 +160,14 @@ def test_a_base_that_is_none_is_refused(tmp_path, base, message):
         read_study(write(tmp_path, "own.yaml", {"base": base}))
 
 
+def test_a_long_ring_of_bases_is_one_line(tmp_path):
+    for number in range(1200):
+        (tmp_path / f"{number}.yaml").write_text(f"title: x\nbase: {(number + 1) % 1200}.yaml\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"1199.yaml: base: leads back to 0.yaml") as caught:
+        read_with_base(tmp_path / "0.yaml")
+    assert len(str(caught.value)) < 500
+
+
 STUDIES = sorted((ROOT / "studies").glob("*.yaml"))
 
 

@@ -312,27 +312,11 @@ def test_names_and_values_of_materials_that_ship_are_swept():
     assert last.specimen.materials["tissue"] == fs.material("pulp-relaxing")
 
 
-def test_terms_of_a_layer_of_a_preset_are_read_and_mistakes_in_materials_named():
+def test_terms_of_a_layer_of_a_preset_are_read():
     values = finger()
     values["fingertip"]["materials"] = {"tissue": {"prony": [{"share": 0.4, "time": "70 ms"}]}}
     specimen = parse_study(values, SOURCE).specimen("")
     assert specimen.materials["tissue"] == fs.Elastic(34e3, 0.48, 1000.0, prony=(fs.PronyTerm(0.4, 0.07),))
-    values["fingertip"]["materials"]["tissue"]["prony"] = [{"share": 1.4, "time": "70"}]
-    with pytest.raises(fs.InputError) as caught:
-        parse_study(values, SOURCE)
-    assert "fingertip.materials.tissue.prony.0.share: got 1.4, needs a number < 1" in str(caught.value)
-    assert "fingertip.materials.tissue.prony.0.time: '70' has no unit" in str(caught.value)
-    layers = {"dermis": {"preset": "ecoflex"}, "epidermis": {"preset": "skin", "youngs_modulu": "1 kPa"}}
-    values = finger() | {"materials": layers}
-    values["fingertip"]["materials"] = {"tissue": {"preset": "pulpp"}}
-    with pytest.raises(fs.InputError) as caught:
-        parse_study(values, SOURCE)
-    tissue, dermis, epidermis = (str(error) for error in caught.value.all)
-    assert "fingertip.materials.tissue.preset: 'pulpp' is not known, needs one of agilus30," in tissue
-    assert tissue.endswith("did you mean 'pulp'?")
-    assert "materials.dermis.preset: 'ecoflex' is not known" in dermis
-    assert "materials.epidermis.youngs_modulu: is not known" in epidermis
-    assert epidermis.endswith("did you mean 'youngs_modulus'?")
 
 
 # Tens and hundreds of runs each.

@@ -180,8 +180,6 @@ def test_a_figure_of_a_study_or_of_a_run_stands_beside_its_results(finished, for
     written = write_figure(finished, FigureChoice("latency", form=form))
     assert written == finished / f"latency.{form}"
     assert written.read_bytes().startswith(start)
-    if form == "png":
-        assert write_figure(finished, FigureChoice("composed", form=form)).name == f"composed-{MIDDLE}.png"
     if form == "pdf":
         assert write_figure(finished, FigureChoice("forces", run=RUN, style="slides")).name == f"forces-{RUN}.pdf"
 
@@ -291,7 +289,6 @@ def test_of_several_runs_one_has_to_be_chosen_and_a_folder_without_runs_is_refus
         ({"scalar": "stress"}, "", "view: scalar"),
         ({"cut": "q"}, "", "view: cut"),
         ({}, "1.2", "view: --time"),
-        ({}, "1.2 mm", "view: --time"),
     ],
 )
 def test_wrong_options_are_refused_before_anything_is_drawn(study, tmp_path, options, time, message):

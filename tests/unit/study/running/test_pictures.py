@@ -18,12 +18,13 @@ from fingerslip.study.definition.settings import CameraSettings
 from fingerslip.study.running import compute, runner
 from fingerslip.study.running.build import prepare
 from fingerslip.study.running.compute import Drawing, drawings_of
-from fingerslip.study.running.films import film_history, film_runs
+from fingerslip.study.running.films import camera_of, film_history, film_runs
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.running.runner import Engine, compute_jobs, write_up
 from fingerslip.study.storage import reporting
 from fingerslip.study.storage.reporting import film_keys, read_films, report_again
-from fingerslip.vision.tracks import read_tracks
+from fingerslip.vision.cameras.camera import pixels_of
+from fingerslip.vision.tracks import make_tracks, read_tracks
 from unit.filmed import filmed_history
 from unit.study.block import NAMES, Told, block_values
 
@@ -164,3 +165,10 @@ def test_films_are_made_once_and_again_where_camera_or_run_changed_and_unrecorde
     assert list(errors) == ["run/cameras/internal"]
     assert isinstance(errors["run/cameras/internal"], InputError)
     assert not (study / "run" / "cameras" / "internal").exists()
+
+
+def test_cameras_aim_at_the_markers():
+    markers = make_tracks([[[0.0, 1e-3], [2e-3, 3e-3]]], [0.0], units="m")
+    for kind, height in (("internal", 2e-3), ("external", 1e-3)):
+        camera = camera_of(SMALL, kind, markers)
+        assert pixels_of(camera, np.array([0.0, height])) == pytest.approx([79.5, 59.5])

@@ -16,9 +16,9 @@ from fingerslip.history import read_history
 from fingerslip.study.definition.file import read_mapping
 from fingerslip.study.definition.runs import plan_studies, plan_study
 from fingerslip.study.running import build as preparing
-from fingerslip.study.running.build import prepare, prepare_samples
+from fingerslip.study.running.build import prepare
 from fingerslip.study.running.compute import BASES
-from fingerslip.study.running.runner import StudyFailedError, run_studies, run_study
+from fingerslip.study.running.runner import StudyFailedError, run_study
 from fingerslip.study.storage.reporting import read_results
 from fingerslip.study.storage.store import read_manifest
 from fingerslip.units import parse_quantity
@@ -73,13 +73,7 @@ def test_derived_quantities_of_all_runs_are_checked_before_anything_runs(write_s
     assert said in str(caught.value)
 
 
-def test_a_sample_that_makes_no_model_is_refused_alone_and_another_run_named(write_study):
-    sample = {"count": 4, "ranges": {"programme.0.press.depth": ["0.05 mm", "12 mm"]}}
-    plan = plan_study(write_study(block_values() | {"sweep": {}, "sample": sample}))
-    jobs, refused = prepare_samples(plan, plan.runs)
-    assert jobs
-    assert refused
-    assert len(jobs) + len(refused) == 4
+def test_a_run_that_makes_no_model_is_named(write_study):
     plan = plan_study(write_study(changed("contact.boundary", "pulp")))
     with pytest.raises(InputError, match=r"block\.yaml \(contact\.friction_coefficient = 0\.2\).*'pulp' not in mesh"):
         prepare(plan, plan.runs)
@@ -299,7 +293,7 @@ def test_all_runs_of_all_studies_are_checked_before_anything_is_written(write_st
         run(path)
     bad = write_study(changed("contact.friction_coefficient", -0.2), name="bad")
     with pytest.raises(InputError, match=r"bad\.yaml: contact\.friction_coefficient: got -0\.2"):
-        run_studies([write_study(), bad], results_dir=path.parent / "results")
+        plan_studies([write_study(), bad], path.parent / "results")
     assert simulated == []
     assert not (path.parent / "results").exists()
 

@@ -94,12 +94,6 @@ def test_finished_trials_are_kept_when_others_fail(half, made, tmp_path, monkeyp
     assert not Path(tmp_path / "again").exists()
 
 
-def test_trials_that_fail_for_one_reason_share_a_line():
-    here, there = InputError("here", "is wrong", "needs more"), InputError("there", "is wrong", "needs less")
-    text = str(TrialsFailedError({"a": here, "b": there, "c": InputError("here", "is wrong", "needs more")}, 4))
-    assert text.splitlines()[:2] == ["a and 1 more: here: is wrong, needs more", "b: there: is wrong, needs less"]
-
-
 def test_who_makes_the_same_data_set_meanwhile_waits_for_it(half, made, tmp_path, monkeypatch):
     trials, _ = made
     work = tmp_path / "twice.unfinished"
