@@ -110,7 +110,7 @@ class FoldFrames:
     chances: Floats  # (n_tested, 3), probability of each class
 
     @classmethod
-    def joined(cls, folds: Sequence[FoldFrames]) -> FoldFrames:
+    def of(cls, folds: Sequence[FoldFrames]) -> FoldFrames:
         """Return what is said of the samples of some folds."""
         return cls(np.concatenate([fold.rows for fold in folds]), np.concatenate([fold.chances for fold in folds]))
 
@@ -179,9 +179,9 @@ def rows_to_learn(
 
 def matrices_of(samples: Samples, frames: Sequence[FoldFrames]) -> NDArray[np.intp]:
     """Return the confusion matrices (n_trials, 3, 3) of the trials of some folds."""
-    joined = FoldFrames.joined(frames)
-    classes = joined.chances.argmax(axis=1).astype(np.int8)
-    return confusion_by_trial(samples.classes[joined.rows], classes, samples.trial[joined.rows])
+    whole = FoldFrames.of(frames)
+    classes = whole.chances.argmax(axis=1).astype(np.int8)
+    return confusion_by_trial(samples.classes[whole.rows], classes, samples.trial[whole.rows])
 
 
 def frames_by_sample(samples: Samples, candidate: Candidate, *, seed: int = 0, workers: int = 1) -> NDArray[np.intp]:
