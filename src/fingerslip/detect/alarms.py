@@ -12,7 +12,7 @@ import functools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,22 +24,6 @@ Floats = NDArray[np.float64]
 
 #: Probabilities of a frame count as at least this: a forest of 50 trees cannot tell less from nothing.
 _LEAST = 1e-3
-
-
-class Smoother(Protocol):
-    """What turns the probabilities of frames into scores that rise when slip begins."""
-
-    def start(self) -> Floats:
-        """Return the state before the first frame."""
-        ...
-
-    def scores(self, state: Floats, interval: Floats, probabilities: Floats) -> tuple[Floats, Floats]:
-        """Return the log odds (n_times, 2) that there is slip, and that it is gross, and the state after the frames.
-
-        The intervals (n_times,) are times since the frame before each [s], and the probabilities (n_times, 3) those of
-        the classes, NaN where a frame could not be classified.
-        """
-        ...
 
 
 @dataclass(frozen=True)
@@ -61,7 +45,11 @@ class ForwardFilter:
         return state
 
     def scores(self, state: Floats, interval: Floats, probabilities: Floats) -> tuple[Floats, Floats]:
-        """Return the scores of frames and the state after them; see :class:`Smoother`."""
+        """Return the log odds (n_times, 2) that there is slip, and that it is gross, and the state after the frames.
+
+        The intervals (n_times,) are times since the frame before each [s], and the probabilities (n_times, 3) those of
+        the classes, NaN where a frame could not be classified.
+        """
         likelihood = self.weight * (np.log(np.maximum(probabilities, _LEAST)) - np.log(self.prior))
         likelihood[np.isnan(probabilities).any(axis=1)] = 0.0
         leave = -np.expm1(-np.asarray(interval)[:, None] / np.array(self.dwell))
@@ -96,28 +84,11 @@ def _recursion(state: Floats, leave: Floats, likelihood: Floats) -> Floats:  # p
     return beliefs
 
 
-@dataclass(frozen=True)
-class Hysteresis:
-    """Slip counts once it is likely in several frames in a row."""
-
-    frames: int = 5
-
-    def __post_init__(self) -> None:
-        if self.frames < 1:
-            raise InputError("smoothing: frames", f"got {self.frames}", "needs a number >= 1")
-
-    def start(self) -> Floats:
-        """Return the state before the first frame: the odds of the last frames that were classified, none of slip."""
-        return np.full((self.frames, 2), -np.inf)
-
-    def scores(self, state: Floats, interval: Floats, probabilities: Floats) -> tuple[Floats, Floats]:
-        """Return the smallest odds of the last frames and the state after them; see :class:`Smoother`."""
-        del interval  # frames count here, not seconds
-        classified = ~np.isnan(probabilities).any(axis=1)
-        odds = _log_odds(np.log(np.maximum(probabilities[classified], _LEAST)))
-        history = np.concatenate([state, odds])
-        smallest: Floats = np.lib.stride_tricks.sliding_window_view(history, self.frames, axis=0).min(axis=2)
-        return smallest[np.cumsum(classified)], history[-self.frames :]
+def single_frame_scores(probabilities: Floats) -> Floats:
+    """Return the scores (n_times, 2) of frames on their own, of probabilities (n_times, 3); -inf where they are NaN."""
+    classified, scores = ~np.isnan(probabilities).any(axis=1), np.full((len(probabilities), 2), -np.inf)
+    scores[classified] = _log_odds(np.log(np.maximum(probabilities[classified], _LEAST)))
+    return scores
 
 
 def _log_odds(beliefs: Floats) -> Floats:

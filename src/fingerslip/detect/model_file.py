@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pydantic
 
-from fingerslip.detect.alarms import ForwardFilter, Hysteresis, Thresholds
+from fingerslip.detect.alarms import ForwardFilter, Thresholds
 from fingerslip.detect.classifiers import probabilities
 from fingerslip.detect.features import FeatureSettings, MotionSettings
 from fingerslip.detect.labels import CLASSES
@@ -45,7 +45,7 @@ TRUSTED = frozenset(
 _FORMAT = 1
 _DESCRIPTION, _ESTIMATOR = "detector.json", "classifier.skops"
 _REPAIR = "train the detector again"
-_SMOOTHERS: Mapping[str, type] = {"forward_filter": ForwardFilter, "hysteresis": Hysteresis}
+_SMOOTHER = "forward_filter"
 
 
 def write_detector(detector: Detector, folder: str | Path) -> None:
@@ -61,10 +61,6 @@ def write_detector(detector: Detector, folder: str | Path) -> None:
 
 
 def _description(detector: Detector) -> dict[str, Any]:
-    kind = next((name for name, smoother in _SMOOTHERS.items() if type(detector.smoother) is smoother), None)
-    if kind is None:
-        fault = f"got {type(detector.smoother).__name__}"
-        raise InputError("detector: smoother", fault, f"needs one of {', '.join(_SMOOTHERS)} to be written")
     description = {
         "format": _FORMAT,
         "fingerslip": __version__,
@@ -75,7 +71,7 @@ def _description(detector: Detector) -> dict[str, Any]:
         "motion": vars(detector.features.motion),
         "layout": detector.layout,
         "layout_in_words": detector.layout_in_words,
-        "smoother": {"kind": kind, **vars(detector.smoother)},
+        "smoother": {"kind": _SMOOTHER, **vars(detector.smoother)},
         "thresholds": vars(detector.thresholds),
         "calibration": vars(detector.calibration),
         "data": detector.data,
@@ -116,7 +112,7 @@ def _described_detector(path: Path, described: Mapping[str, Any]) -> Detector:
         return pydantic.TypeAdapter(kind).validate_python(described[name])
 
     try:
-        smoother = dict(described["smoother"])
+        smoother = {name: value for name, value in described["smoother"].items() if name != "kind"}
         detector = Detector(
             classifier=described["classifier"],
             estimator=None,
@@ -124,7 +120,7 @@ def _described_detector(path: Path, described: Mapping[str, Any]) -> Detector:
             names=check(tuple[str, ...], "features"),
             layout=check(str, "layout"),
             layout_in_words=check(str, "layout_in_words"),
-            smoother=pydantic.TypeAdapter(_SMOOTHERS[smoother.pop("kind")]).validate_python(smoother),
+            smoother=pydantic.TypeAdapter(ForwardFilter).validate_python(smoother),
             thresholds=check(Thresholds, "thresholds"),
             calibration=check(Calibration, "calibration"),
             data=check(str, "data"),

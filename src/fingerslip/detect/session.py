@@ -180,7 +180,7 @@ def evaluate_classifiers(
     frames, events = run.by_fold(candidates, tests)
     scores = {name: run.scores(pieces) for name, pieces in frames.items()}
     mixed = {entry.name: frame_scores_of(run.by_sample(entry), seed=choices.seed).accuracy for entry in candidates}
-    samples, all_frames = run.samples, {name: FoldFrames.joined(pieces) for name, pieces in frames.items()}
+    samples, all_frames = run.samples, {name: FoldFrames.of(pieces) for name, pieces in frames.items()}
     calibration = [
         (name, *reliability_of(entry.chances, samples.classes[entry.rows])) for name, entry in all_frames.items()
     ]

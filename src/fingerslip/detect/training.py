@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from fingerslip.detect.alarms import (
     ForwardFilter,
-    Smoother,
     Thresholds,
     false_alarm_threshold,
     least_trials,
@@ -56,7 +55,7 @@ class Detector:
     names: tuple[str, ...]  # names of its features
     layout: str  # hash of the internal markers that it was made for; empty where it needs no layout
     layout_in_words: str
-    smoother: Smoother
+    smoother: ForwardFilter
     thresholds: Thresholds = field(default_factory=Thresholds)
     calibration: Calibration = field(default_factory=Calibration)
     data: str = ""  # hash of the data set that it learned from
@@ -141,7 +140,7 @@ def forward_filter(
     return ForwardFilter((waiting, partial), (no_slip, incipient, gross), 1.0 / window)
 
 
-def frame_scores(smoother: Smoother, motion: Motion, chances: Floats) -> Floats:
+def frame_scores(smoother: ForwardFilter, motion: Motion, chances: Floats) -> Floats:
     """Return the scores (n_times, 2) of all frames of a trial; those that are not usable count as not classified."""
     interval = np.diff(motion.time, prepend=motion.time[:1])
     usable_chances = np.where(motion.usable[:, None], chances, np.nan)

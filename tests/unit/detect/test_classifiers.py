@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 
 from fingerslip.detect.alarms import (
     ForwardFilter,
-    Hysteresis,
     Thresholds,
     false_alarm_threshold,
     lead_bound,
     least_trials,
     onsets_from,
+    single_frame_scores,
 )
 from fingerslip.detect.classifiers import CLASSIFIERS, Candidate, fit, probabilities, union_of_sets
 from fingerslip.detect.labels import Onsets
@@ -55,7 +55,7 @@ def test_classifiers_are_those_published():
 
 def test_columns_of_sets_and_sets_of_several_classifiers():
     assert columns_of(("mean/a", "time/seconds", "mean/b"), ("time", "mean")).tolist() == [1, 0, 2]
-    two = [Candidate(name, sets, "", lambda seed: seed) for name, sets in (("a", ("x", "y")), ("b", ("y", "z")))]
+    two = [Candidate(name, sets, lambda seed: seed) for name, sets in (("a", ("x", "y")), ("b", ("y", "z")))]
     assert union_of_sets(two) == ("x", "y", "z")
 
 
@@ -73,24 +73,24 @@ def phases(flicker=False):
     return chances
 
 
-@pytest.mark.parametrize("smoother", [FILTER, Hysteresis(5)])
-def test_one_odd_frame_is_no_event(smoother):
-    scores, _ = smoother.scores(smoother.start(), STEP, phases(flicker=True))
+def test_one_odd_frame_is_no_event_but_where_frames_stand_alone():
+    scores, _ = FILTER.scores(FILTER.start(), STEP, phases(flicker=True))
     found = onsets_from(TIME, scores)
     assert TIME[50] <= found.incipient < TIME[65]
     assert TIME[80] <= found.gross < TIME[90]
+    assert onsets_from(TIME, single_frame_scores(phases(flicker=True))) == Onsets(TIME[20], TIME[80])
+    assert (single_frame_scores(np.full((2, 3), np.nan)) == -np.inf).all()
 
 
-@pytest.mark.parametrize("smoother", [FILTER, Hysteresis(5), Hysteresis(1)])
 @given(seed=st.integers(0, 1000), cut=st.integers(0, 60))
 @settings(max_examples=20)
-def test_frame_by_frame_is_the_same_as_all_at_once(smoother, seed, cut):
+def test_frame_by_frame_is_the_same_as_all_at_once(seed, cut):
     draw = np.random.default_rng(seed)
     chances = draw.dirichlet(np.ones(3), 60)
     chances[draw.random(60) < 0.2] = np.nan
-    whole, _ = smoother.scores(smoother.start(), STEP[:60], chances)
-    first, state = smoother.scores(smoother.start(), STEP[:cut], chances[:cut])
-    rest, _ = smoother.scores(state, STEP[cut:60], chances[cut:])
+    whole, _ = FILTER.scores(FILTER.start(), STEP[:60], chances)
+    first, state = FILTER.scores(FILTER.start(), STEP[:cut], chances[:cut])
+    rest, _ = FILTER.scores(state, STEP[cut:60], chances[cut:])
     assert np.array_equal(np.concatenate([first, rest]), whole)
     assert not np.isnan(whole).any()
 
@@ -114,8 +114,6 @@ def test_frames_that_could_not_be_classified_change_little_and_thresholds_delay_
     chances[60:64] = np.nan
     scores, _ = FILTER.scores(FILTER.start(), STEP, chances)
     assert abs(scores[63, 0] - scores[59, 0]) < 0.6
-    hard, _ = Hysteresis(3).scores(Hysteresis(3).start(), STEP, chances)
-    assert (hard[60:64] == hard[59]).all()
     scores, _ = FILTER.scores(FILTER.start(), STEP, phases())
     early, late = onsets_from(TIME, scores), onsets_from(TIME, scores, Thresholds(slip=5.0, gross=1e9))
     assert early.incipient < late.incipient
@@ -145,7 +143,6 @@ BROKEN = np.where(np.arange(6) == 2, np.nan, VALUES).astype(np.float32)
         (lambda: ForwardFilter((0.0, 1.0), (0.25, 0.5, 0.25), 0.2), "smoothing: dwell"),
         (lambda: ForwardFilter((1.0, 1.0), (0.0, 0.5, 0.5), 0.2), "smoothing: prior"),
         (lambda: ForwardFilter((1.0, 1.0), (0.2, 0.4, 0.4), float("nan")), "smoothing: weight"),
-        (lambda: Hysteresis(0), "smoothing: frames"),
         (lambda: false_alarm_threshold([0.0] * 18), "got 18 trials for a guarantee of 0.95, needs at least 19"),
         (lambda: lead_bound([1.0]), "needs at least 19"),
         (lambda: least_trials(0.0), "share: got 0"),

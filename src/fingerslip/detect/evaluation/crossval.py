@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from fingerslip.detect.alarms import Hysteresis, Smoother, Thresholds, false_alarm_threshold, onsets_from
+from fingerslip.detect.alarms import ForwardFilter, Thresholds, false_alarm_threshold, onsets_from, single_frame_scores
 from fingerslip.detect.classifiers import Candidate, describe, fit, probabilities, union_of_sets
 from fingerslip.detect.evaluation.scores import (
     EventScores,
@@ -110,7 +110,7 @@ class FoldFrames:
     chances: Floats  # (n_tested, 3), probability of each class
 
     @classmethod
-    def joined(cls, folds: Sequence[FoldFrames]) -> FoldFrames:
+    def of(cls, folds: Sequence[FoldFrames]) -> FoldFrames:
         """Return what is said of the samples of some folds."""
         return cls(np.concatenate([fold.rows for fold in folds]), np.concatenate([fold.chances for fold in folds]))
 
@@ -121,7 +121,7 @@ class Fold:
 
     candidate: Candidate
     estimator: object  # the fitted pipeline
-    smoother: Smoother
+    smoother: ForwardFilter
     tested: tuple[str, ...]  # trials that it is tested on
     calibration: tuple[str, ...]  # trials that set its threshold
     frames: FoldFrames
@@ -179,9 +179,9 @@ def rows_to_learn(
 
 def matrices_of(samples: Samples, frames: Sequence[FoldFrames]) -> NDArray[np.intp]:
     """Return the confusion matrices (n_trials, 3, 3) of the trials of some folds."""
-    joined = FoldFrames.joined(frames)
-    classes = joined.chances.argmax(axis=1).astype(np.int8)
-    return confusion_by_trial(samples.classes[joined.rows], classes, samples.trial[joined.rows])
+    whole = FoldFrames.of(frames)
+    classes = whole.chances.argmax(axis=1).astype(np.int8)
+    return confusion_by_trial(samples.classes[whole.rows], classes, samples.trial[whole.rows])
 
 
 def frames_by_sample(samples: Samples, candidate: Candidate, *, seed: int = 0, workers: int = 1) -> NDArray[np.intp]:
@@ -345,7 +345,6 @@ def on_unseen(detector: Detector, trials: TrialSet, onsets: Mapping[str, Onsets]
     missing = [name for name in trials.names if name not in onsets]
     if missing:
         raise InputError("labels", f"have no trial {missing[0]}", "needs every trial of the data set")
-    readings = ((detector.smoother, detector.thresholds), (Hysteresis(1), Thresholds()))
     results: dict[str, dict[str, Onsets]] = {reading: {} for reading in READINGS}
     matrices = []
     for name in trials.names:
@@ -353,8 +352,10 @@ def on_unseen(detector: Detector, trials: TrialSet, onsets: Mapping[str, Onsets]
         likely, true = chances.argmax(axis=1).astype(np.int8), classes_at(onsets[name], motion.time)
         one_trial = np.zeros(int(motion.usable.sum()), dtype=np.intp)
         matrices.append(confusion_by_trial(true[motion.usable], likely[motion.usable], one_trial))
-        for reading, (smoother, thresholds) in zip(READINGS, readings, strict=True):
-            results[reading][name] = onsets_from(motion.time, frame_scores(smoother, motion, chances), thresholds)
+        alone = single_frame_scores(np.where(motion.usable[:, None], chances, np.nan))
+        scores_of_frames = frame_scores(detector.smoother, motion, chances)
+        results[READINGS[0]][name] = onsets_from(motion.time, scores_of_frames, detector.thresholds)
+        results[READINGS[1]][name] = onsets_from(motion.time, alone)
     ends, frame = rest_ends(trials, trials.names, detector.features.motion.rest_frames)
     scores = {reading: event_scores_of(result, onsets, ends, frame=frame) for reading, result in results.items()}
     return Unseen(results, scores, np.concatenate(matrices))
