@@ -2,6 +2,9 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis.extra.numpy import arrays
+from hypothesis.strategies import floats
 from scipy.signal import savgol_filter
 from scipy.spatial.transform import Rotation
 
@@ -11,6 +14,7 @@ from fingerslip.vision.fields import (
     FIELDS,
     contact_centroid,
     fit_rigid_motions,
+    green_strain,
     marker_fields,
     marker_means,
     marker_triangles,
@@ -201,6 +205,14 @@ def test_triangles_fill_the_layout_and_there_are_none_of_too_few_markers_or_a_li
     rest = REST.copy()
     rest[3] = np.nan
     assert 3 not in marker_triangles(rest)
+
+
+@given(arrays(float, (2, 2), elements=floats(-0.5, 0.5)))
+def test_affine_motions_are_exact(gradient):
+    found = triangle_gradients(REST, (REST + REST @ gradient.T + (5.0, -2.0))[None], TRIANGLES)
+    np.testing.assert_allclose(found, np.broadcast_to(gradient, found.shape), atol=1e-12)
+    expected = np.broadcast_to(strains(gradient), (*found.shape[:2], 3))
+    np.testing.assert_allclose(green_strain(found), expected, atol=1e-12)
 
 
 def test_lost_corners_take_their_triangles_with_them_and_means_do_without_and_weigh_by_area():
