@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.viscoelastic import relaxed_force, viscous_steps
 from fingerslip.dynamics.system.bodies import body_centres, faces_of
-from fingerslip.dynamics.system.scheme import Scheme, start_push
+from fingerslip.dynamics.system.scheme import Scheme, start_push, starts_damped
 from fingerslip.dynamics.system.system import System
 from fingerslip.materials.elastic import RayleighDamping
 from fingerslip.model.model import Model
@@ -124,6 +124,7 @@ class SupportRecords:
         self._passed: dict[int, list[Array]] = {}
         # What a damped start takes up on what is held; see :mod:`fingerslip.dynamics.step.state`.
         self._taken_up = np.zeros(self._held.shape[2])
+        self._starts_damped = starts_damped(scheme, damping, system.dampers)
 
     @property
     def kept(self) -> dict[str, Array]:
@@ -139,7 +140,7 @@ class SupportRecords:
     def record(self, step: int | slice, state: State) -> None:
         """Keep the loads and contact forces on what is held, of a state or of several, time first in their arrays."""
         supports, others = self._supports, self._held[2, step]
-        if not np.ndim(state.time) and not state.step and state.unbalance is not state.unbalance_before:
+        if self._starts_damped and not state.step:
             scheme, damping, (stiffness, mass) = self._scheme, self._damping, self._near_maps
             acceleration = np.take(state.acceleration, self.near, mode="clip")
             of_stiffness = scheme.displacement_factor + scheme.velocity_factor * damping.stiffness
