@@ -249,4 +249,4 @@ def _simulate(
 
 def _history(outcome: Outcome, number: int, watch: Stopwatch) -> xr.Dataset:
     attributes = {**outcome.attributes, "n_simulated_together": len(outcome.steppers)}
-    return labelled_history(outcome.recorders[number].values, outcome.steppers[number], attributes, watch)
+    return labelled_history(outcome.recorders[number].values(), outcome.steppers[number], attributes, watch)
