@@ -145,14 +145,15 @@ class _MotionError:
         self._following = _Oscillators(basis.following_squares, scheme, damping)
         self._inside = _Oscillators(basis.eigenvalues, scheme, damping)
         self._loads = [Load(basis.following.T @ load.forces, load.ramp) for load in system.loads]
-        # Where contact stands in the interface, and displacement of sites per coordinate and per shape that follows.
+        # Displacement of contact and sites per coordinate, and of sites per shape that follows.
         candidates = coordinates.components(vector_dofs(system.candidates.nodes, system.space.dim).ravel())
-        self._contact = candidates.rows[~candidates.held] - basis.eigenvalues.size
+        at_contact = basis.at_interface[candidates.rows[~candidates.held] - basis.eigenvalues.size]
         components = system.coordinates.components(vector_dofs(system.site_nodes, system.space.dim).ravel())
         at = components.rows[~components.held]
         shape = at.size, system.mass.shape[0]
         at_sites = sparse.csr_matrix((np.ones(at.size), (np.arange(at.size), at)), shape=shape)
-        self._sites = coordinates.restrict(at_sites), at_sites @ basis.following
+        self._places = np.ascontiguousarray(at_contact.T), np.ascontiguousarray(coordinates.restrict(at_sites).T)
+        self._following_at_sites = np.ascontiguousarray((at_sites @ basis.following).T)
         # Of both: largest error and displacement [m], sums of squares of the accelerations' error and of them.
         self._sizes = np.zeros((2, 4))
         self._waiting: list[tuple[Array, Array]] = []
@@ -197,11 +198,15 @@ class _MotionError:
         times, rows = np.concatenate([times for times, _ in steps]), np.concatenate([rows for _, rows in steps], axis=1)
         self._last = times[-1:], rows[:, -1:]
         inside, following = self._excite(times, rows)
-        of_inside, of_following = self._sites
         inside, following, motion = (fields[[0, 2], ::-_ONE_OF] for fields in (inside, following, rows[:, 1:]))
-        at_interface = self._basis.at_interface[self._contact].T
-        contact = inside @ at_interface, motion @ at_interface
-        sites = inside @ of_inside.T + following @ of_following.T, motion @ of_inside.T
+        self._compare(inside, following, motion)
+
+    def _compare(self, inside: Array, following: Array, motion: Array) -> None:
+        """Compare errors with the motion, displacement and acceleration (2, k, m) of each."""
+        both = np.stack([inside, motion])
+        # One product of all rows.
+        contact, sites = ((both.reshape(-1, both.shape[-1]) @ at).reshape(*both.shape[:-1], -1) for at in self._places)
+        sites[0] += following @ self._following_at_sites
         for (error, whole), sizes in zip((contact, sites), self._sizes, strict=True):
             sizes[:2] = np.maximum(sizes[:2], [np.abs(error[0]).max(initial=0.0), np.abs(whole[0]).max(initial=0.0)])
             sizes[2:] += np.sum(error[1] ** 2), np.sum(whole[1] ** 2)
@@ -213,11 +218,9 @@ class _MotionError:
         force += basis.following_stiffness @ (damping.stiffness * velocity)
         self._following.fields[2] = self._scheme.inertia_factor * (self._load(time) - force)
         self._inside.fields[2] = -basis.following_mass.T @ self._following.fields[2]
-        whole, error = basis.at_interface[self._contact] @ acceleration, self._inside.fields[2]
-        of_inside, of_following = self._sites
-        self._sizes[0, 2:] += np.sum((basis.at_interface[self._contact] @ error) ** 2), np.sum(whole**2)
-        at_sites = of_inside @ error + of_following @ self._following.fields[2]
-        self._sizes[1, 2:] += np.sum(at_sites**2), np.sum((of_inside @ acceleration) ** 2)
+        # Nothing has moved so far.
+        inside, following = self._inside.fields[[0, 2], None], self._following.fields[[0, 2], None]
+        self._compare(inside, following, np.stack([0.0 * acceleration, acceleration])[:, None])
 
     def _excite(self, times: Array, rows: Array) -> tuple[Array, Array]:
         """Return the errors inside the basis and in the shapes that follow, under what steps leave in their equations.
