@@ -13,10 +13,11 @@ from fingerslip.dynamics.adaptive import Controlled
 from fingerslip.dynamics.compact.integrator import Compact, is_compact
 from fingerslip.dynamics.finite.large import Large
 from fingerslip.dynamics.integrator import BodyIntegrator
-from fingerslip.dynamics.loop import BodyObserver, Check, Loop
+from fingerslip.dynamics.loop import BodyObserver, Loop
 from fingerslip.dynamics.recording.recorder import Recorder
 from fingerslip.dynamics.recording.snapshots import Recoveries
 from fingerslip.dynamics.recording.steps import record_bytes
+from fingerslip.dynamics.state_checks import Check
 from fingerslip.dynamics.step.mesh import Mesh
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch, build_stepper, build_steppers
 from fingerslip.dynamics.system.scheme import make_scheme

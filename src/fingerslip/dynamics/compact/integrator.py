@@ -82,8 +82,7 @@ class _Steps:
         assert isinstance(stepper.condensed, ByModes)
         assert stepper.constant_frames is not None
         self.stepper = stepper
-        factor = stepper.condensed.factor
-        diagonal, self._interface = factor.diagonal, factor.interface
+        diagonal, self._interface = stepper.condensed.diagonal, stepper.condensed.interface
         system, scheme, candidates = stepper.system, stepper.scheme, stepper.system.candidates
         stiffness = system.stiffness.diagonal()[: diagonal.size]
         compliance = stepper.compliance

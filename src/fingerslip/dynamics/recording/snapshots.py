@@ -98,6 +98,8 @@ def dashpots_reader(system: System, viscous: Sequence[Viscous], state: State, re
 
 _MOTION = frozenset({"snapshot_displacement", "snapshot_velocity"})
 _FOLLOWING = frozenset(name for name in VARIABLES if name.startswith("snapshot_")) - _MOTION
+# Motions that are carried to the mesh at once.
+_CARRIED_AT_ONCE = 16
 # Cells times snapshots whose strains are computed at once: what is computed of them stays in the processor's cache.
 _AT_ONCE = 50_000
 
@@ -137,7 +139,7 @@ class SnapshotRecords:
                 continue
             # Copies: a state that waits would keep all that it holds.
             self._waiting.append((number, displacement.copy(), velocity.copy()))
-            if len(self._waiting) >= self._system.coordinates.snapshots_at_once:
+            if len(self._waiting) >= _CARRIED_AT_ONCE:
                 self.carry(values)
             if self._of_states:
                 self._record_state(number, state, values)

@@ -73,8 +73,7 @@ def _acceleration(stepper: Stepper, forces: Array) -> tuple[Array, Array]:
         halfway = stepper.condensed.forward(forces_left)
         acceleration = stepper.condensed.backward(halfway, np.zeros_like(halfway.local))
         return acceleration, system.mass @ acceleration
-    factor = system.coordinates.factorise(with_known(system.mass, moving), stepper.solver)
-    acceleration = factor.backward(factor.forward(forces_left))
+    acceleration = system.coordinates.solve(with_known(system.mass, moving), forces_left, stepper.solver)
     return acceleration, (system.mass @ acceleration if moving.size else forces_left)
 
 
