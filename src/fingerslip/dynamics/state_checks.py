@@ -139,11 +139,12 @@ class RotationCheck(Check):
         """Check states; refuse a body that has turned too far to call that small."""
         if not self._names:
             return
-        angles = np.abs(steps.motion[0][:, self._at]).max(axis=0)
-        self._largest = np.maximum(self._largest, angles)
-        worst = int(angles.argmax())
-        if angles[worst] > _REFUSE:
-            fault = f"the body has turned by {angles[worst]:.3g} rad at t = {steps.time[-1]:.6g} s"
+        angles = np.abs(steps.motion[0][:, self._at])
+        self._largest = np.maximum(self._largest, angles.max(axis=0))
+        beyond = np.flatnonzero(angles.max(axis=1) > _REFUSE)
+        if beyond.size:
+            first, worst = beyond[0], int(angles[beyond[0]].argmax())
+            fault = f"the body has turned by {angles[first, worst]:.3g} rad at t = {steps.time[first]:.6g} s"
             repair = "hold it by a stiffer spring, a damper or another contact, or leave the rotation out of free"
             allowed = f"rotations about several axes are small, up to {_REFUSE:g} rad"
             raise InputError(self._names[worst], fault, allowed, repair)

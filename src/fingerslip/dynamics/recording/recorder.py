@@ -100,13 +100,9 @@ class Recorder:
         self._snapshots = SnapshotRecords(system, self._recoveries, self._viscous, snapshots)
         self.coordinates = record_coordinates(model, system, times, times[snapshots])
         candidates = len(system.candidates.nodes)
-        self._shapes = {
-            name: shape
-            for name, shape in record_shapes(
-                model, self._size, len(snapshots), len(space.positions), candidates
-            ).items()
-            if snapshots or "snapshot_time" not in VARIABLES[name].dims
-        }
+        shapes = record_shapes(model, self._size, len(snapshots), len(space.positions), candidates)
+        has = {name: snapshots or "snapshot_time" not in VARIABLES[name].dims for name in shapes}
+        self._shapes = {name: shape for name, shape in shapes.items() if has[name]}
         of_states = set(_OF_STRAINS) if self._finite or self._of_states else set()
         recorded = self._shapes.keys() & {*_RECORDED, *of_states, *self._snapshots.recorded}
         self._arrays: dict[str, Any] = {
