@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import fingerslip as fs
-from fingerslip.dynamics.system.checks import check_model
+from fingerslip.dynamics.system.checks import inspect_model
 from fingerslip.errors import FingerslipError
 from fingerslip.mesh.io import read_mesh, write_mesh
 from fingerslip.mesh.scan.build import SurfaceMesh, scan_cells
@@ -60,7 +60,7 @@ def mesh_cases(folder: Path) -> Callable[[random.Random], None]:
             programme=(fs.Press(1e-4, 5e-3),),
             time=fs.TimeStepping(2e-3),
         )
-        check_model(model)
+        inspect_model(model)
 
     return case
 

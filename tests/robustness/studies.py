@@ -9,7 +9,7 @@ import yaml
 
 from fingerslip.dynamics.recording.steps import step_times
 from fingerslip.dynamics.simulation import simulate
-from fingerslip.dynamics.system.checks import check_model
+from fingerslip.dynamics.system.checks import inspect_model
 from fingerslip.study.definition.runs import Run, plan_study
 from fingerslip.study.inspection.show import show
 from fingerslip.study.running.build import build_mesh, build_model
@@ -64,6 +64,6 @@ def _check(run: Run, meshes: dict[str, Any], chance: random.Random) -> None:
             return
         meshes[key] = build_mesh(run)
     model = build_model(run, meshes[key])
-    check_model(model)
+    inspect_model(model)
     if model.mesh.nelements < 100 and step_times(model).size < _FEW_STEPS:
         simulate(model, threads=1)

@@ -10,16 +10,19 @@ from numpy.typing import NDArray
 
 from fingerslip.dynamics.integrator import Integrator
 from fingerslip.dynamics.recording.recorder import Recorder
-from fingerslip.dynamics.state_checks import OutsideCheck, RotationCheck
+from fingerslip.dynamics.state_checks import Check, OutsideCheck, RotationCheck, Steps
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.stepper import Stopwatch
 from fingerslip.dynamics.system.system import System
 
-__all__ = ["BodyObserver", "Check", "Loop", "Observer"]
+__all__ = ["BodyObserver", "Loop", "Observer"]
 
 S = TypeVar("S")
 S_contra = TypeVar("S_contra", contravariant=True)
 Array = NDArray[np.float64]
+
+# Steps that are checked together, behind the first state.
+_AT_ONCE = 32
 
 
 class Observer(Protocol[S_contra]):
@@ -36,22 +39,14 @@ class Observer(Protocol[S_contra]):
         """Finish the checks of what was recorded."""
 
 
-class Check(Protocol):
-    """Looks at every state of a motion, the first included."""
-
-    def look(self, state: State) -> None:
-        """Look at a state, or at several, time first in their arrays."""
-
-    def finish(self) -> None:
-        """Look at what was put off."""
-
-
 class BodyObserver:
     """The records of the motion of a deformable body, and the checks of its states."""
 
     def __init__(self, recorder: Recorder, system: System, checks: Sequence[Check] = ()) -> None:
         self.recorder = recorder
         self._checks: Sequence[Check] = (OutsideCheck(system), RotationCheck(system), *checks)
+        self._waiting: list[Steps] = []
+        self._at_once = 1
 
     @property
     def room(self) -> int:
@@ -60,22 +55,32 @@ class BodyObserver:
 
     def record(self, state: State) -> None:
         """Check and record the next state, or several; refuse slip beside candidates, and bodies turned far."""
-        self._look(state)
+        self._wait(state)
         self.recorder.record(state)
 
     def pass_by(self, state: State) -> None:
         """Check a state between records."""
-        self._look(state)
+        self._wait(state)
         self.recorder.pass_by(state)
 
     def finish(self) -> None:
         """Finish the checks."""
+        self._look()
         for check in self._checks:
             check.finish()
 
-    def _look(self, state: State) -> None:
-        for check in self._checks:
-            check.look(state)
+    def _wait(self, state: State) -> None:
+        """Look at states several at once, as each look costs."""
+        self._waiting.append(Steps.of(state))
+        if sum(steps.time.size for steps in self._waiting) >= self._at_once:
+            self._look()
+            self._at_once = _AT_ONCE
+
+    def _look(self) -> None:
+        if self._waiting:
+            steps, self._waiting = Steps.joined(self._waiting), []
+            for check in self._checks:
+                check.look(steps)
 
 
 class Loop(Generic[S]):

@@ -13,9 +13,11 @@ from fingerslip.dynamics.adaptive import Controlled
 from fingerslip.dynamics.compact.integrator import Compact, is_compact
 from fingerslip.dynamics.finite.large import Large
 from fingerslip.dynamics.integrator import BodyIntegrator
-from fingerslip.dynamics.loop import BodyObserver, Check, Loop
+from fingerslip.dynamics.loop import BodyObserver, Loop
 from fingerslip.dynamics.recording.recorder import Recorder
 from fingerslip.dynamics.recording.snapshots import Recoveries
+from fingerslip.dynamics.recording.steps import record_bytes
+from fingerslip.dynamics.state_checks import Check
 from fingerslip.dynamics.step.mesh import Mesh
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch, build_stepper, build_steppers
 from fingerslip.dynamics.system.scheme import make_scheme
@@ -91,7 +93,8 @@ def compute(motions: Motions, systems: Sequence[System], checks: Sequence[Check]
         )
     further = [[check] for check in checks] or [[] for _ in recorders]
     observers = list(map(BodyObserver, recorders, systems, further))
-    reserved = sum(recorder.nbytes for recorder in recorders)
+    counts = ((len(system.space.positions), len(system.candidates.nodes)) for system in systems)
+    reserved = sum(record_bytes(model, *count) for model, count in zip(motions.models, counts, strict=True))
     with contextlib.ExitStack() as stack:
         mapper = stack.enter_context(side_by_side(min(motions.threads, len(systems))))
         integrator = make_integrator(motions, systems, reserved, mapper)
@@ -101,7 +104,4 @@ def compute(motions: Motions, systems: Sequence[System], checks: Sequence[Check]
         if isinstance(model.time, Adaptive):
             driven = Controlled(integrator, model, systems[0].mass, observers[0].pass_by)
         Loop(driven, observers, motions.times, watch).run(motions.progress)
-        with watch.part("recording"):
-            for recorder in recorders:
-                recorder.complete()
     return Outcome(tuple(integrator.steppers), recorders, driven.attributes)

@@ -249,4 +249,6 @@ def _simulate(
 
 def _history(outcome: Outcome, number: int, watch: Stopwatch) -> xr.Dataset:
     attributes = {**outcome.attributes, "n_simulated_together": len(outcome.steppers)}
-    return labelled_history(outcome.recorders[number].values, outcome.steppers[number], attributes, watch)
+    with watch.part("recording"):
+        values = outcome.recorders[number].values()
+    return labelled_history(values, outcome.steppers[number], attributes, watch)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import logging
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,41 +19,62 @@ from fingerslip.dynamics.system.operators import Outsiders, Rotations
 from fingerslip.dynamics.system.system import System
 from fingerslip.errors import InputError
 
-__all__ = ["OutsideCheck", "RotationCheck"]
+__all__ = ["Check", "OutsideCheck", "RotationCheck", "Steps"]
 
 Array = NDArray[np.float64]
 
 
-class OutsideCheck:
-    """Looks at every state of a motion, at several at once: each look costs, whatever it looks at."""
+@dataclass(frozen=True)
+class Steps:
+    """What checks look at: k states of a motion."""
+
+    time: Array  # (k,) [s]
+    motion: tuple[Array, Array, Array]  # (k, n), displacement [m], velocity and acceleration
+    counterfaces: Array  # (k, n_counterfaces, dim), their prescribed displacement [m]
+
+    @staticmethod
+    def of(state: State) -> Steps:
+        """Return what of a state, or of several, time first in their arrays, is looked at; nothing else is kept."""
+        displacement, velocity, acceleration = map(
+            np.atleast_2d, (state.displacement, state.velocity, state.acceleration)
+        )
+        travel = state.counterfaces.reshape(len(displacement), *state.counterfaces.shape[-2:])
+        return Steps(np.ravel(state.time), (displacement, velocity, acceleration), travel)
+
+    @staticmethod
+    def joined(parts: Sequence[Steps]) -> Steps:
+        """Return several of them as one."""
+        if len(parts) == 1:
+            return parts[0]
+        displacement, velocity, acceleration = map(np.concatenate, zip(*(part.motion for part in parts), strict=True))
+        times, travel = (np.concatenate([getattr(part, name) for part in parts]) for name in ("time", "counterfaces"))
+        return Steps(times, (displacement, velocity, acceleration), travel)
+
+
+class Check(Protocol):
+    """Looks at every state of a motion, the first included."""
+
+    def look(self, steps: Steps) -> None:
+        """Look at states."""
+
+    def finish(self) -> None:
+        """Say what is to be said of all of them."""
+        return
+
+
+class OutsideCheck(Check):
+    """Refuses slip outside the candidates."""
 
     def __init__(self, system: System) -> None:
         numbered = enumerate(zip(system.outsiders, system.counterfaces.shapes, strict=True))
         self._beside = [_beside(*contact, number, system.rotations) for number, contact in numbered]
-        # Only what the check reads is kept of states.
-        self._waiting: list[tuple[Array, Array, list[Array]]] = []
-        self._at_once = system.coordinates.checks_at_once
 
-    def look(self, state: State) -> None:
-        """Check a state, or several, time first in their arrays, now or with some that follow; refuse slip outside."""
-        displacements = np.atleast_2d(state.displacement)
-        travels = state.counterfaces.reshape(len(displacements), *state.counterfaces.shape[-2:])
-        moved = [displacements[:, neighbours.columns] for neighbours in self._beside]
-        self._waiting.append((np.atleast_1d(state.time), travels, moved))
-        if sum(len(times) for times, *_ in self._waiting) >= self._at_once:
-            self.finish()
-
-    def finish(self) -> None:
-        """Check the states that wait; errors as of :meth:`look`."""
-        waiting, self._waiting = self._waiting, []
-        if not waiting:
-            return
-        times = np.concatenate([times for times, *_ in waiting]).tolist()
-        travels = np.concatenate([travels for _, travels, _ in waiting])
+    def look(self, steps: Steps) -> None:
+        """Check states; refuse slip outside."""
         for number, beside in enumerate(self._beside):
-            fields = np.concatenate([moved[number] for *_, moved in waiting])
-            for time, gaps in zip(times, beside.gaps(fields, travels[:, number]), strict=True):
-                check_outsiders(gaps, beside.outsiders.nodes, beside.outsiders.positions, time)
+            gaps = beside.gaps(steps.motion[0][:, beside.columns], steps.counterfaces[:, number])
+            for time, row in zip(steps.time.tolist(), gaps, strict=True):
+                check_outsiders(row, beside.outsiders.nodes, beside.outsiders.positions, time)
 
 
 @dataclass(frozen=True)
@@ -100,7 +122,7 @@ _WARN, _REFUSE = 0.1, 0.2
 _logger = logging.getLogger("fingerslip.dynamics")
 
 
-class RotationCheck:
+class RotationCheck(Check):
     """Looks at the rotations of those of a motion's rigid bodies that are free about several axes."""
 
     def __init__(self, system: System) -> None:
@@ -113,15 +135,16 @@ class RotationCheck:
         self._names = [f"bodies.{freedom.body}.free.{freedom.direction}" for _, freedom in turning]
         self._largest = np.zeros(self._at.size)
 
-    def look(self, state: State) -> None:
-        """Check a state; refuse a body that has turned too far to call that small."""
+    def look(self, steps: Steps) -> None:
+        """Check states; refuse a body that has turned too far to call that small."""
         if not self._names:
             return
-        angles = np.abs(np.atleast_2d(state.displacement)[:, self._at]).max(axis=0)
-        self._largest = np.maximum(self._largest, angles)
-        worst = int(angles.argmax())
-        if angles[worst] > _REFUSE:
-            fault = f"the body has turned by {angles[worst]:.3g} rad at t = {np.max(state.time):.6g} s"
+        angles = np.abs(steps.motion[0][:, self._at])
+        self._largest = np.maximum(self._largest, angles.max(axis=0))
+        beyond = np.flatnonzero(angles.max(axis=1) > _REFUSE)
+        if beyond.size:
+            first, worst = beyond[0], int(angles[beyond[0]].argmax())
+            fault = f"the body has turned by {angles[first, worst]:.3g} rad at t = {steps.time[first]:.6g} s"
             repair = "hold it by a stiffer spring, a damper or another contact, or leave the rotation out of free"
             allowed = f"rotations about several axes are small, up to {_REFUSE:g} rad"
             raise InputError(self._names[worst], fault, allowed, repair)

@@ -65,6 +65,7 @@ class Space:
     positions: NDArray[np.float64]  # (n_nodes, dim), reference positions of the nodes [m]
     nodes_by_boundary: dict[str, Indices] = field(default_factory=dict, init=False, repr=False, compare=False)
     areas_by_boundary: dict[str, Array] = field(default_factory=dict, init=False, repr=False, compare=False)
+    nodes_by_sites: dict[Any, Indices] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @property
     def dim(self) -> int:

@@ -71,7 +71,7 @@ class _MarkerWatch:
     def take(self, moment: Moment) -> Alarm | None:
         """Return an alarm, or None, after a step; at the first one all frames so far are looked at."""
         seen, settings = moment.observation, self._settings
-        records = seen.recorder.part(self._step, seen.step + 1).values
+        records = seen.recorder.values(self._step, seen.step + 1)
         times = np.arange(self._step, seen.step + 1) * (seen.time / max(seen.step, 1))
         values = {name: ((VARIABLES.get(name) or COORDINATES[name]).dims, records[name]) for name in _RECORDS}
         tracks = marker_tracks(xr.Dataset(values).assign_coords(time=times), ("internal",))

@@ -63,7 +63,7 @@ class SpikeWatch:
 
 def stimulus_of(seen: Observation, kind: ReceptorKind) -> Array:
     """Return the stimulus of each recorded afferent of a kind, (k,) in its SI unit."""
-    recorded = seen.recorder.values
+    recorded = seen.recorder.coordinates
     rows = np.flatnonzero(np.asarray(recorded["site_kind"]) == kind)
     values = {name: (VARIABLES[name].dims, np.asarray(seen[name])[None][:, rows]) for name in _SIGNALS}
     at = xr.Dataset(values, {"stress_component": recorded["stress_component"]})

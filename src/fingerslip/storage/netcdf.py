@@ -45,17 +45,17 @@ def netcdf_bytes(dataset: xr.Dataset, compressed: Iterable[Hashable] = ()) -> by
     True
     """
     import h5py
-    import xarray as xr
 
-    variables, attributes = xr.conventions.cf_encoder(*xr.conventions.encode_dataset_coordinates(dataset))
-    chosen = set(compressed)
-    values = {str(name): np.asarray(variable.values) for name, variable in variables.items()}
-    outlines = []
-    for name, variable in variables.items():
-        array, attrs, is_compressed = values[str(name)], dict(variable.attrs), name in chosen
-        text = array if _is_text(array.dtype) else None
-        outlines.append(_Outline(str(name), variable.dims, array.shape, array.dtype, attrs, is_compressed, text))
+    chosen, outlines = set(compressed), []
+    values = {str(name): np.asarray(variable.values) for name, variable in dataset.variables.items()}
+    described = {name: (item.dims, item.dtype, item.attrs) for name, item in dataset.variables.items()}
     # Runs of a sweep differ in their numbers alone.
+    named, attributes = _encoded_attributes(pickle.dumps((described, set(dataset.coords))))
+    for name, (dims, dtype, _) in described.items():
+        array = values[str(name)]
+        text = array if _is_text(dtype) else None
+        outlines.append(_Outline(str(name), dims, array.shape, array.dtype, named[name], name in chosen, text))
+    attributes = {**dataset.attrs, **attributes}
     empty = _empty_file(pickle.dumps((outlines, dict(dataset.sizes))))
     with h5py.File(h5py.h5f.open_file_image(empty, flags=_WRITABLE)) as file:
         _describe(file, {**attributes, "_NCProperties": np.bytes_(f"version=2,h5py={h5py.__version__}")})
@@ -79,6 +79,21 @@ def read_netcdf(path: str | Path) -> xr.Dataset:
         attributes = _attributes_of(file)
     variables, selected, coordinates = xr.conventions.decode_cf_variables(stored, attributes, decode_times=False)
     return xr.Dataset(variables, attrs=selected).set_coords(coordinates).load()
+
+
+@functools.lru_cache(maxsize=8)
+def _encoded_attributes(pickled: bytes) -> tuple[Mapping[Hashable, Mapping[Any, Any]], Mapping[Any, Any]]:
+    """Return what attributes variables of numbers and text have in a file, and the file by them."""
+    import xarray as xr
+
+    described, coordinates = pickle.loads(pickled)
+    empty = {
+        name: xr.Variable(dims, np.empty((0,) * len(dims), dtype), attrs)
+        for name, (dims, dtype, attrs) in described.items()
+    }
+    dataset = xr.Dataset(empty).set_coords(coordinates)
+    variables, attributes = xr.conventions.cf_encoder(*xr.conventions.encode_dataset_coordinates(dataset))
+    return {name: dict(variable.attrs) for name, variable in variables.items()}, attributes
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import pytest
 import fingerslip as fs
 from fingerslip.dynamics.simulation import step_times
 from fingerslip.dynamics.statics.body import static_body
-from fingerslip.dynamics.system.checks import check_model
+from fingerslip.dynamics.system.checks import inspect_model
 from fingerslip.errors import MeshError
 from fingerslip.verification.meshes import box
 from problems.domes import pressed_dome
@@ -93,7 +93,7 @@ MODELS = [
 @pytest.mark.parametrize(("changes", "message"), MODELS)
 def test_models_that_cannot_be_computed_are_refused_by_the_check_and_by_the_simulation(changes, message):
     model = push_and_slide(**changes)
-    for refuse in (check_model, fs.simulate):
+    for refuse in (inspect_model, fs.simulate):
         with pytest.raises(fs.InputError, match=message) as caught:
             refuse(model)
         assert isinstance(caught.value, MeshError) == ("not in mesh" in message)
@@ -125,7 +125,7 @@ def test_models_that_cannot_be_computed_are_refused_by_the_check_and_by_the_simu
 )  # fmt: skip
 def test_bodies_that_cannot_be_computed_are_refused(changes, message):
     with pytest.raises(fs.InputError, match=message):
-        check_model(held(**changes))
+        inspect_model(held(**changes))
 
 
 def on_body(**changes):
@@ -215,7 +215,7 @@ def timed(time):
          r"top.displacement: moves along x, the support holds y; hold x as well, or write 0 there"),
         (lambda: fs.simulate(resting(contacts=(), supports={"left": ("x",)})),
          r"supports: leave translation along y free, have to hold a body"),
-        (lambda: check_model(resting(supports={"left": ("x",)}, **NEO_HOOKEAN)),
+        (lambda: inspect_model(resting(supports={"left": ("x",)}, **NEO_HOOKEAN)),
          r"supports: leave it to contact alone .*; support it, take TimeStepping, or"),
         # Contacts on bodies, and counterfaces of condensed ones.
         (lambda: push_and_slide(contacts=contact(rigid_body="jar"), bodies={"jug": FREE}),
@@ -263,6 +263,6 @@ def test_a_mesh_that_folds_over_itself_is_refused(element):
     for regions in (None, halves):
         mesh = box(element, np.linspace(-4e-3, 4e-3, 9), np.linspace(0.0, 4e-3, 5), shift=folded, regions=regions)
         model = push_and_slide(mesh=mesh, materials=dict.fromkeys(mesh.subdomains, TISSUE))
-        for refuse in (check_model, fs.simulate):
+        for refuse in (inspect_model, fs.simulate):
             with pytest.raises(MeshError, match=r"^mesh: has cells that fold over each other: .* mm .* edge; move"):
                 refuse(model)

@@ -84,8 +84,10 @@ def test_a_support_that_is_commanded_moves_as_one_that_was_planned(kinematics: s
         np.testing.assert_allclose(history[name].values, values, atol=1e-9 * np.abs(values).max(), err_msg=name)
 
 
-def test_observations_are_the_records_of_a_step() -> None:
-    with fs.Simulation(slid_block()) as sim:
+@pytest.mark.parametrize("prony", [(), PRONY], ids=["elastic", "relaxing"])
+def test_observations_are_the_records_of_a_step(prony: tuple[fs.PronyTerm, ...]) -> None:
+    """Stresses of what relaxes are those after all steps before it."""
+    with fs.Simulation(slid_block(materials={"bulk": fs.Elastic(50e3, 0.45, 1000.0, prony=prony)})) as sim:
         seen = [sim.observation, *(sim.step() for _ in range(10))]
         history = sim.history()
     assert history.sizes["time"] == 11

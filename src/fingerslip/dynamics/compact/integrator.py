@@ -10,27 +10,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.contact.interface import InterfaceState, conditions
-from fingerslip.contact.solve.compliance import active_product
-from fingerslip.contact.solve.partition import Partition, first_partition
-from fingerslip.dynamics.compact.kernel import ENERGIES, Body, Inverse, Motion, Records, take_steps
+from fingerslip.contact.solve.newton import solve_friction
+from fingerslip.contact.solve.partition import first_partition
+from fingerslip.dynamics.compact.kernel import ENERGIES, Body, Driving, Inverse, Motion, Records, take_steps
 from fingerslip.dynamics.integrator import BodyIntegrator
 from fingerslip.dynamics.reduced.reduction import ByModes
-from fingerslip.dynamics.step.contact_step import GOAL, TOLERANCE
-from fingerslip.dynamics.step.mesh import advance
+from fingerslip.dynamics.step.contact_step import GOAL, TOLERANCE, unsolved
 from fingerslip.dynamics.step.prediction import first_state
-from fingerslip.dynamics.step.release import Release, remainder
-from fingerslip.dynamics.step.state import Energies, State
-from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
+from fingerslip.dynamics.step.release import remainder
+from fingerslip.dynamics.step.state import State
+from fingerslip.dynamics.step.stepper import Stepper
 from fingerslip.dynamics.system.system import System
 
 __all__ = ["Compact", "is_compact"]
 
 Array = NDArray[np.float64]
 
-# What a block of steps holds as states do, time first.
-_RECORDED = ("time", "displacement", "velocity", "acceleration", "counterfaces", "iterations", "residual")
+# What of a state stands in what is carried.
+_CARRIED = ("inertia", "load", "unbalance", "unbalance_before", "moved", "contact_forces_before")
+_NOT_KEPT: dict[str, Any] = dict.fromkeys(_CARRIED, np.zeros(0))
 # Unknowns of contact up to which an inverse of all of them is kept.
 _FEW = 900
+# Contact problems of one step: releases add to each other, and are few.
+_MOST_SOLUTIONS = 10
 
 
 def is_compact(stepper: Stepper) -> bool:
@@ -57,7 +59,7 @@ class Compact(BodyIntegrator):
 
     def start(self) -> dict[int, State]:
         """Return the states at time zero."""
-        return dict(enumerate(map(first_state, self.steppers)))
+        return {number: motion.start() for number, motion in enumerate(self._motions)}
 
     def advance(
         self,
@@ -80,12 +82,11 @@ class _Steps:
         assert isinstance(stepper.condensed, ByModes)
         assert stepper.constant_frames is not None
         self.stepper = stepper
-        factor = stepper.condensed.factor
-        diagonal, self._interface = factor.diagonal, factor.interface
+        diagonal, self._interface = stepper.condensed.diagonal, stepper.condensed.interface
         system, scheme, candidates = stepper.system, stepper.scheme, stepper.system.candidates
         stiffness = system.stiffness.diagonal()[: diagonal.size]
         compliance = stepper.compliance
-        first = first_partition(compliance.matrix, compliance.penalty)
+        self._open = first_partition(compliance.matrix, compliance.penalty)
         self._body = Body(
             stiffness=stiffness,
             damping=stepper.damping.mass + stepper.damping.stiffness * stiffness,
@@ -98,29 +99,52 @@ class _Steps:
             springs=(candidates.normal_stiffness, candidates.tangential_stiffness),
             compliance=compliance.matrix,
             penalty=np.ascontiguousarray(compliance.penalty),
-            scale=first.scale,
+            scale=self._open.scale,
             factors=scheme.factors,
             prediction=np.array(scheme.prediction),
             remainder=remainder(scheme),
             dissipation=scheme.losses,
             goal=GOAL,
+            tolerance=TOLERANCE,
         )
-        # The last state, and the arrays of compiled code that are at it.
-        self._latest: tuple[State | None, Any] = None, None
         self._has_constant_friction = all(getattr(law, "is_constant", False) for law in system.counterfaces.friction)
         self._friction: Array | None = None
 
     def steer(self, stepper: Stepper) -> None:
         """Go on with a stepper whose counterfaces or loads are others from now on."""
         self.stepper = stepper
-        self._friction = None
         self._body = self._body._replace(loads=self._loads())
 
     def _loads(self) -> Array:
         """Return the loads on the coordinates at factor one, (k, m)."""
-        system, size = self.stepper.system, self._interface.shape[1]
-        loads = [load.forces[:size] + load.forces[size:] @ self._interface for load in _loads_of(self.stepper)]
-        return np.array(loads).reshape(len(system.loads) + len(system.commanded), size)
+        loads = [self._on_coordinates(load.forces) for load in _loads_of(self.stepper)]
+        return np.array(loads).reshape(len(loads), self._interface.shape[1])
+
+    def _on_coordinates(self, forces: Array) -> Array:
+        """Return forces (m + p,) on coordinates and interface as forces on the coordinates, (m,)."""
+        size = self._interface.shape[1]
+        behind = forces[size:]
+        return forces[:size] + behind @ self._interface if behind.any() else forces[:size]
+
+    def start(self) -> State:
+        """Return the state at time zero."""
+        state, size = first_state(self.stepper), self._interface.shape[1]
+        rates = state.displacement[:size], state.velocity[:size], state.acceleration[:size]
+        unbalances = map(self._on_coordinates, (state.unbalance, state.unbalance_before))
+        count = len(state.moved)
+        motion = Motion(
+            fields=np.stack([*rates, *unbalances]),
+            load=self._on_coordinates(state.load),
+            forces=np.zeros((4, count, 2)),
+            relative=np.stack([state.interface.relative, state.moved]),
+            release=np.zeros((2, count, 2)),
+            largest=np.zeros(1),
+            slips=np.zeros((4, count)),
+            states=state.interface.state,
+            energies=np.array([getattr(state.energies, name) for name in ENERGIES]),
+        )
+        inverse = (getattr(self._open, name).copy() for name in Inverse._fields)
+        return replace(state, **_NOT_KEPT, carried=(*motion, *inverse))
 
     def advance(self, state: State, times: Array) -> tuple[State, list[State]]:
         """Take steps to times (k,) [s]; return the state at the last, and what is recorded of all, some at a time."""
@@ -134,141 +158,83 @@ class _Steps:
             blocks.append(block)
         return state, blocks
 
-    def _advance(self, state: State, times: Array) -> tuple[State, State]:
-        """Take steps with the same friction coefficients, all of them or as many as compiled code solves, at least one.
-
-        A step whose contact Newton's method does not solve in partitions is taken as on a mesh.
-        """
-        system, body = self.stepper.system, self._body
-        count = times.size
+    def _advance(self, before: State, times: Array) -> tuple[State, State]:
+        """Take steps with the same friction coefficients; return what :meth:`_states` does of those that are solved."""
+        system, count = self.stepper.system, times.size
         if self._friction is None or not self._has_constant_friction:
-            limits = conditions(system.candidates, state.interface, state.step, float(times[0]))
+            limits = conditions(system.candidates, before.interface, before.step, float(times[0]))
             friction = system.counterfaces.coefficients(limits, system.candidates.counterface)
             self._friction = np.ascontiguousarray(friction)
         travel = np.zeros((count + 1, len(system.motions), 2))
-        travel[0] = state.counterfaces
+        travel[0] = before.counterfaces
         for number, travels in enumerate(system.motions):
             travel[1:, number] = travels.displacement(times)
-        factors = np.array([[load.ramp.at(time) for load in _loads_of(self.stepper)] for time in times.tolist()])
-        partition, records = self._partition(state), _empty_records(count, body)
+        factors = [[load.ramp.at(time) for load in _loads_of(self.stepper)] for time in times.tolist()]
+        driving = Driving(travel, np.reshape(factors, (count, len(self._body.loads))), self._friction)
+        motion = Motion(*(array.copy() for array in before.carried[: len(Motion._fields)]))
         # What is changed in place stays the inverse of its own states, and serves any step as well.
-        inverse = Inverse(*(getattr(partition, name) for name in Inverse._fields))
-        motion = self._latest[1] if state is self._latest[0] else self._motion(state, partition)
-        loads = factors.reshape(count, len(body.loads))
-        solved = take_steps(body, inverse, motion, travel, loads, self._friction, TOLERANCE, records)
-        if not solved:
-            end = float(times[0])
-            after = advance([self.stepper], [state], end, [system.displacements(end)], watch=Stopwatch())[0]
-            return after, after
-        if solved < count:
-            of_steps: dict[str, Any] = {name: values[:solved] for name, values in records._asdict().items()}
-            records = Records(**of_steps)
-        block = self._block(state, times[:solved], travel[1 : solved + 1], records)
-        forces, product = motion.forces[:2].copy()
-        last = self._last(state, block, motion, replace(partition, forces=forces, product=product))
-        self._latest = last, motion
-        return last, block
+        inverse, records = Inverse(*before.carried[len(motion) :]), _empty_records(count, self._body)
+        solved = self._take_steps(motion, inverse, driving, records, float(times[0]))
+        steps: tuple[Any, ...] = tuple(values[:solved] for values in records)
+        return self._states(before, times[:solved], travel[1 : solved + 1], Records(*steps), (*motion, *inverse))
 
-    def _partition(self, state: State) -> Partition:
-        """Return the partition of a state, with W times its forces."""
-        matrix, penalty = self._body.compliance, self._body.penalty
-        last = state.working_set
-        if isinstance(last, Partition) and last.compliance is matrix:
-            return last
-        forces = state.interface.forces
-        return replace(first_partition(matrix, penalty), forces=forces, product=active_product(matrix, forces))
+    def _take_steps(self, motion: Motion, inverse: Inverse, driving: Driving, records: Records, end: float) -> int:
+        """Take steps up to one that is not solved, at least the first, which ends at a time [s]; return how many."""
+        compliance, solutions = self._body.compliance, np.zeros((0, *motion.forces.shape[1:]))
+        while True:
+            solved: int = take_steps(self._body, inverse, motion, driving, solutions, records)
+            if solved:
+                return solved
+            # Where the search in partitions ends, the solver for all dimensions goes on.
+            found, problem = records.forces[0, 0], records.relative[0]
+            solution = solve_friction(compliance, problem, driving.friction, found, GOAL)
+            if not solution.residual <= TOLERANCE or len(solutions) == _MOST_SOLUTIONS:
+                candidates = self.stepper.system.candidates
+                raise unsolved(candidates, solution.worst, solution.residual, TOLERANCE, end)
+            solutions = np.concatenate([solutions, solution.forces[None]])
 
-    def _motion(self, state: State, partition: Partition) -> Motion:
-        """Return a state as the arrays of compiled code."""
-        interface, release, size = state.interface, state.release, self._interface.shape[1]
-        unbalances = [self._on_coordinates(forces) for forces in (state.unbalance, state.unbalance_before)]
-        rates = state.displacement[:size], state.velocity[:size], state.acceleration[:size]
-        left = np.zeros((2, *state.moved.shape)) if release is None else np.stack([release.fading, release.cancelled])
-        slips = interface.slip_distance, interface.slip_since_contact, interface.slip, interface.limit
-        product = partition.product
-        if partition.forces is not interface.forces:
-            product = active_product(self._body.compliance, interface.forces)
-        return Motion(
-            fields=np.stack([*rates, *unbalances]),
-            load=self._on_coordinates(state.load),
-            forces=np.stack([interface.forces, product, state.contact_forces, state.contact_forces_before]),
-            relative=np.stack([interface.relative, state.moved]),
-            release=left,
-            largest=np.array([0.0 if release is None else release.largest]),
-            slips=np.stack(slips),
-            states=interface.state.copy(),
-        )
-
-    def _on_coordinates(self, forces: Array) -> Array:
-        """Return forces (m + p,) on coordinates and interface as forces on the coordinates, (m,)."""
+    def _states(
+        self, before: State, times: Array, travel: Array, records: Records, carried: tuple[NDArray[Any], ...]
+    ) -> tuple[State, State]:
+        """Return the state at the end of steps, and what is recorded of all of them, time first."""
         size = self._interface.shape[1]
-        behind = forces[size:]
-        return forces[:size] + behind @ self._interface if behind.any() else forces[:size]
-
-    def _block(self, before: State, times: Array, travel: Array, records: Records) -> State:
-        """Return what is recorded of steps, time first."""
-        stored, spent = records.energies.T[:3], np.cumsum(records.energies.T[3:], axis=1)
-        energies = dict(zip(ENERGIES[:3], stored, strict=True)), dict(zip(ENERGIES[3:], spent, strict=True))
-        none, slips = np.zeros(0), records.slips
         # Fields with the displacement of the interface behind them; one product reads the interface once for all.
-        fields, size = records.fields.transpose(1, 0, 2), self._interface.shape[1]
+        fields = records.fields.transpose(1, 0, 2)
         behind = (fields.reshape(-1, size) @ self._interface.T).reshape(3, times.size, -1)
-        displacement, velocity, acceleration = np.concatenate([fields, behind], axis=2)
-        return State(
-            time=times,  # type: ignore[arg-type]
-            displacement=displacement,
-            velocity=velocity,
-            acceleration=acceleration,
-            inertia=none,
-            load=none,
-            unbalance=none,
-            unbalance_before=none,
-            counterfaces=travel,
-            moved=none,
-            contact_forces=records.forces[:, 1],
-            contact_forces_before=none,
-            interface=InterfaceState(
-                records.forces[:, 0], records.relative, slips[:, 0], none, none, records.states, slips[:, 1]
-            ),
-            energies=before.energies.after(*energies),
-            moments=before.moments,
-            step=self.stepper.scheme.step,
-            iterations=records.iterations,  # type: ignore[arg-type]
-            residual=records.residuals,  # type: ignore[arg-type]
-        )
+        moved = np.concatenate([fields, behind], axis=2)
 
-    def _last(self, before: State, block: State, motion: Motion, partition: Partition) -> State:
-        """Return the state at the end of a block, from which steps may go on."""
-        size, slips = self._interface.shape[1], motion.slips.copy()
-        # On coordinates and interface, of which forces act on the coordinates alone.
-        inertia, load, unbalance, unbalance_before = forces = np.zeros((4, size + len(self._interface)))
-        inertia[:size] = self.stepper.scheme.inertia_factor * motion.fields[2]
-        load[:size], forces[2:, :size] = motion.load, motion.fields[3:]
-        ends: dict[str, Any] = {name: getattr(block, name)[-1] for name in _RECORDED}
-        last_energies = {name: float(np.ravel(value)[-1]) for name, value in vars(block.energies).items()}
-        left, cancelled = motion.release.copy()
-        release = Release(left, cancelled, float(motion.largest[0])) if motion.largest[0] else None
-        relative, moved = motion.relative.copy()
-        interface = InterfaceState(
-            partition.forces, relative, slips[0], slips[1], slips[2], motion.states.copy(), slips[3]
-        )
-        contact_forces, contact_forces_before = motion.forces[2:].copy()
-        return replace(
-            before,
-            **{name: end if np.ndim(end) else end.item() for name, end in ends.items()},
-            inertia=inertia,
-            load=load,
-            unbalance=unbalance,
-            unbalance_before=unbalance_before,
-            moved=moved,
-            contact_forces=contact_forces,
-            contact_forces_before=contact_forces_before,
-            interface=interface,
-            energies=Energies(**last_energies),
-            step=self.stepper.scheme.step,
-            working_set=partition,
-            release=release,
-        )
+        def state(at: int | slice, carried: tuple[NDArray[Any], ...] = ()) -> State:
+            displacement, velocity, acceleration = moved[:, at]
+            forces, slips = records.forces[at], records.slips[at]
+            slip_distance, since_contact, slip, limit = (slips[..., row, :] for row in range(4))
+            energies: dict[str, Any] = dict(zip(ENERGIES, records.energies[at].T, strict=True))
+            return State(
+                time=times[at],  # type: ignore[arg-type]
+                displacement=displacement,
+                velocity=velocity,
+                acceleration=acceleration,
+                counterfaces=travel[at],
+                contact_forces=forces[..., 1, :, :],
+                interface=InterfaceState(
+                    forces=forces[..., 0, :, :],
+                    relative=records.relative[at],
+                    slip_distance=slip_distance,
+                    slip_since_contact=since_contact,
+                    slip=slip,
+                    state=records.states[at],
+                    limit=limit,
+                ),
+                energies=replace(before.energies, **energies),
+                moments=before.moments,
+                step=self.stepper.scheme.step,
+                iterations=records.iterations[at],  # type: ignore[arg-type]
+                residual=records.residuals[at],  # type: ignore[arg-type]
+                carried=carried,
+                **_NOT_KEPT,
+            )
+
+        last = state(-1, carried)
+        return last, last if times.size == 1 else state(slice(None))
 
 
 def _loads_of(stepper: Stepper) -> Sequence[Any]:
@@ -281,7 +247,7 @@ def _empty_records(count: int, body: Body) -> Records:
         fields=np.zeros((count, 3, size)),
         forces=np.zeros((count, 2, nodes, 2)),
         relative=np.zeros((count, nodes, 2)),
-        slips=np.zeros((count, 2, nodes)),
+        slips=np.zeros((count, 4, nodes)),
         states=np.zeros((count, nodes), dtype=np.int8),
         energies=np.zeros((count, len(ENERGIES))),
         iterations=np.zeros(count, dtype=np.int64),

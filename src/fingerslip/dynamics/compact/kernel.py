@@ -23,11 +23,11 @@ from fingerslip.contact.solve.partition import solve_partitions
 from fingerslip.dynamics.step.release import dropped_forces, mark_changes
 from fingerslip.linear.symmetric import weighted_rows
 
-__all__ = ["ENERGIES", "Body", "Inverse", "Motion", "Records", "take_steps"]
+__all__ = ["ENERGIES", "Body", "Driving", "Inverse", "Motion", "Records", "take_steps"]
 
 Array = NDArray[np.float64]
 
-#: What :attr:`Records.energies` holds: stored at the end of a step, and dissipated or put in over it.
+#: What :attr:`Motion.energies` holds: stored, and dissipated or put in since the start.
 ENERGIES = ("kinetic", "strain", "contact", "friction", "damping", "numerical", "external_work")
 _FADED = 1e-16
 
@@ -53,6 +53,7 @@ class Body(NamedTuple):
     # of da.dv and da.dz, and of dz with the unbalances of three times: the energy that the scheme dissipates
     dissipation: tuple[float, float, float, float, float]
     goal: float  # relative residual of contact [-]
+    tolerance: float  # the largest that is accepted [-]
 
 
 class Inverse(NamedTuple):
@@ -75,6 +76,15 @@ class Motion(NamedTuple):
     largest: Array  # (1,), the largest force that was dropped [N]; 0 where nothing is left of a release
     slips: Array  # (4, n), slip of the whole motion, since contact, of the last step [m], friction limit [N]
     states: NDArray[np.int8]  # (n,)
+    energies: Array  # (7,), see ENERGIES [J]
+
+
+class Driving(NamedTuple):
+    """What drives k steps."""
+
+    counterfaces: Array  # (k + 1, n_counterfaces, 2), their displacement, that at the start included [m]
+    factors: Array  # (k, n_loads), of the loads
+    friction: Array  # (n,), coefficients [-]
 
 
 class Records(NamedTuple):
@@ -83,20 +93,21 @@ class Records(NamedTuple):
     fields: Array  # (k, 3, m), displacement, velocity, acceleration
     forces: Array  # (k, 2, n, 2), in frames and in components [N]
     relative: Array  # (k, n, 2), gap and tangential displacement [m]
-    slips: Array  # (k, 2, n), slip of the whole motion [m], friction limit [N]
+    slips: Array  # (k, 4, n)
     states: NDArray[np.int8]  # (k, n)
-    energies: Array  # (k, 7), see ENERGIES [J]
+    energies: Array  # (k, 7) [J]
     iterations: NDArray[np.int64]  # (k,)
     residuals: Array  # (k,)
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def take_steps(body, inverse, motion, counterfaces, factors, friction, tolerance, records):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+def take_steps(body, inverse, motion, driving, solutions, records):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """Take k steps; return how many were solved to the tolerance, before the first that was not.
 
-    Arrays: counterfaces (k + 1, n_counterfaces, 2), their displacement, that at the start included [m]; factors (k, n
-    loads), of the loads; friction (n,), coefficients [-].
+    Of that, the records have the contact problem that was not solved, and the forces that were found. It is taken again
+    with solutions (r, n, 2) [N] of the r problems of the first step, whose releases make several.
     """
+    counterfaces, factors, friction = driving
     size, count = body.effective.size, len(body.gaps)
     load, free, unknown, moved = np.empty(size), np.empty((2, size)), np.empty(size), np.empty((count, 2))
     before = motion.forces.copy(), motion.relative.copy(), motion.release.copy()
@@ -108,14 +119,14 @@ def take_steps(body, inverse, motion, counterfaces, factors, friction, tolerance
         _copy(motion.forces.ravel(), before[0].ravel())
         _copy(motion.relative.ravel(), before[1].ravel())
         _copy(motion.release.ravel(), before[2].ravel())
-        largest = motion.largest[0]
         _free_end(body, motion, counterfaces[step + 1], load, free, unknown, moved)
-        solution = _contact(body, inverse, motion, before, moved, friction)
+        known = solutions if step == 0 else solutions[:0]
+        solution = _contact(body, inverse, motion, before, moved, friction, known)
         forces, product, relative, response, dropped, residual, iterations = solution
         records.iterations[step], records.residuals[step] = iterations, residual
-        if not residual <= tolerance:
-            _copy(before[2].ravel(), motion.release.ravel())
-            motion.largest[0] = largest
+        if not residual <= body.tolerance:
+            _copy(forces.ravel(), records.forces[step, 0].ravel())
+            _copy(relative.ravel(), records.relative[step].ravel())
             return step
         components, shift = in_components(body.frames, forces), in_components(body.frames, response)
         for i in range(count):
@@ -127,8 +138,8 @@ def take_steps(body, inverse, motion, counterfaces, factors, friction, tolerance
         pushed = weighted_rows(body.local, dropped.ravel())
         for j in range(size):
             unknown[j] += pushed[j] / body.effective[j]
-        _finish(body, motion, free, unknown, load, records.energies[step])
-        _settle(body, motion, before, friction, counterfaces[step], counterfaces[step + 1], records.energies[step])
+        _finish(body, motion, free, unknown, load)
+        _settle(body, motion, before, friction, counterfaces[step], counterfaces[step + 1])
         _record(motion, records, step)
     return len(factors)
 
@@ -147,9 +158,9 @@ def _record(motion, records, step):  # type: ignore[no-untyped-def]
     _copy(motion.forces[0].ravel(), records.forces[step, 0].ravel())
     _copy(motion.forces[2].ravel(), records.forces[step, 1].ravel())
     _copy(motion.relative[0].ravel(), records.relative[step].ravel())
-    _copy(motion.slips[0], records.slips[step, 0])
-    _copy(motion.slips[3], records.slips[step, 1])
+    _copy(motion.slips.ravel(), records.slips[step].ravel())
     _copy(motion.states, records.states[step])
+    _copy(motion.energies, records.energies[step])
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
@@ -178,11 +189,12 @@ def _free_end(body, motion, counterfaces, load, free, halfway, moved):  # type: 
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def _contact(body, inverse, motion, before, moved, friction):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+def _contact(body, inverse, motion, before, moved, friction, solutions):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """Solve the contact of a step; update the release.
 
     Returns forces in frames (n, 2) [N], W times them, gap and tangential displacement [m], what all forces do to the
-    candidates in frames [m], dropped forces in components [N], residual and iterations.
+    candidates in frames [m], dropped forces in components [N], residual and iterations; where the residual is too
+    large, in place of the gap the problem.
     """
     forces_before, relative_before = before[0][0], before[1][0]
     free = flat_motion(body.frames, body.gaps, relative_before, motion.relative[1], moved)
@@ -190,10 +202,13 @@ def _contact(body, inverse, motion, before, moved, friction):  # type: ignore[no
     added, cancelled, dropped = np.zeros_like(free), np.zeros_like(free), np.zeros_like(free)
     released, response = np.zeros_like(free), np.zeros_like(free)
     relative = free.copy()
-    last, iterations, largest = np.zeros(len(free), dtype=np.int8), 0, motion.largest[0]
+    last, iterations, largest, rounds = np.zeros(len(free), dtype=np.int8), 0, motion.largest[0], 0
     while True:
         _add(free, released, relative)
         problem = contact_problem(relative, forces_before, relative_before, body.springs[1])
+        if rounds < len(solutions):
+            forces = solutions[rounds].copy()
+            product = active_product(body.compliance, forces)
         forces, product, residual, further, _ = solve_partitions(
             body.compliance,
             body.penalty,
@@ -210,10 +225,12 @@ def _contact(body, inverse, motion, before, moved, friction):  # type: ignore[no
             0,
             True,
         )
-        iterations += further
+        iterations, rounds = iterations + further, rounds + 1
+        if not residual <= body.tolerance:
+            return forces, product, problem, response, dropped, residual, iterations
         _add(released, _without_penalty(body, product, forces), response)
         _add(free, response, relative)
-        if body.factors[2] == 0.0 or not residual <= body.goal:
+        if body.factors[2] == 0.0:
             break
         marks = mark_changes(forces_before, forces, relative_before, relative, body.springs[1], friction)
         if not _joins(marks, last):
@@ -274,7 +291,7 @@ def _joins(marks, last):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def _finish(body, motion, free, unknown, load, energies):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+def _finish(body, motion, free, unknown, load):  # type: ignore[no-untyped-def]
     """Take the fields to the end of a step, and account for the energies of the body."""
     of_displacement, of_velocity, of_inertia, start_weight, end_weight = body.factors
     added = np.zeros_like(unknown)
@@ -301,11 +318,15 @@ def _finish(body, motion, free, unknown, load, energies):  # type: ignore[no-unt
         motion.fields[0, j], motion.fields[1, j], motion.fields[2, j] = end, rate, inertia
         motion.fields[3, j], motion.fields[4, j] = left, unbalance
         motion.load[j] = load[j]
-    energies[0], energies[1], energies[4], energies[5], energies[6] = kinetic, strain, damping, numerical, work
+    energies = motion.energies
+    energies[0], energies[1] = kinetic, strain
+    energies[4] += damping
+    energies[5] += numerical
+    energies[6] += work
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def _settle(body, motion, before, friction, counterfaces_before, counterfaces, energies):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+def _settle(body, motion, before, friction, counterfaces_before, counterfaces):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """Update slips and states, and account for the energies of the interface."""
     forces, relative, release = before
     inward = outward = 0.0
@@ -330,7 +351,9 @@ def _settle(body, motion, before, friction, counterfaces_before, counterfaces, e
     )
     _copy(slips.ravel(), motion.slips.ravel())
     _copy(states, motion.states)
-    energies[2], energies[3] = stored, dissipated
+    energies = motion.energies
+    energies[2] = stored
+    energies[3] += dissipated
     energies[5] += inward - (stored - stored_before) - dissipated
     energies[6] += outward
 

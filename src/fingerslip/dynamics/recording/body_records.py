@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import copy
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.contact.candidates import Candidates
 from fingerslip.dynamics.step.state import State
-from fingerslip.dynamics.step.viscoelastic import relaxed_force, viscous_steps
+from fingerslip.dynamics.step.viscoelastic import Viscous, relaxed_force
 from fingerslip.dynamics.system.bodies import body_centres, faces_of
-from fingerslip.dynamics.system.scheme import Scheme, start_push
+from fingerslip.dynamics.system.scheme import Scheme, start_push, starts_damped
 from fingerslip.dynamics.system.system import System
 from fingerslip.materials.elastic import RayleighDamping
 from fingerslip.model.model import Model
@@ -26,65 +27,38 @@ _TURNS = ("rigid_body_rotation", "rigid_body_angular_velocity", "rigid_body_angu
 
 
 class BodyRecords:
-    """The free motion of rigid bodies, kept step by step.
+    """How a history follows from the free motion of rigid bodies, (n_times, 3, r): displacement and its rates."""
 
-    Arrays: times (n_times,) [s].
-    """
-
-    def __init__(self, model: Model, system: System, times: Array) -> None:
-        self._system, self._times, self._at = system, times, system.coordinates.rigid
+    def __init__(self, model: Model, system: System) -> None:
         self._names = list(model.bodies)
         self._faces = [faces_of(model, name) for name in model.bodies]
-        self.moved = np.zeros((3, times.size, self._at.size))
         self._centres = body_centres(model)[1]
+        self.turning = [freedom.turns and bool(freedom.faces) for freedom in system.unknowns.rigid]
 
-    def part(self, steps: slice) -> BodyRecords:
-        """Return the records of some steps."""
-        records = copy.copy(self)
-        vars(records).update(_times=self._times[steps], moved=self.moved[:, steps])
-        return records
-
-    def steer(self, system: System) -> None:
-        """Go on with a system whose counterfaces move otherwise from now on."""
-        self._system = system
-
-    def record(self, step: int | slice, state: State) -> None:
-        """Keep displacement, velocity and acceleration of a step, or of several."""
-        if self._at.size:
-            for moved, field in zip(self.moved, (state.displacement, state.velocity, state.acceleration), strict=True):
-                moved[step] = field[..., self._at]
-
-    def complete_motion(self, values: dict[str, Any]) -> None:
+    def complete_motion(self, values: dict[str, Any], system: System) -> None:
         """Add what bodies do to the prescribed motion of the counterfaces, and fill in their own motion."""
-        motions = self._system.motions
-        if motions:
-            values["counterface_velocity"] += np.stack([motion.velocity(self._times) for motion in motions], axis=1)
-        for column, freedom in enumerate(self._system.unknowns.rigid):
-            for name, values_of_body in zip(("displacement", "velocity"), self.moved[:2, :, column], strict=True):
+        times, moved = values["time"], values["moved"]
+        if system.motions:
+            values["counterface_velocity"] += np.stack([motion.velocity(times) for motion in system.motions], axis=1)
+        for column, freedom in enumerate(system.unknowns.rigid):
+            for row, name in enumerate(("displacement", "velocity")):
                 for face in freedom.faces:
-                    values[f"counterface_{name}"][:, face] += values_of_body[:, None] * freedom.shift
+                    values[f"counterface_{name}"][:, face] += moved[:, row, column, None] * freedom.shift
             if freedom.body is not None:
                 number = self._names.index(freedom.body)
                 # The only axis of rotation in 2D is z.
-                axis = freedom.axis if self._system.space.dim == 3 or not freedom.turns else 0
-                for name, component in zip(_TURNS if freedom.turns else _SHIFTS, self.moved[..., column], strict=True):
-                    values[name][:, number, axis] = component
+                axis = freedom.axis if system.space.dim == 3 or not freedom.turns else 0
+                for row, name in enumerate(_TURNS if freedom.turns else _SHIFTS):
+                    values[name][:, number, axis] = moved[:, row, column]
         for number, faces in enumerate(self._faces):
             for name in ("displacement", "velocity") if faces else ():
                 values[f"rigid_body_{name}"][:, number] = values[f"counterface_{name}"][:, faces[0]]
 
-    def rotations(self, steps: slice) -> Array:
-        """Return the angles of bodies with counterfaces in some steps, (n_steps, r) [rad]."""
-        return self.moved[0, steps][
-            :, [freedom.turns and bool(freedom.faces) for freedom in self._system.unknowns.rigid]
-        ]
-
-    def arms(self, moved: Array) -> Array:
+    def arms(self, candidates: Candidates, moved: Array) -> Array:
         """Return the lever arms of the candidates about the centres of their bodies, (n_steps, n_c, dim) [m].
 
         Arrays: moved (n_steps, n_c, dim) [m].
         """
-        candidates = self._system.candidates
         result: Array = candidates.positions - self._centres[candidates.counterface] + moved
         return result
 
@@ -111,35 +85,28 @@ def moments(arms: Array, forces: Array) -> Array:
 
 
 class SupportRecords:
-    """The forces on what supports hold, step by step, from the motion of the unknowns `near` (k,) it."""
+    """How the forces on what supports hold, (n_times, 3, count), follow from the motion of the unknowns `near` (k,) it.
 
-    def __init__(self, system: System, scheme: Scheme, damping: RayleighDamping, n_times: int) -> None:
+    They are elastic forces, inertia and all others [N].
+    """
+
+    def __init__(self, system: System, scheme: Scheme, damping: RayleighDamping, viscous: Sequence[Viscous]) -> None:
         self._supports, self._scheme, self._damping = system.supports, scheme, damping
-        self._viscous = viscous_steps(system.viscoelastic, scheme.step)
+        self._viscous = viscous
         self._is_elastic = system.body is None
         self.near = self._supports.columns
         self._near_maps = self._supports.stiffness[:, self.near], self._supports.mass[:, self.near]
-        self._held = np.zeros((3, n_times, self._supports.contact.shape[0]))
+        self.count = self._supports.contact.shape[0]
         self._touches = self._supports.contact.nnz > 0
         self._passed: dict[int, list[Array]] = {}
         # What a damped start takes up on what is held; see :mod:`fingerslip.dynamics.step.state`.
-        self._taken_up = np.zeros(self._held.shape[2])
+        self._taken_up = np.zeros(self.count)
+        self._starts_damped = starts_damped(scheme, damping, system.dampers)
 
-    @property
-    def kept(self) -> dict[str, Array]:
-        """The arrays in which records are kept."""
-        return {"held": self._held}
-
-    def part(self, steps: slice) -> SupportRecords:
-        """Return the records of some steps."""
-        records = copy.copy(self)
-        vars(records).update(_held=self._held[:, steps])
-        return records
-
-    def record(self, step: int | slice, state: State) -> None:
-        """Keep the loads and contact forces on what is held, of a state or of several, time first in their arrays."""
-        supports, others = self._supports, self._held[2, step]
-        if not np.ndim(state.time) and not state.step and state.unbalance is not state.unbalance_before:
+    def record(self, held: Array, state: State) -> None:
+        """Keep the loads and contact forces on what is held, (3, count) of a state or (k, 3, count) of several."""
+        supports, others = self._supports, held[..., 2, :]
+        if self._starts_damped and not state.step:
             scheme, damping, (stiffness, mass) = self._scheme, self._damping, self._near_maps
             acceleration = np.take(state.acceleration, self.near, mode="clip")
             of_stiffness = scheme.displacement_factor + scheme.velocity_factor * damping.stiffness
@@ -158,27 +125,27 @@ class SupportRecords:
 
     def pass_by(self, step: int, state: State) -> None:
         """Take note of a state before that of a step: the inertia of what is held goes on from it."""
-        if self._scheme.start_weight and self._held.shape[2]:
+        if self._scheme.start_weight and self.count:
             acceleration = np.take(state.acceleration, self.near, mode="clip")
             inertia: Array = self._scheme.inertia_factor * (self._near_maps[1] @ acceleration)
             self._passed.setdefault(step, []).append(inertia)
 
-    def follow(self, steps: slice, near: Array) -> None:
+    def follow(self, held: Array, near: Array) -> None:
         """Compute elastic forces and inertia of steps, from the motion of the unknowns `near` in them.
 
-        Arrays: near (3, n, k), displacement [m], velocity [m/s] and acceleration [m/s^2].
+        Arrays: held (n, 3, count) [N]; near (3, n, k), displacement [m], velocity [m/s] and acceleration [m/s^2].
         """
         displacement, velocity, acceleration = (field.T for field in near)
         stiffness, mass = self._near_maps
         # At large strain the elastic forces are those of the states.
         strained = displacement if self._is_elastic else 0.0
         force = stiffness @ (strained + self._damping.stiffness * velocity)
-        self._held[0, steps] = (force + self._damping.mass * (mass @ velocity)).T
-        self._held[1, steps] = self._scheme.inertia_factor * (mass @ acceleration).T
+        held[:, 0] = (force + self._damping.mass * (mass @ velocity)).T
+        held[:, 1] = self._scheme.inertia_factor * (mass @ acceleration).T
 
     def complete(self, values: dict[str, Any]) -> None:
         """Fill in the forces of the supports."""
-        elastic, inertia, others = self._held
+        elastic, inertia, others = values["held"].swapaxes(0, 1)
         force = elastic + others
         forces = values["support_force"].reshape(force.shape)
         unbalance = -inertia[0] - self._taken_up

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import functools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -19,6 +18,7 @@ from fingerslip.dynamics.system.operators import NodalComponents
 from fingerslip.dynamics.system.system import System
 from fingerslip.fe.finite.recovery import FiniteRecovery, finite_cell_recovery
 from fingerslip.fe.recovery import Recovery, Relax, cell_recovery, site_recovery, von_mises
+from fingerslip.history import VARIABLES
 from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.viscoelastic import Relaxed, with_across
 
@@ -96,6 +96,10 @@ def dashpots_reader(system: System, viscous: Sequence[Viscous], state: State, re
     return relax
 
 
+_MOTION = frozenset({"snapshot_displacement", "snapshot_velocity"})
+_FOLLOWING = frozenset(name for name in VARIABLES if name.startswith("snapshot_")) - _MOTION
+# Motions that are carried to the mesh at once.
+_CARRIED_AT_ONCE = 16
 # Cells times snapshots whose strains are computed at once: what is computed of them stays in the processor's cache.
 _AT_ONCE = 50_000
 
@@ -116,13 +120,15 @@ class SnapshotRecords:
         """Tell whether a step is one of the snapshots."""
         return step in self._numbers
 
-    def part(self, start: int, end: int) -> tuple[SnapshotRecords, slice]:
-        """Return the records of the snapshots from one step to before another, and which ones these are."""
-        steps = [step for step in self._numbers if start <= step < end]
-        first = self._numbers[steps[0]] if steps else 0
-        records = copy.copy(self)
-        vars(records).update(_numbers={step: number for number, step in enumerate(steps)}, _waiting=[])
-        return records, slice(first, first + len(steps))
+    @property
+    def recorded(self) -> frozenset[str]:
+        """The variables that are kept step by step; others follow from them."""
+        return _FOLLOWING | _MOTION if self._of_states else _MOTION
+
+    def between(self, start: int, end: int) -> slice:
+        """Return which snapshots are of steps from one to before another."""
+        numbers = [number for step, number in self._numbers.items() if start <= step < end]
+        return slice(numbers[0], numbers[-1] + 1) if numbers else slice(0)
 
     def record(self, step: int, state: State, values: dict[str, Any]) -> None:
         """Keep the motion of those steps from one on that there are snapshots of."""
@@ -133,7 +139,7 @@ class SnapshotRecords:
                 continue
             # Copies: a state that waits would keep all that it holds.
             self._waiting.append((number, displacement.copy(), velocity.copy()))
-            if len(self._waiting) >= self._system.coordinates.snapshots_at_once:
+            if len(self._waiting) >= _CARRIED_AT_ONCE:
                 self.carry(values)
             if self._of_states:
                 self._record_state(number, state, values)
@@ -152,11 +158,11 @@ class SnapshotRecords:
 
     def complete(self, values: dict[str, Any]) -> None:
         """Fill in what follows from the motions."""
-        if self._of_states or not self._numbers:
+        if self._of_states or not len(values["snapshot_time"]):
             return
         cells = self._recoveries.cells
         at_once = max(1, _AT_ONCE // max(1, len(cells.strain.indptr) // cells.components))
-        for start in range(0, len(self._numbers), at_once):
+        for start in range(0, len(values["snapshot_time"]), at_once):
             some = slice(start, start + at_once)
             displacement = values["snapshot_displacement"][some]
             _record(cells, cells.strains(displacement.reshape(len(displacement), -1)), some, values)

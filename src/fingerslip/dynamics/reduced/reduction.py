@@ -34,7 +34,6 @@ from fingerslip.model.model import Model
 
 __all__ = [
     "ByModes",
-    "ModalFactor",
     "ReducedCoordinates",
     "further_shapes",
     "interface_unknowns",
@@ -48,58 +47,38 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class ModalFactor:
-    """A diagonal matrix D of the coordinates; see :class:`fingerslip.linear.solver.Factor`."""
-
-    diagonal: Array  # (m,), D
-    interface: Array  # (p, m), E, displacement of the interface per coordinate
-
-    def forward(self, right_hand_side: Array) -> Array:
-        """Return b (m + p,) or (m + p, k) unchanged."""
-        return right_hand_side
-
-    def backward(self, halfway: Array) -> Array:
-        """Return the solution for b (m + p,) or (m + p, k), same shape."""
-        return self.spread(self.gather(halfway))
-
-    def gather(self, forces: Array) -> Array:
-        """Return the coordinates D^-1 [1, E^T] b, (m,) or (m, k)."""
-        total, outside = forces[: self.diagonal.size], forces[self.diagonal.size :]
-        if forces.ndim == 1:
-            return self.divide(total + weighted_rows(self.interface, outside))
-        # Forces of nodes that have left act on the interface: on few of its unknowns, if any.
-        rows = np.flatnonzero(outside.any(axis=1))
-        return self.divide(total + self.interface[rows].T @ outside[rows] if rows.size else total)
-
-    def divide(self, forces: Array) -> Array:
-        """Return D^-1 b for forces on the coordinates, (m,) or (m, k)."""
-        return (forces.T / self.diagonal).T
-
-    def spread(self, coordinates: Array) -> Array:
-        """Return the field [1; E] z, (m + p,) or (m + p, k), of coordinates z."""
-        return np.concatenate([coordinates, self.interface @ coordinates])
-
-
-@dataclass(frozen=True)
 class ByModes:
-    """A diagonal matrix, condensed: see :class:`fingerslip.dynamics.step.condensation.Condensed`.
+    """A diagonal matrix D of the coordinates, condensed: see :class:`fingerslip.dynamics.step.condensation.Condensed`.
 
     Halfway there are the coordinates alone: of the interface, contact needs the local displacements only.
     """
 
-    factor: ModalFactor  # the matrix
+    diagonal: Array  # (m,), D
+    interface: Array  # (p, m), E, displacement of the interface per coordinate
     local: Array  # (c, m), local displacements of the candidates per coordinate, B [1
     description: ClassVar[str] = "reduced basis, two products a step"
 
     def forward(self, right_hand_side: Array) -> Halfway:
         """Solve for b, shape (m + p,) or (m + p, k) [N], without contact forces."""
-        coordinates = self.factor.gather(right_hand_side)
+        coordinates, outside = np.split(right_hand_side, [self.diagonal.size])
+        if right_hand_side.ndim == 1:
+            coordinates = coordinates + weighted_rows(self.interface, outside)
+        elif outside.any():
+            # Forces of nodes that have left act on the interface: on few of its unknowns.
+            rows = np.flatnonzero(outside.any(axis=1))
+            coordinates = coordinates + self.interface[rows].T @ outside[rows]
+        coordinates = self._divide(coordinates)
         return Halfway(coordinates, self.local @ coordinates)
 
     def backward(self, halfway: Halfway, forces: Array, moved: Array | None = None) -> Array:  # noqa: ARG002
         """Return x for contact forces r, shape (c,) or (c, k) [N]."""
         added = weighted_rows(self.local, forces) if forces.ndim == 1 else self.local.T @ forces
-        return self.factor.spread(halfway.vector + self.factor.divide(added))
+        coordinates = halfway.vector + self._divide(added)
+        return np.concatenate([coordinates, self.interface @ coordinates])
+
+    def _divide(self, forces: Array) -> Array:
+        """Return D^-1 b for forces on the coordinates, (m,) or (m, k)."""
+        return (forces.T / self.diagonal).T
 
 
 Indices = NDArray[np.int64]
@@ -114,8 +93,6 @@ class ReducedCoordinates:
     system: System  # the system on the mesh
     body: ConstraintModes  # its body and interface
     basis: CraigBampton  # the reduced basis
-    checks_at_once = 32
-    snapshots_at_once = 16
 
     @property
     def rigid(self) -> Indices:
@@ -142,23 +119,23 @@ class ReducedCoordinates:
         """Return a field (m + p,) or (m + p, k) on the unknowns of the mesh, (n,) or (n, k)."""
         return self.basis.field(self.body, field[: self.basis.eigenvalues.size])
 
-    def factorise(self, matrix: sparse.csr_matrix, solver: LinearSolver) -> ModalFactor:  # noqa: ARG002
-        """Return the factors of a matrix, which is diagonal."""
-        size = self.basis.eigenvalues.size
-        return ModalFactor(matrix.diagonal()[:size], self.basis.at_interface)
+    def solve(self, matrix: sparse.csr_matrix, right_hand_side: Array, solver: LinearSolver) -> Array:
+        """Solve with a matrix, which is diagonal."""
+        condensed, _ = self.condense(matrix, sparse.csr_matrix((0, matrix.shape[0])), solver, 0)
+        return condensed.backward(condensed.forward(right_hand_side), np.zeros(0))
 
     def condense(
         self,
         matrix: sparse.csr_matrix,
         local: sparse.csr_matrix,
-        solver: LinearSolver,
+        solver: LinearSolver,  # noqa: ARG002
         reserved_bytes: int,  # noqa: ARG002
     ) -> tuple[ByModes, Array]:
         """Condense a matrix, which is diagonal."""
-        factor = self.factorise(matrix, solver)
-        moved = np.asarray(local[:, factor.diagonal.size :] @ factor.interface)
-        scaled = moved / np.sqrt(factor.diagonal)
-        return ByModes(factor, moved), scaled @ scaled.T
+        diagonal, interface = matrix.diagonal()[: self.basis.eigenvalues.size], self.basis.at_interface
+        moved = np.asarray(local[:, diagonal.size :] @ interface)
+        scaled = moved / np.sqrt(diagonal)
+        return ByModes(diagonal, interface, moved), scaled @ scaled.T
 
     def restrict(self, matrix: sparse.csr_matrix) -> Array:
         """Return a map (k, n) of the mesh's unknowns as a map of the coordinates, shape (k, m).

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from fingerslip.dynamics.reduced.reduction import ReducedCoordinates
-from fingerslip.dynamics.step.state import State
+from fingerslip.dynamics.state_checks import Check, Steps
 from fingerslip.dynamics.system.loads import Load
 from fingerslip.dynamics.system.scheme import Scheme, make_scheme
 from fingerslip.dynamics.system.system import System
@@ -36,8 +36,7 @@ __all__ = ["ResidualCheck"]
 
 Array = NDArray[np.float64]
 
-# Steps that are looked at together, and the share of them whose errors are compared with the motion.
-_AT_ONCE = 32
+# The share of steps whose errors are compared with the motion.
 _ONE_OF = 4
 # Errors over what the shapes that follow show of them: 1.2 in the middle of 83 random models, below 2.1 in nine of ten.
 _BEYOND = 1.5
@@ -134,7 +133,7 @@ def _oscillate(squares, viscous, compliance, prediction, factors, start, forces)
     return fields
 
 
-class _MotionError:
+class _MotionError(Check):
     """The error of one motion, in the coordinates of the basis and in the shapes that follow it."""
 
     def __init__(
@@ -145,17 +144,17 @@ class _MotionError:
         self._following = _Oscillators(basis.following_squares, scheme, damping)
         self._inside = _Oscillators(basis.eigenvalues, scheme, damping)
         self._loads = [Load(basis.following.T @ load.forces, load.ramp) for load in system.loads]
-        # Where contact stands in the interface, and displacement of sites per coordinate and per shape that follows.
+        # Displacement of contact and sites per coordinate, and of sites per shape that follows.
         candidates = coordinates.components(vector_dofs(system.candidates.nodes, system.space.dim).ravel())
-        self._contact = candidates.rows[~candidates.held] - basis.eigenvalues.size
+        at_contact = basis.at_interface[candidates.rows[~candidates.held] - basis.eigenvalues.size]
         components = system.coordinates.components(vector_dofs(system.site_nodes, system.space.dim).ravel())
         at = components.rows[~components.held]
         shape = at.size, system.mass.shape[0]
         at_sites = sparse.csr_matrix((np.ones(at.size), (np.arange(at.size), at)), shape=shape)
-        self._sites = coordinates.restrict(at_sites), at_sites @ basis.following
+        self._places = np.ascontiguousarray(at_contact.T), np.ascontiguousarray(coordinates.restrict(at_sites).T)
+        self._following_at_sites = np.ascontiguousarray((at_sites @ basis.following).T)
         # Of both: largest error and displacement [m], sums of squares of the accelerations' error and of them.
         self._sizes = np.zeros((2, 4))
-        self._waiting: list[tuple[Array, Array]] = []
         self._last: tuple[Array, Array] | None = None
 
     @property
@@ -170,7 +169,6 @@ class _MotionError:
 
     def saved_state(self) -> Any:
         """Return what :meth:`restore` needs, as plain data and arrays."""
-        self.finish()
         return self._following.fields, self._inside.fields, self._sizes.copy(), *(self._last or (None, None))
 
     def restore(self, following: Array, inside: Array, sizes: Array, times: Array | None, rows: Array | None) -> None:
@@ -178,30 +176,26 @@ class _MotionError:
         self._following.fields, self._inside.fields, self._sizes = following, inside, sizes.copy()
         self._last = None if times is None or rows is None else (times, rows)
 
-    def look(self, state: State) -> None:
-        size = self._basis.eigenvalues.size
-        motion = state.displacement, state.velocity, state.acceleration
-        rows = np.stack([np.atleast_2d(field)[:, :size] for field in motion])
+    def look(self, steps: Steps) -> None:
+        """Look at states: the errors are those of steps from the last state before them."""
+        times, size = steps.time, self._basis.eigenvalues.size
+        rows = np.stack([field[:, :size] for field in steps.motion])
         if self._last is None:
-            self._start(rows[:, 0], float(state.time))
-            self._last = np.ravel(state.time), rows
-            return
-        self._waiting.append((np.ravel(state.time), rows))
-        if sum(times.size for times, _ in self._waiting) >= _AT_ONCE:
-            self.finish()
-
-    def finish(self) -> None:
-        if not self._waiting or self._last is None:
-            return
-        steps, self._waiting = [self._last, *self._waiting], []
-        times, rows = np.concatenate([times for times, _ in steps]), np.concatenate([rows for _, rows in steps], axis=1)
+            self._start(rows[:, 0], float(times[0]))
+        else:
+            times, rows = np.append(self._last[0], times), np.concatenate([self._last[1], rows], axis=1)
         self._last = times[-1:], rows[:, -1:]
-        inside, following = self._excite(times, rows)
-        of_inside, of_following = self._sites
-        inside, following, motion = (fields[[0, 2], ::-_ONE_OF] for fields in (inside, following, rows[:, 1:]))
-        at_interface = self._basis.at_interface[self._contact].T
-        contact = inside @ at_interface, motion @ at_interface
-        sites = inside @ of_inside.T + following @ of_following.T, motion @ of_inside.T
+        if times.size > 1:
+            inside, following = self._excite(times, rows)
+            inside, following, motion = (fields[[0, 2], ::-_ONE_OF] for fields in (inside, following, rows[:, 1:]))
+            self._compare(inside, following, motion)
+
+    def _compare(self, inside: Array, following: Array, motion: Array) -> None:
+        """Compare errors with the motion, displacement and acceleration (2, k, m) of each."""
+        both = np.stack([inside, motion])
+        # One product of all rows.
+        contact, sites = ((both.reshape(-1, both.shape[-1]) @ at).reshape(*both.shape[:-1], -1) for at in self._places)
+        sites[0] += following @ self._following_at_sites
         for (error, whole), sizes in zip((contact, sites), self._sizes, strict=True):
             sizes[:2] = np.maximum(sizes[:2], [np.abs(error[0]).max(initial=0.0), np.abs(whole[0]).max(initial=0.0)])
             sizes[2:] += np.sum(error[1] ** 2), np.sum(whole[1] ** 2)
@@ -213,11 +207,9 @@ class _MotionError:
         force += basis.following_stiffness @ (damping.stiffness * velocity)
         self._following.fields[2] = self._scheme.inertia_factor * (self._load(time) - force)
         self._inside.fields[2] = -basis.following_mass.T @ self._following.fields[2]
-        whole, error = basis.at_interface[self._contact] @ acceleration, self._inside.fields[2]
-        of_inside, of_following = self._sites
-        self._sizes[0, 2:] += np.sum((basis.at_interface[self._contact] @ error) ** 2), np.sum(whole**2)
-        at_sites = of_inside @ error + of_following @ self._following.fields[2]
-        self._sizes[1, 2:] += np.sum(at_sites**2), np.sum((of_inside @ acceleration) ** 2)
+        # Nothing has moved so far.
+        inside, following = self._inside.fields[[0, 2], None], self._following.fields[[0, 2], None]
+        self._compare(inside, following, np.stack([0.0 * acceleration, acceleration])[:, None])
 
     def _excite(self, times: Array, rows: Array) -> tuple[Array, Array]:
         """Return the errors inside the basis and in the shapes that follow, under what steps leave in their equations.

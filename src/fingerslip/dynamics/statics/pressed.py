@@ -20,7 +20,7 @@ from fingerslip.contact.candidates import Candidates
 from fingerslip.contact.interface import InterfaceState, rest_state
 from fingerslip.contact.states import OPEN, STICK
 from fingerslip.dynamics.finite.large import Large
-from fingerslip.dynamics.state_checks import OutsideCheck
+from fingerslip.dynamics.state_checks import OutsideCheck, Steps
 from fingerslip.dynamics.statics.body import (
     REPAIR,
     StaticBody,
@@ -110,8 +110,7 @@ def _press(model: Model, system: System, state: State | None, span: tuple[float,
     integrator, check = Large(model, nearest, solver, Stopwatch(), 0), OutsideCheck(nearest)
     first = integrator.start()[0] if state is None else _transfer(state, system, nearest)
     for later in _steps(integrator, first, span, model.time.step):
-        check.look(later)
-    check.finish()
+        check.look(Steps.of(later))
     integrator.release()
     return _transfer(later, nearest, system)
 
@@ -126,14 +125,13 @@ def _slide(
     states.take(skin.state)
     try:
         for state in _steps(integrator, skin.state, (begin, end), model.time.step):
-            check.look(state)
+            check.look(Steps.of(state))
             states.take(state)
             progress((state.time - begin) / (end - begin))
             if states.slips:
                 break
     except ConvergenceError as error:
         _logger.warning("a body is slid no further, and its last state stands for what follows: %s", error)
-    check.finish()
     integrator.release()
     return states.body()
 

@@ -45,7 +45,7 @@ __all__ = ["Observation", "Simulation"]
 Array = NDArray[np.float64]
 
 # Raised where saved simulations hold something else than before.
-_FORMAT = 5
+_FORMAT = 6
 _NUMBER = re.compile(r"(?<![A-Za-z0-9_])\d+\.?\d*(?:e[+-]?\d+)?")
 _ROUNDING = 1e-9  # what processors may differ by, of a number or of the size of a mesh
 _REPAIR = "save the simulation again"
@@ -74,9 +74,9 @@ class Observation:
     @cached_property
     def values(self) -> Mapping[str, Any]:
         """The variables of :data:`fingerslip.history.VARIABLES` over time, at this time, but for `support_force`."""
-        result = self.recorder.part(self.step, self.step + 1).values
+        result = self.recorder.values(self.step, self.step + 1)
         names = (name for name, variable in VARIABLES.items() if variable.dims[:1] == ("time",))
-        return {name: result[name][0] for name in names if name in result and name not in _OF_ALL_STEPS}
+        return {name: result[name][0].copy() for name in names if name in result and name not in _OF_ALL_STEPS}
 
     def __getitem__(self, name: str) -> Any:
         """Return a variable at this time."""
@@ -222,12 +222,12 @@ class Simulation:
     def history(self) -> xr.Dataset:
         """Return the history so far."""
         self._loop.finish()
-        records = self._recorder.part(0, self._loop.taken + 1)
         attributes = {**self._integrator.attributes, "n_simulated_together": 1}
         if self._residual is not None:
             self._residual.warn(self._model.basis or ReducedBasis())
             attributes |= self._residual.attributes
-        return labelled_history(records.values, self._integrator.steppers[0], attributes, self._watch)
+        values = self._recorder.values()
+        return labelled_history(values, self._integrator.steppers[0], attributes, self._watch).copy(deep=True)
 
     def save(self, path: str | Path) -> None:
         """Write the simulation to a file, from which it goes on to the last bit, on the same machine and threads.

@@ -24,7 +24,17 @@ from fingerslip.dynamics.system.operators import Pose
 from fingerslip.errors import ConvergenceError
 from fingerslip.linear.symmetric import symmetric_product
 
-__all__ = ["GOAL", "POSE_GOAL", "TOLERANCE", "ContactStep", "solve_law", "solve_step", "turn", "weighted_forces"]
+__all__ = [
+    "GOAL",
+    "POSE_GOAL",
+    "TOLERANCE",
+    "ContactStep",
+    "solve_law",
+    "solve_step",
+    "turn",
+    "unsolved",
+    "weighted_forces",
+]
 
 Array = NDArray[np.float64]
 
@@ -190,11 +200,16 @@ def solve_law(
         compliance, problem, coefficients, first, wanted, working_set=old, origin=origin, few=few
     )
     if not solution.residual <= accepted:
-        advice = "try a smaller time step, softer contact penalties or less friction"
-        node = int(candidates.nodes[solution.worst]) if candidates.nodes.size else -1
-        raise ConvergenceError(over[1], node, solution.residual, accepted, advice)
+        raise unsolved(candidates, solution.worst, solution.residual, accepted, over[1])
     response = compliance.response(solution.forces) if solution.response is None else solution.response
     return ContactStep(frames, coefficients, relative + response, solution, working_set)
+
+
+def unsolved(candidates: Candidates, worst: int, residual: float, accepted: float, time: float) -> ConvergenceError:
+    """Return the error of contact that is not solved at a time [s]."""
+    node = int(candidates.nodes[worst]) if candidates.nodes.size else -1
+    advice = "try a smaller time step, softer contact penalties or less friction"
+    return ConvergenceError(time, node, residual, accepted, advice)
 
 
 def _solve(

@@ -15,7 +15,7 @@ from fingerslip.dynamics.step.state import Energies, State
 from fingerslip.dynamics.step.stepper import Stepper, with_known
 from fingerslip.dynamics.step.viscoelastic import variables_at_rest
 from fingerslip.dynamics.system.operators import Pose
-from fingerslip.dynamics.system.scheme import Predictor, start_push
+from fingerslip.dynamics.system.scheme import Predictor, start_push, starts_damped
 
 __all__ = ["Prediction", "first_state", "predict", "predict_ends"]
 
@@ -34,7 +34,7 @@ def first_state(stepper: Stepper) -> State:
     unbalance, moving = damped - load, system.unknowns.moving
     unbalance[moving] = -inertia[moving]
     unbalance_before = unbalance
-    if stepper.starts_damped:
+    if starts_damped(stepper.scheme, stepper.damping, system.dampers):
         # The balance of energy closes with the forces with which damping takes up within a step what inertia lacks.
         unbalance[moving] -= stepper.resisting(acceleration)[moving]
         lacking, weight = unbalance + inertia, stepper.scheme.start_weight
@@ -69,12 +69,11 @@ def _acceleration(stepper: Stepper, forces: Array) -> tuple[Array, Array]:
     forces_left[moving] = 0.0
     if not forces_left.any():
         return forces_left, np.zeros_like(forces_left)
-    if stepper.starts_damped:
+    if starts_damped(stepper.scheme, stepper.damping, system.dampers):
         halfway = stepper.condensed.forward(forces_left)
         acceleration = stepper.condensed.backward(halfway, np.zeros_like(halfway.local))
         return acceleration, system.mass @ acceleration
-    factor = system.coordinates.factorise(with_known(system.mass, moving), stepper.solver)
-    acceleration = factor.backward(factor.forward(forces_left))
+    acceleration = system.coordinates.solve(with_known(system.mass, moving), forces_left, stepper.solver)
     return acceleration, (system.mass @ acceleration if moving.size else forces_left)
 
 

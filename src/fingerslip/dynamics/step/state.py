@@ -85,6 +85,7 @@ class State:
     release: Release | None = None  # what nodes that have left a counterface still feel
     history_variables: tuple[HistoryVariables, ...] = ()  # what viscoelastic layers remember
     body: BodyState | None = None  # the body at large strain
+    carried: tuple[NDArray[Any], ...] = ()  # what compiled steps go on from
 
     @property
     def large_body(self) -> BodyState:

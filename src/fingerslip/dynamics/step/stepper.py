@@ -108,16 +108,6 @@ class Stepper:
         candidates = self.system.candidates
         return self.system.counterfaces.gaps(candidates.positions, candidates.counterface)
 
-    @property
-    def starts_damped(self) -> bool:
-        """Whether damping may end the acceleration at the start within a step that would remember it.
-
-        That is where alpha is below 0 and damping grows with frequency: a step then carries on a share of alpha^2 of an
-        acceleration that is by far too large for it. What a step of the scheme leaves of it takes its place.
-        """
-        damped = bool(self.damping.stiffness) or self.system.dampers is not None
-        return damped and self.scheme.start_weight < 0.0
-
     def resisting(self, unknown: Array) -> Array:
         """Return what resists an unknown (n,) in the equation of a step beside inertia, on the mesh, shape (n,) [N]."""
         scheme = self.scheme

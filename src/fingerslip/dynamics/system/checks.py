@@ -34,7 +34,7 @@ from fingerslip.model.programme import Slide
 from fingerslip.model.timing import shortest_step
 from fingerslip.units import coordinates, millimetres
 
-__all__ = ["CheckedModel", "check_model", "contact_penalties", "direction_text", "inspect_model", "inward_normals"]
+__all__ = ["CheckedModel", "contact_penalties", "direction_text", "inspect_model", "inward_normals"]
 
 
 def contact_penalties(model: Model, contact: Contact) -> tuple[float, float]:
@@ -89,13 +89,8 @@ class CheckedModel:
     site_nodes: NDArray[np.int64]  # (n_sites,), mesh nodes of the recorded sites
 
 
-def check_model(model: Model) -> None:
-    """Find out whether a model can be computed, without assembling or solving."""
-    inspect_model(model)
-
-
 def inspect_model(model: Model, space: Space | None = None) -> CheckedModel:
-    """Check a model, with the space of its mesh where that is known; return what was found out."""
+    """Find out whether a model can be computed, with the space of its mesh where that is known."""
     space = space or build_space(model.mesh)
     mistakes = Mistakes()
     with mistakes.collect():
@@ -130,7 +125,10 @@ def inspect_model(model: Model, space: Space | None = None) -> CheckedModel:
     )
     held = _held_dofs(model, space)
     _check_support_motions(model, space)
-    free = np.setdiff1d(np.arange(space.n_dofs), np.concatenate([np.zeros(0, dtype=np.int64), *held.values()]))
+    is_free = np.ones(space.n_dofs, dtype=bool)
+    for dofs in held.values():
+        is_free[dofs] = False
+    free = np.flatnonzero(is_free)
     if not free.size:
         raise InputError("supports", "fix every degree of freedom", "something has to be free to move")
     held_by_contact = () if make_scheme(model.time).inertia_factor else _unheld(model, space, free, candidates)
@@ -152,8 +150,16 @@ def inspect_model(model: Model, space: Space | None = None) -> CheckedModel:
         counterfaces=counterfaces,
         motions=motions,
         candidates=candidates,
-        site_nodes=site_nodes(model.mesh, model.record.sites),
+        site_nodes=_site_nodes(model, space),
     )
+
+
+def _site_nodes(model: Model, space: Space) -> NDArray[np.int64]:
+    """Return the nodes of the recorded sites, which are looked for once in a space, shape (n_sites,)."""
+    sites = model.record.sites
+    if sites not in space.nodes_by_sites:
+        space.nodes_by_sites[sites] = site_nodes(model.mesh, sites)
+    return space.nodes_by_sites[sites]
 
 
 def _at_start(number: int, contact: Contact, skin: NDArray[np.float64]) -> Counterface:

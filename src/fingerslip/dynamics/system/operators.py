@@ -16,7 +16,7 @@ from fingerslip.contact.candidates import node_operator
 from fingerslip.dynamics.step.condensation import Condensed, condense
 from fingerslip.dynamics.system.bodies import RigidFreedom
 from fingerslip.fe.space import Space
-from fingerslip.linear.solver import Factor, LinearSolver, factorise
+from fingerslip.linear.solver import LinearSolver, factorise
 
 __all__ = [
     "Coordinates",
@@ -195,14 +195,6 @@ class Coordinates(Protocol):
     def rigid(self) -> Indices:
         """Where the free directions of rigid bodies stand among them, shape (n_rigid,)."""
 
-    @property
-    def checks_at_once(self) -> int:
-        """Steps whose other boundary nodes are best checked at once for whether they reach a counterface."""
-
-    @property
-    def snapshots_at_once(self) -> int:
-        """Snapshots that are best carried to the mesh at once."""
-
     def components(self, dofs: Indices) -> NodalComponents:
         """Find degrees of freedom of the mesh, such as those of sites and candidates, shape (k,)."""
 
@@ -212,8 +204,8 @@ class Coordinates(Protocol):
     def on_mesh(self, field: Array) -> Array:
         """Return a field (n,) or k of them (n, k) at all degrees of freedom of the mesh, zero where it is held."""
 
-    def factorise(self, matrix: sparse.csr_matrix, solver: LinearSolver) -> Factor:
-        """Factorise a matrix (n, n)."""
+    def solve(self, matrix: sparse.csr_matrix, right_hand_side: Array, solver: LinearSolver) -> Array:
+        """Solve with a matrix (n, n) for a right-hand side (n,)."""
 
     def condense(
         self, matrix: sparse.csr_matrix, local: sparse.csr_matrix, solver: LinearSolver, reserved_bytes: int
@@ -227,8 +219,6 @@ class MeshCoordinates:
 
     unknowns: Unknowns  # free degrees of freedom, then those of rigid bodies and moving supports
     n_dofs: int  # degrees of freedom of the mesh
-    checks_at_once = 16
-    snapshots_at_once = 1
 
     @property
     def rigid(self) -> Indices:
@@ -255,9 +245,10 @@ class MeshCoordinates:
                 column[dofs] = of_field[unknown]
         return full
 
-    def factorise(self, matrix: sparse.csr_matrix, solver: LinearSolver) -> Factor:
-        """Factorise a sparse matrix (n, n)."""
-        return factorise(matrix, solver)
+    def solve(self, matrix: sparse.csr_matrix, right_hand_side: Array, solver: LinearSolver) -> Array:
+        """Solve with a sparse matrix (n, n) for a right-hand side (n,)."""
+        factor = factorise(matrix, solver)
+        return factor.backward(factor.forward(right_hand_side))
 
     def condense(
         self, matrix: sparse.csr_matrix, local: sparse.csr_matrix, solver: LinearSolver, reserved_bytes: int

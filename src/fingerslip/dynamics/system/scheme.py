@@ -16,10 +16,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.materials.elastic import RayleighDamping
 from fingerslip.model.timing import Adaptive, QuasiStatic, TimeStepping, Timing
 from fingerslip.parameters.schema import require_kind
 
-__all__ = ["Predictor", "Scheme", "hht", "make_scheme", "start_push", "static"]
+__all__ = ["Predictor", "Scheme", "hht", "make_scheme", "start_push", "starts_damped", "static"]
 
 Array = NDArray[np.float64]
 
@@ -138,6 +139,17 @@ def start_push(scheme: Scheme) -> float:
     """
     alpha = scheme.start_weight
     return 0.5 + alpha + alpha**2 / (4.0 * scheme.end_share * (1.0 + alpha))
+
+
+def starts_damped(scheme: Scheme, damping: RayleighDamping, dampers: Array | None) -> bool:
+    """Tell whether damping may end the acceleration at the start within a step that would remember it.
+
+    That is where alpha is below 0 and damping grows with frequency: a step then carries on a share of alpha^2 of an
+    acceleration that is by far too large for it. What a step of the scheme leaves of it takes its place.
+
+    Arrays: dampers (n,) [N s/m].
+    """
+    return scheme.start_weight < 0.0 and (bool(damping.stiffness) or dampers is not None)
 
 
 def make_scheme(time: Timing) -> Scheme:

@@ -7,7 +7,7 @@ import pytest
 import yaml
 
 import fingerslip as fs
-from fingerslip.dynamics.system.checks import check_model
+from fingerslip.dynamics.system.checks import inspect_model
 from fingerslip.study.definition.runs import expand_mapping, plan_studies
 from fingerslip.study.definition.spec import parse_study
 from fingerslip.study.running.build import build_mesh, build_model, inspect_mesh, locate_error, prepare
@@ -58,7 +58,7 @@ def test_model_holds_what_the_file_says_and_own_values_go_before_those_of_the_fi
     assert (model.formulation, model.depth) == ("plane_strain", 1e-3)
     assert (model.contacts[0].boundary, model.contacts[0].friction.coefficient) == ("bottom", 0.6)
     assert (model.supports, model.tractions) == ({"top": ("x", "y")}, {"top": (0.0, -1000.0)})
-    check_model(model)
+    inspect_model(model)
     own = {"tissue": {"youngs_modulus": "50 kPa", "poisson_ratio": 0.4, "density": "900 kg/m^3"}}
     values = finger_values(materials=own, supports={"phalanx_surface": ["y"]}, formulation="plane_strain", depth="2 mm")
     model = build_model(run_of(values), block_mesh())
@@ -252,7 +252,7 @@ def test_tetrahedra_make_a_model_in_3d(monkeypatch):
     assert model.supports == {"phalanx_dorsal": ("x", "y", "z")}
     assert model.contacts[0].counterface.normal == (0.0, 1.0, 0.0)
     assert {len(site.position) for site in model.record.sites} == {3}
-    check_model(model)
+    inspect_model(model)
 
 
 SMALL_ELEMENTS = finger_values(
