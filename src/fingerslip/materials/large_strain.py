@@ -152,6 +152,8 @@ def check_stability(tangent: Callable[[Array], Array], stretches: tuple[float, f
 
 #: A power of the isochoric stretches: its factor mu [Pa] and its exponent alpha [-].
 Power: TypeAlias = tuple[float, float]
+#: Powers of a law, the factor of (ln J)^2/2 [Pa], and whether the powers are those of isochoric stretches.
+SumOfPowers: TypeAlias = tuple[Sequence[Power], float, bool]
 
 
 class PowersOfStretches:
@@ -182,6 +184,11 @@ class PowersOfStretches:
     def bulk(self) -> float:
         """Bulk modulus [Pa], given or from Poisson's ratio."""
         return chosen_bulk_modulus(self.shear_modulus, self.bulk_modulus, self.poisson_ratio)
+
+    @property
+    def sum_of_powers(self) -> SumOfPowers:
+        """The law as a sum of powers of the stretches."""
+        return self.powers, self.bulk, True
 
     @property
     def stiffness(self) -> float:

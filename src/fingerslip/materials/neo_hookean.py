@@ -19,7 +19,7 @@ import pydantic
 from numpy.typing import NDArray
 
 from fingerslip.materials.elastic import ByYoungsModulus, Elastic
-from fingerslip.materials.large_strain import log_volume_of
+from fingerslip.materials.large_strain import SumOfPowers, log_volume_of
 from fingerslip.materials.prony import Prony
 from fingerslip.parameters import Density, Number, Pressure, parameters
 
@@ -58,6 +58,11 @@ class NeoHookean(ByYoungsModulus):
     @cached_property
     def _at_rest(self) -> Elastic:
         return Elastic(self.youngs_modulus, self.poisson_ratio, self.density, prony=self.prony)
+
+    @property
+    def sum_of_powers(self) -> SumOfPowers:
+        """The law as a sum of powers of the stretches."""
+        return ((self.shear_modulus, 2.0),), self.first_lame, False
 
     def at_rest(self) -> Elastic:
         """Return the law at small strain."""

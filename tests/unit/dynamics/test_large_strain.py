@@ -10,7 +10,7 @@ import pytest
 from scipy import sparse
 
 import fingerslip as fs
-from fingerslip.dynamics.finite import large
+from fingerslip.dynamics.finite import large, newton
 from fingerslip.dynamics.finite.body import Body
 from fingerslip.dynamics.finite.large import Large
 from fingerslip.dynamics.step.stepper import Stopwatch
@@ -225,6 +225,16 @@ def test_contact_obeys_its_law_at_the_end_of_every_step():
     force = history["counterface_force"].values[-1, 0]
     assert abs(force[0]) == pytest.approx(0.4 * abs(force[1]), rel=1e-6)
     assert np.abs(history["energy_imbalance"].values).max() < 1e-5 * history["external_work"].values[-1]
+
+
+def test_steps_are_those_of_newtons_method_with_a_new_tangent_in_every_step(monkeypatch):
+    """The tolerance of a step, 1e-6 of its forces, leaves as much in forces and 1e-7 in displacements."""
+    history = dragged()
+    for name, value in {"_COST": {2: 0}, "_TOLERANCE": 1e-9, "_AT_END": 1e-11, "_COARSEST": 1e-11}.items():
+        monkeypatch.setattr(newton, name, value)
+    newtons = dragged()
+    assert newtons.attrs["factorisations"] >= newtons.sizes["time"] - 1 > history.attrs["factorisations"]
+    assert_same_history(history, newtons, 1e-6, ("counterface_force", "support_force", "strain_energy"))
 
 
 def test_a_reduced_basis_is_not_for_large_strain(caplog):

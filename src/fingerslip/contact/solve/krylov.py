@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numba
 import numpy as np
@@ -30,6 +29,8 @@ Single = NDArray[np.float32]
 _KRYLOV_LIMIT = 60
 # Length of a new direction of GMRES, over that of its image, from which on there is none but rounding.
 _NO_NEW_DIRECTION = 1e-6
+# Keeps 0/0 away.
+_NOTHING = 1e-300
 _ROUGHEST, _FINEST = 0.1, 1e-5
 # Share of the directions since the last product in double precision, below which the residual is not known.
 _KNOWN = 1e-5
@@ -193,27 +194,38 @@ def _gmres(slopes, scaled, preconditioner, right, exactness, limit):  # type: ig
     size, used, left, length = right.size, 0, np.inf, 1.0
     basis = np.empty((limit + 1, size), dtype=np.float32)
     ready, moved = np.empty((limit, size), dtype=np.float32), np.empty((limit, size), dtype=np.float32)
-    triangle, image = np.zeros((limit + 1, limit)), right
-    shares: NDArray[Any] = np.zeros(1)
+    triangle, rotations, target, image = np.zeros((limit, limit + 1)), np.empty((limit, 2)), np.zeros(limit + 1), right
+    target[0] = 1.0
     while used < limit and left > exactness and length > _NO_NEW_DIRECTION:
         basis[used] = image / np.float32(length)
         solve_roughly(preconditioner, basis[used], ready[used])
         write_motion(scaled, ready[used], moved[used])
         image = _image(slopes, ready[used], moved[used])
-        used += 1
-        directions = basis[:used]
+        directions, column = basis[: used + 1], triangle[used]
         # The second time removes what rounding left.
         for _ in range(2):
             overlaps = directions @ image
             image -= overlaps @ directions
-            triangle[:used, used - 1] += overlaps
-        length = float(np.linalg.norm(image))
-        triangle[used, used - 1] = length
-        equations, target = triangle[: used + 1, :used].copy(), np.zeros(used + 1)
-        target[0] = 1.0
-        shares = np.linalg.lstsq(equations, target)[0]
-        left = float(np.linalg.norm(target - equations @ shares))
+            column[: used + 1] += overlaps
+        length = column[used + 1] = float(np.linalg.norm(image))
+        # Givens' rotations make a triangle of the columns, and tell what is left without a solution.
+        for k in range(used):
+            _rotate(rotations[k], column[k : k + 2])
+        rotations[used] = column[used : used + 2] / max(np.hypot(column[used], length), _NOTHING)
+        for pair in (column[used : used + 2], target[used : used + 2]):
+            _rotate(rotations[used], pair)
+        used += 1
+        left = np.abs(target[used])
+    shares = np.linalg.lstsq(triangle[:used, :used].T.copy(), target[:used])[0]
     return shares, ready[:used], moved[:used]
+
+
+@numba.njit(cache=True, nogil=True)
+def _rotate(rotation, pair):  # type: ignore[no-untyped-def]
+    """Rotate a pair of numbers in place by a cosine and a sine."""
+    first, second = pair
+    pair[0] = rotation[0] * first + rotation[1] * second
+    pair[1] = rotation[0] * second - rotation[1] * first
 
 
 @numba.njit(cache=True, nogil=True)

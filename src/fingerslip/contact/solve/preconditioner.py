@@ -28,9 +28,9 @@ Single = NDArray[np.float32]
 Indices = NDArray[np.int64]
 
 # Nodes of a local matrix, and change of the projection's derivative or of frames from which it is made again [-].
-_COUPLED, _CHANGE = 12, 0.3
+_COUPLED, _CHANGE = 8, 0.3
 # The first of these nodes, itself included, whose change counts: others cost more rows than they save iterations.
-_COUNTING = 8
+_COUNTING = 4
 _ROWS_AT_ONCE = 256
 # Condition from which on a matrix of the coarse space has no inverse.
 _SINGULAR = 1e12

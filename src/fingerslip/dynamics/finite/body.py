@@ -26,6 +26,7 @@ class BodyState:
     force: Array  # (n,), elastic forces on the unknowns [N]
     displacement: Array  # (n,), displacement of the unknowns [m]
     energy: float = 0.0  # strain energy [J]
+    change: Array | None = None  # (n,), what the last step added to the displacement [m]
 
 
 @dataclass(frozen=True)

@@ -75,6 +75,8 @@ class Inclusions:
 
     def local(self, displacement: Array, start: Array) -> Local:
         """Return the coordinates of a displacement (n,) [m] from rotations R_0 (k, 3, 3)."""
+        if not self.owner.size:
+            return Local(displacement, *np.zeros((3, 0, 3)))
         positions, turn = self.arms + self._read(displacement), self.rotations(displacement)
         shift = self.means @ positions
         strained = _turned_back(turn[self.owner], positions - shift[self.owner]) - self.arms
@@ -82,6 +84,8 @@ class Inclusions:
 
     def displacement(self, flat: Array, start: Array) -> Array:
         """Return the displacement (n,) [m] of coordinates (n + 3 m + 6 k,)."""
+        if not self.owner.size:
+            return flat
         sizes = 3 * np.array([len(self.arms), len(self._inertia), len(self._inertia)])
         values, *parts = np.split(flat, flat.size - np.cumsum(sizes[::-1])[::-1])
         strained, shift, turn = (part.reshape(-1, 3) for part in parts)
@@ -90,6 +94,8 @@ class Inclusions:
 
     def moved(self, local: Local, change: Array, start: Array) -> Array:
         """Return the coordinates (n + 3 m + 6 k,) after a linear change of displacements (n,) [m]."""
+        if not self.owner.size:
+            return local.values + change
         since = self._matrices(local.turn)
         matrices = since @ start
         shift, turn, rest = self._split(self._read(change), matrices)
@@ -100,6 +106,8 @@ class Inclusions:
 
     def motion(self, values: Array, local: Local, start: Array) -> Array:
         """Return T x of a motion x (n,), from rotations R_0 (k, 3, 3) to where inclusions are."""
+        if not self.owner.size:
+            return values
         since, owner = self._matrices(local.turn), self.owner
         shift, turn, rest = self._split(self._read(values), start)
         across = np.cross(turn[owner], _turned((since @ start)[owner], self.arms))
@@ -107,6 +115,8 @@ class Inclusions:
 
     def forces(self, values: Array, local: Local, start: Array) -> Array:
         """Return T^T f of forces f (n,); see :meth:`motion`."""
+        if not self.owner.size:
+            return values
         since, owner, forces = self._matrices(local.turn), self.owner, self._read(values)
         mean, moment = self.means @ forces, self.means @ np.cross(_turned((since @ start)[owner], self.arms), forces)
         mean -= _turned_back(since, mean)
@@ -116,11 +126,11 @@ class Inclusions:
 
     def _matrices(self, vectors: Array) -> Array:
         """Return the rotations (k, 3, 3) of rotation vectors (k, 3) [rad]."""
-        return np.asarray(Rotation.from_rotvec(vectors).as_matrix()) if self.owner.size else np.zeros((0, 3, 3))
+        return np.asarray(Rotation.from_rotvec(vectors).as_matrix())
 
     def _vectors(self, matrices: Array) -> Array:
         """Return the rotation vectors (k, 3) [rad] of rotations (k, 3, 3)."""
-        return np.asarray(Rotation.from_matrix(matrices).as_rotvec()) if self.owner.size else np.zeros((0, 3))
+        return np.asarray(Rotation.from_matrix(matrices).as_rotvec())
 
     def _split(self, change: Array, turn: Array) -> tuple[Array, Array, Array]:
         """Return the mean shifts (k, 3) and rotations (k, 3) of changes (m, 3), and what is left of these (m, 3)."""

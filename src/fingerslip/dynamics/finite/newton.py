@@ -244,7 +244,7 @@ def advance_finite(
         change = after.displacement - start_body.displacement
         lost = 0.5 * float((start_body.force + after.force) @ change) - (after.energy - start_body.energy)
         viscous, numerical = (lost, 0.0) if body.relaxes else (0.0, lost)
-        strained = Strained(after.energy, viscous, numerical, body=after)
+        strained = Strained(after.energy, viscous, numerical, body=replace(after, change=change))
         return finish([stepper], [start], [contact], iterate.unknown[None], [strained])[0], iterations
 
 
@@ -283,10 +283,12 @@ def _iterations_left(error: float, last: float) -> float:
 
 
 def _first(factors: Factors, start: Prediction) -> _Iterate:
-    """Return the first iterate: the displacement goes on with the velocity at the start, statically as in that step."""
+    """Return the first iterate: the body goes on as in the last step, without one with the velocity at the start."""
     scheme, before, body, turned = factors.scheme, start.before, factors.inclusions, factors.rotations
-    # The acceleration at the start says less of a step than none: it turns with every node that touches.
-    onwards = body.moved(body.local(before.displacement, turned), scheme.step * before.velocity, turned)
+    # Velocity and acceleration at the start say less of a step: they turn with every node that touches.
+    change = before.large_body.change
+    change = scheme.step * before.velocity if change is None else scheme.step / before.step * change
+    onwards = body.moved(body.local(before.displacement, turned), change, turned)
     best = None
     for displacement in (body.displacement(onwards, turned), start.free.displacement):
         try:

@@ -32,6 +32,7 @@ from fingerslip.fe.finite.kernels import (
     strains_2d,
     volume_slopes,
 )
+from fingerslip.fe.finite.powers import PointLaws, laws_of_points
 from fingerslip.fe.finite.thickness import Pulled, thickness_strain
 from fingerslip.fe.finite.volumes import Volumes, mean_volumes, selective_energy
 from fingerslip.fe.integration import Integration, check_integration
@@ -86,10 +87,9 @@ class LargeStrain:
         if worst >= 0:
             centre = self.space.mesh.p[:, self.space.mesh.t[:, worst]].mean(axis=1)
             raise InvertedCellError(int(worst), tuple(centre.tolist()))
-        log_strain = np.zeros((count, 3))
-        np.log(arrays[1], out=log_strain[:, :dim])
-        log_strain[:, :dim] *= 0.5
-        log_strain[:, 2:] *= dim - 2
+        # Components one after the other, which passes over all points read.
+        log_strain = np.zeros((count, 3), order="F")
+        log_strain[:, :dim] = 0.5 * np.log(arrays[1])
         if near is not None and self.materials.formulation == "plane_stress":
             # An incompressible body keeps its volume.
             log_strain[:, 2] = near.log_strain[:, 2] + near.log_volume - log_volume_of(log_strain[:, :2])
@@ -116,8 +116,28 @@ class LargeStrain:
 
         That of a group with a mean volume is spread evenly over its points.
         """
+        density = self._point_densities(state, points)
+        if self.volumes is None or state.mean_volume is None:
+            return density
+        mean = self._selective_energy(np.log(state.mean_volume), 0, of=1)
+        if state.history is not None:
+            for number, (_, _, groups) in enumerate(self._parts()):
+                mean[groups] += self._group_excess(number, state, groups)
+        spread = self._spread if len(points) == self.weights.size else self._spread[points]
+        density += spread @ mean
+        return density
+
+    def _point_densities(self, state: Deformed, points: Indices) -> Array:
+        """Return what points (k,) store beside their groups, shape (k,) [J/m^3]."""
         density = np.empty(len(points))
         number = self.materials.number[points // self.weights.shape[1]]
+        if self._laws is not None and self.relaxation is None:
+            strains = state.log_strain[points]
+            every = len(points) == self.weights.size
+            density = (self._laws if every else self._laws.at(points)).energy(strains)
+            if self.volumes is not None:
+                density -= self._selective(state, 0)[points]
+            return density
         for element, material in enumerate(self.materials.materials):
             strains = state.log_strain[points[number == element]]
             energy = material.stored_energy(strains)
@@ -127,16 +147,6 @@ class LargeStrain:
             if self.relaxation is not None:
                 energy = energy + self._point_excess(element, material, state, points[number == element])
             density[number == element] = energy
-        if self.volumes is None or state.mean_volume is None:
-            return density
-        mean = np.empty_like(state.mean_volume)
-        for number_of, (material, _, groups) in enumerate(self._parts()):
-            of_groups = np.log(state.mean_volume[groups])
-            mean[groups] = selective_energy(material, self.materials.formulation, of_groups)[0]
-            if state.history is not None:
-                mean[groups] += self._group_excess(number_of, state, groups)
-        spread = self._spread if len(points) == self.weights.size else self._spread[points]
-        density += spread @ mean
         return density
 
     def _point_excess(self, number: int, material: FiniteMaterial, state: Deformed, points: Indices) -> Array:
@@ -150,11 +160,10 @@ class LargeStrain:
         modulus = material.at_rest().dilatational_modulus(self.materials.formulation)
         return excess - selective_excess(relaxation.constants[number], modulus, values, dashpots)
 
-    def _group_excess(self, number: int, state: Deformed, groups: Indices | slice) -> Array | float:
+    def _group_excess(self, number: int, state: Deformed, groups: Indices | slice) -> Array:
         """Return the same of groups with a mean volume, shape (k,) [J/m^3]."""
         history = state.history
-        if history is None:
-            return 0.0
+        assert history is not None, "an elastic body"
         modulus = self.materials.materials[number].at_rest().dilatational_modulus(self.materials.formulation)
         dashpots = [dashpot[groups] for dashpot in history.group_dashpots]
         return selective_excess(self._relaxation.constants[number], modulus, history.groups[groups], dashpots)
@@ -198,15 +207,26 @@ class LargeStrain:
 
     def _with_stresses(self, state: Deformed) -> Deformed:
         """Return a state with its stresses, and in plane stress its thickness."""
+        is_free = self.materials.formulation == "plane_stress"
+        if self._laws is not None and state.left is None:
+            thickness = self._laws.thickness(state.log_strain) if is_free else state.log_strain[:, 2]
+            if thickness is not None:
+                state.log_strain[:, 2] = thickness
+                return self._with_pressures(state, self._laws.stress(state.log_strain))
+        # A law of a user's own, or one whose thickness was not found, which the error names.
         stress = np.empty_like(state.log_strain)
         for number, (material, points, _) in enumerate(self._parts()):
             strain, law = state.log_strain[points], self._law(number, material, state.left, points)
-            if self.materials.formulation == "plane_stress":
+            if is_free:
                 across = self._across(state, points) if law is not material else None
                 state.log_strain[points, 2] = strain[:, 2] = thickness_strain(law, strain, across)
             stress[points] = law.kirchhoff_stress(strain)
         if state.left is not None:
             state = replace(state, pulled=self._start_part(state, state.left))
+        return self._with_pressures(state, stress)
+
+    def _with_pressures(self, state: Deformed, stress: Array) -> Deformed:
+        """Return a state with the stresses (n_p, 3) [Pa] of its points, to which the mean volumes add."""
         if self.volumes is None:
             return replace(state, stress=stress)
         volume = state.volume
@@ -253,20 +273,17 @@ class LargeStrain:
 
     def _pressure(self, mean: Array, left: Left | None) -> Array:
         """Return what the mean volumes of groups (n_groups,) make the points feel, shape (n_p,) [Pa]."""
-        slope = np.empty_like(mean)
-        for material, _, groups in self._parts():
-            slope[groups] = selective_energy(material, self.materials.formulation, np.log(mean[groups]))[1]
+        log_mean = np.log(mean)
+        slope = self._selective_energy(log_mean, 1, of=1)
         if left is not None:
-            slope += left.moduli[self._volumes.material] * np.log(mean) + left.group_offsets
+            slope += left.moduli[self._volumes.material] * log_mean + left.group_offsets
         slope *= self._volumes.size / mean
         return np.asarray((self._volumes.mean.T @ slope) / self.weights.ravel())
 
     def _selective(self, state: Deformed, derivative: int) -> Array:
         """Return the first or second derivative of the selective energy at all points, shape (n_p,) [Pa]."""
         log_volume, left = state.log_volume, state.left
-        values = np.empty_like(log_volume)
-        for material, points, _ in self._parts():
-            values[points] = selective_energy(material, self.materials.formulation, log_volume[points])[derivative]
+        values = self._selective_energy(log_volume, derivative, of=0)
         if left is not None and self.relaxation is not None:
             moduli = left.moduli[self.relaxation.points]
             values += moduli * log_volume + left.offsets if derivative == 1 else moduli
@@ -296,15 +313,13 @@ class LargeStrain:
     def _mean_curvature(self, state: Deformed) -> Array:
         """Return the second derivative of the groups' energies by their mean volumes, shape (n_groups,) [J]."""
         mean = np.asarray(state.mean_volume)
-        curvature = np.empty_like(mean)
-        for material, _, groups in self._parts():
-            _, slope, second = selective_energy(material, self.materials.formulation, np.log(mean[groups]))
-            if state.left is not None:
-                modulus = state.left.moduli[self._volumes.material[groups]]
-                second = second + modulus
-                slope = slope + modulus * np.log(mean[groups]) + state.left.group_offsets[groups]
-            curvature[groups] = second - slope
-        return np.asarray(self._volumes.size * curvature / mean**2)
+        log_mean = np.log(mean)
+        slope, second = (self._selective_energy(log_mean, derivative, of=1) for derivative in (1, 2))
+        if state.left is not None:
+            modulus = state.left.moduli[self._volumes.material]
+            second = second + modulus
+            slope = slope + modulus * log_mean + state.left.group_offsets
+        return np.asarray(self._volumes.size * (second - slope) / mean**2)
 
     def _volume_slopes(self, state: Deformed) -> sparse.csr_matrix:
         """Return the derivative of the mean volumes by the displacement, shape (n_groups, n_dofs) [1/m]."""
@@ -315,6 +330,38 @@ class LargeStrain:
         starts = np.arange(cells * points + 1) * corners * dim
         of_points = sparse.csr_matrix((slopes.ravel(), columns, starts), shape=(cells * points, self.space.n_dofs))
         return sparse.csr_matrix(self._volumes.mean @ of_points)
+
+    def _selective_energy(self, log_volume: Array, derivative: int, of: int) -> Array:
+        """Return the selective energy or a derivative of all points, `of` 0, or groups, 1, at ln J (n,), (n,) [Pa]."""
+        if self._laws is not None:
+            exact = self._selective_moduli[of] * log_volume ** (2 - derivative)
+            return np.asarray(exact if derivative else 0.5 * exact)
+        values = np.empty_like(log_volume)
+        for material, rows in zip(self.materials.materials, self._members[of], strict=True):
+            values[rows] = selective_energy(material, self.materials.formulation, log_volume[rows])[derivative]
+        return values
+
+    @cached_property
+    def _laws(self) -> PointLaws | None:
+        """The laws of all quadrature points at once, where they are sums of powers."""
+        return laws_of_points(self.materials.materials, self._point_materials)
+
+    @cached_property
+    def _selective_moduli(self) -> tuple[Array, Array]:
+        """Second derivatives of the selective energies of points and groups, where they do not change [Pa]."""
+        formulation = self.materials.formulation
+        moduli = np.array([law.at_rest().dilatational_modulus(formulation) for law in self.materials.materials])
+        return moduli[self._point_materials], moduli[self._group_materials]
+
+    @cached_property
+    def _point_materials(self) -> Indices:
+        """Index of the material of every quadrature point, shape (n_p,)."""
+        return np.repeat(self.materials.number, self.weights.shape[1])
+
+    @property
+    def _group_materials(self) -> Indices:
+        """Index of the material of every group, shape (n_groups,)."""
+        return np.zeros(0, dtype=np.int64) if self.volumes is None else self.volumes.material
 
     @property
     def _volumes(self) -> Volumes:
@@ -328,8 +375,7 @@ class LargeStrain:
 
     @cached_property
     def _members(self) -> tuple[list[Indices | slice], list[Indices | slice]]:
-        points = np.repeat(self.materials.number, self.weights.shape[1])
-        groups = np.zeros(0, dtype=np.int64) if self.volumes is None else self.volumes.material
+        points, groups = self._point_materials, self._group_materials
         every = range(len(self.materials.materials))
         return [_members_of(points, number) for number in every], [_members_of(groups, number) for number in every]
 

@@ -208,8 +208,7 @@ class Deformed:
     @property
     def volume(self) -> Array:
         """Ratio of current to reference volume, of areas in 2D, shape (n_p,) [-]."""
-        result: Array = np.sqrt(self.squared[:, 0] * self.squared[:, 1])
-        return result if self.squared.shape[1] == 2 else result * np.sqrt(self.squared[:, 2])
+        return np.asarray(np.exp(self.log_volume))
 
 
 def end_history(relaxation: Relaxation, materials: tuple[FiniteMaterial, ...], state: Deformed) -> History:
