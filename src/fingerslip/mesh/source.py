@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
+from fingerslip.mesh.facets import inner_facets
 from fingerslip.mesh.quality import quality_table
 from fingerslip.parameters import FileName, as_mapping, parameters
 from fingerslip.storage.files import digest, file_digest
@@ -54,8 +55,13 @@ def inspect_mesh(mesh: skfem.Mesh) -> InspectedMesh:
 
 
 def mesh_size_note(mesh: skfem.Mesh) -> str:
-    """Say how many nodes and cells a mesh has, and how its boundaries are called."""
-    return f"{mesh.p.shape[1]} nodes, {mesh.t.shape[1]} cells; boundaries: {', '.join(mesh.boundaries or {})}"
+    """Say how many nodes and cells a mesh has, and how its boundaries are called and which lie inside the body."""
+    names = []
+    for name, facets in (mesh.boundaries or {}).items():
+        count = len(inner_facets(mesh, name))
+        part = "" if count == len(facets) else f"{count} of {len(facets)} facets "
+        names.append(f"{name} ({part}inside the body)" if count else name)
+    return f"{mesh.p.shape[1]} nodes, {mesh.t.shape[1]} cells; boundaries: {', '.join(names)}"
 
 
 class MeshSource(Protocol):

@@ -37,12 +37,25 @@ def pressed_and_slid(direction, depth=1e-3):
     return {"programme": (fs.Press(depth, 1e-3), fs.Slide(1e-3, 1e-3, direction))}
 
 
+def touched_inside(around, *others):
+    """Return a pad whose boundary `touch` is the sides between its cells around a point, and others."""
+    mesh = pad("Q4")
+    centres = mesh.p[:, mesh.facets].mean(axis=1)
+    near = (np.abs(centres - np.array(around)[:, None]).sum(axis=0) < 0.7e-3) & (mesh.f2t[1] >= 0)
+    facets = [np.flatnonzero(near), *(mesh.boundaries[name] for name in others)]
+    return mesh.with_boundaries({"touch": np.concatenate(facets)})
+
+
 # Of the small press and slide.
 MODELS = [
     ({"contacts": contact(boundary="pulp")}, "boundary 'pulp' not in mesh, it has: bottom, left, right, top"),
     ({"supports": {"nail": ("x",)}}, "boundary 'nail' not in mesh"),
     ({"materials": dict.fromkeys(("a", "b"), TISSUE), "supports": {"nail": ("x",)}, "contacts": contact(boundary="c")},
      "(?s)materials.a: no such region.*materials.b: no such region.*boundary 'c' not.*boundary 'nail' not"),
+    ({"mesh": touched_inside((0.5e-3, 1.0e-3), "top"), "contacts": contact(boundary="touch")},
+     r"contacts.0.boundary: 1 of the 9 facets of 'touch' lie inside .* in place of S4, say\), such as those of bottom"),
+    ({"mesh": touched_inside((0.0, 2.2e-3)), "contacts": contact(boundary="touch")},
+     "all 3 facets of 'touch' lie inside the body, needs facets on the outside; name facets on the outside$"),
     ({"supports": {"top": ("z",)}}, "supports.top: got component 'z', needs x or y"),
     ({"supports": {"bulk": ("x", "y")}}, "supports: fix every degree of freedom"),
     ({"tractions": {"left": (1.0,)}}, "tractions.left: got 1 components, needs 2"),
