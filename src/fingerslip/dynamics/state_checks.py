@@ -52,7 +52,13 @@ class OutsideCheck:
         for number, beside in enumerate(self._beside):
             fields = np.concatenate([moved[number] for *_, moved in waiting])
             for time, gaps in zip(times, beside.gaps(fields, travels[:, number]), strict=True):
-                check_outsiders(gaps, beside.outsiders.nodes, beside.outsiders.positions, time)
+                outsiders = beside.outsiders
+                check_outsiders(
+                    *(gaps, outsiders.nodes, outsiders.positions, time),
+                    shape=beside.shape,
+                    number=number,
+                    searched=outsiders.searched,
+                )
 
 
 @dataclass(frozen=True)
