@@ -26,6 +26,7 @@ STATIC = fs.QuasiStatic(5e-3)
 TERMS = (fs.PronyTerm(0.3, 4e-3), fs.PronyTerm(0.3, 0.07))
 NEO_HOOKEAN = {"kinematics": "finite", "materials": {"bulk": fs.NeoHookean(1e5, 0.45, 1e3)}}
 TISSUE, RELAXING = fs.Elastic(34e3, 0.4, 1000.0), fs.NeoHookean(34e3, 0.45, 1000.0, prony=TERMS)
+PARTS = {"ALL": (0, 32), "most": (1, 32), "pulp": (0, 4), "skin": (4, 32)}
 BETWEEN = r"time.end: got 1 s, which is 3.333 steps of 0.3 s, .* write 0.9 s or 1.2 s, or a step of 0.25 s"
 
 
@@ -60,6 +61,10 @@ MODELS = [
     ({"supports": {"bulk": ("x", "y")}}, "supports: fix every degree of freedom"),
     ({"tractions": {"left": (1.0,)}}, "tractions.left: got 1 components, needs 2"),
     ({"materials": {}}, "region 'bulk' has no material"),
+    ({"mesh": dataclasses.replace(pad("Q4"), _subdomains={name: np.arange(*of) for name, of in PARTS.items()}),
+      "materials": {"skin": TISSUE}}, "materials: region 'pulp' has no material, every region needs one"),
+    ({"materials": {"Bulk": TISSUE}}, "materials.Bulk: no such region in the mesh, it has: bulk; did you mean 'bulk'"),
+    ({"contacts": contact(boundary="BOTTOM")}, "boundary 'BOTTOM' not in mesh, it .* top; did you mean 'bottom'"),
     ({"mesh": pad("Q4").with_subdomains({"twin": np.array([0])}), "materials": dict.fromkeys(("bulk", "twin"), TISSUE)},
      "shares cells with another, a cell has one material"),
     ({"sites": (fs.Site("far", "", (1.0, 1.0)),)}, "site far: x = 1000 mm"),
