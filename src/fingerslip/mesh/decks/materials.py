@@ -24,6 +24,7 @@ from fingerslip.units import LengthUnit, metres
 
 # Densities of soft matter and of bone [kg/m^3]: others are left as the program's default, in models without inertia.
 _DENSITIES, _USUAL = (100.0, 20000.0), 1000.0
+_SHOWN = frozenset({"law", "youngs_modulus", "poisson_ratio", "c10", "c01", "bulk_modulus", "terms"})
 _YOUNG = MappingProxyType({"neo-Hookean": NeoHookean, "isotropic elastic": Elastic})
 
 
@@ -31,8 +32,9 @@ def read_materials(path: str | Path, unit: LengthUnit | None = None) -> dict[str
     '''Read the materials of a file of FEBio, region by region, where the law exists here.
 
     These are `neo-Hookean`, `incomp neo-Hookean`, `Mooney-Rivlin`, `Ogden`, `isotropic elastic` (which is small strain
-    here) and `uncoupled viscoelastic` around one of them. Where the file names no system of units, moduli are in
-    newtons per square of the unit of length. A density that cannot be one of tissue is taken as 1000 kg/m^3.
+    here) and `uncoupled viscoelastic` around one of the second to fourth. Where the file names no system of units,
+    moduli are in newtons per square of the unit of length. A density that cannot be one of tissue is taken as 1000
+    kg/m^3.
 
     Parameters
     ----------
@@ -122,6 +124,10 @@ def study_lines(laws: Mapping[str, Any]) -> list[str]:
 
 def _law(tag: ET.Element, pressure: float, density: float) -> AnyMaterial:
     """Return the law of a material, whose units of modulus [Pa] and of density [kg/m^3] are these."""
+    if tag.get("type") == "viscoelastic":
+        raise InputError(
+            "", f"relaxes in volume, too, as no law here does{_at_rest(tag, pressure)}", "needs another law"
+        )
     mass = density * _number(tag, "density", 0.0)
     values: dict[str, Any] = {"density": f"{mass if _is_of_tissue(mass) else _USUAL:.12g} kg/m^3"}
     inner, shape = tag, pressure
@@ -152,6 +158,16 @@ def _law(tag: ET.Element, pressure: float, density: float) -> AnyMaterial:
     else:
         constants = {"c10": 0.5 * _number(inner, "G")}
     return from_mapping(MooneyRivlin, values | {name: f"{shape * value:.12g} Pa" for name, value in constants.items()})
+
+
+def _at_rest(tag: ET.Element, pressure: float) -> str:
+    """Say which law the elastic part of a viscoelastic material has; nothing where there is none."""
+    elastic = tag.find("elastic")
+    with contextlib.suppress(InputError):
+        if elastic is not None:
+            values = as_mapping(_law(elastic, pressure, 0.0))
+            return f"; at rest {', '.join(f'{key} {values[key]}' for key in values if key in _SHOWN)}"
+    return ""
 
 
 def _terms(tag: ET.Element, first: str, second: str) -> list[tuple[float, float]]:

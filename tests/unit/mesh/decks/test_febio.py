@@ -142,7 +142,11 @@ LINEAR = material("isotropic elastic", "<E>0.05</E><v>0.3</v>")
         ),
         (
             material("viscoelastic", '<g1>1</g1><t1>1</t1><elastic type="neo-Hookean"/>'),
-            "viscoelastic: has no law here",
+            "viscoelastic: relaxes in volume, too, as no law here does)",
+        ),
+        (
+            material("viscoelastic", '<g1>1</g1><elastic type="neo-Hookean"><E>0.05</E><v>0.3</v></elastic>'),
+            "viscoelastic: relaxes in volume, too, as no law here does; at rest youngs_modulus 50000.0 Pa,",
         ),
         (
             material(
