@@ -343,9 +343,9 @@ def caveats(numbers: Mapping[str, Mapping[str, float | int | None]]) -> tuple[st
     if not late:
         return warnings
     where = f" in {len(late)} of {len(numbers)} runs" if len(numbers) > 1 else ""
-    count = f"up to {max(late)}" if len(late) > 1 else str(late[0])
-    said = f"Overall slip is that of the contact at the start of the slide: of the nodes that touch since then, {count}"
-    return (f"{said} still stick{'s' if count == '1' else ''}{where}.", *warnings)
+    most = f"up to {max(late)}" if len(late) > 1 else f"{late[0]}"
+    said = f"Overall slip is that of the contact at the start of the slide: of the nodes that touch since then, {most}"
+    return (f"{said} still stick{'s' if most == '1' else ''}{where}.", *warnings)
 
 
 def resolution_warnings(numbers: Mapping[str, Mapping[str, float | int | None]]) -> tuple[str, ...]:
