@@ -58,9 +58,16 @@ class InputError(FingerslipError, ValueError):
 def unknown_name(where: str, name: str, names: Iterable[str]) -> InputError:
     """Return the error of a name that is not among those that are known, with the most similar one as its repair."""
     known_names = list(names)
-    near = difflib.get_close_matches(name, known_names, n=1)
-    repair = f"did you mean '{near[0]}'?" if near else ""
-    return InputError(where, f"'{name}' is not known", f"needs one of {', '.join(known_names)}", repair)
+    return InputError(
+        where, f"'{name}' is not known", f"needs one of {', '.join(known_names)}", did_you_mean(name, known_names)
+    )
+
+
+def did_you_mean(name: str, names: Iterable[str]) -> str:
+    """Return the question after the most similar of some names, whatever their case; empty where none is similar."""
+    by_lower = {known.casefold(): known for known in names}
+    near = difflib.get_close_matches(name.casefold(), by_lower, n=1)
+    return f"did you mean '{by_lower[near[0]]}'?" if near else ""
 
 
 class InputErrors(InputError):  # noqa: N818  it holds several

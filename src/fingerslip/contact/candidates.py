@@ -30,6 +30,8 @@ Indices = NDArray[np.int64]
 # Penalty over the stiffness E/h of the outermost row of cells: large enough that the penetration is a few per
 # cent of that row's own compression, small enough that the contact problem stays well conditioned.
 _PENALTY_RATIO = 10.0
+# A search distance that is proposed, over the one that was needed so far.
+_HALF_MORE = 1.5
 
 
 @dataclass(frozen=True)
@@ -165,17 +167,33 @@ def join_candidates(candidates: list[Candidates], dim: int) -> Candidates:
     return Candidates(**{name: np.concatenate([getattr(part, name) for part in candidates]) for name in fields})
 
 
-def check_outsiders(gaps: Array, nodes: Indices, positions: Array, time: float) -> None:
+def check_outsiders(
+    gaps: Array,
+    nodes: Indices,
+    positions: Array,
+    time: float,
+    *,
+    shape: Counterface,
+    number: int,
+    searched: float | None,
+) -> None:
     """Refuse penetration by a boundary node that is no candidate.
 
-    Arrays: gaps (n,) [m]; nodes (n,); positions (n, dim) [m]; time [s].
+    Arrays: gaps (n,) [m]; nodes (n,); positions (n, dim) [m]; time [s]. `shape` is the counterface at its start, the
+    `number`-th, and `searched` its search distance where one is given [m].
     """
-    if gaps.size and gaps.min() < 0.0:
-        worst = int(np.argmin(gaps))
-        position = ", ".join(f"{value * 1e3:.4g}" for value in positions[worst])
-        raise SlipOutsideContactError(
-            f"contact at t = {time:.6g} s",
-            f"node {nodes[worst]} at ({position}) mm reached the counterface but is no contact candidate",
-            "only candidates may touch the counterface",
-            "write a larger search_distance, or name a boundary that holds the whole contact",
-        )
+    if not gaps.size or gaps.min() >= 0.0:
+        return
+    worst = int(np.argmin(gaps))
+    position = ", ".join(f"{value * 1e3:.4g}" for value in positions[worst])
+    needed = _HALF_MORE * float(shape.gap(positions[gaps < 0.0]).max())
+    within = "some of its nodes" if searched is None else f"nodes within {searched * 1e3:.4g} mm at the start"
+    digit = 10.0 ** (np.floor(np.log10(max(needed, 1e-9))) - 1.0)
+    enough = f"{1e3 * digit * np.ceil(needed / digit - 1e-9):.4g} mm"
+    reached = f"node {nodes[worst]} at ({position}) mm reached the counterface but is no contact candidate"
+    raise SlipOutsideContactError(
+        f"contacts.{number}.search_distance",
+        f"at t = {time:.6g} s: {reached}",
+        f"only {within} may touch the counterface",
+        f"write a larger search_distance, such as {enough}, or name a boundary that holds the whole contact",
+    )

@@ -73,8 +73,14 @@ class OutsideCheck(Check):
         """Check states; refuse slip outside."""
         for number, beside in enumerate(self._beside):
             gaps = beside.gaps(steps.motion[0][:, beside.columns], steps.counterfaces[:, number])
+            outsiders = beside.outsiders
             for time, row in zip(steps.time.tolist(), gaps, strict=True):
-                check_outsiders(row, beside.outsiders.nodes, beside.outsiders.positions, time)
+                check_outsiders(
+                    *(row, outsiders.nodes, outsiders.positions, time),
+                    shape=beside.shape,
+                    number=number,
+                    searched=outsiders.searched,
+                )
 
 
 @dataclass(frozen=True)

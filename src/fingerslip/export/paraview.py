@@ -36,6 +36,13 @@ _CONTACT = {
     "slip_distance": "slip_distance",
     "contact_state": "contact_state",
 }
+# Units of fields, which VTK and ParaView keep beside an array.
+_UNITS = {
+    **dict.fromkeys(("points", "displacement", "gap", "slip_distance"), "m"),
+    **dict.fromkeys(("contact_pressure", "friction_traction", "von_mises", "stress"), "Pa"),
+    "velocity": "m/s",
+    "strain_energy_density": "J/m^3",
+}
 _VERTEX, _LINE, _QUAD = 1, 3, 9  # kinds of cells in VTK
 _WORTH_IT = 0.4  # compressed size over the size of an array, below which the next ones are compressed, too
 _HALF_SIDE = 0.6  # of a plane that is drawn, over the largest extent of the body
@@ -117,7 +124,10 @@ def _vtu(snapshot: Snapshot, blocks: _Blocks) -> bytes:
         for name, values in arrays.items():
             kind = values.dtype.name.title().replace("Uint", "UInt")
             width = f' NumberOfComponents="{values.shape[1]}"' if values.ndim > 1 else ""
-            text += f'<DataArray type="{kind}" Name="{name}"{width} format="appended" offset="{len(data)}"/>\n'
+            text += f'<DataArray type="{kind}" Name="{name}"{width} format="appended" offset="{len(data)}">'
+            if name in _UNITS:
+                text += f'<InformationKey name="UNITS_LABEL" location="vtkDataArray">{_UNITS[name]}</InformationKey>'
+            text += "</DataArray>\n"
             data += blocks.block(name, values)
         text += f"</{group}>\n"
     text += '</Piece>\n</UnstructuredGrid>\n<AppendedData encoding="raw">\n_'

@@ -9,7 +9,7 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.errors import InputError, Mistakes
+from fingerslip.errors import InputError, Mistakes, did_you_mean
 from fingerslip.fe.space import Space
 from fingerslip.materials.choice import AnyMaterial
 from fingerslip.materials.large_strain import FiniteMaterial
@@ -95,7 +95,7 @@ def _numbers(space: Space, materials: Mapping[str, AnyMaterial]) -> NDArray[np.i
     numbers = np.full(space.mesh.nelements, -1)
     names = ", ".join(sorted(regions))
     absent = [
-        InputError(f"materials.{n}", "no such region in the mesh", f"it has: {names}")
+        InputError(f"materials.{n}", "no such region in the mesh", f"it has: {names}", did_you_mean(n, regions))
         for n in materials
         if n not in regions
     ]
@@ -104,9 +104,11 @@ def _numbers(space: Space, materials: Mapping[str, AnyMaterial]) -> NDArray[np.i
         if (numbers[regions[name]] >= 0).any():
             raise InputError("mesh", f"region '{name}' shares cells with another", "a cell has one material")
         numbers[regions[name]] = number
-    bare = sorted(name for name, cells in regions.items() if (numbers[cells] < 0).any())
-    if bare:
-        raise InputError("materials", f"region '{bare[0]}' has no material", "every region needs one")
+    # Regions that hold others, such as a set of all, lack what these do: the smallest is to blame.
+    bare = sorted((len(cells), name) for name, cells in regions.items() if len(cells) and (numbers[cells] < 0).any())
+    lacking = [name for _, name in bare if (numbers[regions[name]] < 0).all()] or [name for _, name in bare]
+    if lacking:
+        raise InputError("materials", f"region '{lacking[0]}' has no material", "every region needs one")
     if (numbers < 0).any():
         raise InputError("mesh", "some cells are in no region", "every cell needs a region, which gives its material")
     return numbers

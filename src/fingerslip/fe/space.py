@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from scipy import spatial
 from skfem.quadrature import get_quadrature
 
-from fingerslip.errors import MeshError
+from fingerslip.errors import MeshError, did_you_mean
 from fingerslip.mesh.facets import are_degenerate, connected_pieces
 from fingerslip.mesh.quality import check_folds, positive_tetrahedra
 from fingerslip.units import coordinates
@@ -172,7 +172,9 @@ def nodal_areas(space: Space, name: str, depth: float) -> NDArray[np.float64]:
 def _group_facets(table: dict[str, Any] | None, name: str, kind: str) -> NDArray[np.int64]:
     sets = table or {}
     if name not in sets:
-        raise MeshError("mesh", f"{kind} '{name}' not in mesh", f"it has: {', '.join(sorted(sets)) or 'none'}")
+        names = sorted(sets)
+        allowed = f"it has: {', '.join(names) or 'none'}"
+        raise MeshError("mesh", f"{kind} '{name}' not in mesh", allowed, did_you_mean(name, names))
     if not len(sets[name]):
         raise MeshError("mesh", f"{kind} '{name}' is empty", "needs at least one facet or cell")
     return np.asarray(sets[name])

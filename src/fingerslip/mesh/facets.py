@@ -55,6 +55,13 @@ def are_degenerate(mesh: skfem.Mesh) -> Flags:
     return np.asarray(different.sum(axis=0) < mesh.dim() - 1)
 
 
+def inner_facets(mesh: skfem.Mesh, boundary: str) -> Integers:
+    """Return the facets (k,) of a boundary that lie inside the body, between two cells."""
+    facets = np.asarray(mesh.boundaries[boundary])
+    inside: Integers = facets[mesh.f2t[1, facets] >= 0]
+    return inside
+
+
 def outward_normals(mesh: skfem.Mesh, facets: Integers, inside: Integers) -> Floats:
     """Return the unit normals (dim, k) of facets (k,), as if they were flat, away from a cell `inside` (k,) of each."""
     nodes = np.sort(mesh.facets[:, facets], axis=0)

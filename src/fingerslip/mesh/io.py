@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from skfem.io.meshio import from_meshio, to_meshio
 
 from fingerslip.errors import MeshError, shorten
+from fingerslip.mesh.decks.febio import chosen_unit
 from fingerslip.mesh.formats import read_deck, write_file
 from fingerslip.mesh.mixed import NARROWER, is_degenerate, take_one_kind
 from fingerslip.mesh.quality import check_folds, positive_tetrahedra, turned_cells, turns
@@ -72,7 +73,7 @@ class _Raw:
         return _CELLS[self.kind]
 
 
-def read_mesh(path: str | Path, unit: LengthUnit = "m") -> skfem.Mesh:
+def read_mesh(path: str | Path, unit: LengthUnit | None = None) -> skfem.Mesh:
     """Read a mesh in 2D or in 3D with its named groups: a deck of Abaqus or FEBio, or any format that meshio reads.
 
     Named groups of cells become regions, named groups of lines (in 3D: triangles or quadrilaterals) become
@@ -84,8 +85,8 @@ def read_mesh(path: str | Path, unit: LengthUnit = "m") -> skfem.Mesh:
     ----------
     path : str or Path
         The file.
-    unit : {'m', 'cm', 'mm', 'um'}
-        Unit of its lengths.
+    unit : {'m', 'cm', 'mm', 'um'}, optional
+        Unit of its lengths, where the file does not say it, as FEBio's may; without it metres.
 
     Returns
     -------
@@ -99,7 +100,7 @@ def read_mesh(path: str | Path, unit: LengthUnit = "m") -> skfem.Mesh:
         Where the file is missing, unreadable, of unknown cells or of kinds that do not go together, without named
         groups, or has an inverted or flat cell, or one that folds over its neighbours.
     InputError
-        Where the unit is unknown.
+        Where the unit is unknown, or is not the one that the file says.
     """
     mesh, left_out = read_mesh_and_rest(Path(path), unit)
     if left_out:
@@ -107,11 +108,11 @@ def read_mesh(path: str | Path, unit: LengthUnit = "m") -> skfem.Mesh:
     return mesh
 
 
-def read_mesh_and_rest(file: Path, unit: LengthUnit) -> tuple[skfem.Mesh, tuple[str, ...]]:
+def read_mesh_and_rest(file: Path, unit: LengthUnit | None) -> tuple[skfem.Mesh, tuple[str, ...]]:
     """Read a mesh [m] with its named groups, and in words what of the file is left out."""
-    scale, deck = metres(unit), read_deck(file, "needs a mesh that meshio reads, or a deck of Abaqus or FEBio")
+    deck = read_deck(file, "needs a mesh that meshio reads, or a deck of Abaqus or FEBio")
     data, left_out = deck.data, deck.left_out
-    data.points = scale * np.asarray(data.points, dtype=float)
+    data.points = metres(chosen_unit(file, deck.unit, unit)) * np.asarray(data.points, dtype=float)
     if not any(key.startswith("skfem:") for key in data.cell_data):
         left_out = (*left_out, *take_one_kind(data))
     mesh = _mesh_of(file, data)

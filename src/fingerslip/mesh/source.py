@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
+from fingerslip.mesh.facets import inner_facets
 from fingerslip.mesh.quality import quality_table
 from fingerslip.parameters import FileName, as_mapping, parameters
 from fingerslip.storage.files import digest, file_digest
@@ -54,8 +55,13 @@ def inspect_mesh(mesh: skfem.Mesh) -> InspectedMesh:
 
 
 def mesh_size_note(mesh: skfem.Mesh) -> str:
-    """Say how many nodes and cells a mesh has, and how its boundaries are called."""
-    return f"{mesh.p.shape[1]} nodes, {mesh.t.shape[1]} cells; boundaries: {', '.join(mesh.boundaries or {})}"
+    """Say how many nodes and cells a mesh has, and how its boundaries are called and which lie inside the body."""
+    names = []
+    for name, facets in (mesh.boundaries or {}).items():
+        count = len(inner_facets(mesh, name))
+        part = "" if count == len(facets) else f"{count} of {len(facets)} facets "
+        names.append(f"{name} ({part}inside the body)" if count else name)
+    return f"{mesh.p.shape[1]} nodes, {mesh.t.shape[1]} cells; boundaries: {', '.join(names)}"
 
 
 class MeshSource(Protocol):
@@ -169,7 +175,8 @@ class MeshFile(MeshSource):
     file : str
         Path of the mesh file, relative to the study file.
     length_unit : {'m', 'cm', 'mm', 'um'}, optional
-        Unit of the file's coordinates. Without it they are metres, and a body that is absurdly large is refused.
+        Unit of the file's coordinates, where a FEBio file does not say it. Without it they are metres, and a body that
+        is absurdly large is refused.
     """
 
     dim: ClassVar[int | None] = None
@@ -181,28 +188,31 @@ class MeshFile(MeshSource):
     @property
     def assumes_metres(self) -> bool:
         """Whether the file's coordinates are taken as metres without saying so."""
-        return self.length_unit is None
+        from fingerslip.mesh.decks.febio import unit_of_file
+
+        return self.length_unit is None and unit_of_file(Path(self.file)) is None
 
     def build(self, _specimen: Any = None, /) -> skfem.Mesh:
         """Read the mesh [m]; see :func:`~fingerslip.mesh.io.read_mesh`."""
         from fingerslip.mesh.io import read_mesh
 
-        return read_mesh(self.file, self.length_unit or "m")
+        return read_mesh(self.file, self.length_unit)
 
     def inspect(self, _specimen: Any = None, /) -> InspectedMesh:
         """Return the mesh [m] with the quality of its cells, what of a deck is left out, and a deck's materials."""
-        from fingerslip.mesh.decks.materials import materials_and_rest, study_lines
+        from fingerslip.mesh.decks.materials import file_materials, study_lines
         from fingerslip.mesh.io import read_mesh_and_rest
         from fingerslip.tables.table import Column, Table
 
-        file, unit = Path(self.file), self.length_unit or "m"
-        mesh, left_out = read_mesh_and_rest(file, unit)
+        file = Path(self.file)
+        mesh, left_out = read_mesh_and_rest(file, self.length_unit)
         inspected, tables = inspect_mesh(mesh), []
         if file.suffix.lower() == ".feb":
-            laws, refused = materials_and_rest(file, unit)
-            left_out += refused
-            rows = tuple((f"  {line}",) for line in study_lines(laws))
-            tables = [Table("Materials of the file, as a study has them", (Column("materials:"),), rows)]
+            materials = file_materials(file, self.length_unit)
+            left_out += materials.refused
+            rows = tuple((f"  {line}",) for line in study_lines(materials.laws))
+            note = f"Assumed: {'; '.join(materials.assumed)}." if materials.assumed else ""
+            tables = [Table("Materials of the file, as a study has them", (Column("materials:"),), rows, note)]
         if left_out:
             tables.append(Table("Left out of the file", (Column("what"),), tuple((entry,) for entry in left_out)))
         # Regions of decks may share cells, which a .msh does not hold.

@@ -7,7 +7,9 @@ was measured there and the component: ``m12.displacement_x``, ``FA-I 3.strain_xy
 
 from __future__ import annotations
 
+import contextlib
 import fnmatch
+import itertools
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -114,6 +116,7 @@ def read_measurement(path: Path, settings: FitSettings) -> Measurement:
     """Read measured curves from a CSV file whose columns have units."""
     import pandas as pd
 
+    _require_commas(path)
     try:  # headings as a row: else pandas renames a second column of a name, and takes longer rows for an index
         rows = pd.read_csv(path, comment="#", skipinitialspace=True, header=None, dtype=str)
     except (OSError, ValueError) as error:
@@ -145,6 +148,19 @@ def read_measurement(path: Path, settings: FitSettings) -> Measurement:
         raise InputError(f"{path}: column '{settings.over}'", "is the same in every row", "needs positions that differ")
     spreads = np.array(list(deviations.values()))[:, None]
     return Measurement(settings.over, positions, tuple(deviations), np.array(values), spreads)
+
+
+def _require_commas(path: Path) -> None:
+    """Refuse a table between semicolons, as spreadsheets write it where numbers have decimal commas."""
+    lines: list[str] = []
+    # What cannot be read at all is told by the reader.
+    with contextlib.suppress(OSError, ValueError), path.open(encoding="utf-8-sig") as file:
+        lines = [line for line in itertools.islice(file, _MOST_ROWS) if not line.startswith("#")][:2]
+    if lines and ";" in lines[0]:
+        commas = " and decimal commas" if re.search(r"\d,\d", lines[-1]) else ""
+        fault = f"has semicolons between its columns{commas}"
+        repair = "save it as CSV in English format, or: sed 's/,/./g; s/;/,/g' old.csv > new.csv"
+        raise InputError(str(path), fault, "needs commas between columns and points in numbers", repair)
 
 
 def _numbers(column: pd.Series[Any], unit: str, si: str, where: str) -> Array:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fingerslip.contact.states import OPEN
+from fingerslip.contact.states import OPEN, STICK
 from fingerslip.history import phase_times
 from fingerslip.model.timing import LARGEST_SHARE, LEAST_ACROSS, LEAST_STEPS
 from fingerslip.slip import windows
@@ -121,6 +121,16 @@ def _slip_margin(history: xr.Dataset, slip: Found) -> Number:
 def _overall_travel(history: xr.Dataset, slip: Found) -> Number:
     window = slide_window(history)
     return None if window is None else _travel(history, window.start, slip.events.overall)
+
+
+def _sticking_at_overall(history: xr.Dataset, slip: Found) -> Number:
+    """Return how many nodes that came into contact since the slide began stick at overall slip."""
+    window, overall = slide_window(history), slip.events.overall
+    if window is None or overall is None:
+        return None
+    states = history["contact_state"].values
+    at = min(int(np.searchsorted(history["time"].values, overall)), len(states) - 1)
+    return int(((states[at] == STICK) & (states[window.first] == OPEN)).sum())
 
 
 def _travel(history: xr.Dataset, start: float | None, end: float | None) -> Number:
@@ -246,6 +256,14 @@ MEASURES: tuple[Measure, ...] = (
         lambda history, slip: _travel(history, slip.events.incipient, slip.events.overall),
         _TRAVEL,
     ),
+    Measure(
+        "sticking_at_overall",
+        "nodes in contact since the slide that stick at overall slip",
+        _sticking_at_overall,
+        mechanical=False,
+        reading="slip",
+        needs=_CONTACT,
+    ),
     _of_nodes("front_arrival_median", "median arrival of the slip front at FA-I", _front_arrival_median, Unit("s")),
     _force_ratio("force_ratio_half", "friction force reaches half of its limit", 0.5),
     _force_ratio("force_ratio_nine_tenths", "friction force reaches 0.9 of its limit", 0.9),
@@ -316,6 +334,18 @@ _LIMITS: tuple[tuple[str, float, float, str, str], ...] = (
         "take smaller elements at the contact",
     ),
 )
+
+
+def caveats(numbers: Mapping[str, Mapping[str, float | int | None]]) -> tuple[str, ...]:
+    """Return what to know beside the times of slip, from the measures of runs by their titles."""
+    late = [count for values in numbers.values() if (count := values.get("sticking_at_overall"))]
+    warnings = resolution_warnings(numbers)
+    if not late:
+        return warnings
+    where = f" in {len(late)} of {len(numbers)} runs" if len(numbers) > 1 else ""
+    most = f"up to {max(late)}" if len(late) > 1 else f"{late[0]}"
+    said = f"Overall slip is that of the contact at the start of the slide: of the nodes that touch since then, {most}"
+    return (f"{said} still stick{'s' if most == '1' else ''}{where}.", *warnings)
 
 
 def resolution_warnings(numbers: Mapping[str, Mapping[str, float | int | None]]) -> tuple[str, ...]:

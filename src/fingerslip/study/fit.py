@@ -17,7 +17,7 @@ from fingerslip.parameters.schema import require_kind
 from fingerslip.report.labels import short_labels
 from fingerslip.report.tables.runs import table_frame
 from fingerslip.results import HISTORY, RunResult, StudyResult
-from fingerslip.sampling.curves import FitSettings, Measurement, curves_of, read_measurement
+from fingerslip.sampling.curves import FitSettings, Measurement, column_unit, curves_of, read_measurement
 from fingerslip.sampling.designs import required_output
 from fingerslip.sampling.indices import optional_module
 from fingerslip.sampling.posterior import (
@@ -48,6 +48,9 @@ SUMMARY = f"{FOLDER}/summary.csv"
 _LEAST_WITH_EVENT = 10
 _SAVED = 2000  # samples of the posterior in its file, and whose curves are drawn
 _EDGE, _LEANING = 0.02, 0.1  # share of a range, and of a posterior that leans against it
+# A largest value over that of the nearest run, and a correlation with the runs, which no values in a range mend; and
+# how many standard deviations the largest value needs for that to be said.
+_FAR, _AGAINST, _CLEAR = 30.0, 0.0, 10.0
 _TELLS_LITTLE, _TOGETHER = 0.8, 0.9
 _EVENTS = ("incipient_slip", "overall_slip", "latency")
 _PERCENTS = (50.0, 16.0, 84.0, 2.5, 97.5)
@@ -166,6 +169,7 @@ def _write(study: StudyResult, measurement: Measurement, settings: FitSettings) 
     curves = np.array(
         [curves_of(read_history(study.folder / run.name / HISTORY), measurement, run.name) for run in study.runs]
     )
+    _refuse_far(measurement, curves)
     emulator = fit_emulator(points, measurement.in_deviations(curves))
     chain = sample_posterior(Likelihood(emulator, measurement, settings.discrepancy), len(low))
     _refuse_leaning(chain.samples[:, :-1], study, settings.bounds)
@@ -200,6 +204,28 @@ def _write(study: StudyResult, measurement: Measurement, settings: FitSettings) 
         for name, figure in figures.items():
             write_bytes(folder / f"{name}.png", figure_bytes(figure))
     return Posterior(study.folder / FOLDER, tables)
+
+
+def _refuse_far(measurement: Measurement, curves: Array) -> None:
+    """Refuse a measurement whose unit or sign cannot be that of the runs, curves (n_runs, n_columns, n) [SI]."""
+    mistakes = Mistakes()
+    rows = zip(measurement.columns, measurement.values, measurement.deviations[:, 0], strict=True)
+    for (name, values, deviation), ours in zip(rows, curves.swapaxes(0, 1), strict=True):
+        largest, tops = float(np.abs(values).max()), np.abs(ours).max(axis=1)
+        nearest = float(np.clip(largest, tops.min(), tops.max()))
+        fault, unit = "", column_unit(name)
+        if max(largest, nearest) < _CLEAR * deviation:
+            continue
+        if not 1.0 / _FAR < largest / max(nearest, 1e-300) < _FAR:
+            times = f"{largest / max(nearest, 1e-300):.3g} times that of any run"
+            fault = f"the largest value is {largest:.3g} {unit}".rstrip() + f", {times}"
+        elif np.corrcoef(values, ours.mean(axis=0))[0, 1] < _AGAINST and not (values * ours > 0.0).any():
+            fault = "has the sign against that of all runs"
+        if fault:
+            repair = "look at its unit and its sign in the data"
+            where = f"fit.columns.{name}"
+            mistakes.found.append(InputError(where, fault, "needs what the runs can come near to", repair))
+    mistakes.raise_all()
 
 
 def _refuse_leaning(samples: Array, study: StudyResult, bounds: Sequence[str]) -> None:

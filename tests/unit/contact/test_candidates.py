@@ -104,7 +104,12 @@ def test_the_node_operator_picks_displacements_of_candidates_that_are_joined_in_
 
 
 def test_outsiders_that_touch_are_refused_with_their_position_and_a_remedy():
-    with pytest.raises(SlipOutsideContactError, match=r"0.25 s: node 4 at \(2000, 400\) mm .* larger search_distance"):
-        check_outsiders(np.array([0.1, -1e-6]), np.array([0, 4]), POSITIONS[[0, 4]], 0.25)
-    check_outsiders(np.array([0.1, 0.0]), np.array([0, 4]), POSITIONS[[0, 4]], 0.25)
-    check_outsiders(np.zeros(0), np.zeros(0, dtype=int), np.zeros((0, 2)), 0.25)
+    search = {"shape": Plane(normal=(0.0, 1.0), offset=0.0), "number": 1, "searched": 0.3}
+    message = (
+        r"contacts.1.search_distance: at t = 0.25 s: node 4 at \(2000, 400\) mm .*, only nodes within 300 mm at the"
+        r" start may .*; write a larger search_distance, such as 600 mm, or"
+    )
+    with pytest.raises(SlipOutsideContactError, match=message):
+        check_outsiders(np.array([0.1, -1e-6]), np.array([0, 4]), POSITIONS[[0, 4]], 0.25, **search)
+    check_outsiders(np.array([0.1, 0.0]), np.array([0, 4]), POSITIONS[[0, 4]], 0.25, **search)
+    check_outsiders(np.zeros(0), np.zeros(0, dtype=int), np.zeros((0, 2)), 0.25, **search)

@@ -26,6 +26,7 @@ STATIC = fs.QuasiStatic(5e-3)
 TERMS = (fs.PronyTerm(0.3, 4e-3), fs.PronyTerm(0.3, 0.07))
 NEO_HOOKEAN = {"kinematics": "finite", "materials": {"bulk": fs.NeoHookean(1e5, 0.45, 1e3)}}
 TISSUE, RELAXING = fs.Elastic(34e3, 0.4, 1000.0), fs.NeoHookean(34e3, 0.45, 1000.0, prony=TERMS)
+PARTS = {"ALL": (0, 32), "most": (1, 32), "pulp": (0, 4), "skin": (4, 32)}
 BETWEEN = r"time.end: got 1 s, which is 3.333 steps of 0.3 s, .* write 0.9 s or 1.2 s, or a step of 0.25 s"
 
 
@@ -37,16 +38,33 @@ def pressed_and_slid(direction, depth=1e-3):
     return {"programme": (fs.Press(depth, 1e-3), fs.Slide(1e-3, 1e-3, direction))}
 
 
+def touched_inside(around, *others):
+    """Return a pad whose boundary `touch` is the sides between its cells around a point, and others."""
+    mesh = pad("Q4")
+    centres = mesh.p[:, mesh.facets].mean(axis=1)
+    near = (np.abs(centres - np.array(around)[:, None]).sum(axis=0) < 0.7e-3) & (mesh.f2t[1] >= 0)
+    facets = [np.flatnonzero(near), *(mesh.boundaries[name] for name in others)]
+    return mesh.with_boundaries({"touch": np.concatenate(facets)})
+
+
 # Of the small press and slide.
 MODELS = [
     ({"contacts": contact(boundary="pulp")}, "boundary 'pulp' not in mesh, it has: bottom, left, right, top"),
     ({"supports": {"nail": ("x",)}}, "boundary 'nail' not in mesh"),
     ({"materials": dict.fromkeys(("a", "b"), TISSUE), "supports": {"nail": ("x",)}, "contacts": contact(boundary="c")},
      "(?s)materials.a: no such region.*materials.b: no such region.*boundary 'c' not.*boundary 'nail' not"),
+    ({"mesh": touched_inside((0.5e-3, 1.0e-3), "top"), "contacts": contact(boundary="touch")},
+     r"contacts.0.boundary: 1 of the 9 facets of 'touch' lie inside .* in place of S4, say\), such as those of bottom"),
+    ({"mesh": touched_inside((0.0, 2.2e-3)), "contacts": contact(boundary="touch")},
+     "all 3 facets of 'touch' lie inside the body, needs facets on the outside; name facets on the outside$"),
     ({"supports": {"top": ("z",)}}, "supports.top: got component 'z', needs x or y"),
     ({"supports": {"bulk": ("x", "y")}}, "supports: fix every degree of freedom"),
     ({"tractions": {"left": (1.0,)}}, "tractions.left: got 1 components, needs 2"),
     ({"materials": {}}, "region 'bulk' has no material"),
+    ({"mesh": dataclasses.replace(pad("Q4"), _subdomains={name: np.arange(*of) for name, of in PARTS.items()}),
+      "materials": {"skin": TISSUE}}, "materials: region 'pulp' has no material, every region needs one"),
+    ({"materials": {"Bulk": TISSUE}}, "materials.Bulk: no such region in the mesh, it has: bulk; did you mean 'bulk'"),
+    ({"contacts": contact(boundary="BOTTOM")}, "boundary 'BOTTOM' not in mesh, it .* top; did you mean 'bottom'"),
     ({"mesh": pad("Q4").with_subdomains({"twin": np.array([0])}), "materials": dict.fromkeys(("bulk", "twin"), TISSUE)},
      "shares cells with another, a cell has one material"),
     ({"sites": (fs.Site("far", "", (1.0, 1.0)),)}, "site far: x = 1000 mm"),

@@ -7,6 +7,7 @@ import meshio
 import numpy as np
 import pytest
 from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonCore import vtkDataArray
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
 import fingerslip as fs
@@ -61,6 +62,10 @@ def test_every_file_of_a_series_has_the_fields_of_its_snapshot_and_the_same_mesh
         grid, body = reader.GetOutput(), meshio.read(folder / f"body_{number:04d}.vtu")
         read = vtk_to_numpy(grid.GetPointData().GetArray("displacement"))
         np.testing.assert_array_equal(read[:, : moved.shape[1]], moved)
+        units = {"displacement": "m", "contact_pressure": "Pa"}
+        for name, unit in units.items():
+            told = grid.GetPointData().GetArray(name).GetInformation().Get(vtkDataArray.UNITS_LABEL())
+            assert told.strip() == unit
         np.testing.assert_array_equal(body.point_data["displacement"], read)
         np.testing.assert_array_equal(vtk_to_numpy(grid.GetPoints().GetData()), body.points)
         np.testing.assert_array_equal(body.points[:, : moved.shape[1]], pushed["node_position"])

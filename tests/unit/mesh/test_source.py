@@ -101,6 +101,10 @@ def test_tables_of_a_mesh_have_a_row_for_each_region():
     assert [row[3] for row in table.rows] == pytest.approx([45.0, 45.0])
     assert {len(row) for row in table.rows} == {len(table.columns)}
     assert mesh_size_note(mesh) == "25 nodes, 32 cells; boundaries: left, right, bottom, top"
+    within = np.flatnonzero(mesh.f2t[1] >= 0)
+    both = np.append(within[:3], mesh.boundaries["left"])
+    marked = mesh.with_boundaries({"slit": within[:3], "both": both})
+    assert "slit (inside the body), both (3 of 7 facets inside the body)" in mesh_size_note(marked)
 
 
 def test_only_the_file_tells_its_kind_and_size_and_its_key_follows_content_and_unit(tmp_path):

@@ -65,6 +65,11 @@ def test_holes_and_files_that_are_no_tables_are_refused(tmp_path: Path) -> None:
         InputError, match="column 'normal_force': has no number in row 6, needs one in every row; leave"
     ):
         read_measurement(path, settings())
+    for numbers, commas in (("0,1;0,2", " and decimal commas"), ("0.1;0.2", "")):
+        path.write_text(f"# of a pad\n{DEPTHS};normal_force [N]\n" + f"{numbers}\n" * 6)
+        said = f"has semicolons between its columns{commas}, needs commas between columns and .*; save it as CSV in Eng"
+        with pytest.raises(InputError, match=said):
+            read_measurement(path, settings())
     path.write_text(f"{DEPTHS},normal_force [N]\n" + "1,1,\n" * 6)
     with pytest.raises(InputError, match=r"cannot be read .*Expected 2 fields in line 2, saw 3"):
         read_measurement(path, settings())

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.slip import MEASURES, Measure, acceleration_peaks, find_events, read_measures
-from fingerslip.slip.measures import measure_of, resolution_warnings
+from fingerslip.slip.measures import caveats, measure_of, resolution_warnings
 from fingerslip.units import Unit
 from unit.synthetic import END, PRESS_END, SPEED, Process, make
 
@@ -113,6 +114,24 @@ def test_what_resolves_a_slide_is_read_off_and_judged(step, nodes, warnings):
     assert all(text.startswith("Too coarse for the times of slip: a run (") for text in texts)
     (many,) = resolution_warnings({f"run {number}": {"slide_records": 10} for number in range(5)})
     assert "run 2 (10 steps in the slide) and 2 more: take a smaller step" in many
+
+
+def test_nodes_that_came_into_contact_since_the_slide_began_and_stick_at_overall_slip_are_counted_and_told():
+    history = make(Process(jump=False)).copy(deep=True)
+    states, before = history["contact_state"].values, history["time"].values <= PRESS_END + 1e-9
+    assert read_measures(history)["sticking_at_overall"] == 0
+    states[:, :3], states[:, 3] = STICK, SLIP
+    states[before, :4] = OPEN
+    assert read_measures(history)["sticking_at_overall"] == 3
+    assert read_measures(make(Process(centre=2.5)))["sticking_at_overall"] is None
+    told = "the contact at the start of the slide: of the nodes that touch since then, "
+    for counts, words in (
+        ([3, 1, 0], "up to 3 still stick in 2 of 3 runs."),
+        ([1], "1 still sticks."),
+        ([0, None], ""),
+    ):
+        said = caveats({f"run {number}": {"sticking_at_overall": count} for number, count in enumerate(counts)})
+        assert said == ((f"Overall slip is that of {told}{words}",) if words else ())
 
 
 def test_peaks_are_counted_before_that_of_overall_slip_and_travel_is_that_of_the_plate_between_events():

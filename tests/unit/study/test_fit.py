@@ -14,6 +14,7 @@ import fingerslip as fs
 from fingerslip.report.figures import style as figures
 from fingerslip.sampling import posterior as chains
 from fingerslip.sampling.curves import Measurement, curves_of
+from fingerslip.study import fit as fit_module
 from fingerslip.study.definition.spec import read_study
 from fingerslip.study.inspection.cite import methods_and_papers
 from unit.study.block import block_values, changed
@@ -91,6 +92,27 @@ def test_a_truth_comes_back_within_its_interval(
     # Where nature ends it, it may.
     write_study(narrow | {"fit": FIT | {"bounds": [FRICTION]}}, name="narrow")
     assert fs.fit(narrow_study, data, results_dir=tmp_path / "results", workers=1).folder.is_dir()
+
+
+@pytest.mark.parametrize(
+    ("factor", "said"),
+    [
+        (1.0, None),
+        (20.0, None),
+        (1000.0, "the largest value is 2e.03 N, 667 times that of any run, .*; look at its unit"),
+        (1e-3, "the largest value is 0.002 N, 0.002 times that of any run"),
+        (-1.0, "has the sign against that of all runs"),
+    ],
+)  # fmt: skip
+def test_data_that_no_run_comes_near_to_are_refused_before_they_are_fitted(factor: float, said: str | None) -> None:
+    ways = np.linspace(0.0, 1.0, 11)
+    curves = np.array([[1.0 * ways], [3.0 * ways]])
+    measurement = Measurement("depth", ways, ("normal_force",), factor * 2.0 * ways[None], np.array([[1e-3]]))
+    if said is None:
+        fit_module._refuse_far(measurement, curves)
+        return
+    with pytest.raises(fs.InputError, match=rf"fit\.columns\.normal_force: {said}"):
+        fit_module._refuse_far(measurement, curves)
 
 
 @pytest.mark.parametrize(

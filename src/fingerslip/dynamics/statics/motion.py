@@ -342,8 +342,10 @@ class _Records:
         """Refuse a last state in which a node that must not touch does."""
         setting, watched = self._setting, self._setting.body.watched
         moved = setting.displacement(self._last, setting.body.of_watched).reshape(watched.shape)
-        gaps = setting.counterfaces.shapes[0].gap(watched + moved - self._last.shift)
-        check_outsiders(gaps, np.arange(len(gaps)), watched, self._last.time)
+        plane = setting.counterfaces.shapes[0]
+        gaps = plane.gap(watched + moved - self._last.shift)
+        nodes = np.arange(len(gaps))
+        check_outsiders(gaps, nodes, watched, self._last.time, shape=plane, number=0, searched=None)
 
     def motion(self, times: Floats) -> StaticMotion:
         """Return what the steps that were taken came to."""

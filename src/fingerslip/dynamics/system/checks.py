@@ -28,7 +28,7 @@ from fingerslip.fe.space import Space, boundary_nodes, build_space, free_pieces,
 from fingerslip.materials.large_strain import FiniteMaterial
 from fingerslip.materials.material import Material
 from fingerslip.materials.prony import recurrence
-from fingerslip.mesh.facets import are_degenerate, outward_normals, site_nodes
+from fingerslip.mesh.facets import are_degenerate, inner_facets, outward_normals, site_nodes
 from fingerslip.model.model import Contact, Model
 from fingerslip.model.programme import Slide
 from fingerslip.model.timing import shortest_step
@@ -95,9 +95,10 @@ def inspect_model(model: Model, space: Space | None = None) -> CheckedModel:
     mistakes = Mistakes()
     with mistakes.collect():
         materials = cell_materials(space, model.materials, model.formulation)
-    for contact in model.contacts:
+    for number, contact in enumerate(model.contacts):
         with mistakes.collect():
             boundary_nodes(space, contact.boundary)
+            _require_outside(model, number)
     for name in model.supports:
         with mistakes.collect():
             _supported_nodes(space, name)
@@ -160,6 +161,25 @@ def _site_nodes(model: Model, space: Space) -> NDArray[np.int64]:
     if sites not in space.nodes_by_sites:
         space.nodes_by_sites[sites] = site_nodes(model.mesh, sites)
     return space.nodes_by_sites[sites]
+
+
+def _require_outside(model: Model, number: int) -> None:
+    """Refuse a contact boundary with facets that no counterface can reach, such as a wrong face in a deck."""
+    mesh, boundary = model.mesh, model.contacts[number].boundary
+    inside = inner_facets(mesh, boundary)
+    if not len(inside):
+        return
+    is_beside = (mesh.f2t[1] < 0) & np.isin(mesh.f2t[0], mesh.f2t[:, inside]) & ~are_degenerate(mesh)
+    beside = np.flatnonzero(is_beside)
+    of_them = [name for name, facets in mesh.boundaries.items() if np.isin(beside, facets).any()]
+    named = f", such as those of {', '.join(of_them)}" if of_them else ""
+    repair = "name outside facets: another face of the same cells (in Abaqus S2 in place of S4, say)"
+    if not len(beside):
+        repair, named = "name facets on the outside", ""
+    count = len(mesh.boundaries[boundary])
+    share = f"{len(inside)} of the {count}" if len(inside) < count else f"all {count}"
+    fault = f"{share} facets of '{boundary}' lie inside the body"
+    raise InputError(f"contacts.{number}.boundary", fault, "needs facets on the outside", f"{repair}{named}")
 
 
 def _at_start(number: int, contact: Contact, skin: NDArray[np.float64]) -> Counterface:

@@ -102,6 +102,7 @@ class Outsiders:
     nodes: Indices  # (k,), mesh nodes
     positions: Array  # (k, dim), reference positions [m]
     relative: sparse.csr_matrix | Array
+    searched: float | None = None  # within which distance candidates were looked for, where that is given [m]
 
 
 @dataclass(frozen=True)

@@ -264,4 +264,4 @@ def _outsiders(model: Model, checked_model: CheckedModel, unknowns: Unknowns, nu
     space = checked_model.space
     nodes = np.setdiff1d(carrying_nodes(space, model.contacts[number].boundary), checked_model.candidates[number].nodes)
     relative = relative_operator(space, unknowns, nodes, np.full(nodes.size, number))
-    return Outsiders(nodes, space.positions[nodes], relative)
+    return Outsiders(nodes, space.positions[nodes], relative, model.contacts[number].search_distance)

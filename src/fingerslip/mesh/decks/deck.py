@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, TypeAlias, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.units import LengthUnit
+
 if TYPE_CHECKING:
     import meshio
 
@@ -46,6 +48,7 @@ class Deck:
 
     data: meshio.Mesh  # points, cells and their named groups
     left_out: tuple[str, ...] = ()  # what is not taken of the deck
+    unit: LengthUnit | None = None  # of its lengths, where it says one
 
 
 @dataclass

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 
 from fingerslip.errors import MeshError, shorten
 from fingerslip.mesh.decks.deck import NO_CELL, Block, Deck, Groups, Number, assemble, to_numbers
+from fingerslip.units import LengthUnit, metres
 
 _VERSIONS = ("2.5", "3.0", "4.0")
 _KINDS: Mapping[str, tuple[str, int]] = MappingProxyType(
@@ -30,6 +32,18 @@ _KINDS: Mapping[str, tuple[str, int]] = MappingProxyType(
         "hex8": ("hexahedron", 8),
         "hex20": ("hexahedron20", 20),
         "hex27": ("hexahedron27", 27),
+    }
+)
+# The length and the newtons of a unit of force in the systems of units that FEBio Studio writes.
+_UNITS: Mapping[str, tuple[LengthUnit, float]] = MappingProxyType(
+    {
+        "SI": ("m", 1.0),
+        "mm-N-s": ("mm", 1.0),
+        "mm-kg-s": ("mm", 1e-3),
+        "um-nN-s": ("um", 1e-9),
+        "CGS": ("cm", 1e-5),
+        "mm-g-s": ("mm", 1e-6),
+        "mm-mg-s": ("mm", 1e-9),
     }
 )
 _SECTIONS = frozenset({"Module", "Globals", "Material", "Mesh", "Geometry", "MeshDomains", "Output"})
@@ -55,6 +69,17 @@ class Content:
             if (tag := self.root.find(name)) is not None:
                 return tag
         raise self.error(self.root, "has no <Mesh>", "needs one, with nodes and elements")
+
+    @property
+    def units(self) -> tuple[LengthUnit | None, float]:
+        """The unit of length that the file says, if it says one, and its unit of force [N]."""
+        for entry in self.root.iterfind("Module/units"):
+            name = (entry.text or "").strip()
+            if name and name not in _UNITS:
+                raise self.error(entry, f"got '{shorten(name)}'", f"needs one of {', '.join(_UNITS)}")
+            if name:
+                return _UNITS[name]
+        return None, 1.0
 
     def numbers(self, tag: ET.Element, kind: type[Number], text: str | None) -> list[Number]:
         """Return the numbers between the commas of a text of a tag."""
@@ -134,7 +159,22 @@ def read_febio(file: Path) -> Deck:
             groups.sides[name] = [np.array([face for face in faces if len(face) == size]) for size in sizes]
         elif tag.tag not in {"Nodes", "Elements", "SurfacePair"}:
             left_out.append(f"<{tag.tag}> {name}".rstrip())
-    return assemble(np.array(points), cells, groups, dict.fromkeys(left_out))
+    deck = assemble(np.array(points), cells, groups, dict.fromkeys(left_out))
+    return dataclasses.replace(deck, unit=content.units[0])
+
+
+def unit_of_file(file: Path) -> LengthUnit | None:
+    """Return the unit of length that a file says; None where it is none of FEBio, or says none."""
+    return read_content(file).units[0] if file.suffix.lower() == ".feb" and file.is_file() else None
+
+
+def chosen_unit(file: Path, said: LengthUnit | None, given: LengthUnit | None) -> LengthUnit:
+    """Return the unit of a file's lengths: the one that it says, else the one that is given, else metres."""
+    metres(given or "m")
+    if said is not None and given not in {None, said}:
+        allowed = f"the file's own units have {said}"
+        raise MeshError(f"{file}: unit", f"got {given!r}", allowed, "leave it out, or correct <units> in the file")
+    return said or given or "m"
 
 
 def _elements(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -16,33 +17,31 @@ from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.mooney_rivlin import MooneyRivlin
 from fingerslip.materials.neo_hookean import NeoHookean
 from fingerslip.materials.ogden import Ogden
-from fingerslip.mesh.decks.febio import LINE, read_content
+from fingerslip.mesh.decks.febio import LINE, chosen_unit, read_content
 from fingerslip.parameters import as_mapping, from_mapping
 from fingerslip.parameters.yaml_text import to_text
 from fingerslip.units import LengthUnit, metres
 
-#: The newtons of a unit of force, by the systems of units that a file may name.
-_FORCES: Mapping[str, float] = MappingProxyType(
-    {"SI": 1.0, "mm-N-s": 1.0, "mm-kg-s": 1e-3, "mm-g-s": 1e-6, "mm-mg-s": 1e-9, "um-nN-s": 1e-9, "CGS": 1e-5}
-)
 # Densities of soft matter and of bone [kg/m^3]: others are left as the program's default, in models without inertia.
 _DENSITIES, _USUAL = (100.0, 20000.0), 1000.0
+_SHOWN = frozenset({"law", "youngs_modulus", "poisson_ratio", "c10", "c01", "bulk_modulus", "terms"})
 _YOUNG = MappingProxyType({"neo-Hookean": NeoHookean, "isotropic elastic": Elastic})
 
 
-def read_materials(path: str | Path, unit: LengthUnit = "m") -> dict[str, AnyMaterial]:
+def read_materials(path: str | Path, unit: LengthUnit | None = None) -> dict[str, AnyMaterial]:
     '''Read the materials of a file of FEBio, region by region, where the law exists here.
 
     These are `neo-Hookean`, `incomp neo-Hookean`, `Mooney-Rivlin`, `Ogden`, `isotropic elastic` (which is small strain
-    here) and `uncoupled viscoelastic` around one of them. Moduli are in newtons per square of the unit of length,
-    unless the file names another system of units. A density that cannot be one of tissue is taken as 1000 kg/m^3.
+    here) and `uncoupled viscoelastic` around one of the second to fourth. Where the file names no system of units,
+    moduli are in newtons per square of the unit of length. A density that cannot be one of tissue is taken as 1000
+    kg/m^3.
 
     Parameters
     ----------
     path : str or Path
         The file.
-    unit : {'m', 'cm', 'mm', 'um'}
-        Unit of its lengths.
+    unit : {'m', 'cm', 'mm', 'um'}, optional
+        Unit of its lengths, where the file names no system of units; without it metres.
 
     Returns
     -------
@@ -52,7 +51,7 @@ def read_materials(path: str | Path, unit: LengthUnit = "m") -> dict[str, AnyMat
     Raises
     ------
     MeshError
-        Where the file is no file of FEBio, or names units that it does not have.
+        Where the file is no file of FEBio, or names units that FEBio does not have or that are not those given.
 
     Examples
     --------
@@ -66,35 +65,51 @@ def read_materials(path: str | Path, unit: LengthUnit = "m") -> dict[str, AnyMat
     ...     read_materials(file.name, "mm")["pad"].youngs_modulus
     50000.0
     '''
-    return materials_and_rest(Path(path), unit)[0]
+    return file_materials(Path(path), unit).laws
 
 
-def materials_and_rest(file: Path, unit: LengthUnit) -> tuple[dict[str, AnyMaterial], tuple[str, ...]]:
-    """Read the materials of a file of FEBio by regions, and in words those that have no law here."""
-    scale = metres(unit)
+@dataclass(frozen=True)
+class FileMaterials:
+    """The materials of a file of FEBio."""
+
+    laws: dict[str, AnyMaterial]  # by regions
+    refused: tuple[str, ...]  # in words those that have no law here
+    assumed: tuple[str, ...]  # in words what the file does not say
+
+
+def file_materials(file: Path, given: LengthUnit | None) -> FileMaterials:
+    """Read the materials of a file of FEBio, with what of them is left out and what is assumed."""
     if not file.is_file() or file.suffix.lower() != ".feb":
         fault = "is no file of FEBio" if file.is_file() else "no such file"
         raise MeshError(str(file), fault, "needs a file that ends in .feb")
     laws: dict[str, AnyMaterial] = {}
-    rest = []
+    refused, unweighed = [], []
     content = read_content(file)
     materials = content.root.findall("Material/material")
     tags = {tag.get(key): tag for tag in materials for key in ("id", "name") if tag.get(key)}
     domains = {tag.get("name"): tag.get("mat") for tag in content.root.iterfind("MeshDomains/*")}
-    force = 1.0
-    for entry in content.root.iterfind("Module/units"):
-        if (units := (entry.text or "").strip()) not in {"", *_FORCES}:
-            raise content.error(entry, f"got '{shorten(units)}'", f"needs one of {', '.join(_FORCES)}")
-        force = _FORCES.get(units, 1.0)
+    said, force = content.units
+    unit = chosen_unit(file, said, given)
+    pressure, density = force / metres(unit) ** 2, force / metres(unit) ** 4
     for region, blocks in content.parts().items():
         names = (domains.get(region), blocks[0].get("mat"))
         tag = next((tags[name] for name in names if name in tags), None)
         try:
-            laws[region] = _law(ET.Element("") if tag is None else tag, force / scale**2, force / scale**4)
+            laws[region] = _law(ET.Element("") if tag is None else tag, pressure, density)
         except InputError as error:
             kind = "none" if tag is None else tag.get("type", "of no type")
-            rest.append(f"the material of {region} ({kind}: {error.found})")
-    return laws, tuple(rest)
+            refused.append(f"the material of {region} ({kind}: {error.found})")
+            continue
+        if tag is not None and not _is_of_tissue(density * _number(tag, "density", 0.0)):
+            unweighed.append(region)
+    assumed = [f"the file names no units, so moduli are taken in N/{unit}^2"] if said is None and laws else []
+    if unweighed:
+        assumed.append(f"{_USUAL:g} kg/m^3 for {', '.join(unweighed)}, whose density is none of a tissue")
+    return FileMaterials(laws, tuple(refused), tuple(assumed))
+
+
+def _is_of_tissue(density: float) -> bool:
+    return _DENSITIES[0] <= density <= _DENSITIES[1]
 
 
 def study_lines(laws: Mapping[str, Any]) -> list[str]:
@@ -109,8 +124,12 @@ def study_lines(laws: Mapping[str, Any]) -> list[str]:
 
 def _law(tag: ET.Element, pressure: float, density: float) -> AnyMaterial:
     """Return the law of a material, whose units of modulus [Pa] and of density [kg/m^3] are these."""
+    if tag.get("type") == "viscoelastic":
+        raise InputError(
+            "", f"relaxes in volume, too, as no law here does{_at_rest(tag, pressure)}", "needs another law"
+        )
     mass = density * _number(tag, "density", 0.0)
-    values: dict[str, Any] = {"density": f"{mass if _DENSITIES[0] <= mass <= _DENSITIES[1] else _USUAL:.12g} kg/m^3"}
+    values: dict[str, Any] = {"density": f"{mass if _is_of_tissue(mass) else _USUAL:.12g} kg/m^3"}
     inner, shape = tag, pressure
     if tag.get("type") == "uncoupled viscoelastic":
         # Moduli there are those after a long time, here those at once.
@@ -139,6 +158,16 @@ def _law(tag: ET.Element, pressure: float, density: float) -> AnyMaterial:
     else:
         constants = {"c10": 0.5 * _number(inner, "G")}
     return from_mapping(MooneyRivlin, values | {name: f"{shape * value:.12g} Pa" for name, value in constants.items()})
+
+
+def _at_rest(tag: ET.Element, pressure: float) -> str:
+    """Say which law the elastic part of a viscoelastic material has; nothing where there is none."""
+    elastic = tag.find("elastic")
+    with contextlib.suppress(InputError):
+        if elastic is not None:
+            values = as_mapping(_law(elastic, pressure, 0.0))
+            return f"; at rest {', '.join(f'{key} {values[key]}' for key in values if key in _SHOWN)}"
+    return ""
 
 
 def _terms(tag: ET.Element, first: str, second: str) -> list[tuple[float, float]]:

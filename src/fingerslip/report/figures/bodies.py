@@ -14,7 +14,6 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 from matplotlib.tri import Triangulation
 from numpy.typing import NDArray
 
@@ -50,6 +49,7 @@ Floats = NDArray[np.float64]
 
 _SKIN_WIDTH = 3.2
 _MARGIN = 0.06
+_MOVES = 1e-3  # share of its way from which on a plate is drawn as one that slides
 
 
 def has_pictures(history: xr.Dataset) -> bool:
@@ -66,16 +66,13 @@ def draw_contact(axes: Axes, history: xr.Dataset, moment: float, *, scaled: bool
         limits = field_limits(history, SceneOptions())
         draw_section(axes, history, nearest_snapshot(history, moment), "von_mises", limits, scaled=False)
     if scaled:
-        _draw_scale(axes)
+        _draw_scale(axes, beneath=True)
 
 
-def contact_keys(history: xr.Dataset) -> dict[str, Artist]:
-    """Return the keys of what :func:`draw_contact` draws; the stress of sections is light at zero, dark at its end."""
-    keys = style.state_keys((STICK, SLIP))
+def add_stress_bar(figure: Figure, pictures: Sequence[Axes], history: xr.Dataset) -> None:
+    """Put a bar of the stress beside pictures of :func:`draw_contact`, where they show it: in 2D."""
     if not is_solid(history):
-        _, top = field_limits(history, SceneOptions())
-        keys[f"von Mises stress, light 0 to dark {top:.2g} kPa"] = Patch(color=mpl.colormaps[palette.FIELD_MAP](0.5))
-    return keys
+        style.add_field_bar(figure, pictures, "von Mises\n[kPa]", field_limits(history, SceneOptions()))
 
 
 def frame_times(history: xr.Dataset, events: Events, names: Sequence[str] = MAIN_EVENTS) -> dict[float, str]:
@@ -215,14 +212,18 @@ def _layer_edges(cells: NDArray[np.integer], regions: NDArray[np.integer]) -> ND
     return np.stack(divmod(np.unique(numbers[counts == 1] % size**2), size), axis=1)
 
 
-def _draw_scale(axes: Axes) -> None:
-    """Draw a bar of a round length in millimetres below at the right."""
+def _draw_scale(axes: Axes, *, beneath: bool = False) -> None:
+    """Draw a bar of a round length in millimetres at the lower right, or beneath a small panel at its left."""
     (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
     length = scale_length(right - left)
-    end, level = right - 0.02 * (right - left), bottom + 0.03 * (top - bottom)
-    axes.plot([end - length, end], [level, level], color=palette.BLACK, linewidth=2.0, solid_capstyle="butt", zorder=6)
-    look = {"ha": "center", "va": "bottom", "fontsize": mpl.rcParams["legend.fontsize"]}
-    axes.text(end - 0.5 * length, level + 0.01 * (top - bottom), f"{length:g} mm", **look)
+    end = left + length if beneath else right - 0.02 * (right - left)
+    level = bottom + (-0.04 if beneath else 0.03) * (top - bottom)
+    line: dict[str, Any] = {"color": palette.BLACK, "linewidth": 2.0, "solid_capstyle": "butt", "zorder": 6}
+    axes.plot([end - length, end], [level, level], clip_on=not beneath, **line)
+    axes.set(xlim=(left, right), ylim=(bottom, top))
+    look = {"ha": "center", "va": "top" if beneath else "bottom", "fontsize": mpl.rcParams["legend.fontsize"]}
+    gap = (-0.03 if beneath else 0.01) * (top - bottom)
+    axes.text(end - 0.5 * length, level + gap, f"{length:g} mm", **look)
 
 
 def _draw_skin(axes: Axes, history: xr.Dataset, number: int, points: Floats) -> None:
@@ -249,8 +250,10 @@ def _draw_plates(axes: Axes, history: xr.Dataset, number: int) -> None:
         ends = 1e3 * face.centre[:2] + (right - left) * np.array([[-1.0], [1.0]]) * along
         axes.plot(ends[:, 0], ends[:, 1], color=palette.BLACK, linewidth=1.4, zorder=3)
         travel = history["counterface_displacement"].values[:, face.number] @ along
-        sign = float(np.sign(np.round(travel[np.abs(travel).argmax()], 9)))
-        if sign:
+        largest = travel[np.abs(travel).argmax()]
+        sign = float(np.sign(np.round(largest, 9)))
+        now = travel[nearest_record(history, float(history["snapshot_time"][number]))]
+        if sign and abs(now) > _MOVES * abs(largest):
             middle = 1e3 * face.centre[:2] - 0.06 * (right - left) * face.normal[:2]
             half = 0.09 * (right - left) * sign * along
             look = {"arrowstyle": "-|>", "color": palette.BLACK, "linewidth": 1.1, "shrinkA": 0, "shrinkB": 0}

@@ -13,16 +13,17 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import ConnectionPatch
 
 from fingerslip.afferents.model import Spikes, left_out_afferents
-from fingerslip.contact.states import SLIP, STICK
+from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.history import is_solid, nearest_record, nearest_snapshot
 from fingerslip.report.colours import GREY
 from fingerslip.report.figures import style
-from fingerslip.report.figures.bodies import contact_keys, draw_contact, has_pictures
+from fingerslip.report.figures.bodies import add_stress_bar, draw_contact, has_pictures
 from fingerslip.report.figures.patches import slide_moments
 from fingerslip.report.figures.signals import draw_forces, draw_raster, draw_ratios, draw_states, draw_stimulus
 from fingerslip.slip import Events
+from fingerslip.slip.windows import EVENTS
 
-_STIMULUS, _PICTURES, _STATES, _RASTER, _SERIES = 0.7, 1.3, 1.0, 0.8, 1.0  # inch
+_STIMULUS, _PICTURES, _STATES, _RASTER, _SERIES = 0.7, 1.7, 1.0, 0.8, 1.0  # inch
 _WIDTH = 6.8  # inch
 _PICTURES_SHOWN = 5
 
@@ -49,13 +50,13 @@ def composed_figure(
         lettered.append(pictures[0])
     if is_flat:
         draw_states(others[0], history, style.ShownTime(times))
-        others[0].set_ylabel("contact [mm]")
+        others[0].set_ylabel("contact\n[mm]")
     for axes, kind in zip(others[is_flat:], kinds, strict=True):
         assert spikes is not None  # kinds are theirs
         draw_raster(axes, spikes, history, kind)
     draw_forces(forces, history, times)
     draw_ratios(ratios, history, times)
-    ratios.set_ylabel("ratio, fraction")
+    ratios.set_ylabel("ratio,\nfraction")
     for axes in (forces, ratios):
         if axes is ratios or others:
             axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.97), borderaxespad=0.0, ncols=3)
@@ -65,9 +66,9 @@ def composed_figure(
     style.limit_to_slides(ratios, {title: history}, {title: events}, before=np.inf)
     seen = times <= ratios.get_xlim()[1]
     draw_stimulus(stimulus, history.isel(time=seen), times[seen])
-    style.mark_panels([stimulus, *others, forces, ratios], history, events.slip)
+    style.mark_panels([stimulus, *others, forces, ratios], history, events.slip, names=tuple(EVENTS))
     style.letter_panels([*lettered, *others, forces, ratios])
-    keys = contact_keys(history) if moments else style.state_keys((STICK, SLIP))
+    keys = style.state_keys((OPEN, STICK, SLIP) if is_flat else (STICK, SLIP))
     if spikes and (left_out := left_out_afferents(spikes, history)):
         keys[left_out] = Line2D([], [], linestyle="none")
     style.add_legend(figure, keys)
@@ -96,4 +97,5 @@ def _draw_pictures(figure: Figure, row: Axes, history: xr.Dataset, moments: Sequ
         line = ConnectionPatch(*ends, color=GREY, linewidth=0.7, zorder=1)
         line.set_in_layout(False)
         figure.add_artist(line)
+    add_stress_bar(figure, pictures, history)
     return pictures

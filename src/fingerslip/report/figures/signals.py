@@ -21,7 +21,7 @@ from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.history import sites_of_kinds
 from fingerslip.report import colours as palette
 from fingerslip.report.figures import style
-from fingerslip.report.figures.bodies import contact_keys, draw_contact, frame_times, has_pictures
+from fingerslip.report.figures.bodies import add_stress_bar, draw_contact, frame_times, has_pictures
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import (
     Events,
@@ -35,7 +35,7 @@ from fingerslip.slip import (
     slide_window,
     slipping_fraction,
 )
-from fingerslip.slip.windows import split_along
+from fingerslip.slip.windows import EVENTS, split_along
 
 Floats = NDArray[np.float64]
 
@@ -81,7 +81,9 @@ def force_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, title: s
         style.name_panel(axes, f"{moment:.3f} s, {words}", 2)
     for unused in every[1 + 2 * len(moments) :: 2] if moments else ():
         unused.set_visible(False)
-    style.add_legend(figure, contact_keys(history) if moments else {})
+    if moments:
+        add_stress_bar(figure, every[1 : 2 * len(moments) : 2], history)
+    style.add_legend(figure, style.state_keys((STICK, SLIP)) if moments else {})
     return figure
 
 
@@ -205,10 +207,10 @@ def slip_maps_figure(histories: Mapping[str, xr.Dataset], events: Mapping[str, E
     figure, panels = style.run_panels(tuple(histories), "Stick and slip along the contact", labels)
     for axes, (name, history), time in zip(panels, histories.items(), times, strict=True):
         draw_states(axes, history, time)
-        style.mark_run(axes, history, events.get(name, style.NO_EVENTS).slip)
+        style.mark_run(axes, history, events.get(name, style.NO_EVENTS).slip, tuple(EVENTS))
     style.limit_to_slides(panels[0], histories, events, before=0.3)
     patches = {n: Patch(facecolor=c, edgecolor="#999999", linewidth=0.5) for n, c in _STATES.items()}
-    style.add_legend(figure, {**patches, **style.run_keys(histories, events)})
+    style.add_legend(figure, {**patches, **style.run_keys(histories, events, tuple(EVENTS))})
     return figure
 
 

@@ -32,6 +32,7 @@ from matplotlib.ticker import FixedFormatter, FuncFormatter
 from numpy.typing import NDArray
 from PIL import Image
 
+from fingerslip.contact.states import OPEN
 from fingerslip.errors import InputError
 from fingerslip.history import phase_times
 from fingerslip.report.colours import (
@@ -250,7 +251,10 @@ def layer_keys(colours: Mapping[str, str], edge: str, **look: Any) -> dict[str, 
 
 def state_keys(states: Sequence[int]) -> dict[str, Artist]:
     """Return keys of states of the contact for a legend."""
-    return {STATE_NAMES[state]: Patch(color=STATE_COLOURS[state]) for state in states}
+    colours = {state: STATE_COLOURS[state] for state in states}
+    # What is open is as white as the page.
+    edges = colours | dict.fromkeys({OPEN} & colours.keys(), "#999999")
+    return {STATE_NAMES[state]: Patch(facecolor=colours[state], edgecolor=edges[state]) for state in states}
 
 
 def add_field_bar(figure: Figure, panels: Sequence[Axes], label: str, limits: tuple[float, float]) -> None:
@@ -410,35 +414,41 @@ def event_times(events: SlipEvents, names: Iterable[str] = MAIN_EVENTS) -> dict[
     return {name: time for name, time in times.items() if time is not None}
 
 
-def mark_events(axes: Axes, events: SlipEvents) -> None:
+def mark_events(axes: Axes, events: SlipEvents, names: Iterable[str] = MAIN_EVENTS) -> None:
     """Draw a vertical line at every event that happened, on a panel with time in seconds from left to right."""
-    for name, time in event_times(events).items():
+    for name, time in event_times(events, names).items():
         axes.axvline(time, color=EVENT_COLOURS[name], linewidth=1.3, linestyle=(0, EVENT_DASHES[name]), zorder=4)
 
 
-def mark_run(axes: Axes, history: xr.Dataset, events: SlipEvents) -> None:
+def mark_run(axes: Axes, history: xr.Dataset, events: SlipEvents, names: Iterable[str] = MAIN_EVENTS) -> None:
     """Draw vertical lines at the start of a run's slide, and at its events where they are known."""
     window = slide_window(history)
     if window is not None:
         axes.axvline(window.start, color=GREY, linewidth=1.0, linestyle=_DOTS, zorder=3)
-    mark_events(axes, events)
+    mark_events(axes, events, names)
 
 
-def mark_panels(panels: Sequence[Axes], history: xr.Dataset, events: SlipEvents, named: int = 1) -> None:
+def mark_panels(
+    panels: Sequence[Axes],
+    history: xr.Dataset,
+    events: SlipEvents,
+    named: int = 1,
+    names: Sequence[str] = MAIN_EVENTS,
+) -> None:
     """Mark a run in panels that have their axis of time, see :func:`mark_run`, and write the names above the first."""
     window = slide_window(history)
     for axes in panels:
-        mark_run(axes, history, events)
+        mark_run(axes, history, events, names)
     for axes in panels[:named]:
-        name_events(axes, window.start if window else None, events)
+        name_events(axes, window.start if window else None, events, names)
 
 
-def name_events(axes: Axes, start: float | None, events: SlipEvents) -> None:
+def name_events(axes: Axes, start: float | None, events: SlipEvents, names: Iterable[str] = MAIN_EVENTS) -> None:
     """Write the names of the marked events and of the start of the slide [s] above a panel.
 
     Each stands beside its line and clear of its neighbours; those beyond the limits of the panel have no name.
     """
-    times = ({} if start is None else {_SLIDE: start}) | event_times(events)
+    times = ({} if start is None else {_SLIDE: start}) | event_times(events, names)
     left, right = axes.get_xlim()
     figure, grid = axes.get_figure(root=True), axes.get_subplotspec()
     columns = grid.get_gridspec().ncols if grid else 1
@@ -482,17 +492,19 @@ def shown_until(windows: Sequence[SlideWindow], events: Sequence[SlipEvents]) ->
     return min(end, max(overall) + _SHOWN_AFTER * (max(overall) - start))
 
 
-def run_keys(histories: Mapping[str, xr.Dataset], events: Mapping[str, Events]) -> dict[str, Artist]:
+def run_keys(
+    histories: Mapping[str, xr.Dataset], events: Mapping[str, Events], names: Sequence[str] = MAIN_EVENTS
+) -> dict[str, Artist]:
     """Return keys for the lines that :func:`mark_run` draws from accumulated slip; none where nothing slides."""
     if all(slide_window(history) is None for history in histories.values()):
         return {}
-    return event_keys(event.slip for event in events.values())
+    return event_keys((event.slip for event in events.values()), names)
 
 
-def event_keys(events: Iterable[SlipEvents] | None = None) -> dict[str, Artist]:
+def event_keys(events: Iterable[SlipEvents] | None = None, names: Sequence[str] = MAIN_EVENTS) -> dict[str, Artist]:
     """Return keys of the marked lines for a legend: of events that happened in any of some runs, or of all events."""
-    names = MAIN_EVENTS if events is None else {name for events_of_run in events for name in event_times(events_of_run)}
+    marked = set(names) if events is None else {name for each in events for name in event_times(each, names)}
     keys: dict[str, Artist] = {_SLIDE: Line2D([], [], color=GREY, linewidth=1.2, linestyle=_DOTS)}
-    for name in (name for name in MAIN_EVENTS if name in names):
+    for name in (name for name in names if name in marked):
         keys[EVENTS[name]] = Line2D([], [], color=EVENT_COLOURS[name], linewidth=1.3, linestyle=(0, EVENT_DASHES[name]))
     return keys

@@ -13,7 +13,7 @@ from fingerslip.report.tables.compare import difference_from, span_of
 from fingerslip.report.tables.runs import differing_paths, time_digits
 from fingerslip.results import RunResult, StudyResult
 from fingerslip.slip import EventSettings
-from fingerslip.slip.measures import resolution_warnings
+from fingerslip.slip.measures import caveats
 from fingerslip.slip.windows import LATENCY, READINGS
 
 
@@ -36,7 +36,7 @@ def answer(study: StudyResult, starts: Mapping[str, float], references: Sequence
     else:
         first = _answer_of_many(study, sliding, slipped, starts)
     # What is too coarse, and how to learn how well the times are known where they have no error bars.
-    warnings = resolution_warnings({run_title(run, run.name): run.numbers for run in sliding})
+    warnings = caveats({run_title(run, run.name): run.numbers for run in sliding})
     has_bars = study.ranges or any(run.uncertainty for run in sliding)
     bars = "" if has_bars else "These times have no error bars yet: fingerslip converge finds them."
     return tuple(filter(None, (*first, *published_rows_beside(sliding, references), *warnings, bars)))

@@ -133,7 +133,8 @@ def save_mesh(target: str, path: Path | None = None, unit: LengthUnit | None = N
 
         save_figure(mesh_figure(inspected.mesh, name), path)
     first, *others = inspected.tables
-    note = f"{first.note}; lengths are taken as metres without --unit" if suffix and unit is None else first.note
+    assumes = suffix is not None and MeshFile(target, unit).assumes_metres
+    note = f"{first.note}; lengths are taken as metres without --unit" if assumes else first.note
     return (dataclasses.replace(first, title=str(path), note=note), *others)
 
 

@@ -8,9 +8,12 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from fingerslip.history import read_history
+from fingerslip.mesh.mixed import is_degenerate
 from fingerslip.published import published_set
 from fingerslip.report.citations import bibtex_entries, short_citation, source_keys
 from fingerslip.report.labels import short_labels
@@ -31,6 +34,9 @@ from fingerslip.study.storage.reporting import (
 from fingerslip.study.storage.store import read_manifest
 from fingerslip.units import Unit
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 _SPECIMENS = {
     "fingertip": "a fingertip",
     "tactip": "an optical tactile sensor",
@@ -44,6 +50,7 @@ _ELEMENTS = {
     "T10": "quadratic tetrahedra",
     "H8": "trilinear hexahedra",
 }
+_AMONG = {"Q4": "linear triangles", "H8": "linear prisms"}
 _INTEGRATION = {
     "selective": "; their volumetric part was integrated at their centres (@malkus1978)",
     "nodal": "; their volumetric part came from the mean dilatation around each node (@bonet1998)",
@@ -77,6 +84,8 @@ class _Facts:
 
     values: Mapping[str, ShownValue]
     attributes: Sequence[Mapping[str, Any]]
+    regions: Sequence[str]  # those with cells of their own
+    elements: Sequence[str]  # in words
     supports: Sequence[str]
     study: StudyResult
     versions: Mapping[str, str]
@@ -135,6 +144,8 @@ def _facts_of(folder: Path) -> _Facts:
     return _Facts(
         values={row.path: _in_a_sentence(row) for row in rows if row.source != NOT_USED},
         attributes=[history.attrs for history in histories],
+        regions=_regions_with_cells(histories[0]) if histories else [],
+        elements=list(dict.fromkeys(map(_elements_of, histories))),
         supports=[str(name) for name in histories[0]["support"].values] if histories else [],
         study=study,
         versions={
@@ -143,6 +154,20 @@ def _facts_of(folder: Path) -> _Facts:
         },
         commit=str(manifest.get("commit") or ""),
     )
+
+
+def _regions_with_cells(history: xr.Dataset) -> list[str]:
+    """Return the regions that give cells their material; sets of a deck that hold others do not."""
+    names = str(history.attrs.get("regions", "")).split(", ")
+    return [names[number] for number in np.unique(history["cell_region"].values) if number >= 0]
+
+
+def _elements_of(history: xr.Dataset) -> str:
+    """Return the elements of a mesh in words, and what stands among them where it is mixed."""
+    name = str(history.attrs["element"])
+    words = f"{_ELEMENTS.get(name, 'elements')} ({name})"
+    mixed = name in _AMONG and is_degenerate(history["cell_nodes"].values).any()
+    return f"{words} with {_AMONG[name]} among them" if mixed else words
 
 
 def _in_a_sentence(value: ShownValue) -> ShownValue:
@@ -197,9 +222,8 @@ def _origins(facts: _Facts, kind: str) -> Iterator[str]:
 
 def _layers(facts: _Facts, kind: str) -> Iterator[str]:
     """Yield a sentence on the material of every region."""
-    regions = str(facts.attributes[0].get("regions", "")).split(", ") if facts.attributes else []
     texts = []
-    for region in regions:
+    for region in facts.regions:
         values = facts.below(f"materials.{region}") or facts.below(f"{kind}.materials.{region}")
         law = values.pop("law", "elastic")
         words = _LAWS.get(law, law.replace("_", " "))
@@ -221,7 +245,7 @@ def _mesh(facts: _Facts) -> Iterator[str]:
     size = f", {_in_words(sizes)}" if sizes else ""
     rule = facts.text("integration")
     integrated = _INTEGRATION.get(rule, "") if rule != "selective" or set(names) & set(_SELECTIVE) else ""
-    elements = _enumerate(f"{_ELEMENTS.get(name, 'elements')} ({name})" for name in names)
+    elements = _enumerate(facts.elements)
     mesher = ", meshed by fTetWild (@hu2020)" if facts.text("mesh.skin") else ""
     yield (
         f"The mesh had {facts.span('n_nodes')} nodes and {facts.span('n_degrees_of_freedom')} unknowns in "

@@ -157,7 +157,7 @@ def _check_extent(mesh: Any, run: Run) -> None:
     travel = max((phase_travel(phase) for programme in programmes for phase in programme), default=0.0)
     body = max(_LARGE_BODY, _LARGEST_RATIO * travel) if travel > 0.0 else np.inf
     largest = body if run.specimen is None else run.specimen.largest_extent
-    if study.mesh.assumes_metres and extent > largest:
+    if extent > largest and study.mesh.assumes_metres:
         beside = f"a {kind}" if kind else f"a body that is touched over {millimetres(travel)}"
         fault = f"the body is {extent:.4g} m large, too large for {beside}"
         repair = "write 'length_unit: mm' beside 'file' for a file in millimetres, 'length_unit: m' if it is that large"

@@ -19,11 +19,13 @@ from fingerslip.parameters import Leaf, walk_values
 from fingerslip.parameters.dotted import is_below, known_part
 from fingerslip.parameters.presets import Presets, PresetValue
 from fingerslip.published import published_set
+from fingerslip.report.labels import run_title
 from fingerslip.report.tables.compare import compare_table
 from fingerslip.report.tables.parameters import NOT_USED, ShownValue
 from fingerslip.report.tables.runs import events_table
 from fingerslip.report.tables.samples import sample_tables
 from fingerslip.results import HISTORY, RUN, RunResult, StudyResult
+from fingerslip.slip.measures import caveats
 from fingerslip.slip.windows import slide_window
 from fingerslip.specimens.choice import SPECIMENS
 from fingerslip.specimens.protocol import ModelUse, Specimen
@@ -217,9 +219,15 @@ def study_tables(study: StudyResult) -> tuple[Table, ...]:
 
         return reaction_tables(reactions_of(study))
     if study.ranges:
-        return sample_tables(study, [published_set(name) for name in study.compare])
-    beside = (compare_table(study.runs, published_set(name)) for name in study.compare)
-    return (events_table(study.runs), *(table for table in beside if table.rows))
+        tables = sample_tables(study, [published_set(name) for name in study.compare])
+    else:
+        beside = (compare_table(study.runs, published_set(name)) for name in study.compare)
+        tables = (events_table(study.runs), *(table for table in beside if table.rows))
+    if not tables:
+        return ()
+    said = caveats({run_title(run, run.name): run.numbers for run in study.runs})
+    first = dataclasses.replace(tables[0], note="\n".join(filter(None, (tables[0].note, *said))))
+    return (first, *tables[1:])
 
 
 def report_again(folder: str | Path) -> tuple[Table, ...]:

@@ -6,8 +6,9 @@ import pytest
 import fingerslip as fs
 from fingerslip.errors import MeshError
 from fingerslip.fe.space import boundary_nodes, build_space
-from fingerslip.mesh.decks.materials import materials_and_rest, read_materials
+from fingerslip.mesh.decks.materials import file_materials, read_materials
 from fingerslip.mesh.io import read_mesh
+from fingerslip.mesh.source import MeshFile
 from unit.mesh.decks.texts import BETWEEN, CUBE, FEBIO, PRISM, SQUARE, TETRAHEDRON, TRIANGLE, check_damage, write
 
 # The same in the versions before.
@@ -84,6 +85,21 @@ def test_materials_that_exist_here_come_in_pascals(tmp_path, units, unit, modulu
         assert skin.density == pytest.approx(1100.0)
 
 
+def test_a_file_that_names_its_units_needs_no_other_and_takes_none(tmp_path):
+    path, bare = write(tmp_path / "pad.feb", FEBIO), FEBIO.replace("<units>mm-N-s</units>", "")
+    silent = write(tmp_path / "silent.feb", bare)
+    np.testing.assert_array_equal(read_mesh(path).p, read_mesh(silent, "mm").p)
+    assert read_materials(path) == read_materials(path, "mm") == read_materials(silent, "mm")
+    for read in (read_mesh, read_materials):
+        with pytest.raises(MeshError, match=r"pad\.feb: unit: got 'm', the file's own units have mm; leave it out, or"):
+            read(path, "m")
+    assert (MeshFile(str(path)).assumes_metres, MeshFile(str(silent)).assumes_metres) == (False, True)
+    weightless = "1000 kg/m^3 for Tissue, whose density is none of a tissue"
+    assert file_materials(path, None).assumed == (weightless,)
+    moduli = "the file names no units, so moduli are taken in N/mm^2"
+    assert file_materials(silent, "mm").assumed == (moduli, weightless)
+
+
 @pytest.mark.parametrize("tag", ["NodeSet", "ElementSet", "Surface"])
 def test_sets_without_a_name_are_left_out(tmp_path, tag, caplog):
     with caplog.at_level("INFO"):
@@ -126,7 +142,11 @@ LINEAR = material("isotropic elastic", "<E>0.05</E><v>0.3</v>")
         ),
         (
             material("viscoelastic", '<g1>1</g1><t1>1</t1><elastic type="neo-Hookean"/>'),
-            "viscoelastic: has no law here",
+            "viscoelastic: relaxes in volume, too, as no law here does)",
+        ),
+        (
+            material("viscoelastic", '<g1>1</g1><elastic type="neo-Hookean"><E>0.05</E><v>0.3</v></elastic>'),
+            "viscoelastic: relaxes in volume, too, as no law here does; at rest youngs_modulus 50000.0 Pa,",
         ),
         (
             material(
@@ -149,7 +169,8 @@ LINEAR = material("isotropic elastic", "<E>0.05</E><v>0.3</v>")
     ],
 )
 def test_every_material_is_a_law_or_is_listed(tmp_path, text, expected):
-    laws, rest = materials_and_rest(write(tmp_path / "pad.feb", FEBIO.replace(GEL, text)), "mm")
+    materials = file_materials(write(tmp_path / "pad.feb", FEBIO.replace(GEL, text)), "mm")
+    laws, rest = materials.laws, materials.refused
     if isinstance(expected, str):
         assert list(laws) == ["Skin"]
         assert rest[0].startswith(f"the material of Tissue ({expected}")

@@ -11,6 +11,7 @@ from matplotlib.collections import LineCollection, PolyCollection, TriMesh
 from matplotlib.colors import to_hex
 from matplotlib.patches import ConnectionPatch
 from matplotlib.quiver import Quiver
+from matplotlib.text import Annotation
 
 import fingerslip as fs
 from fingerslip.contact.states import OPEN, SLIP, STICK
@@ -23,7 +24,6 @@ from fingerslip.report.figures import bodies, detectors, markers, patches, signa
 from fingerslip.report.page.pictures import draw_of_run, draw_of_study
 from fingerslip.report.scene import viewer
 from fingerslip.report.scene.options import SceneOptions
-from fingerslip.report.scene.scene import field_limits
 from fingerslip.results import RunResult
 from fingerslip.sampling.sensitivity import fits_of
 from fingerslip.slip import Events, SlipEvents, contact_patch, slide_window
@@ -111,7 +111,7 @@ FIELDS = ["displacement", "velocity", "rigid residual", "divergence [%]", "curl 
 PHALANGES = ["phalanx original", "phalanx scaled"]
 VIEWED = SceneOptions(scalar="region", contact=True, camera="below", written=False)
 AT_EVENTS = Events(slip=SlipEvents(incipient=0.06, noticed=0.07, overall=0.1))
-STRESS_KEY = f"von Mises stress, light 0 to dark {field_limits(block_history('Q4'), SceneOptions())[1]:.2g} kPa"
+STRESS_BAR = "von Mises\n[kPa]"
 LATER = Events(slip=SlipEvents(incipient=0.055, overall=0.085))
 ACROSS = [{VARIANT: name} for name in ("original", "scaled")]
 STRAIN_MODELS = {"FA-II": fs.human_afferents()["SA-I"]}
@@ -135,7 +135,8 @@ FIGURES = {
     "slip-map": (of_run("slip-map", title="a"), ["a"], {"time [s]", "open", "incipient"}, ON_SLIP),
     "slip-maps": (
         of_study("slip-maps"), list(HISTORIES),
-        {"time [s]", "position along the plate [mm]", "open", "stick", "slip", "incipient"}, ON_SLIP),
+        {"time [s]", "position along the plate [mm]", "open", "stick", "slip", "incipient", "48 %"},
+        sorted([*ON_SLIP, EVENTS.slip.noticed])),
     "displacement": (
         of_run("displacement"), [], {"displacement since the slide began [mm]"},
         [EVENTS.displacement.incipient, EVENTS.displacement.three_quarter, EVENTS.displacement.overall]),
@@ -221,10 +222,10 @@ FIGURES = {
     "composed": (
         of_run("composed", lambda: block_history("Q4"), AT_EVENTS, afferents=STRAIN_MODELS),
         ["0.00 s", "0.05 s", "0.10 s"],
-        {"plate [mm]", "contact [mm]", "1 FA-II\nby place", "force [N]", "ratio, fraction", "stick"}),
+        {"plate [mm]", "contact\n[mm]", "1 FA-II\nby place", "force [N]", "ratio,\nfraction", "open", STRESS_BAR}),
     "composed in 3D": (
         of_run("composed", block_history, LATER), ["0.03 s", "0.05 s", "0.06 s", "0.08 s", "0.09 s"],
-        {"plate [mm]", "force [mN]", "ratio, fraction"}),
+        {"plate [mm]", "force [mN]", "ratio,\nfraction"}),
     "spikes": (
         of_run("spikes", lambda: block_history("Q4"), AT_EVENTS, afferents=STRAIN_MODELS), [],
         {"plate [mm]", "1 FA-II\nby place", "mean rate [1/s]"}, [0.05, 0.06, 0.1]),
@@ -325,28 +326,37 @@ def test_keys_of_ratios_cover_no_curve():
 
 def test_forces_have_the_body_beside_at_the_start_of_the_slide_and_at_overall_slip():
     expected = ["0.050 s, start of slide", "0.100 s, overall"]
-    for element, keys in (("Q4", ["stick", "slip", STRESS_KEY]), ("T4", ["stick", "slip"])):
+    for element, has_bar in (("Q4", True), ("T4", False)):
         figure = signals.force_figure(block_history(element), AT_EVENTS)
         assert titles(figure) == expected
-        assert [text.get_text() for text in figure.legends[0].get_texts()] == keys
+        assert [text.get_text() for text in figure.legends[0].get_texts()] == ["stick", "slip"]
+        assert (STRESS_BAR in words(figure)) == has_bar
     assert titles(signals.force_figure(block_history("Q4"))) == expected[:1]
     assert titles(signals.force_figure(HISTORY, EVENTS)) == [], "without snapshots there is none"
 
 
+def test_plates_have_an_arrow_from_when_they_slide():
+    figure = bodies.deformed_figure(block_history("Q4"), times=(0.0, 0.1))
+    sections = [axes for axes in panels(figure) if axes.get_title(loc="left")]
+    assert [any(isinstance(text, Annotation) for text in axes.texts) for axes in sections] == [False, True]
+
+
 def test_pictures_of_a_run_are_led_to_their_times_on_one_axis_with_all_signals():
     figure = drawn("composed")
-    states = next(axes for axes in figure.axes if axes.get_ylabel() == "contact [mm]")
+    states = next(axes for axes in figure.axes if axes.get_ylabel() == "contact\n[mm]")
     leads = [artist for artist in figure.artists if isinstance(artist, ConnectionPatch)]
     assert [lead.xy2[0] for lead in leads] == pytest.approx([0.0, 0.05, 0.1])
     assert all(lead.coords2 == states.get_xaxis_transform() for lead in leads)
-    timed = [axes for axes in panels(figure) if axes.get_ylabel()]
+    timed = [axes for axes in panels(figure) if axes.get_ylabel() not in {"", STRESS_BAR}]
     assert len({axes.get_xlim() for axes in timed}) == 1
     assert all(
-        marked(axes) == pytest.approx([0.05, 0.06, 0.1]) for axes in timed if axes.get_ylabel() != "ratio, fraction"
+        marked(axes) == pytest.approx([0.05, 0.06, 0.07, 0.1])
+        for axes in timed
+        if axes.get_ylabel() != "ratio,\nfraction"
     )
     with style.looking("paper"):
         lettered = draw_of_run("composed", RunSubject(block_history("Q4"), AT_EVENTS))
-    assert lettered.legends[0].get_texts()[-1].get_text() == STRESS_KEY
+    assert [text.get_text() for text in lettered.legends[0].get_texts()] == ["open", "stick", "slip"]
     letters = [text for axes in panels(lettered) for text in texts(axes) if len(text) == 1]
     assert sorted(letters) == ["a", "b", "c", "d", "e"]
 

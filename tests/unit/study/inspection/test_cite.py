@@ -4,6 +4,7 @@ import dataclasses
 import re
 
 import pytest
+import xarray as xr
 import yaml
 
 from fingerslip.dynamics.finite import newton
@@ -121,6 +122,14 @@ def test_a_text_says_what_was_run_and_has_an_entry_for_each_paper_in_it(case, tm
 )
 def test_values_that_differ_between_runs_are_a_list_in_a_sentence(text, source, words):
     assert cite._in_a_sentence(ShownValue("path", text, source)).value == words
+
+
+def test_regions_without_cells_of_their_own_are_left_out_and_triangles_among_quadrilaterals_are_told():
+    coordinates = {"cell_nodes": (("cell", "corner"), [[0, 1, 2, 3], [1, 4, 2, 2]]), "cell_region": ("cell", [2, 1])}
+    history = xr.Dataset(coords=coordinates, attrs={"regions": "ALL, Skin, Tissue", "element": "Q4"})
+    assert cite._regions_with_cells(history) == ["Skin", "Tissue"]
+    assert cite._elements_of(history) == "bilinear quadrilaterals (Q4) with linear triangles among them"
+    assert cite._elements_of(history.isel(cell=[0])) == "bilinear quadrilaterals (Q4)"
 
 
 def test_vectors_that_differ_between_runs_are_told_apart(write_study):

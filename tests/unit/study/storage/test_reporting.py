@@ -154,8 +154,17 @@ def test_tables_stand_beside_published_sets_that_have_events():
     swept = {"fingertip.phalanx.variant": "original", "contact.friction_coefficient": 0.6}
     fits = RunResult("r", swept, events, values={"fingertip.fingerprint.enabled": False})
     study = StudyResult(Path(), ("wang2014-table2", "wang2014-qualitative"), (fits,))
-    titles = [table.title for table in reporting.study_tables(study)]
-    assert titles == ["Slip events from accumulated slip", "Slip events of the three phalanges (Table 2)"]
+    tables = reporting.study_tables(study)
+    titles = ["Slip events from accumulated slip", "Slip events of the three phalanges (Table 2)"]
+    assert [table.title for table in tables] == titles
+    # What is too coarse, and which contact slips, stands below the first.
+    doubtful = dataclasses.replace(fits, numbers={"slide_records": 4, "sticking_at_overall": 3})
+    first, second = reporting.study_tables(StudyResult(Path(), study.compare, (doubtful,)))
+    assert (first.rows, second) == (tables[0].rows, tables[1])
+    said = first.note.removeprefix(tables[0].note).strip().splitlines()
+    assert said[0].endswith("contact at the start of the slide: of the nodes that touch since then, 3 still stick.")
+    assert said[1].startswith("Too coarse for the times of slip: ")
+    assert len(said) == 2
 
 
 def test_report_has_a_picture_file_for_every_figure_and_one_section_for_the_one_mesh(finished, monkeypatch):
