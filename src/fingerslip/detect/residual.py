@@ -54,7 +54,7 @@ _RIGID = 0.3  # share of the first motion of a slide that is not rigid, at most
 class ResidualSettings:
     """When markers have left the pattern; all values were chosen on simulated and analytic slides."""
 
-    rest_frames: Annotated[int, pydantic.Field(ge=1)] = 30  # in which the sensor rests, at the start
+    rest_frames: Annotated[int, pydantic.Field(ge=1)] = 30  # of rest at the start, at most: it ends where markers stir
     noise: NonNegativeNumber = 5.0  # residual that counts, in units of its root mean square at rest [-]
     growth: NonNegativeNumber = 0.02  # residual that counts, as a share of the displacement [-]
     share: Annotated[Number, pydantic.Field(gt=0, le=1)] = 0.1  # of the markers with such a residual, that is slip [-]
@@ -106,7 +106,11 @@ class ResidualDetector(FrameByFrame[ResidualFinding]):
         self._slides: list[Slide] = []
         self._history: deque[tuple[float, Floats]] = deque(maxlen=_MOST)  # times and positions (n, 2)
 
+    def _has_rested(self, positions: Floats) -> bool:
+        return _rest_length(positions) < len(positions)
+
     def _begin(self, positions: Floats) -> None:
+        positions = positions[: _rest_length(positions)]
         visible: NDArray[np.bool_] = np.asarray(np.isfinite(positions).all(axis=2))
         self._chosen: NDArray[np.bool_] = visible.mean(axis=0) >= 0.5
         if self._chosen.sum() < _FEWEST:
@@ -245,13 +249,20 @@ def frames_at_rest(tracks: xr.Dataset) -> int:
     position = markers_of(tracks, "internal")["position"].values
     if len(position) <= _FEWEST:
         raise InputError("tracks", f"have {len(position)} frames", f"needs more than {_FEWEST} at rest")
-    at_rest = np.nanmean(position[:_FEWEST], axis=0)
-    spacing = float(np.median(nearest_neighbours(at_rest[np.isfinite(at_rest).all(axis=1)])[1]))
-    stirred = np.sqrt(np.nanmean(((position - at_rest) ** 2).sum(axis=2), axis=1))
+    return min(_rest_length(position), _MOST)
+
+
+def _rest_length(position: Floats) -> int:
+    """Return in how many of the first frames the markers (n_frames, n_markers, 2) rest, as they do in five or more."""
+    at_rest: Floats = np.ma.masked_invalid(position[:_FEWEST]).mean(axis=0).filled(np.nan)
+    is_seen = np.isfinite(at_rest).all(axis=1)
+    if len(position) <= _FEWEST or is_seen.sum() < _FEWEST:
+        return len(position)
+    spacing = float(np.median(nearest_neighbours(at_rest[is_seen])[1]))
+    stirred = np.sqrt(np.ma.masked_invalid(((position - at_rest) ** 2).sum(axis=2)).mean(axis=1))
     limit = max(_STIRRED * float(stirred[:_FEWEST].mean()), _STIR * spacing)
-    later = np.flatnonzero(stirred[_FEWEST:] > limit)
-    end = _FEWEST + (int(later[0]) if later.size else len(stirred))
-    return max(_FEWEST, min(end - 2, _MOST))
+    later = np.flatnonzero((stirred[_FEWEST:] > limit).filled(False))
+    return max(_FEWEST, _FEWEST + int(later[0]) - 2) if later.size else len(position)
 
 
 def detect_residual(tracks: xr.Dataset, settings: ResidualSettings | None = None) -> list[ResidualFinding]:

@@ -100,6 +100,23 @@ def test_rest_is_found(rest, expected):
     assert frames_at_rest(tracks) == pytest.approx(expected, abs=2)
 
 
+@pytest.mark.parametrize("rest_frames", [5, 19, 25, 30, 60])
+def test_rest_frames_that_reach_into_the_slide_change_nothing(rest_frames):
+    case = trial()  # it rests for 20 frames
+    findings = detect_residual(case.tracks, ResidualSettings(rest_frames=rest_frames))
+    assert findings[0].time == case.tracks["time"].values[0]
+    assert findings[-1].onsets.incipient == pytest.approx(case.labels["contact"].incipient, abs=0.11)
+    assert findings[-1].onsets.gross == pytest.approx(case.labels["contact"].gross, abs=0.11)
+
+
+def test_a_clip_without_motion_or_with_frames_of_no_marker_rests():
+    dark = STILL.copy(deep=True)
+    dark["position"].values[[2, 9]] = np.nan
+    for tracks in (STILL, dark):
+        assert frames_at_rest(tracks) == 30
+        assert detect_residual(tracks)[-1].slides == ()
+
+
 STILL = moved(np.zeros((30, 49, 2)))
 
 
