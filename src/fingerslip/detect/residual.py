@@ -67,7 +67,7 @@ class ResidualSettings:
 class Slide:
     """What happens from one rest to the next."""
 
-    start: float  # when the markers begin to move [s]
+    start: float  # when the markers first leave the noise of rest [s]
     is_press: bool  # whether their first motion is no rigid one, so that nothing is said of slip
     onsets: Onsets = field(default_factory=lambda: Onsets(None, None))
     end: float | None = None  # when the markers rest again [s], where they do
@@ -135,6 +135,7 @@ class ResidualDetector(FrameByFrame[ResidualFinding]):
         self._steps: deque[float] = deque(maxlen=3 * _WINDOW)
         self._beyond: deque[tuple[float, bool]] = deque(maxlen=self.settings.frames)
         self._fastest = 0.0
+        self._stirred: float | None = None  # since when they are beyond their noise at rest [s]
 
     def _decide(self, frame: SeenMarkers) -> ResidualFinding:
         start, settings = clock.perf_counter(), self.settings
@@ -162,10 +163,15 @@ class ResidualDetector(FrameByFrame[ResidualFinding]):
     def _start(self, time: float, moved: Floats, displacement: float) -> None:
         """See whether the markers begin to move, and in which pattern, by their displacements (n, 2)."""
         self._first.append(moved)
+        if displacement <= _STIRRED * self._jitter:
+            self._stirred = None
+        elif self._stirred is None:
+            self._stirred = time
         if displacement > self._clear:
             self._pattern = self._less_rigid(np.mean(self._first, axis=0))
-            self._is_moving = True
-            self._slides.append(Slide(time, _rms(self._less_rigid(moved)) > _RIGID * displacement))
+            self._is_moving, self._clear_since = True, time
+            start = time if self._stirred is None else self._stirred
+            self._slides.append(Slide(start, _rms(self._less_rigid(moved)) > _RIGID * displacement))
 
     def _less_rigid(self, moved: Floats) -> Floats:
         residual: Floats = fit_rigid_motions(self._rest, (self._rest + moved)[None]).residual[0]
@@ -204,7 +210,7 @@ class ResidualDetector(FrameByFrame[ResidualFinding]):
         if len(newest) == _FEWEST and _rms(np.stack(newest) - self._rest) < 0.5 * self._clear:
             self._end(time, self._rest)  # back where it began
             return
-        if time - self._slides[-1].start < _STILL:
+        if time - self._clear_since < _STILL:
             return
         recent = np.stack([places for then, places in self._history if time - then <= _STILL])
         earlier, later = np.array_split(recent, 2)

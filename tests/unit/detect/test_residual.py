@@ -109,6 +109,14 @@ def test_rest_frames_that_reach_into_the_slide_change_nothing(rest_frames):
     assert findings[-1].onsets.gross == pytest.approx(case.labels["contact"].gross, abs=0.11)
 
 
+def test_a_slide_begins_where_markers_first_leave_their_noise():
+    tracks = moved(path((20, 0.0), (120, 12.0))[:, None, None] * ALONG)  # 0.1 px a frame
+    (slide,) = slides_of(detect_residual(tracks, SETTINGS))
+    assert slide.start == pytest.approx(20 / 30, abs=0.1)
+    clip = clip_of(tracks)
+    assert clip.moments["at rest"] <= 20
+
+
 def test_a_clip_without_motion_or_with_frames_of_no_marker_rests():
     dark = STILL.copy(deep=True)
     dark["position"].values[[2, 9]] = np.nan
