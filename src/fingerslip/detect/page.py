@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -110,7 +110,9 @@ def write_slip_page(clip: SlipClip, folder: Path) -> Path:
     """Write a folder with the page, the times and, of a video, its tracks, whole or not at all; return the page."""
     check_replaceable(folder, _FILE)
     with new_folder(folder) as partial:
-        write_text(partial / _FILE, to_csv(slide_table(clip)))
+        table = slide_table(clip)
+        with_units = tuple(Column(column.heading) for column in table.columns)
+        write_text(partial / _FILE, to_csv(replace(table, columns=with_units)))
         if clip.frames is not None:
             write_tracks(clip.tracks, partial / "tracks.nc")
         write_page(slip_report(clip), partial / "slip.html")

@@ -167,6 +167,8 @@ def test_the_page_says_when_and_how_sure_and_shows_it(tmp_path, monkeypatch):
     assert list(clip.moments) == ["at rest", "slip begins", "between", "gross slip begins"]
     text = write_slip_page(clip, tmp_path / "page").read_text()
     assert sorted(entry.name for entry in (tmp_path / "page").iterdir()) == ["slip.csv", "slip.html", "tracks.nc"]
+    header = (tmp_path / "page" / "slip.csv").read_text().splitlines()[0]
+    assert header == "begins [s],ends [s],what,slip [s],gross slip [s],sure [%]"
     for section in ("When", "Timeline", "Which markers", "The moments around", "How it was found", "Speed"):
         assert f">{section}</h2>" in text
     assert text.count("image/webp") == 2
