@@ -235,7 +235,10 @@ def timeline_figure(clip: SlipClip) -> Figure:
     figure, panels = figure_grid(3 if rows else 1, 1, (7.2, 1.35), f"Slip in {clip.name}", ("time [s]", ""), share="x")
     if rows:
         unit, scale = SHOWN_UNITS[str(clip.tracks["position"].attrs["units"])]
-        panels[0].plot(time, [scale * entry.displacement for entry in rows], color=BLUE, linewidth=1.2)
+        # Where the markers rest again, displacements begin anew.
+        ends = {slide.end for slide in clip.slides}
+        moved = [np.nan if entry.time in ends else scale * entry.displacement for entry in rows]
+        panels[0].plot(time, moved, color=BLUE, linewidth=1.2)
         panels[0].set_ylabel(f"displaced [{unit}]")
         panels[1].plot(time, [100 * entry.share for entry in rows], color=BLACK, linewidth=1.0)
         panels[1].axhline(100 * ResidualSettings().share, color=GREY, linewidth=0.8, linestyle=":")

@@ -86,6 +86,8 @@ def test_a_press_is_not_judged_and_a_slide_behind_it_is():
     assert second.onsets.incipient == pytest.approx(130 / 30, abs=0.3)
     assert second.onsets.gross is None
     assert findings[-1].onsets == second.onsets
+    line = page.timeline_figure(clip_of(moved(press + slide))).axes[0].lines[0]
+    assert np.isnan(np.asarray(line.get_ydata())).sum() == sum(slide.end is not None for slide in (first, second))
 
 
 def test_markers_that_spring_back_are_gross_slip_and_those_that_are_pushed_back_are_none():
