@@ -278,7 +278,7 @@ def run(
         Path | None, typer.Option(metavar="DIR", help="Folder of the page; else NAME_slip beside SOURCE.")
     ] = None,
     rest_frames: Annotated[
-        int | None, typer.Option(metavar="N", min=5, help="Frames at rest at the start; else found.")
+        int | None, typer.Option(metavar="N", min=5, help="Frames at rest at the start, at most.")
     ] = None,
     tracking: Any,
     as_json: AsJson = False,

@@ -80,15 +80,21 @@ class FrameByFrame(ABC, Generic[F]):
         if self._waiting is None:
             return [self._decide(frame)]
         self._waiting.append(frame)
-        if len(self._waiting) < self.rest_frames:
+        positions = np.stack([entry.position for entry in self._waiting]).astype(np.float64)
+        if len(positions) < self.rest_frames and not self._has_rested(positions):
             return []
         waiting, self._waiting = self._waiting, None
-        self._begin(np.stack([entry.position for entry in waiting]).astype(np.float64))
+        self._begin(positions)
         return [self._decide(entry) for entry in waiting]
+
+    def _has_rested(self, positions: Floats) -> bool:
+        """Tell whether rest is over before its frames are all there, by positions (n_frames, n_markers, 2)."""
+        del positions
+        return False
 
     @abstractmethod
     def _begin(self, positions: Floats) -> None:
-        """Take the positions of all frames at rest, (n_frames, n_markers, 2)."""
+        """Take the positions of the frames that were waited for, (n_frames, n_markers, 2)."""
 
     @abstractmethod
     def _decide(self, frame: SeenMarkers) -> F:

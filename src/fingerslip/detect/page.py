@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -110,7 +110,9 @@ def write_slip_page(clip: SlipClip, folder: Path) -> Path:
     """Write a folder with the page, the times and, of a video, its tracks, whole or not at all; return the page."""
     check_replaceable(folder, _FILE)
     with new_folder(folder) as partial:
-        write_text(partial / _FILE, to_csv(slide_table(clip)))
+        table = slide_table(clip)
+        with_units = tuple(Column(column.heading) for column in table.columns)
+        write_text(partial / _FILE, to_csv(replace(table, columns=with_units)))
         if clip.frames is not None:
             write_tracks(clip.tracks, partial / "tracks.nc")
         write_page(slip_report(clip), partial / "slip.html")
@@ -149,15 +151,25 @@ def answer_of(clip: SlipClip) -> tuple[str, ...]:
         if slide.onsets.gross is not None:
             times.append(f"gross slip at {slide.onsets.gross:.2f} s")
         text = ", ".join(times)
-        sentences.append(f"{text[0].upper()}{text[1:]}; {_sureness(clip, slide)} % sure.")
+        sentences.append(f"{text[0].upper()}{text[1:]}; slip: {_sureness(clip, slide)} %.")
     if len(slips) > 3:
         sentences.append(f"Slip in {len(slips) - 3} further slides: see the table.")
+    if slips:
+        sentences.append(_time_error(clip))
     if not slips:
         sentences.append("No slip was found." if len(clip.slides) > presses else "No slide was found.")
     if presses:
         words = "1 motion is a press" if presses == 1 else f"{presses} motions are presses"
         sentences.append(f"{words} or begins one: of slip in it nothing is said.")
     return tuple(sentences)
+
+
+def _time_error(clip: SlipClip) -> str:
+    """Return how far times of slip were off in tests, where that is known."""
+    if not clip.residual:
+        return "Error of the time not known."
+    errors = [f"{middle:.1f} s ({low:.1f} to {high:.1f}) on {name}" for name, *_, middle, low, high in _TIMED]
+    return f"Error of the time when slip begins, in tests: {', '.join(errors)}."
 
 
 def slip_report(clip: SlipClip) -> Report:
@@ -201,6 +213,10 @@ TESTED: Sequence[tuple[str, int, int, int, float | None, float | None, float | N
 )
 
 
+# Of these the answer says how far times are off.
+_TIMED = (TESTED[0], TESTED[2])
+
+
 def tested_table() -> Table:
     """Return the error rates of the detector that ships, on what it was tested on."""
     names = ("tested on", "clips", "slip found", "early or false")
@@ -219,7 +235,10 @@ def timeline_figure(clip: SlipClip) -> Figure:
     figure, panels = figure_grid(3 if rows else 1, 1, (7.2, 1.35), f"Slip in {clip.name}", ("time [s]", ""), share="x")
     if rows:
         unit, scale = SHOWN_UNITS[str(clip.tracks["position"].attrs["units"])]
-        panels[0].plot(time, [scale * entry.displacement for entry in rows], color=BLUE, linewidth=1.2)
+        # Where the markers rest again, displacements begin anew.
+        ends = {slide.end for slide in clip.slides}
+        moved = [np.nan if entry.time in ends else scale * entry.displacement for entry in rows]
+        panels[0].plot(time, moved, color=BLUE, linewidth=1.2)
         panels[0].set_ylabel(f"displaced [{unit}]")
         panels[1].plot(time, [100 * entry.share for entry in rows], color=BLACK, linewidth=1.0)
         panels[1].axhline(100 * ResidualSettings().share, color=GREY, linewidth=0.8, linestyle=":")

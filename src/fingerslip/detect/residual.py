@@ -54,7 +54,7 @@ _RIGID = 0.3  # share of the first motion of a slide that is not rigid, at most
 class ResidualSettings:
     """When markers have left the pattern; all values were chosen on simulated and analytic slides."""
 
-    rest_frames: Annotated[int, pydantic.Field(ge=1)] = 30  # in which the sensor rests, at the start
+    rest_frames: Annotated[int, pydantic.Field(ge=1)] = 30  # of rest at the start, at most: it ends where markers stir
     noise: NonNegativeNumber = 5.0  # residual that counts, in units of its root mean square at rest [-]
     growth: NonNegativeNumber = 0.02  # residual that counts, as a share of the displacement [-]
     share: Annotated[Number, pydantic.Field(gt=0, le=1)] = 0.1  # of the markers with such a residual, that is slip [-]
@@ -67,7 +67,7 @@ class ResidualSettings:
 class Slide:
     """What happens from one rest to the next."""
 
-    start: float  # when the markers begin to move [s]
+    start: float  # when the markers first leave the noise of rest [s]
     is_press: bool  # whether their first motion is no rigid one, so that nothing is said of slip
     onsets: Onsets = field(default_factory=lambda: Onsets(None, None))
     end: float | None = None  # when the markers rest again [s], where they do
@@ -107,7 +107,11 @@ class ResidualDetector(FrameByFrame[ResidualFinding]):
         self._slides: list[Slide] = []
         self._history: deque[tuple[float, Floats]] = deque(maxlen=_MOST)  # times and positions (n, 2)
 
+    def _has_rested(self, positions: Floats) -> bool:
+        return _rest_length(positions) < len(positions)
+
     def _begin(self, positions: Floats) -> None:
+        positions = positions[: _rest_length(positions)]
         visible: NDArray[np.bool_] = np.asarray(np.isfinite(positions).all(axis=2))
         self._chosen: NDArray[np.bool_] = visible.mean(axis=0) >= 0.5
         if self._chosen.sum() < _FEWEST:
@@ -132,6 +136,7 @@ class ResidualDetector(FrameByFrame[ResidualFinding]):
         self._steps: deque[float] = deque(maxlen=3 * _WINDOW)
         self._beyond: deque[tuple[float, bool]] = deque(maxlen=self.settings.frames)
         self._fastest = 0.0
+        self._stirred: float | None = None  # since when they are beyond their noise at rest [s]
 
     def _decide(self, frame: SeenMarkers) -> ResidualFinding:
         start, settings = clock.perf_counter(), self.settings
@@ -159,10 +164,15 @@ class ResidualDetector(FrameByFrame[ResidualFinding]):
     def _start(self, time: float, moved: Floats, displacement: float) -> None:
         """See whether the markers begin to move, and in which pattern, by their displacements (n, 2)."""
         self._first.append(moved)
+        if displacement <= _STIRRED * self._jitter:
+            self._stirred = None
+        elif self._stirred is None:
+            self._stirred = time
         if displacement > self._clear:
             self._pattern = self._less_rigid(np.mean(self._first, axis=0))
-            self._is_moving = True
-            self._slides.append(Slide(time, _rms(self._less_rigid(moved)) > _RIGID * displacement))
+            self._is_moving, self._clear_since = True, time
+            start = time if self._stirred is None else self._stirred
+            self._slides.append(Slide(start, _rms(self._less_rigid(moved)) > _RIGID * displacement))
 
     def _less_rigid(self, moved: Floats) -> Floats:
         residual: Floats = fit_rigid_motions(self._rest, (self._rest + moved)[None]).residual[0]
@@ -201,7 +211,7 @@ class ResidualDetector(FrameByFrame[ResidualFinding]):
         if len(newest) == _FEWEST and _rms(np.stack(newest) - self._rest) < 0.5 * self._clear:
             self._end(time, self._rest)  # back where it began
             return
-        if time - self._slides[-1].start < _STILL:
+        if time - self._clear_since < _STILL:
             return
         recent = np.stack([places for then, places in self._history if time - then <= _STILL])
         earlier, later = np.array_split(recent, 2)
@@ -246,13 +256,20 @@ def frames_at_rest(tracks: xr.Dataset) -> int:
     position = markers_of(tracks, "internal")["position"].values
     if len(position) <= _FEWEST:
         raise InputError("tracks", f"have {len(position)} frames", f"needs more than {_FEWEST} at rest")
-    at_rest = np.nanmean(position[:_FEWEST], axis=0)
-    spacing = float(np.median(nearest_neighbours(at_rest[np.isfinite(at_rest).all(axis=1)])[1]))
-    stirred = np.sqrt(np.nanmean(((position - at_rest) ** 2).sum(axis=2), axis=1))
+    return min(_rest_length(position), _MOST)
+
+
+def _rest_length(position: Floats) -> int:
+    """Return in how many of the first frames the markers (n_frames, n_markers, 2) rest, as they do in five or more."""
+    at_rest: Floats = np.ma.masked_invalid(position[:_FEWEST]).mean(axis=0).filled(np.nan)
+    is_seen = np.isfinite(at_rest).all(axis=1)
+    if len(position) <= _FEWEST or is_seen.sum() < _FEWEST:
+        return len(position)
+    spacing = float(np.median(nearest_neighbours(at_rest[is_seen])[1]))
+    stirred = np.sqrt(np.ma.masked_invalid(((position - at_rest) ** 2).sum(axis=2)).mean(axis=1))
     limit = max(_STIRRED * float(stirred[:_FEWEST].mean()), _STIR * spacing)
-    later = np.flatnonzero(stirred[_FEWEST:] > limit)
-    end = _FEWEST + (int(later[0]) if later.size else len(stirred))
-    return max(_FEWEST, min(end - 2, _MOST))
+    later = np.flatnonzero((stirred[_FEWEST:] > limit).filled(False))
+    return max(_FEWEST, _FEWEST + int(later[0]) - 2) if later.size else len(position)
 
 
 def detect_residual(tracks: xr.Dataset, settings: ResidualSettings | None = None) -> list[ResidualFinding]:

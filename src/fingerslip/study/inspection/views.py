@@ -116,7 +116,7 @@ def _detector_figure(subject: RunSubject) -> Figure:
     from fingerslip.detect.live import findings_table
     from fingerslip.detect.page import SlipClip, timeline_figure
     from fingerslip.detect.residual import ResidualSettings, detect_residual, frames_at_rest
-    from fingerslip.report.figures.style import mark_panels, with_style
+    from fingerslip.report.figures.style import limit_to_slides, mark_panels, with_style
 
     history, holds = subject.history, phase_times(subject.history, "hold")
     if not holds:
@@ -125,6 +125,7 @@ def _detector_figure(subject: RunSubject) -> Figure:
     tracks = marker_tracks(history).sel(time=slice(holds[0][0], None))
     findings = detect_residual(tracks, ResidualSettings(rest_frames=frames_at_rest(tracks)))
     figure = timeline_figure(SlipClip(subject.title or "the run", tracks, findings, findings_table(findings, "", "")))
+    limit_to_slides(figure.axes[0], {"": history}, {"": subject.events}, marked=[subject.events.slip])
     with_style(mark_panels)(figure.axes, history, subject.events.slip)
     return figure
 

@@ -210,6 +210,7 @@ def test_what_the_detector_finds_in_the_markers_of_a_run_stands_beside_its_event
     monkeypatch.setattr(views, "phase_times", lambda *_: [(0.0, 1.0)])
     truth = fs.SlipEvents(incipient=1.2, overall=2.0)
     figure = views._detector_figure(RunSubject(make(Process()), fs.Events(slip=truth)))
+    assert figure.axes[0].get_xlim()[1] < 3.0, "a while after overall slip"
     assert [axes.get_ylabel() for axes in figure.axes] == ["displaced [mm]", "left pattern [%]", "sure of slip [%]"]
     assert 0.1 < max(figure.axes[0].lines[0].get_ydata()) < 10.0
     keys = [text.get_text() for text in figure.legends[0].get_texts()]
