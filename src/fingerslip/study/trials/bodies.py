@@ -1,7 +1,8 @@
 """The condensed bodies that trials of a study share, kept on disk: made once, with their mesh; and its plate.
 
 At small strain one body serves all trials. At large strain each depth has a body of its own, all of one press, slid
-with the largest friction of all trials, so that its states reach as far as any trial shears it.
+with the largest friction of all trials until half of the contact slips, so that its states reach about as far as any
+trial shears it.
 
 The whole sensor in a slide of any direction, from its half in a slide along +x.
 
