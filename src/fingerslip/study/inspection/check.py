@@ -15,7 +15,7 @@ from fingerslip.fe.space import build_space
 from fingerslip.mesh.io import write_mesh
 from fingerslip.mesh.source import MeshFile
 from fingerslip.model.model import Model
-from fingerslip.model.timing import Adaptive
+from fingerslip.model.timing import Adaptive, QuasiStatic
 from fingerslip.specimens.choice import SPECIMENS, preset_names, presets_of
 from fingerslip.specimens.protocol import Specimen
 from fingerslip.storage.files import writing
@@ -92,9 +92,10 @@ def _size(model: Model) -> tuple[int, int, int | str, float]:
     """Return the unknowns, records behind the start, steps (in words where the error decides) and seconds of a run."""
     unknowns, records, time = build_space(model.mesh).n_dofs, step_times(model).size - 1, model.time
     # Steps that control their error are halved where quasi-static.
-    steps = records * (2 if isinstance(time, Adaptive) and time.scheme == "quasi_static" else 1)
+    halved = isinstance(time, Adaptive) and time.scheme == "quasi_static"
+    steps, is_static = records * (2 if halved else 1), halved or isinstance(time, QuasiStatic)
     count = f"at least {steps:,}" if isinstance(time, Adaptive) else steps
-    return unknowns, records, count, estimated_seconds(unknowns, steps, model.mesh.dim(), model.kinematics)
+    return unknowns, records, count, estimated_seconds(unknowns, steps, model.mesh.dim(), model.kinematics, is_static)
 
 
 _STUDIES = (".yaml", ".yml")
