@@ -87,7 +87,7 @@ class Large:
     def release(self) -> None:
         """Let go of all factors: in 3D there is no memory for those of the next motion beside them."""
         for _, factors in self._factors.entries():
-            factors.stepper = None
+            factors.release()
 
     def steer(self, system: System) -> None:
         """Go on with a system whose counterfaces or loads are others from now on."""
