@@ -46,7 +46,7 @@ from problems.whole_sensors import half_of, slid_beside_half
 
 #: Sizes at the contact, in the gel and at rods [mm].
 SIZES = {"coarse": (1.5, 4.0, 0.5), "shipped": (1.0, 3.0, 0.35), "fine": (0.75, 2.2, 0.25)}
-PATCH, HIDDEN, SPACING = 0.8e-3, 1e-3, 0.7e-3
+PATCH, HIDDEN, SPACING = 0.8e-3, 1e-3, 0.4
 TRAVELS = (0.5e-3, 1e-3, 2e-3)
 SPEED = 5e-3
 # Distance over which a ring has slipped, and over which the centre has: 2 px and 1 px of 0.07 mm.

@@ -160,6 +160,23 @@ def test_factors_go_before_others_are_made_also_where_an_iterate_went_too_far(mo
     assert solver.last() is None
 
 
+@pytest.mark.usefixtures("uncollected")
+def test_a_released_integrator_keeps_nothing_that_served_its_factors():
+    class Several(SuperLU):
+        def series(self):
+            series = SuperLU()
+            series_so_far.append(weakref.ref(series))
+            return series
+
+    series_so_far, model, solver = [], block(0.4, steps=8), Several()
+    integrator = Large(model, build_system(model), solver, Stopwatch(), 0)
+    integrator.start()
+    before = list(series_so_far)
+    integrator.release()
+    assert before
+    assert not any(series() for series in before)
+
+
 def test_old_factors_give_the_same_steps_as_new_ones():
     """A dynamic run whose factors serve on, and one in halves of its steps, which need others."""
     one, other = (fs.simulate(block(0.4, steps=count)) for count in (8, 64))

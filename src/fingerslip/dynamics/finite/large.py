@@ -36,14 +36,21 @@ class Large:
     """
 
     def __init__(
-        self, model: Model, system: System, solver: LinearSolver, watch: Stopwatch, reserved_bytes: int
+        self,
+        model: Model,
+        system: System,
+        solver: LinearSolver,
+        watch: Stopwatch,
+        reserved_bytes: int,
+        *,
+        halvings: int = _DEEPEST,
     ) -> None:
         self._time, self._damping, self._system = model.time, model.damping, system
-        self._solver, self._watch, self._reserved = solver, watch, reserved_bytes
+        self._solver, self._watch, self._reserved, self._halvings = solver, watch, reserved_bytes, halvings
         is_adaptive = isinstance(model.time, Adaptive)
         self._step = model.time.shortest if isinstance(model.time, Adaptive) else make_scheme(model.time).step
         # In 3D the memory has no room for more factors: those of whole steps are made again after halved ones.
-        halves = 1 if system.space.dim == 3 else _DEEPEST + 1
+        halves = 1 if system.space.dim == 3 else halvings + 1
         self._factors = ByLength(self._make, most=4 if is_adaptive else halves)
         self._last = self._factors.at(self._step)
         self._counts = {"newton_iterations": 0, "factorisations": 0, "halved_steps": 0}
@@ -80,7 +87,7 @@ class Large:
     def release(self) -> None:
         """Let go of all factors: in 3D there is no memory for those of the next motion beside them."""
         for _, factors in self._factors.entries():
-            factors.stepper = None
+            factors.release()
 
     def steer(self, system: System) -> None:
         """Go on with a system whose counterfaces or loads are others from now on."""
@@ -114,7 +121,7 @@ class Large:
             return self._whole(state, end, self._step / 2**depth)
         except ConvergenceError:
             # A scheme of one's own may have no shorter step.
-            if depth == _DEEPEST or isinstance(self._time, Scheme):
+            if depth == self._halvings or isinstance(self._time, Scheme):
                 raise
         self._counts["halved_steps"] += 1
         middle = 0.5 * (state.time + end)

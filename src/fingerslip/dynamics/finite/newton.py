@@ -125,6 +125,10 @@ class Factors:
                 return self._make(MadeOf(body, positive=False, rough=rough))
         return self._make(MadeOf(state, positive=True, rough=False))
 
+    def release(self) -> None:
+        """Let go of the factors, and of the analyses that serve the next ones, which take as much memory."""
+        self.stepper, self._exact, self._rough = None, self.solver.series(), self.solver.rough()
+
     def steer(self, system: System) -> None:
         """Go on with a system whose counterfaces or loads are others from now on."""
         self.system = system

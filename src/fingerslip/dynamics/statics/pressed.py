@@ -42,6 +42,7 @@ from fingerslip.linear.solver import LinearSolver, preferred_solver
 from fingerslip.materials.elastic import RayleighDamping
 from fingerslip.model.model import Model
 from fingerslip.model.programme import Press
+from fingerslip.model.timing import QuasiStatic
 
 __all__ = ["pressed_bodies"]
 
@@ -50,13 +51,16 @@ Marks = NDArray[np.bool_]
 
 _logger = logging.getLogger(__name__)
 
-# Share of the area that touches which sticks, below which the whole contact slips: the body is sheared no further.
-_SLIPS = 0.01
+# Share of the area that touches which sticks, below which the body is sheared no further: Newton's method takes long
+# where more slips, and the last state serves there (docs/tactip.md).
+_LEAST_STICKING = 0.55
 # Over how near to the counterface skin is after the press that may touch later: how deep skin that touches may lie at
 # rest, how near skin is that is watched, and how near skin that is divided as if it touched.
 _DEEP, _WATCHED, _TOUCHES = 2.0, 1.5, 0.02
 # Patches that what touches after the press is divided into, or its nodes where they are fewer.
 _PATCHES = 200
+# How often a step of the slide may be halved: where that is not enough no smaller step was seen to be, at any cost.
+_HALVINGS = 1
 # Skin that may touch while a body is pressed further is within this many times the way.
 _REACH = 1.25
 
@@ -68,17 +72,19 @@ def pressed_bodies(
     spacing: float,
     near: float,
     patch: float = 0.0,
+    stride: float | None = None,
     solver: LinearSolver | None = None,
     progress: Callable[[float, float], None] = lambda *_: None,
 ) -> Iterator[StaticBody]:
     """Press the body of a model at large strain, slide it at each depth, and yield what it answers to contact forces.
 
     The programme is a press as far as the largest depth, and what follows at each. The first state of a body is the end
-    of its press; others follow where the skin that it pressed has moved by `spacing` since the last, until all of it
-    slips. Skin that is nearer than `near` to the counterface after the press may touch later. `progress` takes the
-    depth and the share of the slide.
+    of its press; others follow where the skin that it pressed has moved by `spacing` times the depth since the last,
+    until about half of it slips. Steps of the press are those of the model, steps of the slide `stride`, or else those
+    of the model, too. Skin that is nearer than `near` to the counterface after the press may touch later. `progress`
+    takes the depth and the share of the slide.
 
-    Units: depths [m]; spacing [m]; near [m]; patch [m].
+    Units: depths [m]; spacing [-]; near [m]; patch [m]; stride [s].
     """
     check_kind(model, is_finite=True)
     press, *others = model.programme
@@ -90,13 +96,14 @@ def pressed_bodies(
     (plane,), model = system.counterfaces.shapes, replace(model, damping=RayleighDamping())
     hidden = depth_in_hull(system.space.positions, plane.unit_normal)[system.candidates.nodes]
     system, state, begin = _narrow(system, hidden <= _DEEP * near), None, 0.0
+    sliding = model if stride is None else replace(model, time=QuasiStatic(stride))
     for depth in sorted(depths):
         motion = counterface_motion((replace(press, depth=depth), *others), plane)
         with single_dense_thread():
             try:
                 state = _press(model, system, state, (begin, motion.knots[1]), factorises)
                 skin = _skin(replace(system, motions=(motion,)), state, near, patch)
-                body = _slide(model, skin, spacing, factorises, functools.partial(progress, depth))
+                body = _slide(sliding, skin, spacing * depth, factorises, functools.partial(progress, depth))
             except SlipOutsideContactError as error:
                 raise InputError("near", f"got {1e3 * near:.4g} mm, and {error.found}", "needs more") from None
         yield body
@@ -118,9 +125,10 @@ def _press(model: Model, system: System, state: State | None, span: tuple[float,
 def _slide(
     model: Model, skin: _Skin, spacing: float, solver: LinearSolver, progress: Callable[[float], None]
 ) -> StaticBody:
-    """Slide from the end of a press until all slips, and return the body with states apart by a spacing [m]."""
+    """Slide from the end of a press until about half slips, and return the body with states apart by a spacing [m]."""
     begin, end = skin.state.time, float(skin.system.motions[0].knots[-1])
-    integrator, check = Large(model, skin.system, solver, Stopwatch(), 0), OutsideCheck(skin.system)
+    integrator = Large(model, skin.system, solver, Stopwatch(), 0, halvings=_HALVINGS)
+    check = OutsideCheck(skin.system)
     states = _States(skin, integrator, spacing)
     states.take(skin.state)
     try:
@@ -233,7 +241,7 @@ class _States:
         skin = self._skin
         moved = np.concatenate([read @ state.displacement for read in skin.reads])
         area, states = skin.system.candidates.area, state.interface.state
-        self.slips = bool(self._moved) and bool((states == STICK) @ area < _SLIPS * ((states != OPEN) @ area))
+        self.slips = bool(self._moved) and bool((states == STICK) @ area < _LEAST_STICKING * ((states != OPEN) @ area))
         if self._moved and self._shear(moved) < self._spacing:
             return
         stepper = self._integrator.renewed(state)

@@ -85,7 +85,8 @@ class BySchur:
         """Take the forward half for b, shape (n,) or (n, k) [N]; see :class:`Condensed`."""
         vector_copy = right_hand_side.copy(order="K")
         vector_copy[self.kept] = 0.0
-        vector = self.factor.forward(vector_copy)
+        # Nothing comes from forces on the kept unknowns alone.
+        vector = self.factor.forward(vector_copy) if vector_copy.any() else vector_copy
         vector[self.kept] += right_hand_side[self.kept]
         interface = _symmetric_times(self.inverse, vector[self.kept])
         return Halfway(vector, interface if self.rows is None else self.rows @ interface, interface)

@@ -14,7 +14,7 @@ from fingerslip.errors import InputError
 from fingerslip.fe.space import build_space
 from fingerslip.mesh.io import write_mesh
 from fingerslip.mesh.source import MeshFile
-from fingerslip.model.timing import Adaptive
+from fingerslip.model.timing import Adaptive, QuasiStatic
 from fingerslip.specimens.choice import SPECIMENS, preset_names, presets_of
 from fingerslip.specimens.protocol import Specimen
 from fingerslip.storage.files import writing
@@ -92,9 +92,10 @@ def _size(job: Job) -> tuple[int, int, int | str, float]:
     model, reaction = job.model, job.run.study.reaction
     unknowns, records, time = build_space(model.mesh).n_dofs, step_times(model).size - 1, model.time
     # Steps that control their error are halved where quasi-static.
-    steps = records * (2 if isinstance(time, Adaptive) and time.scheme == "quasi_static" else 1)
+    halved = isinstance(time, Adaptive) and time.scheme == "quasi_static"
+    steps, is_static = records * (2 if halved else 1), halved or isinstance(time, QuasiStatic)
     count = f"at least {steps:,}" if isinstance(time, Adaptive) else steps
-    seconds = estimated_seconds(unknowns, steps, model.mesh.dim(), model.kinematics)
+    seconds = estimated_seconds(unknowns, steps, model.mesh.dim(), model.kinematics, is_static)
     return unknowns, records, count, seconds * (reaction.computed_runs if reaction else 1)
 
 

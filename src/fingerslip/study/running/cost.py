@@ -37,8 +37,11 @@ if TYPE_CHECKING:
 _SECONDS_AT_START = 1.0
 _SECONDS_PER_UNKNOWN = {2: 0.0, 3: 2e-4}
 _SECONDS_PER_UNKNOWN_AND_STEP = {2: 2.5e-7, 3: 2e-6}
-# How many times as much large strain takes: measured with studies/finite_strain.yaml and finite_strain_3d.yaml.
+# How many times as much large strain takes: measured with studies/finite_strain.yaml and finite_strain_3d.yaml. And
+# without inertia, where steps are long and most of them renew factors: 19 to 36 s for the runs of
+# studies/ridged_vs_smooth_large.yaml, 230 and 261 s for nine steps of a smooth and a ridged half of a sensor in 3D.
 _TIMES_AT_LARGE_STRAIN = {2: 8.0, 3: 6.0}
+_TIMES_WITHOUT_INERTIA = {2: 36.0, 3: 22.0}
 
 # CPU seconds of a reduced basis, measured with the shipped studies by tests/benchmarks/bench_variants.py: for every
 # unknown of the mesh and static response, for the cube of the constraint modes (eigenvectors), and for every unknown
@@ -68,10 +71,13 @@ _DIMENSIONS = {"Q4": 2, "T3": 2, "T6": 2, "H8": 3, "T4": 3, "T10": 3}
 _KINDS = {2: "cells", 3: "tetrahedra"}
 
 
-def estimated_seconds(unknowns: int, steps: int, dim: int = 2, kinematics: Kinematics = "small") -> float:
+def estimated_seconds(
+    unknowns: int, steps: int, dim: int = 2, kinematics: Kinematics = "small", is_static: bool = False
+) -> float:
     """Estimate how long the simulation of a run takes [s]; rough away from the size of the shipped studies."""
     per_unknown = _SECONDS_PER_UNKNOWN[dim] + _SECONDS_PER_UNKNOWN_AND_STEP[dim] * steps
-    times = _TIMES_AT_LARGE_STRAIN[dim] if kinematics == "finite" else 1.0
+    at_large_strain = _TIMES_WITHOUT_INERTIA if is_static else _TIMES_AT_LARGE_STRAIN
+    times = at_large_strain[dim] if kinematics == "finite" else 1.0
     return _SECONDS_AT_START + times * per_unknown * unknowns
 
 

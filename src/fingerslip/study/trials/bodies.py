@@ -1,7 +1,8 @@
 """The condensed bodies that trials of a study share, kept on disk: made once, with their mesh; and its plate.
 
 At small strain one body serves all trials. At large strain each depth has a body of its own, all of one press, slid
-with the largest friction of all trials, so that its states reach as far as any trial shears it.
+with the largest friction of all trials until half of the contact slips, so that its states reach about as far as any
+trial shears it.
 
 The whole sensor in a slide of any direction, from its half in a slide along +x.
 
@@ -43,12 +44,12 @@ from fingerslip.study.storage.store import BasisFolder
 
 Floats = NDArray[np.float64]
 
-_VERSION = 4
+_VERSION = 5
 # How far above the plate skin is watched, over the deepest press; and searched for contact at large strain.
 _REACH, _REACH_PRESSED = 1.5, 1.25
 # At large strain: steps of press and slide [m], the speed does not matter; what the skin is sheared by from state to
-# state (docs/tactip.md says what that costs in accuracy); and how far it is slid.
-_STEP, _SPEED, _SPACING, _FARTHEST = 0.35e-3, 1e-3, 0.7e-3, 14e-3
+# state, over the depth (docs/tactip.md says what that costs in accuracy); and how far it is slid.
+_STEP, _STRIDE, _SPEED, _SPACING, _FARTHEST = 0.35e-3, 1.05e-3, 1e-3, 0.4, 14e-3
 # Where the largest friction is looked for: pressures [Pa], slip rates [m/s], slips [m], and how many times.
 _PRESSURES, _RATES, _SLIPS, _TIMES = np.geomspace(1e3, 1e6, 7), (0.0, 1e-4, 1e-2), (0.0, 1e-3, 1e-2), 11
 # Bodies are not made again for want of room: they may have taken a quarter of an hour.
@@ -136,6 +137,7 @@ def condensed_bodies(plans: Sequence[BodyPlan], progress: Callable[[str, float],
                 spacing=_SPACING,
                 near=hidden,
                 patch=patch,
+                stride=_STRIDE / _SPEED,
                 progress=lambda depth, share: progress(depths[depth], share),
             )
         except InputError as error:
