@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -38,10 +38,11 @@ _MAP_COLOURS = "cividis"
 _LEAST = 10e-3  # [s], the dark end of the colours
 _TICKS = (10e-3, 30e-3, 100e-3, 300e-3)
 # Frontiers that are drawn on the map: what is to the right of one is too fast for that reaction.
-_FRONTIERS: tuple[tuple[str, str, Any], ...] = (
-    ("robot-piezo", GREEN, (0, (1, 1))),
-    ("human-slip", VERMILLION, "solid"),
-    ("servo", ORANGE, (0, (4, 2))),
+# Where they share an edge, the thinner lie on the wider.
+_FRONTIERS: tuple[tuple[str, str, Any, float], ...] = (
+    ("robot-piezo", GREEN, "solid", 5.0),
+    ("human-slip", VERMILLION, "solid", 2.5),
+    ("servo", BLACK, (0, (3, 2)), 1.2),
 )
 _DOT: dict[str, Any] = {"marker": "o", "markersize": 4.0, "markeredgecolor": "white", "color": VERMILLION}
 _LOWEST = 4.0  # [ms], the lower end of the axis of critical latencies
@@ -59,15 +60,17 @@ def map_figure(reactions: Reactions, *, saves: Mapping[str, NDArray[np.bool_]] =
     detector = reactions.settings.detector
     latencies = reactions.panels(detector)
     finite = np.concatenate([values[np.isfinite(values)] for values in latencies.values()])
-    colours = ScalarMappable(LogNorm(_LEAST, max(float(finite.max(initial=_LEAST)), 2 * _LEAST)), _MAP_COLOURS)
+    largest = max(float(finite.max(initial=_LEAST)), 2 * _LEAST)
+    colours = ScalarMappable(LogNorm(_LEAST, largest), _MAP_COLOURS)
     rate = reactions.settings.actuator.force_rate
     title = f"Longest latency after '{detector}' that saves the object, with a grip that rises at {rate:g} N/s"
     labels = ("rate of the load [N/s]", "friction coefficient [-]")
     figure, panels = figure_grid(len(latencies), 3, _PANEL, title, labels)
     for axes, (heading, values) in zip(panels, latencies.items(), strict=True):
         _draw_cells(axes, values, colours)
-        for name, colour, dashes in _FRONTIERS:
-            _draw_frontier(axes, values >= REACTIONS.read(name).delay, colour, dashes)
+        for name, colour, dashes, width in _FRONTIERS:
+            look = {"color": colour, "linestyle": dashes, "linewidth": width}
+            _draw_frontier(axes, values >= REACTIONS.read(name).delay, **look)
         for saved in saves.values():
             rows, columns = np.nonzero(saved)
             axes.plot(columns, rows - 0.28, linestyle="none", **_DOT)
@@ -76,13 +79,14 @@ def map_figure(reactions: Reactions, *, saves: Mapping[str, NDArray[np.bool_]] =
         axes.set_yticks(range(len(reactions.frictions)), [f"{friction:g}" for friction in reactions.frictions])
         _only_cells(axes)
     bar = figure.colorbar(colours, ax=panels, label="critical latency [ms]", shrink=0.9, pad=0.01, extend="min")
-    bar.set_ticks(_TICKS, labels=[f"{1e3 * tick:g}" for tick in _TICKS])
+    ticks = [tick for tick in _TICKS if tick <= largest]
+    bar.set_ticks(ticks, labels=[f"{1e3 * tick:g}" for tick in ticks])
     bar.minorticks_off()
     keys: dict[str, Artist] = {
-        f"{1e3 * REACTIONS.read(name).delay:.0f} ms ({name}) saves what is left of it": Line2D(
-            [], [], color=colour, linestyle=dashes, linewidth=2.0
+        f"{name}, {1e3 * REACTIONS.read(name).delay:.0f} ms: saves the objects to the left": Line2D(
+            [], [], color=colour, linestyle=dashes, linewidth=width
         )
-        for name, colour, dashes in _FRONTIERS
+        for name, colour, dashes, width in _FRONTIERS
     }
     keys |= {f"{name} saves it": Line2D([], [], linestyle="none", **_DOT) for name in saves}
     keys["– no latency is short enough"] = Line2D([], [], linestyle="none")
@@ -109,9 +113,9 @@ def _draw_cells(axes: Axes, values: NDArray[np.float64], colours: ScalarMappable
         axes.text(column, row, text, ha="center", va="center", fontsize=size, color=colour)
 
 
-def _draw_frontier(axes: Axes, saved: NDArray[np.bool_], colour: str, dashes: Any) -> None:
+def _draw_frontier(axes: Axes, saved: NDArray[np.bool_], **look: Any) -> None:
     """Draw the edge between cells that are saved and those that are not, (n_frictions, n_rates)."""
-    style: dict[str, Any] = {"color": colour, "linestyle": dashes, "linewidth": 2.0, "solid_capstyle": "butt"}
+    style: dict[str, Any] = {**look, "solid_capstyle": "butt"}
     for row, column in np.argwhere(saved[:, :-1] != saved[:, 1:]):
         axes.plot([column + 0.5] * 2, [row - 0.5, row + 0.5], **style)
     for row, column in np.argwhere(saved[:-1] != saved[1:]):
@@ -182,8 +186,9 @@ def _finish_rates(axes: Axes, rates: Sequence[float]) -> None:
     for name in ("robot-piezo", "human-slip", "prosthesis"):
         delay = 1e3 * REACTIONS.read(name).delay
         axes.axhline(delay, color=GREY, linewidth=0.8, zorder=1)
-        place: dict[str, Any] = {"ha": "right", "va": "bottom", "clip_on": True}
-        axes.text(rates[-1], 1.04 * delay, f"{name} {delay:.0f}", color=GREY, fontsize=7.0, **place)
+        place: dict[str, Any] = {"ha": "right", "va": "bottom", "clip_on": True, "zorder": 5}
+        text = axes.text(rates[-1], 1.04 * delay, f"{name} {delay:.0f}", color=GREY, fontsize=7.0, **place)
+        text.set_bbox({"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.5})
 
 
 def _finish_travels(axes: Axes, limit: float, title: str) -> None:
@@ -213,31 +218,42 @@ def reaction_tables(reactions: Reactions) -> tuple[Table, ...]:
     return (*tables[:-1], dataclasses.replace(tables[-1], note=f"{said} {tables[-1].note}"))
 
 
+def reaction_figures(reactions: Reactions) -> Mapping[str, Callable[[Reactions], Figure]]:
+    """Return what draws the figures for which there are results, by the names of their kinds."""
+    has_map = bool(reactions.panels(reactions.settings.detector))
+    drawn = {
+        "reaction-map": (map_figure, has_map),
+        "reaction-margin": (margin_figure, has_map or reactions.result.travels),
+        "reaction-outcome": (outcome_figure, trial_table(reactions).rows),
+    }
+    return {name: draw for name, (draw, results) in drawn.items() if results}
+
+
 def reaction_report(content: ReportContent, reactions: Reactions) -> Report:
     """Assemble the page of a study with reactions."""
     settings, study = reactions.settings, content.study
     centre = study.folder / reactions.runs[reactions.centre].name
-    trials, has_map = trial_table(reactions), bool(reactions.panels(settings.detector))
+    trials, figures = trial_table(reactions), reaction_figures(reactions)
     map_words = (
         f"Longest latency after '{settings.detector}' that saves the object; lines bound what some reactions save."
     )
     margin_words = "Critical latency against the rate of the load, and the travel that a latency costs."
     outcome_words = f"What comes of each reaction after each detector, at {reactions.where}: time to spare, and travel."
-    margin = has_map or reactions.result.travels
+
+    def picture(name: str, words: str) -> tuple[Picture, ...]:
+        return (Picture(name, words, figures[name](reactions)),) if name in figures else ()
+
     sections = (
         ReportSection("Saved and lost", body=_film_html(centre / FILM, centre / STILL)),
-        ReportSection(
-            "What a latency costs",
-            pictures=(Picture("reaction-margin", margin_words, margin_figure(reactions)),) if margin else (),
-        ),
+        ReportSection("What a latency costs", pictures=picture("reaction-margin", margin_words)),
         ReportSection(
             "Which reactions save it",
             tables=(trials,) if trials.rows else (),
-            pictures=(Picture("reaction-outcome", outcome_words, outcome_figure(reactions)),) if trials.rows else (),
+            pictures=picture("reaction-outcome", outcome_words),
         ),
         uncertainty_section(content),
         ReportSection("Reactions and their sources", tables=(source_table(), paper_table()), folded=True),
-        ReportSection("All runs", tables=(cell_table(reactions),), folded=has_map),
+        ReportSection("All runs", tables=(cell_table(reactions),), folded="reaction-map" in figures),
         ReportSection("Notes", body=content.notes),
         ReportSection("Values and their sources", tables=tuple(value_tables(content.values)), folded=True),
         ReportSection("Citations", code=bibtex_entries(content.values, ()), folded=True),
@@ -248,7 +264,7 @@ def reaction_report(content: ReportContent, reactions: Reactions) -> Report:
         content.provenance,
         question=study.description,
         answer=answer(reactions),
-        hero=(Picture("reaction-map", map_words, map_figure(reactions)),) if has_map else (),
+        hero=picture("reaction-map", map_words),
     )
 
 

@@ -19,6 +19,7 @@ from fingerslip.report.figures.study import convergence_figure
 from fingerslip.results import quantities
 from fingerslip.study.convergence import Level, run_at
 from fingerslip.study.definition.runs import plan_study, read_runs
+from fingerslip.study.inspection.views import FigureChoice, write_figure
 from fingerslip.study.running.build import build_model
 from fingerslip.study.running.cluster import Task, compute_task
 from fingerslip.study.running.runner import run_study
@@ -114,6 +115,8 @@ def test_results_are_those_of_any_study(study, folder):
     assert run.reaction == read_reactions(study.folder / run.name).times
     assert set(quantities(run)) == {f"reaction.{name}" for name in run.reaction}
     assert "reaction_critical_latency_after_force_s" in (study.folder / "summary.csv").read_text()
+    for kind in ("reaction-map", "reaction-margin", "reaction-outcome"):
+        assert write_figure(study.folder, FigureChoice(kind, form="png")).stat().st_size > 10_000
     (model,) = {build_model(one).contacts[0].friction for one in read_runs(study.folder / run.name / "run.yaml").runs}
     assert model.coefficient == run.swept["contact.friction_coefficient"]
 

@@ -21,7 +21,7 @@ from fingerslip.results import HISTORY, RESULT, stored_result
 from fingerslip.slip import find_events
 from fingerslip.slip.windows import LATENCY
 from fingerslip.study.inspection.show import sensitivities
-from fingerslip.study.storage.reporting import read_results, read_stored_run, slide_starts
+from fingerslip.study.storage.reporting import reactions_of, read_results, read_stored_run, slide_starts
 from fingerslip.study.storage.store import read_manifest
 from fingerslip.units import parse_quantity
 
@@ -33,6 +33,14 @@ if TYPE_CHECKING:
 FORMATS, FILM, DETECTOR, COMPOSED = ("pdf", "svg", "png"), "film", "detector", "composed"
 # OpenCV brings an encoder for it, and browsers play it.
 _CODEC, _MP4 = "vp09", ".mp4"
+
+
+_OF_REACTIONS = {
+    "reaction-map": "longest latency that saves a held object, over friction and rate of the load",
+    "reaction-margin": "that latency against the rate of the load, and the travel that a latency costs",
+    "reaction-outcome": "what comes of each reaction after each detector",
+}
+_OF_WHOLE = (*OF_STUDIES, *_OF_REACTIONS)
 
 
 @dataclass(frozen=True)
@@ -52,7 +60,7 @@ class FigureChoice:
 def kinds_text() -> str:
     """Return the kinds of figures with what they show, in lines."""
     others = {DETECTOR: "what the detector that ships finds in a sensor's markers", FILM: "a film, as MP4"}
-    every = {**OF_STUDIES, **OF_RUNS, **others}
+    every = {**OF_STUDIES, **_OF_REACTIONS, **OF_RUNS, **others}
     return "\n".join(f"{name}: {words}" for name, words in every.items())
 
 
@@ -67,14 +75,14 @@ def film_size(text: str) -> tuple[int, int]:
 def write_figure(target: Path, choice: FigureChoice, output: Path | None = None) -> Path:
     """Write a figure or a film of stored results."""
     allowed = {
-        "--kind": (choice.kind, (*OF_STUDIES, *OF_RUNS, DETECTOR, FILM)),
+        "--kind": (choice.kind, (*_OF_WHOLE, *OF_RUNS, DETECTOR, FILM)),
         "--style": (choice.style, STYLES),
         "--format": (choice.form, FORMATS),
     }
     for option, (value, names) in allowed.items():
         if value not in names:
             raise InputError(f"figure: {option}", f"got '{value}'", f"needs one of {', '.join(names)}")
-    if choice.kind in OF_STUDIES and choice.run:
+    if choice.kind in _OF_WHOLE and choice.run:
         fault = f"got '{choice.run}' with --kind {choice.kind}"
         raise InputError("figure: --run", fault, "needs a kind that shows one run", "leave it out: all runs are shown")
     runs = list(read_manifest(target).get("runs", {}))
@@ -85,6 +93,9 @@ def write_figure(target: Path, choice: FigureChoice, output: Path | None = None)
     path = output or target / f"{named}{_MP4 if choice.kind == FILM else f'.{choice.form}'}"
     if choice.kind == FILM and path.suffix.lower() != _MP4:
         raise InputError("figure: --output", f"got '{path}'", f"needs a name that ends in {_MP4}", "films are MP4")
+    if choice.kind in _OF_REACTIONS:
+        _save_reactions(target, path, choice)
+        return path
     if choice.kind in OF_STUDIES:
         _save(_study_subject(target, choice), path, choice)
         return path
@@ -94,6 +105,21 @@ def write_figure(target: Path, choice: FigureChoice, output: Path | None = None)
     else:
         _save(subject, path, choice)
     return path
+
+
+def _save_reactions(target: Path, path: Path, choice: FigureChoice) -> None:
+    """Write a figure of a study with the block `reaction`."""
+    from fingerslip.react.figures import reaction_figures
+    from fingerslip.report.figures.style import looking, save_figure
+
+    study = read_results(target)
+    reactions = reactions_of(study) if any(run.reaction for run in study.runs) else None
+    figures = reaction_figures(reactions) if reactions else {}
+    if reactions is None or choice.kind not in figures:
+        needs = f"needs one of {', '.join(figures)}" if figures else "needs results of a study with the block reaction"
+        raise InputError("figure: --kind", f"got '{choice.kind}', of which {target} has nothing", needs)
+    with looking(choice.style):
+        save_figure(figures[choice.kind](reactions), path)
 
 
 def _save(subject: StudySubject | RunSubject, path: Path, choice: FigureChoice) -> None:

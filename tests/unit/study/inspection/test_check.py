@@ -232,6 +232,12 @@ RUN, MIDDLE = "friction_coefficient-0.2", "friction_coefficient-0.4"
         ("", FigureChoice("latency", path="mesh.size"), None, "--over: 'mesh.size' is not swept"),
         ("", FigureChoice("forces"), None, "this kind shows one run of"),
         ("", FigureChoice("forces", run="x"), None, "--run: 'x' is not there"),
+        (
+            "",
+            FigureChoice("reaction-map"),
+            None,
+            "has nothing, needs results of a study with the block reaction",
+        ),
         ("", FigureChoice("latency", run="x"), None, "--run: got 'x' with --kind latency, needs a kind that shows one"),
         ("..", FigureChoice("latency"), None, "holds no study"),
         (RUN, FigureChoice("forces", times=("99 s",)), None, "--time: got 99 s, needs a time of the run, 0 to"),
