@@ -196,13 +196,13 @@ def test_a_body_at_large_strain_slides_as_step_by_step_where_small_strain_is_far
     assert np.argmax(gone) == pytest.approx(np.argmax(whole), abs=1)
 
 
-def test_the_states_of_a_slide_are_apart_by_the_spacing_and_go_until_half_slips(sheared_body):
+def test_the_states_of_a_slide_are_apart_by_the_spacing_and_go_until_all_slips(sheared_body):
     states = sheared_body.moved[:, : sheared_body.positions.size].reshape(-1, *sheared_body.positions.shape)
     apart = [sheared(late, early[None], sheared_body.forces[0])[0] for early, late in itertools.pairwise(states)]
     assert apart == pytest.approx(np.full(len(states) - 1, 0.225e-3), abs=0.026e-3)
     ratios = sheared_body.forces.sum(axis=1)[:, 0] / sheared_body.forces.sum(axis=1)[:, 1]
     assert (np.diff(ratios) > 0.0).all()
-    assert ratios[-1] == pytest.approx(0.35, abs=0.05)
+    assert ratios[-1] == pytest.approx(0.5, abs=0.1)
 
 
 def test_strides_of_several_steps_lead_to_the_same_slide_but_for_a_percent(sheared_body):
@@ -302,6 +302,6 @@ def test_bodies_of_one_press_are_those_of_a_press_for_each_depth():
 
 def test_skin_that_touches_later_has_to_be_near_enough():
     with pytest.raises(
-        InputError, match=r"near: got 0\.02 mm, and node \d+ at .* reached the counterface.*, needs more"
+        InputError, match=r"near: got 0\.02 mm, and at t = .* node \d+ at .* reached the counterface.*, needs more"
     ):
         pressed_body(pressed_pad(), spacing=0.25, near=2e-5)

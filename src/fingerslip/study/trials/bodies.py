@@ -1,8 +1,8 @@
 """The condensed bodies that trials of a study share, kept on disk: made once, with their mesh; and its plate.
 
 At small strain one body serves all trials. At large strain each depth has a body of its own, all of one press, slid
-with the largest friction of all trials until half of the contact slips, so that its states reach about as far as any
-trial shears it.
+with the largest friction of all trials until the whole contact slips, so that its states reach as far as any trial
+shears it.
 
 The whole sensor in a slide of any direction, from its half in a slide along +x.
 
@@ -44,7 +44,7 @@ from fingerslip.study.storage.store import BasisFolder
 
 Floats = NDArray[np.float64]
 
-_VERSION = 5
+_VERSION = 6
 # How far above the plate skin is watched, over the deepest press; and searched for contact at large strain.
 _REACH, _REACH_PRESSED = 1.5, 1.25
 # At large strain: steps of press and slide [m], the speed does not matter; what the skin is sheared by from state to

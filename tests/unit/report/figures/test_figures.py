@@ -132,7 +132,8 @@ FIGURES = {
     "force-ratios": (of_study("force-ratios"), list(HISTORIES), {"overall"}, ON_SLIP),
     "energy": (of_run("energy", title="a"), [], {"energy [µJ]", "Energy balance: a"}),
     "held": (lambda: signals.held_figure({"one": NO_SLIDE, "other": NO_SLIDE}), [], {"normal force [mN]"}),
-    "slip-map": (of_run("slip-map", title="a"), ["a"], {"time [s]", "open", "incipient"}, ON_SLIP),
+    "slip-map": (of_run("slip-map", title="a"), ["a"], {"time [s]", "open", "incipient"},
+        sorted([*ON_SLIP, EVENTS.slip.noticed])),
     "slip-maps": (
         of_study("slip-maps"), list(HISTORIES),
         {"time [s]", "position along the plate [mm]", "open", "stick", "slip", "incipient", "48 %"},
