@@ -348,12 +348,24 @@ def test_a_series_leaves_factors_in_use_alone_takes_another_pattern_and_goes_on_
     del first, second
     other = series.factorise(sparse.identity(60, format="csr"))
     np.testing.assert_allclose(other.backward(other.forward(right)), right)
-    series, matrix = PARDISO.series(), positive_definite(60)
-    series.factorise(matrix)
+
+
+@needs_mkl
+@pytest.mark.parametrize("kept", [np.zeros(0, dtype=np.int64), np.array([3, 5, 30])])
+def test_a_series_keeps_its_analysis_after_an_indefinite_matrix(kept, monkeypatch):
+    phases, series, matrix = counted_phases(monkeypatch), PARDISO.series(), positive_definite(60)
+    indefinite = sparse.csr_matrix(1e3 * matrix - 999.0 * sparse.diags(matrix.diagonal()))
+
+    def solve(matrix):
+        right = np.where(np.isin(np.arange(60), kept), 0.0, 1.0)
+        factor = series.factorise_around(matrix, kept)[0] if kept.size else series.factorise(matrix)
+        return factor.backward(factor.forward(right))
+
+    expected = solve(matrix)
     with pytest.raises(FingerslipError, match="not positive definite"):
-        series.factorise(sparse.csr_matrix(-1.0 * matrix))
-    made = series.factorise(matrix)
-    np.testing.assert_allclose(matrix @ made.backward(made.forward(np.ones(60))), np.ones(60))
+        solve(indefinite)
+    np.testing.assert_array_equal(solve(matrix), expected)
+    assert phases.count(11) == 1
 
 
 @needs_mkl

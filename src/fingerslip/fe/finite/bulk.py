@@ -44,6 +44,9 @@ from fingerslip.materials.relaxing import StepLaw
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
+# Added to all entries of a tangent [N/m].
+_SWALLOWED = 1e-200
+
 
 @dataclass(frozen=True)
 class LargeStrain:
@@ -194,12 +197,23 @@ class LargeStrain:
         if state.pulled is not None and not positive:
             self._add_start_part(state, state.pulled, matrices)
         total = self._pattern.assemble(matrices)
-        if self.volumes is None or state.mean_volume is None:
-            return total
-        slopes, weights = self._volume_slopes(state), self._mean_curvature(state)
-        if positive:
-            weights = np.maximum(weights, 0.0)
-        return sparse.csr_matrix(total + slopes.T @ sparse.diags(weights) @ slopes)
+        if self.volumes is not None and state.mean_volume is not None:
+            slopes, weights = self._volume_slopes(state), self._mean_curvature(state)
+            if positive:
+                weights = np.maximum(weights, 0.0)
+            total = total + slopes.T @ sparse.diags(weights) @ slopes
+        return sparse.csr_matrix(total + self._everywhere)
+
+    @cached_property
+    def _everywhere(self) -> sparse.csr_matrix:
+        """What rounding swallows, in all entries of a tangent: sums drop zeros, and a new pattern is analysed again."""
+        corners = self.nodes.shape[1] * self.space.dim
+        total = self._pattern.assemble(np.ones((len(self.nodes), corners, corners)))
+        if self.volumes is not None:
+            slopes = self._of_volumes(np.ones((*self.gradients.shape[:3], self.space.dim)))
+            total = total + abs(slopes).T @ abs(slopes)
+        total.data[:] = _SWALLOWED
+        return sparse.csr_matrix(total)
 
     @cached_property
     def _pattern(self) -> Pattern:
@@ -326,6 +340,11 @@ class LargeStrain:
         cells, points, corners, dim = self.gradients.shape
         slopes = np.empty((cells * points, corners, dim))
         volume_slopes(self.gradients, state.deformation, state.squared, state.directions, slopes)
+        return self._of_volumes(slopes)
+
+    def _of_volumes(self, slopes: Array) -> sparse.csr_matrix:
+        """Return the matrix (n_groups, n_dofs) of slopes of the points' volumes (n_points, n_corners, dim) [1/m]."""
+        cells, points, corners, dim = self.gradients.shape
         columns = np.repeat(cell_dofs(self.space.full, np.arange(cells)), points, axis=0).ravel()
         starts = np.arange(cells * points + 1) * corners * dim
         of_points = sparse.csr_matrix((slopes.ravel(), columns, starts), shape=(cells * points, self.space.n_dofs))

@@ -70,7 +70,7 @@ class Pardiso:
 
     def factorise(self, matrix: sparse.csr_matrix) -> PardisoFactor:
         """Factorise a matrix (n, n)."""
-        return self._factorise(self._analyse(matrix, _NONE))
+        return PardisoFactor(self._analyse(matrix, _NONE))
 
     def factorise_around(self, matrix: sparse.csr_matrix, interface: Indices) -> tuple[PardisoFactor, NDArray[Any]]:
         """Factorise a matrix (n, n) but for unknowns (m,); also return their Schur complement (m, m)."""
@@ -78,7 +78,7 @@ class Pardiso:
         if not (matrix.diagonal() > 0.0).all():
             raise FingerslipError(f"{self.name}: {_NOT_DEFINITE}")
         schur = np.zeros((interface.size, interface.size), self._around)
-        return self._factorise(self._analyse(matrix, interface), schur), schur
+        return PardisoFactor(self._analyse(matrix, interface), schur), schur
 
     def bytes_around(self, matrix: sparse.csr_matrix, interface: Indices) -> int:
         """Return the memory that the factors around unknowns (m,) take, with their Schur complement [bytes]."""
@@ -94,13 +94,6 @@ class Pardiso:
         analysis = _Analysis(upper, interface, self._around if interface.size else np.float64)
         self._analysis = analysis if self._is_series else None
         return analysis
-
-    def _factorise(self, analysis: _Analysis, schur: Array | None = None) -> PardisoFactor:
-        try:
-            return PardisoFactor(analysis, schur)
-        except FingerslipError:
-            self._analysis = None
-            raise
 
 
 SOLVER = Pardiso()
