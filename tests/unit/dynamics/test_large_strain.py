@@ -212,6 +212,24 @@ def test_a_step_that_fails_is_halved_and_ends_where_small_steps_do(changes, monk
         assert float(halved[name][-1]) == pytest.approx(float(fine[name][-1]), rel=1e-4), name
 
 
+def test_halves_of_steps_without_inertia_go_on_with_the_factors_of_whole_ones(monkeypatch):
+    advance = large.advance_finite
+
+    def too_long(factors, before, time, *others, **named):
+        after = advance(factors, before, time, *others, **named)
+        if time - before.time > 0.7:
+            raise fs.ConvergenceError(time, 0, 1.0, 1e-6, "take less")
+        return after
+
+    model = block(0.05, steps=1)
+    whole = fs.simulate(dataclasses.replace(model, time=fs.QuasiStatic(0.5, end=1.0)))
+    monkeypatch.setattr(large, "advance_finite", too_long)
+    halved = fs.simulate(dataclasses.replace(model, time=fs.QuasiStatic(1.0, end=1.0)))
+    assert (halved.attrs["halved_steps"], halved.attrs["factorisations"]) == (1, whole.attrs["factorisations"])
+    np.testing.assert_allclose(forces(halved)[-1], forces(whole)[-1], atol=1e-5 * np.abs(forces(whole)).max())
+    assert halved["velocity"].values[-1] == pytest.approx(whole["velocity"].values[-1], rel=1e-3, abs=1e-6)
+
+
 def test_what_is_never_solved_is_an_error_that_says_when_where_and_what_to_try():
     """A body that is pressed through itself: its halves are halved six times."""
     with pytest.raises(fs.ConvergenceError, match=r"mm is turned inside out.*smaller time step") as caught:

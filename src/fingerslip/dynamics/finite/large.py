@@ -14,10 +14,11 @@ from fingerslip.dynamics.integrator import ByLength
 from fingerslip.dynamics.step.prediction import first_state
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
-from fingerslip.dynamics.system.scheme import Scheme, make_scheme
+from fingerslip.dynamics.system.scheme import Scheme, make_scheme, static
 from fingerslip.dynamics.system.system import System
 from fingerslip.errors import ConvergenceError
 from fingerslip.linear.solver import LinearSolver
+from fingerslip.materials.elastic import RayleighDamping
 from fingerslip.model.model import Model
 from fingerslip.model.timing import Adaptive, QuasiStatic, TimeStepping
 
@@ -115,6 +116,15 @@ class Large:
             time = replace(time, step=length)
         return Factors(self._system, make_scheme(time), self._damping, self._solver, self._watch, self._reserved)
 
+    def _factors_for(self, length: float) -> Factors:
+        """Return the factors of steps of a length [s]: at rest those of one length serve all, unless rates matter."""
+        system, is_damped = self._system, self._damping != RayleighDamping() or self._system.dampers is not None
+        if not isinstance(self._time, QuasiStatic) or is_damped or system.require_body().relaxes:
+            return self._factors.at(length)
+        factors = self._factors.at(self._step)
+        factors.rescale(static(length))
+        return factors
+
     def _halves(self, state: State, end: float, depth: int) -> State:
         """Take one step to a time [s], or two halves of it where it is not solved."""
         try:
@@ -129,7 +139,7 @@ class Large:
 
     def _whole(self, state: State, end: float, length: float) -> State:
         """Take one step of a length [s] to a time [s]."""
-        self._last = self._factors.at(length)
+        self._last = self._factors_for(length)
         before = self._last.count
         try:
             after, iterations = advance_finite(

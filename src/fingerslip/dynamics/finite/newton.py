@@ -82,7 +82,7 @@ class Factors:
     _served: int = field(default=0, repr=False)
 
     def __post_init__(self) -> None:
-        self._exact, self._rough = self.solver.series(), self.solver.rough()
+        self._exact, self._rough, self._length = self.solver.series(), self.solver.rough(), self.scheme.step
 
     def at(self, state: BodyState, velocity: Array | None = None) -> Stepper:
         """Return the stepper of a step that begins with a body; new where old factors have cost more than these.
@@ -134,6 +134,11 @@ class Factors:
         self.system = system
         self.stepper = self.stepper and replace(self.stepper, system=system)
 
+    def rescale(self, scheme: Scheme) -> None:
+        """Go on with steps of another length, on which the tangent must not depend."""
+        self.scheme = scheme
+        self.stepper = self.stepper and replace(self.stepper, scheme=scheme)
+
     def saved_state(self) -> tuple[MadeOf | None, int, tuple[int, int, int]]:
         """Return what :meth:`restore` needs."""
         return self.made_of, self.count, (self._least, self._excess, self._served)
@@ -171,7 +176,7 @@ class Factors:
                 tangential, self.scheme, self.damping, solver=solver, reserved_bytes=self.reserved_bytes
             )
         # A working set of other factors, or of those of a halved step, holds another compliance.
-        edition = replace(stepper.compliance, edition=(self.scheme.step, self.count))
+        edition = replace(stepper.compliance, edition=(self._length, self.count))
         self.stepper, self.made_of = replace(stepper, system=self.system, compliance=edition), made_of
         self.rotations = self.inclusions.rotations(made_of.body.displacement)
         return self.stepper
