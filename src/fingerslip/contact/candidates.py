@@ -14,16 +14,6 @@ from fingerslip.contact.friction import Conditions, FrictionLaw
 from fingerslip.errors import InputError, SlipOutsideContactError
 from fingerslip.fe.space import vector_dofs
 
-__all__ = [
-    "Candidates",
-    "Counterfaces",
-    "automatic_penalty",
-    "check_outsiders",
-    "find_candidates",
-    "join_candidates",
-    "node_operator",
-]
-
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 

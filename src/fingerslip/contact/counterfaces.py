@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 from fingerslip.errors import InputError
 from fingerslip.parameters import Length, PositiveLength, parameters
 
-__all__ = ["BuiltInCounterface", "Counterface", "Cylinder", "Plane", "Sphere"]
-
 Array = NDArray[np.float64]
 
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["contact_frames", "in_frames", "rotate_compliance", "sliding_direction", "tangent_lengths"]
-
 Array = NDArray[np.float64]
 
 

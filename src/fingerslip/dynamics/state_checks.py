@@ -19,8 +19,6 @@ from fingerslip.dynamics.system.operators import Outsiders, Rotations
 from fingerslip.dynamics.system.system import System
 from fingerslip.errors import InputError
 
-__all__ = ["Check", "OutsideCheck", "RotationCheck", "Steps"]
-
 Array = NDArray[np.float64]
 
 

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from fingerslip.contact.friction.law import ISOTROPIC, Conditions, TangentFrame
 from fingerslip.parameters import NonNegativeNumber, Number, Pressure, parameters
 
-__all__ = ["PressureDependent"]
-
 Array = NDArray[np.float64]
 
 # Share of the reference pressure below which the coefficient no longer changes.

@@ -14,8 +14,6 @@ from fingerslip.contact.frames import rotate_compliance
 from fingerslip.contact.solve.preconditioner import Coupled
 from fingerslip.linear.symmetric import symmetric_product, weighted_rows
 
-__all__ = ["Compliance", "active_product"]
-
 Array = NDArray[np.float64]
 
 # Share of nodes with a force from which reading half of the symmetric matrix is faster than reading their rows.

@@ -21,8 +21,6 @@ from fingerslip.contact.solve.partition import Partition, first_partition, solve
 from fingerslip.contact.solve.projection import project, step_lengths
 from fingerslip.contact.solve.working_set import WorkingSet, first_guess, gather, next_warm_start
 
-__all__ = ["solve_contact"]
-
 Array = NDArray[np.float64]
 
 # Unknowns up to which compiled code on all candidates is faster.

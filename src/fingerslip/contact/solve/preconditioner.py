@@ -20,8 +20,6 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["CoarseSpace", "Coupled", "LocalInverse", "Preconditioner", "groups", "solve_roughly", "unit_forces"]
-
 Array = NDArray[np.float64]
 Reals = NDArray[np.floating[Any]]
 Single = NDArray[np.float32]

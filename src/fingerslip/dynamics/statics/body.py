@@ -31,18 +31,6 @@ from fingerslip.linear.solver import LinearSolver, preferred_solver
 from fingerslip.model.model import Model
 from fingerslip.model.timing import QuasiStatic
 
-__all__ = [
-    "REPAIR",
-    "StaticBody",
-    "answers_of",
-    "check_kind",
-    "depth_in_hull",
-    "patches",
-    "sheared",
-    "static_body",
-    "surface",
-]
-
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 

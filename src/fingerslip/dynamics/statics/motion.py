@@ -40,8 +40,6 @@ from fingerslip.model.model import Contact
 from fingerslip.model.programme import Phase, Press, Ramp, phase_duration
 from fingerslip.model.rigid_bodies import DIRECTIONS, Direction, RigidBody
 
-__all__ = ["FreePlate", "StaticMotion", "free_plate", "prescribed_plate", "static_motion"]
-
 Floats = NDArray[np.float64]
 
 # Share of the largest displacement that a programme may prescribe along a free axis by rounding.

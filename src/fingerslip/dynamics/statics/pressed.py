@@ -44,8 +44,6 @@ from fingerslip.model.model import Model
 from fingerslip.model.programme import Press
 from fingerslip.model.timing import QuasiStatic
 
-__all__ = ["pressed_bodies"]
-
 Floats = NDArray[np.float64]
 Marks = NDArray[np.bool_]
 

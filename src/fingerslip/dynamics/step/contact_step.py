@@ -24,18 +24,6 @@ from fingerslip.dynamics.system.operators import Pose
 from fingerslip.errors import ConvergenceError
 from fingerslip.linear.symmetric import symmetric_product
 
-__all__ = [
-    "GOAL",
-    "POSE_GOAL",
-    "TOLERANCE",
-    "ContactStep",
-    "solve_law",
-    "solve_step",
-    "turn",
-    "unsolved",
-    "weighted_forces",
-]
-
 Array = NDArray[np.float64]
 
 # Relative to the largest contact force. Light nodes answer a residual force with accelerations a hundredfold as

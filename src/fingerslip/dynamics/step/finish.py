@@ -18,8 +18,6 @@ from fingerslip.dynamics.step.stepper import Stepper
 from fingerslip.dynamics.step.viscoelastic import HistoryVariables
 from fingerslip.linear.symmetric import row_products
 
-__all__ = ["Strained", "finish"]
-
 Array = NDArray[np.float64]
 
 

@@ -17,8 +17,6 @@ from fingerslip.dynamics.step.viscoelastic import variables_at_rest
 from fingerslip.dynamics.system.operators import Pose
 from fingerslip.dynamics.system.scheme import Predictor, start_push, starts_damped
 
-__all__ = ["Prediction", "first_state", "predict", "predict_ends"]
-
 Array = NDArray[np.float64]
 
 _NONE = np.zeros(0)

@@ -26,8 +26,6 @@ from fingerslip.linear.symmetric import row_products
 from fingerslip.materials.elastic import RayleighDamping
 from fingerslip.model.timing import Timing
 
-__all__ = ["Stepper", "Stopwatch", "build_stepper", "build_steppers", "is_large", "with_known"]
-
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 

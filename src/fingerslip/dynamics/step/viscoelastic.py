@@ -20,8 +20,6 @@ from fingerslip.fe.forms import ViscoelasticLayers
 from fingerslip.materials.prony import Recurrence, recurrence
 from fingerslip.materials.viscoelastic import OutOfPlane
 
-__all__ = ["HistoryVariables", "Viscous", "relaxed_force", "variables_at_rest", "viscous_steps"]
-
 Array = NDArray[np.float64]
 
 

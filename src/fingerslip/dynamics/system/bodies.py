@@ -23,20 +23,6 @@ from fingerslip.model.model import Contact, Model
 from fingerslip.model.programme import Hold, Lift, Phase, Press, Ramp, Slide, phase_duration
 from fingerslip.model.rigid_bodies import DIRECTIONS, Direction, RigidBody, directions_in
 
-__all__ = [
-    "Motion",
-    "RigidFreedom",
-    "body_centres",
-    "check_bodies",
-    "contact_motion",
-    "counterface_motion",
-    "faces_of",
-    "largest_approach",
-    "phase_table",
-    "rigid_freedoms",
-    "unheld_bodies",
-]
-
 Array = NDArray[np.float64]
 
 

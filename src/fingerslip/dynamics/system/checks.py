@@ -34,8 +34,6 @@ from fingerslip.model.programme import Slide
 from fingerslip.model.timing import shortest_step
 from fingerslip.units import coordinates, millimetres
 
-__all__ = ["CheckedModel", "contact_penalties", "direction_text", "inspect_model", "inward_normals"]
-
 
 def contact_penalties(model: Model, contact: Contact) -> tuple[float, float]:
     """Return normal and tangential penalty of a contact [Pa/m].

@@ -18,18 +18,6 @@ from fingerslip.dynamics.system.bodies import RigidFreedom
 from fingerslip.fe.space import Space
 from fingerslip.linear.solver import LinearSolver, factorise
 
-__all__ = [
-    "Coordinates",
-    "MeshCoordinates",
-    "NodalComponents",
-    "Outsiders",
-    "Pose",
-    "Rotations",
-    "Unknowns",
-    "relative_operator",
-    "rotations_of",
-]
-
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 

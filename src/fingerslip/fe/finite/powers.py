@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 
 from fingerslip.materials.large_strain import FiniteMaterial, log_volume_of
 
-__all__ = ["PointLaws", "laws_of_points"]
-
 Array = NDArray[np.float64]
 
 # Iterations of the thickness at most; change after which, as the next is about its square, rounding is left; largest.
