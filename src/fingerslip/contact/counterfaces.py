@@ -98,8 +98,7 @@ class Plane(_Directed):
 
     def gap(self, points: Array) -> Array:
         """Return the signed distance of `points` (n, dim) [m] from the placed plane, shape (n,) [m]."""
-        height: Array = points @ self.unit_normal - (self.offset or 0.0)
-        return height
+        return np.asarray(points @ self.unit_normal - (self.offset or 0.0))
 
     def normals(self, points: Array) -> Array:
         """Return the outward unit normal for each of `points` (n, dim) [m], same shape [-]."""
@@ -144,14 +143,12 @@ class _Round(_Directed):
 
     def gap(self, points: Array) -> Array:
         """Return the signed distance of `points` (n, dim) [m] from the placed counterface, shape (n,) [m]."""
-        distance: Array = np.linalg.norm(self.across(points - np.asarray(self.centre)), axis=1) - self.radius
-        return distance
+        return np.asarray(np.linalg.norm(self.across(points - np.asarray(self.centre)), axis=1) - self.radius)
 
     def normals(self, points: Array) -> Array:
         """Return the outward unit normals nearest to `points` (n, dim) [m], same shape [-]."""
         outward = self.across(points - np.asarray(self.centre))
-        unit: Array = outward / np.linalg.norm(outward, axis=1, keepdims=True)
-        return unit
+        return np.asarray(outward / np.linalg.norm(outward, axis=1, keepdims=True))
 
     def start_hint(self, gap: float) -> tuple[str, str]:
         """Return 'centre' and what it needs where the counterface starts inside the body by -`gap` [m]."""

@@ -32,14 +32,12 @@ def in_frames(frames: Array, forces: Array) -> Array:
     >>> in_frames(np.array([[[0.0, 1.0], [2.0, 0.0]]]), np.array([[3.0, 5.0]])).tolist()
     [[5.0, 1.5]]
     """
-    components: Array = np.einsum("cij,cj->ci", frames, forces) / np.einsum("cij,cij->ci", frames, frames)
-    return components
+    return np.asarray(np.einsum("cij,cj->ci", frames, forces) / np.einsum("cij,cij->ci", frames, frames))
 
 
 def tangent_lengths(frames: Array) -> Array:
     """Return the lengths of the tangents of frames (n, dim, dim), shape (n, dim - 1) [-]."""
-    lengths: Array = np.linalg.norm(frames[:, 1:], axis=2)
-    return lengths
+    return np.asarray(np.linalg.norm(frames[:, 1:], axis=2))
 
 
 def sliding_direction(normal: Array) -> Array:
@@ -52,8 +50,7 @@ def sliding_direction(normal: Array) -> Array:
         return np.array([normal[1], -normal[0]])
     axis = np.eye(3)[0 if abs(normal[0]) < 0.9 else 2]
     along = axis - (axis @ normal) * normal
-    unit: Array = along / np.linalg.norm(along)
-    return unit
+    return np.asarray(along / np.linalg.norm(along))
 
 
 def rotate_compliance(compliance: Array, frames: Array) -> Array:

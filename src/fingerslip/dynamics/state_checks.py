@@ -96,8 +96,7 @@ class _Beside:
         """Return the gaps, shape (n, k) [m], for unknowns (n, m) and displacements (n, dim) of the counterface [m]."""
         positions, moved = self.outsiders.positions, (self.moved @ fields[:, : self.moved.shape[1]].T).T
         if self.shape.is_flat and self.rotations is None:
-            result: Array = self.shape.gap(positions) + moved - (travel @ self.shape.unit_normal)[:, None]
-            return result
+            return np.asarray(self.shape.gap(positions) + moved - (travel @ self.shape.unit_normal)[:, None])
         points = positions + moved.reshape(len(fields), *positions.shape) - travel[:, None]
         if self.rotations is not None:
             counterface = np.full(len(positions), self.number)

@@ -101,8 +101,7 @@ def node_positions(tags: NDArray[np.integer]) -> Floats:
     """Return the positions (k, 3) of Gmsh's nodes with some tags (k,), in its unit."""
     known_tags, positions, _ = gmsh.model.mesh.getNodes()
     order = np.argsort(known_tags)
-    rows: Floats = positions.reshape(-1, 3)[order[np.searchsorted(known_tags, tags, sorter=order)]]
-    return rows
+    return np.asarray(positions.reshape(-1, 3)[order[np.searchsorted(known_tags, tags, sorter=order)]])
 
 
 @dataclass(frozen=True)

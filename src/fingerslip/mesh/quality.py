@@ -204,8 +204,7 @@ def turned_cells(mesh: skfem.Mesh) -> Booleans:
     beside = np.flatnonzero(np.isclose(np.linalg.norm(reference - reference[:, :1], axis=0), 1.0))
     edges = (mesh.p[:, mesh.t[beside]] - mesh.p[:, mesh.t[:1]]).transpose(2, 0, 1)
     sign = np.linalg.det(reference[:, beside] - reference[:, :1])
-    turned: Booleans = np.linalg.det(edges) * sign < 0.0
-    return turned
+    return np.asarray(np.linalg.det(edges) * sign < 0.0)
 
 
 def check_folds(mesh: skfem.Mesh, turned: Booleans, where: str = "mesh") -> None:

@@ -157,8 +157,7 @@ def scaled_jacobians(points: Floats, cells: Integers) -> Floats:
     """Return the least scaled Jacobian (m,) [-] of the corners of 2D cells (m, k), negative where inverted."""
     ahead, back, cross = turns(points[cells].transpose(2, 1, 0))
     length = np.linalg.norm(ahead, axis=0) * np.linalg.norm(back, axis=0)
-    least: Floats = (cross / np.where(length > 0, length, 1.0)).min(axis=0)
-    return least
+    return np.asarray((cross / np.where(length > 0, length, 1.0)).min(axis=0))
 
 
 def smooth(points: Floats, cells: Integers, region: Integers) -> Floats:

@@ -47,8 +47,7 @@ def draw_shares(method: Method, count: int, dim: int, seed: int) -> Array:
         blocks[:, -1] = second
         return blocks.reshape(-1, dim)
     sequence = qmc.Sobol if method == "sobol" else qmc.LatinHypercube
-    points: Array = sequence(dim, seed=seed).random(count)
-    return points
+    return np.asarray(sequence(dim, seed=seed).random(count))
 
 
 def _walks(count: int, dim: int, seed: int) -> NDArray[np.int64]:

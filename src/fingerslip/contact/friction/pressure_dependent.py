@@ -60,5 +60,4 @@ class PressureDependent:
     def coefficients(self, conditions: Conditions) -> Array:
         """Return the friction coefficient of every node, shape (n,) [-]."""
         relative = np.maximum(conditions.pressure / self.reference_pressure, _LOWEST_PRESSURE)
-        values: Array = self.reference_coefficient * relative**self.exponent
-        return values
+        return np.asarray(self.reference_coefficient * relative**self.exponent)

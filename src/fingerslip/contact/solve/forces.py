@@ -97,8 +97,7 @@ class _Check:
     @property
     def touching(self) -> NDArray[np.bool_]:
         """Which nodes have a force or would get one."""
-        touching: NDArray[np.bool_] = (self.forces[:, 0] > 0.0) | (self.trial[:, 0] > 0.0)
-        return touching
+        return np.asarray((self.forces[:, 0] > 0.0) | (self.trial[:, 0] > 0.0))
 
 
 @dataclass(frozen=True)

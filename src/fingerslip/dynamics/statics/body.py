@@ -130,15 +130,13 @@ class StaticBody:
     @property
     def compliance(self) -> Floats:
         """What forces move patches by, shape (k, n_p * dim, n_p * dim) [m/N]."""
-        answers: Floats = self.answers[:, : self.positions.size]
-        return answers
+        return np.asarray(self.answers[:, : self.positions.size])
 
     @cached_property
     def unloaded(self) -> Floats:
         """Displacement without forces by the answers of each state, u_0 - A f_0, shape (k, n) [m]."""
         forces = self.forces.reshape(len(self.forces), -1)
-        unloaded: Floats = self.moved - np.einsum("kij,kj->ki", self.answers, forces)
-        return unloaded
+        return np.asarray(self.moved - np.einsum("kij,kj->ki", self.answers, forces))
 
     @property
     def of_sites(self) -> slice:
@@ -162,8 +160,7 @@ def sheared(moved: Floats, states: Floats, forces: Floats) -> Floats:
     Arrays: moved (n_p, dim) [m]; states (k, n_p, dim) [m]; forces (n_p, dim) [N].
     """
     weights = np.linalg.norm(forces, axis=1)
-    distances: Floats = np.sqrt(np.square(states - moved).sum(axis=2) @ (weights / weights.sum()))
-    return distances
+    return np.asarray(np.sqrt(np.square(states - moved).sum(axis=2) @ (weights / weights.sum())))
 
 
 def static_body(
@@ -193,9 +190,15 @@ def _surface(
     if system.viscoelastic:
         raise InputError("materials", "relax", "needs elastic ones", REPAIR)
     area = nodal_areas(system.space, model.contacts[0].boundary, model.depth)
-    remaining, others = _split_boundary(model, system, reach, hidden)
-    division = patches(system.space.positions[remaining], area[remaining], patch)
-    reads, _, body = surface(system, remaining, area[remaining], others, division)
+    plane, nodes = system.counterfaces.shapes[0], carrying_nodes(system.space, model.contacts[0].boundary)
+    points = system.space.positions[nodes]
+    near = plane.gap(points) <= reach
+    may_touch = near & (depth_in_hull(points, plane.unit_normal) <= hidden)
+    if not may_touch.any():
+        raise InputError("reach", f"got {reach} m", "needs some node of the boundary within it")
+    touching = nodes[may_touch]
+    division = patches(system.space.positions[touching], area[touching], patch)
+    reads, _, body = surface(system, touching, area[touching], nodes[near & ~may_touch], division)
     return system.stiffness, reads, body
 
 
@@ -234,18 +237,6 @@ def check_kind(model: Model, *, is_finite: bool) -> None:
             raise InputError(where, got, allowed, REPAIR)
     if not model.contacts[0].counterface.is_flat:
         raise InputError("contacts.0.counterface", "is curved", "needs a plane", REPAIR)
-
-
-def _split_boundary(model: Model, system: System, reach: float, hidden: float) -> tuple[Integers, Integers]:
-    """Return the nodes of the boundary that may touch, and the others within reach."""
-    plane = system.counterfaces.shapes[0]
-    nodes = carrying_nodes(system.space, model.contacts[0].boundary)
-    points = system.space.positions[nodes]
-    near = plane.gap(points) <= reach
-    may_touch = near & (depth_in_hull(points, plane.unit_normal) <= hidden)
-    if not may_touch.any():
-        raise InputError("reach", f"got {reach} m", "needs some node of the boundary within it")
-    return nodes[may_touch], nodes[near & ~may_touch]
 
 
 def answers_of(solve: Callable[[Floats], Floats], reads: Sequence[sparse.csr_matrix]) -> Floats:

@@ -61,18 +61,15 @@ class FreePlate:
         Arrays: time [s]; before (k,) [m].
         """
         force = [sum(value * ramp.at(time) for value, ramp in load) for load in self.loads]
-        displacement: Floats = self.compliance * (np.array(force) + self.drag * before)
-        return displacement
+        return np.asarray(self.compliance * (np.array(force) + self.drag * before))
 
     def held(self, unheld: Floats, force: Floats) -> Floats:
         """Return the displacements (k,) [m] with a contact force (dim,) on the body [N]."""
-        displacement: Floats = unheld - self.compliance * (self.axes @ force)
-        return displacement
+        return np.asarray(unheld - self.compliance * (self.axes @ force))
 
     def shift(self, displacements: Floats) -> Floats:
         """Return the displacement of the plate (dim,) [m] for those along its axes (k,)."""
-        result: Floats = displacements @ self.axes
-        return result
+        return np.asarray(displacements @ self.axes)
 
     def added(self, compliance: Floats) -> Floats:
         """Return the compliance of contact nodes (n_c * dim, n_c * dim) with that of the plate [m/N]."""
@@ -165,16 +162,14 @@ class _Setting:
     def dofs(self) -> Integers:
         """Displacements of the contact nodes among those of the body's patches."""
         dim = self.candidates.dim
-        dofs: Integers = (dim * self.rows[:, None] + np.arange(dim)).ravel()
-        return dofs
+        return np.asarray((dim * self.rows[:, None] + np.arange(dim)).ravel())
 
     def displacement(self, state: _State, rows: slice) -> Floats:
         """Return the displacement of some rows of the body's answers [m]."""
         forces = np.zeros_like(self.body.positions)
         forces[self.rows] = state.forces
         answers = self.body.answers[state.nearest, rows]
-        displacement: Floats = self.body.unloaded[state.nearest, rows] + answers @ forces.ravel()
-        return displacement
+        return np.asarray(self.body.unloaded[state.nearest, rows] + answers @ forces.ravel())
 
 
 def static_motion(

@@ -111,8 +111,7 @@ class Stepper:
         scheme = self.scheme
         force = scheme.velocity_factor * self.damping_force(unknown)
         force += scheme.displacement_factor * (self.stiffness @ unknown)
-        resisting: Array = scheme.end_weight * force
-        return resisting
+        return np.asarray(scheme.end_weight * force)
 
     def anchor_force(self, stretch: Array) -> Array:
         """Return the force of springs to an anchor that are stretched by (n,) [m], shape (n,) [N]."""
@@ -145,8 +144,7 @@ class Stepper:
         if self.viscous:
             rows = [layer.layers.apply_map(lambda matrix: matrix[moving]) for layer in self.viscous]
             force -= relaxed_force(rows, self.viscous, state.history_variables)
-        force_of_supports: Array = force - (system.relative[:, moving].T @ state.contact_forces.ravel())
-        return force_of_supports
+        return np.asarray(force - (system.relative[:, moving].T @ state.contact_forces.ravel()))
 
 
 def is_large(systems: Sequence[System]) -> bool:
@@ -281,8 +279,7 @@ def _joint_rows(systems: Sequence[System]) -> tuple[sparse.csr_matrix, list[Indi
 
 
 def _components(nodes: Indices, dim: int) -> Indices:
-    components: Indices = (nodes[:, None] * dim + np.arange(dim)).ravel()
-    return components
+    return np.asarray((nodes[:, None] * dim + np.arange(dim)).ravel())
 
 
 def _own_compliance(

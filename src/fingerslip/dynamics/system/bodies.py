@@ -131,8 +131,7 @@ class RigidFreedom:
 
     def moved(self, points: Array) -> Array:
         """Return the displacement of points (k, dim) [m] of the body per unknown, same shape."""
-        displacement: Array = self.shift + (points - self.centre) @ self.turn.T
-        return displacement
+        return np.asarray(self.shift + (points - self.centre) @ self.turn.T)
 
     def viscous(self, damping: RayleighDamping) -> float:
         """Return the damping beside what material damping makes of mass and stiffness [N s/m] or [N m s]."""
@@ -228,9 +227,18 @@ def contact_motion(model: Model, number: int) -> Motion:
 
 def check_bodies(model: Model) -> None:
     """Refuse rigid bodies that cannot be computed."""
+    dim, directions = model.mesh.dim(), directions_in(model.mesh.dim())
     for name, body in model.bodies.items():
         where = f"bodies.{name}"
-        _check_dimensions(where, body, model.mesh.dim())
+        beyond = [direction for direction in body.free if direction not in directions]
+        if beyond:
+            fault = f"got '{beyond[0]}' in {dim} dimensions"
+            raise InputError(f"{where}.free", fault, f"needs {', '.join(directions)}")
+        if body.centre is not None and len(body.centre) != dim:
+            raise InputError(f"{where}.centre", f"got {len(body.centre)} components", f"needs {dim}")
+        needed = 1 if dim == 2 else 3
+        if body.inertia and len(body.inertia) != needed:
+            raise InputError(f"{where}.inertia", f"got {len(body.inertia)} values", f"needs {needed}")
         if body.programme and not faces_of(model, name):
             fault = "is given for a body that no counterface is on"
             raise InputError(
@@ -238,18 +246,6 @@ def check_bodies(model: Model) -> None:
             )
         if not make_scheme(model.time).inertia_factor:
             _check_held(where, body, [model.contacts[number] for number in faces_of(model, name)])
-
-
-def _check_dimensions(where: str, body: RigidBody, dim: int) -> None:
-    directions = directions_in(dim)
-    beyond = next((direction for direction in body.free if direction not in directions), None)
-    if beyond:
-        raise InputError(f"{where}.free", f"got '{beyond}' in {dim} dimensions", f"needs {', '.join(directions)}")
-    if body.centre is not None and len(body.centre) != dim:
-        raise InputError(f"{where}.centre", f"got {len(body.centre)} components", f"needs {dim}")
-    needed = 1 if dim == 2 else 3
-    if body.inertia and len(body.inertia) != needed:
-        raise InputError(f"{where}.inertia", f"got {len(body.inertia)} values", f"needs {needed}")
 
 
 def _check_held(where: str, body: RigidBody, contacts: Sequence[Contact]) -> None:

@@ -130,8 +130,7 @@ class Rotations:
         `turned` (..., k, dim, dim) is the rotation of the counterface of each.
         """
         centres = self.centres[counterface]
-        points_seen: Array = centres + np.einsum("...ij,...i->...j", turned, points - centres)
-        return points_seen
+        return np.asarray(centres + np.einsum("...ij,...i->...j", turned, points - centres))
 
     def pose(self, angles: Array, points: Array, counterface: Indices) -> Pose:
         """Return the pose for angles (r,) of points (k, dim) [m], which are relative to the motion of the centres."""

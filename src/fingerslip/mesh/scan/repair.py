@@ -138,5 +138,4 @@ def _middle(rim: Floats, normals: Floats) -> Floats:
     length = float(np.linalg.norm(outwards))
     if length < 0.3:  # the rim of a tube, whose normals say nothing about its end
         return centre
-    lift: Floats = centre + outwards / length * float(np.sum((rim - centre) * normals, axis=1).mean()) / 2
-    return lift
+    return np.asarray(centre + outwards / length * float(np.sum((rim - centre) * normals, axis=1).mean()) / 2)
