@@ -97,11 +97,8 @@ def check_quality(mesh: skfem.Mesh2D) -> None:
         if (values[worst] <= limit) if is_least else (values[worst] >= limit):
             region = next((region for region, cells in (mesh.subdomains or {}).items() if worst in cells), "mesh")
             where = f"{region} cell {worst} at {coordinates(mesh.p[:, mesh.t[:, worst]].mean(axis=1))}"
-            fault, allowed = (
-                f"{name} {unit * values[worst]:.3g}",
-                f"needs {'>' if is_least else '<'} {unit * limit:.3g}",
-            )
-            raise MeshError(where, fault, allowed, "write a smaller bulk_size")
+            allowed = f"needs {'>' if is_least else '<'} {unit * limit:.3g}"
+            raise MeshError(where, f"{name} {unit * values[worst]:.3g}", allowed, "write a smaller bulk_size")
 
 
 def tetrahedron_margins(corners: Floats) -> Floats:

@@ -138,11 +138,8 @@ class HeldObject(ObjectSettings):
     def __post_init__(self) -> None:
         least = self.first_load / (2.0 * self.friction)
         if self.first_grip <= least:
-            fault, allowed = (
-                f"got {self.first_grip:.4g} N",
-                f"needs more than {least:.4g} N to hold {self.first_load:.4g} N",
-            )
-            raise InputError("grip", fault, allowed, "grip harder, or give a margin > 0")
+            allowed = f"needs more than {least:.4g} N to hold {self.first_load:.4g} N"
+            raise InputError("grip", f"got {self.first_grip:.4g} N", allowed, "grip harder, or give a margin > 0")
         if self.settle + self.rest < 2.0 * self.step:
             raise InputError("step", f"got {self.step:g} s", "needs to be shorter than settle and rest")
 
