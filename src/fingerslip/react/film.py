@@ -72,7 +72,7 @@ def write_film(path: Path, grasp: Grasp, detector: str, reactions: Mapping[str, 
         response = None if start is None else reaction.response(start, grasp.held.first_grip)
         outcome = grasp.without_reaction() if response is None else grasp.branch(response)
         history = grasp.history(response, snapshots_every=grasp.held.step)
-        runs.append(_Run(name, grasp, alarm and alarm.time, response, outcome, history))
+        runs.append(_Run(name, grasp, None if alarm is None else alarm.time, response, outcome, history))
     last = max(run.outcome.end for run in runs) + _AFTER
     count = max(round(SHOWN_FILM.seconds * SHOWN_FILM.frame_rate), 2)
     still = round(_LAST * count)

@@ -36,7 +36,12 @@ def draw_shares(method: Method, count: int, dim: int, seed: int) -> Array:
     from scipy.stats import qmc
 
     if method == "morris":
-        return _walks(count, dim, seed) / (LEVELS - 1.0)
+        generator, step = np.random.default_rng(seed), LEVELS // 2
+        walks = np.repeat(generator.integers(0, LEVELS, (count, 1, dim)), dim + 1, axis=1)
+        for walk in walks:
+            for number, j in enumerate(generator.permutation(dim), start=1):
+                walk[number:, j] += step if walk[0, j] < step else -step
+        return np.asarray(walks.reshape(-1, dim) / (LEVELS - 1.0))
     if method == "random":
         return np.random.default_rng(seed).random((count, dim))
     if method == "saltelli":
@@ -48,16 +53,6 @@ def draw_shares(method: Method, count: int, dim: int, seed: int) -> Array:
         return blocks.reshape(-1, dim)
     sequence = qmc.Sobol if method == "sobol" else qmc.LatinHypercube
     return np.asarray(sequence(dim, seed=seed).random(count))
-
-
-def _walks(count: int, dim: int, seed: int) -> NDArray[np.int64]:
-    """Return the levels of Morris's walks, (n, dim)."""
-    generator, step = np.random.default_rng(seed), LEVELS // 2
-    walks = np.repeat(generator.integers(0, LEVELS, (count, 1, dim)), dim + 1, axis=1)
-    for walk in walks:
-        for number, j in enumerate(generator.permutation(dim), start=1):
-            walk[number:, j] += step if walk[0, j] < step else -step
-    return walks.reshape(-1, dim)
 
 
 def block_size(method: Method, dim: int) -> int:
