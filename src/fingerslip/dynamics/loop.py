@@ -76,7 +76,7 @@ class BodyObserver:
 
     def _look(self) -> None:
         if self._waiting:
-            steps, self._waiting = Steps.joined(self._waiting), []
+            steps, self._waiting = Steps.join(self._waiting), []
             for check in self._checks:
                 check.look(steps)
 

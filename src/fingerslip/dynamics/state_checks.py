@@ -40,7 +40,7 @@ class Steps:
         return Steps(np.ravel(state.time), (displacement, velocity, acceleration), travel)
 
     @staticmethod
-    def joined(parts: Sequence[Steps]) -> Steps:
+    def join(parts: Sequence[Steps]) -> Steps:
         """Return several of them as one."""
         if len(parts) == 1:
             return parts[0]

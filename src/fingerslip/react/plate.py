@@ -47,7 +47,7 @@ def with_plate(model: Model, friction: Coulomb, held: str, grip: BodyLoad) -> Mo
     )
     return replace(
         model,
-        mesh=model.mesh if f"{PLATE}_slab" in model.mesh.subdomains else slab_joined(model.mesh),
+        mesh=model.mesh if f"{PLATE}_slab" in model.mesh.subdomains else join_slab(model.mesh),
         materials={**model.materials, f"{PLATE}_slab": _SLAB},
         contacts=(*model.contacts, face, back),
         bodies={**model.bodies, PLATE: RigidBody(mass=_MASS, free=("y",), loads=(grip,))},
@@ -56,7 +56,7 @@ def with_plate(model: Model, friction: Coulomb, held: str, grip: BodyLoad) -> Mo
     )
 
 
-def slab_joined(mesh: Any) -> Any:
+def join_slab(mesh: Any) -> Any:
     """Return a mesh with a slab under its lowest point: region `plate_slab`, boundaries `plate_face`, `plate_back`.
 
     The names of the mesh stay.

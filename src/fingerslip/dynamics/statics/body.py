@@ -133,18 +133,18 @@ class StaticBody:
         return np.asarray(self.answers[:, : self.positions.size])
 
     @cached_property
-    def unloaded(self) -> Floats:
+    def unloaded_displacement(self) -> Floats:
         """Displacement without forces by the answers of each state, u_0 - A f_0, shape (k, n) [m]."""
         forces = self.forces.reshape(len(self.forces), -1)
         return np.asarray(self.moved - np.einsum("kij,kj->ki", self.answers, forces))
 
     @property
-    def of_sites(self) -> slice:
+    def site_rows(self) -> slice:
         """Rows of the sites."""
         return slice(self.positions.size, self.answers.shape[1] - self.watched.size)
 
     @property
-    def of_watched(self) -> slice:
+    def watched_rows(self) -> slice:
         """Rows of the watched nodes."""
         return slice(self.answers.shape[1] - self.watched.size, None)
 
@@ -154,7 +154,7 @@ class StaticBody:
         return bool(self.forces[0].any())
 
 
-def sheared(moved: Floats, states: Floats, forces: Floats) -> Floats:
+def shear_distances(moved: Floats, states: Floats, forces: Floats) -> Floats:
     """Return how far patches are from where they are in states, their mean weighted by forces, shape (k,) [m].
 
     Arrays: moved (n_p, dim) [m]; states (k, n_p, dim) [m]; forces (n_p, dim) [N].

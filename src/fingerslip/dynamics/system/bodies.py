@@ -129,7 +129,7 @@ class RigidFreedom:
         """Whether it is a rotation."""
         return bool(self.turn.any())
 
-    def moved(self, points: Array) -> Array:
+    def displacements(self, points: Array) -> Array:
         """Return the displacement of points (k, dim) [m] of the body per unknown, same shape."""
         return np.asarray(self.shift + (points - self.centre) @ self.turn.T)
 
