@@ -320,8 +320,8 @@ class Model:
         """The programme of every contact: its body's, its own or the model's; the model's where there is no contact."""
         programmes = []
         for contact in self.contacts:
-            own = self.programme if contact.programme is None else contact.programme
-            programmes.append(own if contact.rigid_body is None else self.bodies[contact.rigid_body].programme)
+            programme = self.programme if contact.programme is None else contact.programme
+            programmes.append(programme if contact.rigid_body is None else self.bodies[contact.rigid_body].programme)
         return tuple(programmes) or (self.programme,)
 
     @property

@@ -257,8 +257,8 @@ def _anchoring(system: System) -> Array | None:
     stiffness = _SOFT * candidates.normal_stiffness
     for at, freedom in zip(system.unknowns.of_rigid, system.unknowns.rigid, strict=True):
         if freedom.is_loose:
-            moves = np.isin(candidates.counterface, freedom.faces)[:, None] * freedom.displacements(candidates.positions)
-            springs[at] = stiffness @ (moves**2).sum(axis=1)
+            touches = np.isin(candidates.counterface, freedom.faces)[:, None]
+            springs[at] = stiffness @ ((touches * freedom.displacements(candidates.positions)) ** 2).sum(axis=1)
     if "body" in system.held_by_contact:
         springs[: system.free.size] = stiffness.sum() * system.space.dim / system.free.size
     return springs
