@@ -23,8 +23,8 @@ from PIL import Image
 from fingerslip.contact.states import OPEN
 from fingerslip.history import nearest_record, nearest_snapshot
 from fingerslip.react.loop import Grasp, Outcome
-from fingerslip.react.plate import PLATE
 from fingerslip.react.reflex import Reaction, Response
+from fingerslip.react.scenario import PLATE
 from fingerslip.report.colours import BLACK, BLUE, FIELD_MAP, SKY, STATE_COLOURS, VERMILLION, YELLOW
 from fingerslip.report.figures.motion import Film
 from fingerslip.report.figures.style import with_style

@@ -8,8 +8,7 @@ import pytest
 import fingerslip as fs
 from fingerslip.fe.space import build_space
 from fingerslip.react import film
-from fingerslip.react.plate import join_slab
-from fingerslip.react.scenario import held_model, travel_after
+from fingerslip.react.scenario import held_model, join_slab, travel_after
 from fingerslip.report.figures.motion import Film
 from fingerslip.verification.meshes import box
 from fingerslip.vision.video import open_frames
