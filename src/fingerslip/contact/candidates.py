@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from fingerslip.contact.counterfaces import Counterface
-from fingerslip.contact.frames import contact_frames, sliding_direction
+from fingerslip.contact.counterfaces import Counterface, contact_frames, sliding_direction
 from fingerslip.contact.friction import Conditions, FrictionLaw
 from fingerslip.errors import InputError, SlipOutsideContactError
 from fingerslip.fe.space import vector_dofs

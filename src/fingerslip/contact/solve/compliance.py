@@ -10,7 +10,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.contact.frames import rotate_compliance
+from fingerslip.contact.counterfaces import rotate_compliance
 from fingerslip.contact.solve.preconditioner import Coupled
 from fingerslip.linear.symmetric import symmetric_product, weighted_rows
 

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.contact.candidates import Candidates, Counterfaces, check_outsiders
-from fingerslip.contact.frames import rotate_compliance
+from fingerslip.contact.counterfaces import rotate_compliance
 from fingerslip.contact.interface import InterfaceState, rest_state, settle
 from fingerslip.contact.solve.compliance import Compliance
 from fingerslip.contact.solve.partition import Partition

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.contact.candidates import Candidates, Counterfaces
-from fingerslip.contact.frames import in_frames
+from fingerslip.contact.counterfaces import in_frames
 from fingerslip.contact.interface import InterfaceState, conditions, contact_problem, flat_motion, in_components
 from fingerslip.contact.solve.compliance import Compliance
 from fingerslip.contact.solve.forces import solve_contact

@@ -14,8 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.contact.counterfaces import Counterface
-from fingerslip.contact.frames import sliding_direction
+from fingerslip.contact.counterfaces import Counterface, sliding_direction
 from fingerslip.dynamics.system.scheme import make_scheme
 from fingerslip.errors import InputError
 from fingerslip.materials.elastic import RayleighDamping
