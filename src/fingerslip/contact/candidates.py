@@ -8,21 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from fingerslip.contact.counterfaces import Counterface
-from fingerslip.contact.frames import contact_frames, sliding_direction
+from fingerslip.contact.counterfaces import Counterface, contact_frames, sliding_direction
 from fingerslip.contact.friction import Conditions, FrictionLaw
 from fingerslip.errors import InputError, SlipOutsideContactError
 from fingerslip.fe.space import vector_dofs
-
-__all__ = [
-    "Candidates",
-    "Counterfaces",
-    "automatic_penalty",
-    "check_outsiders",
-    "find_candidates",
-    "join_candidates",
-    "node_operator",
-]
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

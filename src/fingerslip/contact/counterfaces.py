@@ -1,4 +1,4 @@
-"""Rigid counterfaces: where they start, how far points are from them, and their normals.
+"""Rigid counterfaces: where they start, how far points are from them, their normals, and the frames of nodes on them.
 
 A counterface moves without turning. All points are given relative to its motion: a node at x, with a counterface that
 has moved by s since the start, has the gap of the point x - s.
@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
 from fingerslip.parameters import Length, PositiveLength, parameters
-
-__all__ = ["BuiltInCounterface", "Counterface", "Cylinder", "Plane", "Sphere"]
 
 Array = NDArray[np.float64]
 
@@ -100,8 +98,7 @@ class Plane(_Directed):
 
     def gap(self, points: Array) -> Array:
         """Return the signed distance of `points` (n, dim) [m] from the placed plane, shape (n,) [m]."""
-        height: Array = points @ self.unit_normal - (self.offset or 0.0)
-        return height
+        return np.asarray(points @ self.unit_normal - (self.offset or 0.0))
 
     def normals(self, points: Array) -> Array:
         """Return the outward unit normal for each of `points` (n, dim) [m], same shape [-]."""
@@ -146,14 +143,12 @@ class _Round(_Directed):
 
     def gap(self, points: Array) -> Array:
         """Return the signed distance of `points` (n, dim) [m] from the placed counterface, shape (n,) [m]."""
-        distance: Array = np.linalg.norm(self.across(points - np.asarray(self.centre)), axis=1) - self.radius
-        return distance
+        return np.asarray(np.linalg.norm(self.across(points - np.asarray(self.centre)), axis=1) - self.radius)
 
     def normals(self, points: Array) -> Array:
         """Return the outward unit normals nearest to `points` (n, dim) [m], same shape [-]."""
         outward = self.across(points - np.asarray(self.centre))
-        unit: Array = outward / np.linalg.norm(outward, axis=1, keepdims=True)
-        return unit
+        return np.asarray(outward / np.linalg.norm(outward, axis=1, keepdims=True))
 
     def start_hint(self, gap: float) -> tuple[str, str]:
         """Return 'centre' and what it needs where the counterface starts inside the body by -`gap` [m]."""
@@ -224,3 +219,59 @@ def _unit(vector: tuple[float, ...], where: str) -> Array:
     if len(vector) not in (2, 3) or not length > 0.0:
         raise InputError(where, f"got {vector}", "needs two or three components, not all zero")
     return np.asarray(vector, dtype=np.float64) / length
+
+
+def contact_frames(normals: Array, direction: Array) -> Array:
+    """Return orthonormal frames with the normal in the first row.
+
+    Arrays: normals (n, dim) [-]; direction (dim,) [-]; returns (n, dim, dim) [-].
+    """
+    if normals.shape[1] == 2:
+        return np.stack([normals, np.column_stack([normals[:, 1], -normals[:, 0]])], axis=1)
+    along = direction - (normals @ direction)[:, None] * normals
+    length = np.linalg.norm(along, axis=1)
+    # Where the surface is perpendicular to the direction, any tangent will do.
+    lost = length < 1e-6 * np.linalg.norm(direction)
+    along[lost] = np.cross(normals[lost], np.roll(direction, 1))
+    first = along / np.linalg.norm(along, axis=1, keepdims=True)
+    return np.stack([normals, first, np.cross(normals, first)], axis=1)
+
+
+def in_frames(frames: Array, forces: Array) -> Array:
+    """Return forces in global components in frames whose tangents may have any length, both (n, dim).
+
+    Examples
+    --------
+    >>> in_frames(np.array([[[0.0, 1.0], [2.0, 0.0]]]), np.array([[3.0, 5.0]])).tolist()
+    [[5.0, 1.5]]
+    """
+    return np.asarray(np.einsum("cij,cj->ci", frames, forces) / np.einsum("cij,cij->ci", frames, frames))
+
+
+def tangent_lengths(frames: Array) -> Array:
+    """Return the lengths of the tangents of frames (n, dim, dim), shape (n, dim - 1) [-]."""
+    return np.asarray(np.linalg.norm(frames[:, 1:], axis=2))
+
+
+def sliding_direction(normal: Array) -> Array:
+    """Return the unit tangent along which a counterface slides by default, shape (dim,) [-].
+
+    In 2D, it is the unit normal (dim,) rotated clockwise; in 3D the x axis, or the z axis where the
+    counterface faces x.
+    """
+    if normal.size == 2:
+        return np.array([normal[1], -normal[0]])
+    axis = np.eye(3)[0 if abs(normal[0]) < 0.9 else 2]
+    along = axis - (axis @ normal) * normal
+    return np.asarray(along / np.linalg.norm(along))
+
+
+def rotate_compliance(compliance: Array, frames: Array) -> Array:
+    """Return a compliance in the nodes' frames, shape (n * dim, n * dim) [m/N].
+
+    Arrays: compliance (n * dim, n * dim) [m/N]; frames (n, dim, dim) [-].
+    """
+    count, dim = frames.shape[:2]
+    blocks = compliance.reshape(count, dim, count, dim)
+    rotated = np.einsum("aij,ajbk,blk->aibl", frames, blocks, frames, optimize=True)
+    return np.ascontiguousarray(rotated.reshape(count * dim, count * dim))

@@ -25,18 +25,6 @@ from fingerslip.contact.candidates import Candidates
 from fingerslip.contact.friction import Conditions
 from fingerslip.contact.states import OPEN, SLIP, STICK
 
-__all__ = [
-    "InterfaceState",
-    "StepOutcome",
-    "compiled_settle",
-    "conditions",
-    "contact_problem",
-    "flat_motion",
-    "in_components",
-    "rest_state",
-    "settle",
-]
-
 Array = NDArray[np.float64]
 
 # Of forces at the friction limit, and of slip over the elastic slip there.

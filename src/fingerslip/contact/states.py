@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Final
 
-__all__ = ["OPEN", "SLIP", "STICK"]
-
 # No contact: the gap is open and the node carries no force.
 OPEN: Final = 0
 # Contact within the friction limit, |t| < mu p: the tangential motion is elastic and will be recovered. Also contact at

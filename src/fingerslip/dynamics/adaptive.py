@@ -27,8 +27,6 @@ from fingerslip.errors import ConvergenceError
 from fingerslip.model.model import Model
 from fingerslip.model.timing import Adaptive
 
-__all__ = ["Controlled"]
-
 Array = NDArray[np.float64]
 
 # Steps are doubled after so many in a row whose double is expected to be within this part of the allowed error.

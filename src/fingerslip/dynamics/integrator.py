@@ -13,8 +13,6 @@ from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.stepper import Stepper
 from fingerslip.dynamics.system.system import System
 
-__all__ = ["BodyIntegrator", "ByLength", "Integrator"]
-
 S = TypeVar("S")
 T = TypeVar("T")
 Array = NDArray[np.float64]

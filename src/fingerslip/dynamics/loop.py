@@ -15,8 +15,6 @@ from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.stepper import Stopwatch
 from fingerslip.dynamics.system.system import System
 
-__all__ = ["BodyObserver", "Loop", "Observer"]
-
 S = TypeVar("S")
 S_contra = TypeVar("S_contra", contravariant=True)
 Array = NDArray[np.float64]
@@ -78,7 +76,7 @@ class BodyObserver:
 
     def _look(self) -> None:
         if self._waiting:
-            steps, self._waiting = Steps.joined(self._waiting), []
+            steps, self._waiting = Steps.join(self._waiting), []
             for check in self._checks:
                 check.look(steps)
 

@@ -27,8 +27,6 @@ from fingerslip.linear.solver import LinearSolver
 from fingerslip.model.model import Model
 from fingerslip.model.timing import Adaptive
 
-__all__ = ["Motions", "Outcome", "compute", "make_integrator"]
-
 Array = NDArray[np.float64]
 
 

@@ -24,14 +24,12 @@ from fingerslip.dynamics.system.system import build_system
 from fingerslip.errors import InputError, SlipOutsideContactError
 from fingerslip.linear.resources import allowed_threads, limited_threads, suitable_threads
 from fingerslip.linear.solver import LinearSolver, preferred_solver
-from fingerslip.model.model import Contact, Model
+from fingerslip.model.model import Model
 from fingerslip.model.timing import Adaptive
 from fingerslip.parameters.schema import describe
 
 if TYPE_CHECKING:
     import xarray as xr
-
-__all__ = ["Progress", "shown_progress", "simulate", "simulate_together", "step_times", "with_short_search"]
 
 #: What receives the fraction that is done; True for a bar on standard error, False and None for nothing.
 Progress = Callable[[float], None] | bool | None
@@ -76,20 +74,15 @@ def with_short_search(model: Model) -> Model:
     """
     if model.mesh.dim() == 2 or model.is_loaded:
         return model
-    contacts = tuple(_with_reach(model, number) for number in range(len(model.contacts)))
-    return model if all(map(operator.is_, contacts, model.contacts)) else replace(model, contacts=contacts)
-
-
-def _with_reach(model: Model, number: int) -> Contact:
-    contact = model.contacts[number]
-    if contact.search_distance is not None:
-        return contact
-    try:
-        approach = largest_approach(contact_motion(model, number), contact.counterface)
-    except InputError:
-        # The checks of the model say what is wrong, and where.
-        return contact
-    return replace(contact, search_distance=_NEAR * approach) if approach > 0.0 else contact
+    contacts = []
+    for number, contact in enumerate(model.contacts):
+        approach = 0.0
+        if contact.search_distance is None:
+            # The checks of the model say what is wrong, and where.
+            with contextlib.suppress(InputError):
+                approach = largest_approach(contact_motion(model, number), contact.counterface)
+        contacts.append(replace(contact, search_distance=_NEAR * approach) if approach > 0.0 else contact)
+    return model if all(map(operator.is_, contacts, model.contacts)) else replace(model, contacts=tuple(contacts))
 
 
 Array = NDArray[np.float64]
@@ -193,23 +186,16 @@ def simulate_together(
     threads_of_algebra = suitable_threads(mesh.p.size, allowed, mesh.dim())
     with limited_threads(threads_of_algebra), shown_progress(progress) as reporter:
         run = functools.partial(_simulate, times=times, progress=reporter, threads=allowed, solver=solver, bases=bases)
-        return _in_two_stages(models, run)
-
-
-def _in_two_stages(
-    models: Sequence[Model], run: Callable[[Sequence[Model]], tuple[xr.Dataset, ...]]
-) -> tuple[xr.Dataset, ...]:
-    """Simulate with few contact candidates, and with all where these are too few."""
-    near = list(map(with_short_search, models))
-    if all(map(operator.is_, near, models)):
+        # First with few contact candidates, and with all where these are too few.
+        near = list(map(with_short_search, models))
+        if not all(map(operator.is_, near, models)):
+            try:
+                return run(near)
+            except InputError as error:
+                # What else is wrong, such as a counterface that is too far away, the second stage says.
+                if isinstance(error, SlipOutsideContactError):
+                    _logger.info("%s: starts again with more contact candidates", error)
         return run(models)
-    try:
-        return run(near)
-    except InputError as error:
-        # What else is wrong, such as a counterface that is too far away, the second stage says.
-        if isinstance(error, SlipOutsideContactError):
-            _logger.info("%s: starts again with more contact candidates", error)
-    return run(models)
 
 
 def _require_model(value: Any, where: str) -> None:

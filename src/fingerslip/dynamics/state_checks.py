@@ -19,8 +19,6 @@ from fingerslip.dynamics.system.operators import Outsiders, Rotations
 from fingerslip.dynamics.system.system import System
 from fingerslip.errors import InputError
 
-__all__ = ["Check", "OutsideCheck", "RotationCheck", "Steps"]
-
 Array = NDArray[np.float64]
 
 
@@ -42,7 +40,7 @@ class Steps:
         return Steps(np.ravel(state.time), (displacement, velocity, acceleration), travel)
 
     @staticmethod
-    def joined(parts: Sequence[Steps]) -> Steps:
+    def join(parts: Sequence[Steps]) -> Steps:
         """Return several of them as one."""
         if len(parts) == 1:
             return parts[0]
@@ -98,8 +96,7 @@ class _Beside:
         """Return the gaps, shape (n, k) [m], for unknowns (n, m) and displacements (n, dim) of the counterface [m]."""
         positions, moved = self.outsiders.positions, (self.moved @ fields[:, : self.moved.shape[1]].T).T
         if self.shape.is_flat and self.rotations is None:
-            result: Array = self.shape.gap(positions) + moved - (travel @ self.shape.unit_normal)[:, None]
-            return result
+            return np.asarray(self.shape.gap(positions) + moved - (travel @ self.shape.unit_normal)[:, None])
         points = positions + moved.reshape(len(fields), *positions.shape) - travel[:, None]
         if self.rotations is not None:
             counterface = np.full(len(positions), self.number)

@@ -94,12 +94,15 @@ def build_space(mesh: Any) -> Space:
         raise MeshError("mesh", fault, "needs finite coordinates", "put it in its place or leave it out")
     technology = _TECHNOLOGIES[type(mesh)]
     check_folds(mesh, _orientation(mesh, technology.stiffness_order))
+    # The one-point quadrature at the centre: scikit-fem's own rules have no fewer points than order two.
+    corners, volume = mesh.elem.refdom.p, 1.0 / math.factorial(mesh.dim()) if _is_simplicial(mesh) else 1.0
+    centre = corners.mean(axis=1, keepdims=True), np.array([volume])
     full = skfem.Basis(mesh, technology.element, intorder=technology.stiffness_order)
     return Space(
         mesh=mesh,
         element=technology.name,
         full=full,
-        centre=skfem.Basis(mesh, technology.element, quadrature=_centre_rule(mesh)),
+        centre=skfem.Basis(mesh, technology.element, quadrature=centre),
         mass=skfem.Basis(mesh, technology.element, intorder=technology.mass_order),
         positions=np.ascontiguousarray(full.doflocs.T),
     )
@@ -178,13 +181,6 @@ def _group_facets(table: dict[str, Any] | None, name: str, kind: str) -> NDArray
     if not len(sets[name]):
         raise MeshError("mesh", f"{kind} '{name}' is empty", "needs at least one facet or cell")
     return np.asarray(sets[name])
-
-
-def _centre_rule(mesh: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the one-point quadrature at the centre: scikit-fem's own rules have no fewer points than order two."""
-    corners = mesh.elem.refdom.p
-    volume = 1.0 / math.factorial(mesh.dim()) if _is_simplicial(mesh) else 1.0
-    return corners.mean(axis=1, keepdims=True), np.array([volume])
 
 
 def _is_simplicial(mesh: Any) -> bool:
@@ -282,23 +278,7 @@ def free_pieces(space: Space, free: Indices) -> tuple[FreePiece, ...]:
 def _free_motions(positions: Array, held: NDArray[np.bool_]) -> tuple[str, ...]:
     """Return the names of the rigid motions of nodes at positions (k, dim) that components held (k, dim) leave free."""
     dim = positions.shape[1]
-    motions = _rigid_motions(positions)
-    _, sizes, directions = np.linalg.svd(np.linalg.qr(motions[held.ravel()], mode="r"))
-    is_free = np.zeros(motions.shape[1])
-    is_free[: sizes.size] = sizes
-    # Scaled by the number of nodes, since the columns are of the order of one.
-    null = directions[is_free <= _ZERO * np.sqrt(max(len(positions), 1))]
-    # A rotation is free if it is part of any free motion; its centre is where the supports want it.
-    turns = zip(_ROTATIONS[dim], null.T[dim:], strict=True)
-    turning = [axis for (_, axis), part in turns if np.abs(part).max(initial=0.0) > _ZERO]
-    shifts = np.eye(dim, motions.shape[1])
-    along = [axis for axis, shift in zip(_AXES, shifts, strict=False) if np.linalg.norm(null @ shift) > 1.0 - _ZERO]
-    return (*(f"translation along {axis}" for axis in along), *(f"rotation about {axis}" for axis in turning))
-
-
-def _rigid_motions(positions: Array) -> Array:
-    """Return translations and rotations about the centre as columns, (k * dim, 3 or 6), all of the order of one."""
-    dim = positions.shape[1]
+    # Translations and rotations about the centre as columns, all of the order of one.
     centred = positions - positions.mean(axis=0)
     centred = centred / (np.abs(centred).max(initial=0.0) or 1.0)
     turns = np.zeros((len(positions), dim, len(_ROTATIONS[dim])))
@@ -306,4 +286,15 @@ def _rigid_motions(positions: Array) -> Array:
         turns[:, first, number] = -centred[:, other]
         turns[:, other, number] = centred[:, first]
     shifts = np.broadcast_to(np.eye(dim), (len(positions), dim, dim))
-    return np.concatenate([shifts, turns], axis=2).reshape(len(positions) * dim, -1)
+    motions = np.concatenate([shifts, turns], axis=2).reshape(len(positions) * dim, -1)
+    _, sizes, directions = np.linalg.svd(np.linalg.qr(motions[held.ravel()], mode="r"))
+    is_free = np.zeros(motions.shape[1])
+    is_free[: sizes.size] = sizes
+    # Scaled by the number of nodes, since the columns are of the order of one.
+    null = directions[is_free <= _ZERO * np.sqrt(max(len(positions), 1))]
+    # A rotation is free if it is part of any free motion; its centre is where the supports want it.
+    pairs = zip(_ROTATIONS[dim], null.T[dim:], strict=True)
+    turning = [axis for (_, axis), part in pairs if np.abs(part).max(initial=0.0) > _ZERO]
+    units = np.eye(dim, motions.shape[1])
+    along = [axis for axis, unit in zip(_AXES, units, strict=False) if np.linalg.norm(null @ unit) > 1.0 - _ZERO]
+    return (*(f"translation along {axis}" for axis in along), *(f"rotation about {axis}" for axis in turning))

@@ -29,8 +29,7 @@ def connected_pieces(count: int, pairs: Integers) -> NDArray[np.int64]:
     from scipy.sparse.csgraph import connected_components
 
     graph = coo_matrix((np.ones(pairs.shape[1]), tuple(pairs)), shape=(count, count))
-    pieces: NDArray[np.int64] = connected_components(graph, directed=False)[1]
-    return pieces
+    return np.asarray(connected_components(graph, directed=False)[1])
 
 
 def with_groups(mesh: Mesh, regions: Mapping[str, Flags], boundaries: Mapping[str, Flags]) -> Mesh:
@@ -58,8 +57,7 @@ def are_degenerate(mesh: skfem.Mesh) -> Flags:
 def inner_facets(mesh: skfem.Mesh, boundary: str) -> Integers:
     """Return the facets (k,) of a boundary that lie inside the body, between two cells."""
     facets = np.asarray(mesh.boundaries[boundary])
-    inside: Integers = facets[mesh.f2t[1, facets] >= 0]
-    return inside
+    return np.asarray(facets[mesh.f2t[1, facets] >= 0])
 
 
 def outward_normals(mesh: skfem.Mesh, facets: Integers, inside: Integers) -> Floats:
@@ -74,8 +72,7 @@ def outward_normals(mesh: skfem.Mesh, facets: Integers, inside: Integers) -> Flo
         other = np.where(nodes[1] == nodes[0], corners[:, 2], corners[:, 1])
         normals = np.cross(along, other - corners[:, 0], axis=0)
     outward = corners.mean(axis=1) - mesh.p[:, mesh.t[:, inside]].mean(axis=1)
-    turned: Floats = normals * np.sign(np.sum(normals * outward, axis=0)) / np.linalg.norm(normals, axis=0)
-    return turned
+    return np.asarray(normals * np.sign(np.sum(normals * outward, axis=0)) / np.linalg.norm(normals, axis=0))
 
 
 # FA-II alone have a depth of their own, so they alone can end up in the phalanx.

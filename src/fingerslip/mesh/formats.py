@@ -47,19 +47,18 @@ def read_deck(file: Path, needed: str) -> Deck:
         raise MeshError(str(file), "no such file", needed)
     if not file.stat().st_size:
         raise MeshError(str(file), "is empty", needed, _AGAIN)
-    deck = _READERS.get(file.suffix.lower(), functools.partial(_read_by_meshio, needed=needed))(file)
+    if file.suffix.lower() in _READERS:
+        deck = _READERS[file.suffix.lower()](file)
+    else:
+        try:
+            with _silence():
+                deck = Deck(_guarded_meshio().read(file))
+        # meshio ends the program where no reader fits, and its readers fail in any way on a damaged file.
+        except (Exception, SystemExit) as error:
+            cause = str(error) if isinstance(error, Exception) else "unknown or damaged format"
+            raise MeshError(str(file), f"cannot be read ({shorten(cause)})", needed, _AGAIN) from error
     _check_numbers(file, deck.data)
     return deck
-
-
-def _read_by_meshio(file: Path, needed: str) -> Deck:
-    try:
-        with _silence():
-            return Deck(_guarded_meshio().read(file))
-    # meshio ends the program where no reader fits, and its readers fail in any way on a damaged file.
-    except (Exception, SystemExit) as error:
-        cause = str(error) if isinstance(error, Exception) else "unknown or damaged format"
-        raise MeshError(str(file), f"cannot be read ({shorten(cause)})", needed, _AGAIN) from error
 
 
 def write_file(file: Path, data: meshio.Mesh, suffixes: str) -> None:

@@ -101,8 +101,7 @@ def node_positions(tags: NDArray[np.integer]) -> Floats:
     """Return the positions (k, 3) of Gmsh's nodes with some tags (k,), in its unit."""
     known_tags, positions, _ = gmsh.model.mesh.getNodes()
     order = np.argsort(known_tags)
-    rows: Floats = positions.reshape(-1, 3)[order[np.searchsorted(known_tags, tags, sorter=order)]]
-    return rows
+    return np.asarray(positions.reshape(-1, 3)[order[np.searchsorted(known_tags, tags, sorter=order)]])
 
 
 @dataclass(frozen=True)
@@ -220,7 +219,16 @@ def mesh_surface(grid: Floats, is_open: bool, divide_at: int, sizes: Floats) -> 
         number[row] = number[row, 0]
     with gmsh_session():
         patches = _draw(number, grid / unit, (0, divide_at, len(grid) - 1))
-        _set_sizes(number, grid / unit, sizes / unit)
+        # The size is that at the nearest point of the grid.
+        first = np.unique(number, return_index=True)[1]
+        rows = np.column_stack([(grid / unit).reshape(-1, 3)[first], (sizes / unit).ravel()[first]])
+        view, field = gmsh.view.add("size"), gmsh.model.mesh.field.add("PostView")
+        gmsh.view.addListData(view, "SP", len(rows), rows.ravel())
+        gmsh.model.mesh.field.setNumber(field, "ViewTag", view)
+        gmsh.model.mesh.field.setNumber(field, "UseClosest", 1)
+        gmsh.model.mesh.field.setAsBackgroundMesh(field)
+        sizes_from_fields_alone()
+        gmsh.option.setNumber("Mesh.Algorithm", _FRONTAL)
         with gmsh_errors("surface", "needs a surface that Gmsh can mesh"):
             gmsh.model.mesh.createGeometry()
             gmsh.model.mesh.generate(2)
@@ -274,17 +282,3 @@ def _triangles(number: Integers) -> Integers:
     both: Integers = np.concatenate([np.stack([a, c, b], axis=-1), np.stack([a, d, c], axis=-1)]).reshape(-1, 3)
     whole = (both[:, 0] != both[:, 1]) & (both[:, 1] != both[:, 2]) & (both[:, 2] != both[:, 0])
     return np.asarray(both[whole])
-
-
-def _set_sizes(number: Integers, grid: Floats, sizes: Floats) -> None:
-    """Take the size at the nearest point of the grid."""
-    _, first = np.unique(number, return_index=True)
-    view = gmsh.view.add("size")
-    rows = np.column_stack([grid.reshape(-1, 3)[first], sizes.ravel()[first]])
-    gmsh.view.addListData(view, "SP", len(rows), rows.ravel())
-    field = gmsh.model.mesh.field.add("PostView")
-    gmsh.model.mesh.field.setNumber(field, "ViewTag", view)
-    gmsh.model.mesh.field.setNumber(field, "UseClosest", 1)
-    gmsh.model.mesh.field.setAsBackgroundMesh(field)
-    sizes_from_fields_alone()
-    gmsh.option.setNumber("Mesh.Algorithm", _FRONTAL)

@@ -126,7 +126,14 @@ def _mesh_of(file: Path, data: meshio.Mesh) -> skfem.Mesh:
     points = _points(file, _CELLS[kind].dim, data)
     if any(key.startswith("skfem:") for key in data.cell_data):
         _check_shapes(_Raw(file, kind, points, data.cells_dict[kind]))
-        return _read_own(file, data)
+        try:
+            mesh = from_meshio(data)
+        except (IndexError, KeyError, TypeError, ValueError) as error:
+            fault = f"is damaged: its groups do not fit its cells ({shorten(str(error))})"
+            raise MeshError(str(file), fault, "needs a file as write_mesh writes it", "write it again") from None
+        # Reading back sets orientations of inner facets at random; boundaries here have none.
+        boundaries = {name: np.array(facets, dtype=np.int32) for name, facets in (mesh.boundaries or {}).items()}
+        return mesh.with_boundaries(boundaries)
     raw = _raw(file, kind, points, data)
     cells = _orient(raw)
     if kind == "hexahedron":
@@ -166,18 +173,6 @@ def write_mesh(mesh: skfem.Mesh, path: str | Path) -> None:
     if mesh.dim() == 2:
         data.points = np.column_stack([data.points[:, :2], np.zeros(len(data.points))])
     write_file(file, data, ".msh, .vtu, .xdmf")
-
-
-def _read_own(file: Path, data: meshio.Mesh) -> skfem.Mesh:
-    """Read a mesh whose groups scikit-fem has written as cell data."""
-    try:
-        mesh = from_meshio(data)
-    except (IndexError, KeyError, TypeError, ValueError) as error:
-        fault = f"is damaged: its groups do not fit its cells ({shorten(str(error))})"
-        raise MeshError(str(file), fault, "needs a file as write_mesh writes it", "write it again") from None
-    # Reading back sets orientations of inner facets at random; boundaries here have none.
-    boundaries = {name: np.array(facets, dtype=np.int32) for name, facets in (mesh.boundaries or {}).items()}
-    return mesh.with_boundaries(boundaries)
 
 
 def _raw(file: Path, kind: str, points: Floats, data: meshio.Mesh) -> _Raw:

@@ -97,11 +97,8 @@ def check_quality(mesh: skfem.Mesh2D) -> None:
         if (values[worst] <= limit) if is_least else (values[worst] >= limit):
             region = next((region for region, cells in (mesh.subdomains or {}).items() if worst in cells), "mesh")
             where = f"{region} cell {worst} at {coordinates(mesh.p[:, mesh.t[:, worst]].mean(axis=1))}"
-            fault, allowed = (
-                f"{name} {unit * values[worst]:.3g}",
-                f"needs {'>' if is_least else '<'} {unit * limit:.3g}",
-            )
-            raise MeshError(where, fault, allowed, "write a smaller bulk_size")
+            allowed = f"needs {'>' if is_least else '<'} {unit * limit:.3g}"
+            raise MeshError(where, f"{name} {unit * values[worst]:.3g}", allowed, "write a smaller bulk_size")
 
 
 def tetrahedron_margins(corners: Floats) -> Floats:
@@ -204,8 +201,7 @@ def turned_cells(mesh: skfem.Mesh) -> Booleans:
     beside = np.flatnonzero(np.isclose(np.linalg.norm(reference - reference[:, :1], axis=0), 1.0))
     edges = (mesh.p[:, mesh.t[beside]] - mesh.p[:, mesh.t[:1]]).transpose(2, 0, 1)
     sign = np.linalg.det(reference[:, beside] - reference[:, :1])
-    turned: Booleans = np.linalg.det(edges) * sign < 0.0
-    return turned
+    return np.asarray(np.linalg.det(edges) * sign < 0.0)
 
 
 def check_folds(mesh: skfem.Mesh, turned: Booleans, where: str = "mesh") -> None:

@@ -157,8 +157,7 @@ def scaled_jacobians(points: Floats, cells: Integers) -> Floats:
     """Return the least scaled Jacobian (m,) [-] of the corners of 2D cells (m, k), negative where inverted."""
     ahead, back, cross = turns(points[cells].transpose(2, 1, 0))
     length = np.linalg.norm(ahead, axis=0) * np.linalg.norm(back, axis=0)
-    least: Floats = (cross / np.where(length > 0, length, 1.0)).min(axis=0)
-    return least
+    return np.asarray((cross / np.where(length > 0, length, 1.0)).min(axis=0))
 
 
 def smooth(points: Floats, cells: Integers, region: Integers) -> Floats:
@@ -175,20 +174,16 @@ def smooth(points: Floats, cells: Integers, region: Integers) -> Floats:
     beside = np.zeros(len(points), dtype=bool)
     beside[cells[(~fixed & (_node_quality(points, cells) < _GOOD_ENOUGH))[cells].any(axis=1)]] = True
     cells = cells[beside[cells].any(axis=1)]
+    start, end = cells.ravel(), np.roll(cells, -1, axis=1).ravel()
+    first, second = np.concatenate([start, end]), np.concatenate([end, start])
     for _ in range(_SWEEPS_SMOOTHING):
         quality = _node_quality(points, cells)
         moving = ~fixed & (quality < _GOOD_ENOUGH)
-        points = _accept_moves(points, _move(points, cells, moving), cells, quality)
+        count = np.bincount(first, minlength=len(points))
+        total = np.column_stack([np.bincount(first, points[second, k], minlength=len(points)) for k in (0, 1)])
+        moved = np.where(moving[:, None], 0.5 * (points + total / np.maximum(count, 1)[:, None]), points)
+        points = _accept_moves(points, moved, cells, quality)
     return points
-
-
-def _move(points: Floats, cells: Integers, moving: Flags) -> Floats:
-    """Move nodes half way to the mean of their neighbours."""
-    start, end = cells.ravel(), np.roll(cells, -1, axis=1).ravel()
-    first, second = np.concatenate([start, end]), np.concatenate([end, start])
-    count = np.bincount(first, minlength=len(points))
-    total = np.column_stack([np.bincount(first, points[second, k], minlength=len(points)) for k in (0, 1)])
-    return np.where(moving[:, None], 0.5 * (points + total / np.maximum(count, 1)[:, None]), points)
 
 
 def _accept_moves(before: Floats, after: Floats, cells: Integers, quality: Floats) -> Floats:

@@ -318,7 +318,11 @@ class Model:
     @property
     def programmes(self) -> tuple[tuple[Phase, ...], ...]:
         """The programme of every contact: its body's, its own or the model's; the model's where there is no contact."""
-        return tuple(map(self._programme_of, self.contacts)) or (self.programme,)
+        programmes = []
+        for contact in self.contacts:
+            programme = self.programme if contact.programme is None else contact.programme
+            programmes.append(programme if contact.rigid_body is None else self.bodies[contact.rigid_body].programme)
+        return tuple(programmes) or (self.programme,)
 
     @property
     def is_loaded(self) -> bool:
@@ -346,11 +350,6 @@ class Model:
         lines = {name: html.escape(text).replace("\n", "<br>") for name, text in rows.items()}
         cells = "".join(f"<tr><th>{name}</th><td>{text}</td></tr>" for name, text in lines.items())
         return f"<b>Model</b><table>{cells}</table>"
-
-    def _programme_of(self, contact: Contact) -> tuple[Phase, ...]:
-        if contact.rigid_body is not None:
-            return self.bodies[contact.rigid_body].programme
-        return self.programme if contact.programme is None else contact.programme
 
 
 def _check_face(contact: Contact, bodies: Mapping[str, RigidBody], where: str) -> None:

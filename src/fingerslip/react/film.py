@@ -23,8 +23,8 @@ from PIL import Image
 from fingerslip.contact.states import OPEN
 from fingerslip.history import nearest_record, nearest_snapshot
 from fingerslip.react.loop import Grasp, Outcome
-from fingerslip.react.plate import PLATE
 from fingerslip.react.reflex import Reaction, Response
+from fingerslip.react.scenario import PLATE
 from fingerslip.report.colours import BLACK, BLUE, FIELD_MAP, SKY, STATE_COLOURS, VERMILLION, YELLOW
 from fingerslip.report.figures.motion import Film
 from fingerslip.report.figures.style import with_style
@@ -66,7 +66,13 @@ class _Run:
 
 def write_film(path: Path, grasp: Grasp, detector: str, reactions: Mapping[str, Reaction]) -> bytes:
     """Film one object under some reactions, by name, to a detector, for browsers; return the last frame as PNG."""
-    runs = _runs_of(grasp, detector, reactions)
+    runs, alarm = [], grasp.open_loop.alarms.get(detector)
+    for name, reaction in reactions.items():
+        start = grasp.start_of(reaction, detector)
+        response = None if start is None else reaction.response(start, grasp.held.first_grip)
+        outcome = grasp.without_reaction() if response is None else grasp.branch(response)
+        history = grasp.history(response, snapshots_every=grasp.held.step)
+        runs.append(_Run(name, grasp, None if alarm is None else alarm.time, response, outcome, history))
     last = max(run.outcome.end for run in runs) + _AFTER
     count = max(round(SHOWN_FILM.seconds * SHOWN_FILM.frame_rate), 2)
     still = round(_LAST * count)
@@ -92,18 +98,6 @@ def pixels(canvas: Any) -> Frame:
     """Draw a figure, and return it, (height, width, 3)."""
     canvas.draw()
     return np.asarray(canvas.buffer_rgba())[..., :3].copy()
-
-
-def _runs_of(grasp: Grasp, detector: str, reactions: Mapping[str, Reaction]) -> list[_Run]:
-    runs, alarm = [], grasp.open_loop.alarms.get(detector)
-    for name, reaction in reactions.items():
-        start = grasp.start_of(reaction, detector)
-        response = None if start is None else reaction.response(start, grasp.held.first_grip)
-        outcome = grasp.without_reaction() if response is None else grasp.branch(response)
-        history = grasp.history(response, snapshots_every=grasp.held.step)
-        noticed = None if alarm is None else alarm.time
-        runs.append(_Run(name, grasp, noticed, response, outcome, history))
-    return runs
 
 
 @with_style

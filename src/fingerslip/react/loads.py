@@ -120,11 +120,8 @@ class FilledVessel:
 
     def __post_init__(self) -> None:
         if self.mass <= self.flow * self.rise:
-            fault, allowed = (
-                f"got {self.mass:g} kg",
-                f"needs more than flows in while the blow comes, {self.flow * self.rise:g} kg",
-            )
-            raise InputError("mass", fault, allowed, "pour more, or more slowly")
+            allowed = f"needs more than flows in while the blow comes, {self.flow * self.rise:g} kg"
+            raise InputError("mass", f"got {self.mass:g} kg", allowed, "pour more, or more slowly")
 
     def series(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Return times [s] and forces [N]."""

@@ -45,20 +45,17 @@ class SpikeWatch:
         if self._stream is None:
             self._stream, self._began = SpikeStream(self._model, moment.time, stimulus), moment.time
             return None
-        self._warn_of_long_steps(moment.time)
+        # Warn once where the first step does not resolve what the afferents respond to.
+        longest = 1.0 / (_STEPS_A_PERIOD * self._model.highest_frequency)
+        if moment.time - self._began > longest * (1.0 + 1e-6) and not self._has_warned:
+            text = f"{self._kind} responds to {self._model.highest_frequency:g} Hz, which needs steps of"
+            warnings.warn(f"{text} {longest:.1g} s", BandwidthWarning, stacklevel=2)
+        self._has_warned = True
         self._arrivals.extend(self._stream.advance(moment.time, stimulus))
         while self._arrivals and self._arrivals[0] < self._arrivals[-1] - self._window:
             self._arrivals.popleft()
         count = len(self._arrivals)
         return Alarm(max(self._arrivals[-1], moment.time), count) if count >= self._count else None
-
-    def _warn_of_long_steps(self, time: float) -> None:
-        """Warn once where the first step to a time [s] does not resolve what the afferents respond to."""
-        longest = 1.0 / (_STEPS_A_PERIOD * self._model.highest_frequency)
-        if time - self._began > longest * (1.0 + 1e-6) and not self._has_warned:
-            text = f"{self._kind} responds to {self._model.highest_frequency:g} Hz, which needs steps of"
-            warnings.warn(f"{text} {longest:.1g} s", BandwidthWarning, stacklevel=2)
-        self._has_warned = True
 
 
 def stimulus_of(seen: Observation, kind: ReceptorKind) -> Array:
@@ -89,7 +86,7 @@ class SpikeStream:
         count = int(np.ceil(length / finest - 1e-9))
         step = length / count
         shares = np.arange(1, count + 1)[:, None] / count
-        low = self._filtered(self._stimuli + shares * (stimuli - self._stimuli), 1.0 / step)
+        low = self._filter(self._stimuli + shares * (stimuli - self._stimuli), 1.0 / step)
         decay, arrivals = np.exp(-step / model.membrane_time), []
         for number, values in enumerate(low, start=1):
             drive = self._drive_of(values, (values - self._low) / step)
@@ -112,7 +109,7 @@ class SpikeStream:
             drive += np.abs(rates) / self._model.least_rate
         return drive
 
-    def _filtered(self, values: Array, rate: float) -> Array:
+    def _filter(self, values: Array, rate: float) -> Array:
         """Return values (m, k) at a rate [1/s] without what is above the highest frequency, on from the last ones."""
         if self._model.highest_frequency >= 0.5 * rate:
             return values
@@ -120,5 +117,4 @@ class SpikeStream:
             self._sections = signal.butter(_ORDER, self._model.highest_frequency, fs=rate, output="sos")
             self._left = signal.sosfilt_zi(self._sections)[:, :, None] * self._stimuli
         smoothed, self._left = signal.sosfilt(self._sections, values, axis=0, zi=self._left)
-        low: Array = smoothed
-        return low
+        return np.asarray(smoothed)

@@ -36,7 +36,12 @@ def draw_shares(method: Method, count: int, dim: int, seed: int) -> Array:
     from scipy.stats import qmc
 
     if method == "morris":
-        return _walks(count, dim, seed) / (LEVELS - 1.0)
+        generator, step = np.random.default_rng(seed), LEVELS // 2
+        walks = np.repeat(generator.integers(0, LEVELS, (count, 1, dim)), dim + 1, axis=1)
+        for walk in walks:
+            for number, j in enumerate(generator.permutation(dim), start=1):
+                walk[number:, j] += step if walk[0, j] < step else -step
+        return np.asarray(walks.reshape(-1, dim) / (LEVELS - 1.0))
     if method == "random":
         return np.random.default_rng(seed).random((count, dim))
     if method == "saltelli":
@@ -47,18 +52,7 @@ def draw_shares(method: Method, count: int, dim: int, seed: int) -> Array:
         blocks[:, -1] = second
         return blocks.reshape(-1, dim)
     sequence = qmc.Sobol if method == "sobol" else qmc.LatinHypercube
-    points: Array = sequence(dim, seed=seed).random(count)
-    return points
-
-
-def _walks(count: int, dim: int, seed: int) -> NDArray[np.int64]:
-    """Return the levels of Morris's walks, (n, dim)."""
-    generator, step = np.random.default_rng(seed), LEVELS // 2
-    walks = np.repeat(generator.integers(0, LEVELS, (count, 1, dim)), dim + 1, axis=1)
-    for walk in walks:
-        for number, j in enumerate(generator.permutation(dim), start=1):
-            walk[number:, j] += step if walk[0, j] < step else -step
-    return walks.reshape(-1, dim)
+    return np.asarray(sequence(dim, seed=seed).random(count))
 
 
 def block_size(method: Method, dim: int) -> int:

@@ -134,12 +134,10 @@ class Likelihood:
         shares, size = points[:, :-1], points[:, -1]
         inside = ((shares >= 0.0) & (shares <= 1.0)).all(axis=1) & (size >= 0.0)
         density = np.full(len(points), -np.inf)
-        if inside.any():
-            density[inside] = self._inside(shares[inside], size[inside]) - 0.5 * (size[inside] / self.scale) ** 2
-        return density
-
-    def _inside(self, shares: Array, size: Array) -> Array:
-        mean, variance = self.emulator.processes.predict(shares)
+        if not inside.any():
+            return density
+        size = size[inside]
+        mean, variance = self.emulator.processes.predict(shares[inside])
         diagonal = 1.0 + self.emulator.left_out + np.outer(size**2, np.maximum(self.eigenvalues, 0.0))
         products = np.einsum("wj,jab->wab", 1.0 / diagonal, self._products)
         inner, outer = products[:, 1:, 1:], products[:, 1:, 0]
@@ -149,7 +147,9 @@ class Likelihood:
         capacity = inner + np.eye(mean.shape[1]) / variance[:, None, :]
         squares -= np.einsum("wa,wa->w", rest, np.linalg.solve(capacity, rest[..., None])[..., 0])
         volume = self._columns * np.log(diagonal).sum(axis=1) + np.log(variance).sum(axis=1)
-        return np.asarray(-0.5 * (squares + volume + np.linalg.slogdet(capacity)[1]))
+        likelihood = -0.5 * (squares + volume + np.linalg.slogdet(capacity)[1])
+        density[inside] = likelihood - 0.5 * (size / self.scale) ** 2
+        return density
 
 
 def discrepancy(positions: Array) -> Array:

@@ -10,8 +10,7 @@ from fingerslip.contact.candidates import (
     join_candidates,
     node_operator,
 )
-from fingerslip.contact.counterfaces import Cylinder, Plane
-from fingerslip.contact.frames import tangent_lengths
+from fingerslip.contact.counterfaces import Cylinder, Plane, tangent_lengths
 from fingerslip.contact.friction import Anisotropic, Conditions, Coulomb
 from fingerslip.errors import InputError, SlipOutsideContactError
 

@@ -5,8 +5,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fingerslip.contact.counterfaces import Cylinder, Plane, Sphere
-from fingerslip.contact.frames import contact_frames, rotate_compliance, sliding_direction
+from fingerslip.contact.counterfaces import (
+    Cylinder,
+    Plane,
+    Sphere,
+    contact_frames,
+    rotate_compliance,
+    sliding_direction,
+)
 from fingerslip.errors import InputError
 
 directions = st.tuples(st.floats(-5.0, 5.0), st.floats(-5.0, 5.0)).filter(lambda n: np.hypot(*n) > 1e-3)

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fingerslip.contact.frames import contact_frames
+from fingerslip.contact.counterfaces import contact_frames
 from fingerslip.contact.solve import forces as module
 from fingerslip.contact.solve import krylov, newton
 from fingerslip.contact.solve.compliance import Compliance

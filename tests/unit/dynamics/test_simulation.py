@@ -11,7 +11,7 @@ import fingerslip as fs
 from fingerslip.contact.friction import ISOTROPIC
 from fingerslip.contact.states import OPEN, SLIP
 from fingerslip.dynamics import simulation
-from fingerslip.dynamics.simulation import step_times
+from fingerslip.dynamics.recording.steps import step_times
 from fingerslip.verification.meshes import box
 from problems.pushed import pad, push_and_slide
 from problems.reduced import REDUCED, fine_pad

@@ -8,7 +8,7 @@ import pytest
 
 import fingerslip as fs
 from fingerslip.dynamics.finite.large import Large
-from fingerslip.dynamics.statics.body import depth_in_hull, sheared, static_body
+from fingerslip.dynamics.statics.body import depth_in_hull, shear_distances, static_body
 from fingerslip.dynamics.statics.motion import static_motion
 from fingerslip.dynamics.statics.pressed import pressed_bodies
 from fingerslip.errors import InputError, SlipOutsideContactError
@@ -35,7 +35,7 @@ def test_the_compliance_is_symmetric_and_of_the_nodes_within_reach_and_a_site_th
     assert body.positions[:, 1].max() <= 1e-3
     assert (np.linalg.eigvalsh(compliance)[6:] > -1e-15).all()
     crown = int(np.argmin(np.linalg.norm(body.positions, axis=1)))
-    at_sites = body.answers[0, body.of_sites]
+    at_sites = body.answers[0, body.site_rows]
     assert at_sites == pytest.approx(compliance[3 * crown : 3 * crown + 3], rel=1e-9, abs=1e-12)
     angle = np.linspace(-1.2, 1.2, 41)
     arc = np.column_stack([np.sin(angle), 1.0 - np.cos(angle)])
@@ -74,7 +74,7 @@ def test_patches_change_the_contact_alone(body):
 def test_what_is_watched_must_not_touch(body, after):
     # A node that no force moves lies where the plate comes to.
     watched = np.array([[0.0, 0.2e-3, 0.0]])
-    answers, moved = body.answers[:, : body.of_watched.start], body.moved[:, : body.of_watched.start]
+    answers, moved = body.answers[:, : body.watched_rows.start], body.moved[:, : body.watched_rows.start]
     answers, moved = np.pad(answers, ((0, 0), (0, 3), (0, 0))), np.pad(moved, ((0, 0), (0, 3)))
     hidden = dataclasses.replace(body, watched=watched, answers=answers, moved=moved)
     with pytest.raises(SlipOutsideContactError, match="is no contact candidate"):
@@ -198,7 +198,9 @@ def test_a_body_at_large_strain_slides_as_step_by_step_where_small_strain_is_far
 
 def test_the_states_of_a_slide_are_apart_by_the_spacing_and_go_until_all_slips(sheared_body):
     states = sheared_body.moved[:, : sheared_body.positions.size].reshape(-1, *sheared_body.positions.shape)
-    apart = [sheared(late, early[None], sheared_body.forces[0])[0] for early, late in itertools.pairwise(states)]
+    apart = [
+        shear_distances(late, early[None], sheared_body.forces[0])[0] for early, late in itertools.pairwise(states)
+    ]
     assert apart == pytest.approx(np.full(len(states) - 1, 0.225e-3), abs=0.026e-3)
     ratios = sheared_body.forces.sum(axis=1)[:, 0] / sheared_body.forces.sum(axis=1)[:, 1]
     assert (np.diff(ratios) > 0.0).all()
@@ -290,7 +292,7 @@ def test_bodies_of_one_press_are_those_of_a_press_for_each_depth():
     for body, other in ((half, pressed_body(alone, **sizes)), (whole, pressed_body(model, **sizes))):
         assert len(body.answers) == len(other.answers)
         # Further from a shallower press more skin is watched.
-        seen = slice(body.of_watched.start)
+        seen = slice(body.watched_rows.start)
         for name in ("moved", "answers"):
             here, there = getattr(body, name)[:, seen], getattr(other, name)[:, seen]
             assert here == pytest.approx(there, abs=1e-4 * np.abs(there).max()), name

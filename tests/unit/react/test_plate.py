@@ -8,8 +8,7 @@ import pytest
 import fingerslip as fs
 from fingerslip.fe.space import build_space
 from fingerslip.react import film
-from fingerslip.react.plate import slab_joined
-from fingerslip.react.scenario import held_model, travel_after
+from fingerslip.react.scenario import held_model, join_slab, travel_after
 from fingerslip.report.figures.motion import Film
 from fingerslip.verification.meshes import box
 from fingerslip.vision.video import open_frames
@@ -36,8 +35,8 @@ def test_a_slab_lies_under_the_lowest_point_of_every_kind_of_mesh_and_has_its_ce
     mesh = box(element, *axes_of(dim))
     if element in {"Q4", "H8"}:
         mirrored = replace(mesh, doflocs=mesh.doflocs * np.array([-1.0, 1.0, 1.0])[:dim, None])
-        build_space(slab_joined(mirrored))
-    joined = slab_joined(mesh)
+        build_space(join_slab(mirrored))
+    joined = join_slab(mesh)
     assert type(joined) is type(mesh)
     assert set(joined.subdomains) == {*mesh.subdomains, "plate_slab"}
     assert set(joined.boundaries) == {*mesh.boundaries, "plate_face", "plate_back"}

@@ -12,8 +12,6 @@ from fingerslip.contact.friction.law import Conditions, TangentFrame
 from fingerslip.errors import InputError
 from fingerslip.parameters import Number, parameters
 
-__all__ = ["Anisotropic"]
-
 Array = NDArray[np.float64]
 
 

@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from fingerslip.contact.friction.law import ISOTROPIC, Conditions, TangentFrame
 from fingerslip.parameters import NonNegativeNumber, parameters
 
-__all__ = ["Coulomb"]
-
 Array = NDArray[np.float64]
 
 

@@ -8,8 +8,6 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["ISOTROPIC", "Conditions", "FrictionLaw", "TangentFrame", "weakens"]
-
 Array = NDArray[np.float64]
 
 # Slips [m], slip rates [m/s] and a pressure [Pa] at which a law is asked whether it weakens.

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from fingerslip.contact.friction.law import ISOTROPIC, Conditions, TangentFrame
 from fingerslip.parameters import NonNegativeNumber, Number, Pressure, parameters
 
-__all__ = ["PressureDependent"]
-
 Array = NDArray[np.float64]
 
 # Share of the reference pressure below which the coefficient no longer changes.
@@ -62,5 +60,4 @@ class PressureDependent:
     def coefficients(self, conditions: Conditions) -> Array:
         """Return the friction coefficient of every node, shape (n,) [-]."""
         relative = np.maximum(conditions.pressure / self.reference_pressure, _LOWEST_PRESSURE)
-        values: Array = self.reference_coefficient * relative**self.exponent
-        return values
+        return np.asarray(self.reference_coefficient * relative**self.exponent)

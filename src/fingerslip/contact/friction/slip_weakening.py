@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from fingerslip.contact.friction.law import ISOTROPIC, Conditions, TangentFrame
 from fingerslip.parameters import NonNegativeNumber, PositiveLength, parameters
 
-__all__ = ["SlipWeakening"]
-
 Array = NDArray[np.float64]
 
 

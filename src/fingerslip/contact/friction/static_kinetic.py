@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from fingerslip.contact.friction.law import ISOTROPIC, Conditions, TangentFrame
 from fingerslip.parameters import NonNegativeNumber, Speed, parameters
 
-__all__ = ["StaticKinetic"]
-
 Array = NDArray[np.float64]
 
 

@@ -12,8 +12,6 @@ from fingerslip.contact.friction.law import ISOTROPIC, Conditions, TangentFrame
 from fingerslip.errors import InputError
 from fingerslip.parameters import Duration, NonNegativeNumber, parameters
 
-__all__ = ["TimeDependent"]
-
 Array = NDArray[np.float64]
 
 

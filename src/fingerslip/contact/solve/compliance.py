@@ -10,11 +10,9 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.contact.frames import rotate_compliance
+from fingerslip.contact.counterfaces import rotate_compliance
 from fingerslip.contact.solve.preconditioner import Coupled
 from fingerslip.linear.symmetric import symmetric_product, weighted_rows
-
-__all__ = ["Compliance", "active_product"]
 
 Array = NDArray[np.float64]
 
@@ -44,8 +42,7 @@ class Compliance:
         nodes = np.arange(count)
         blocks = self.body.reshape(count, dim, count, dim)[nodes, :, nodes, :].astype(np.float64)
         if self.frames is None:
-            diagonal: Array = self.factor * np.diagonal(blocks, axis1=1, axis2=2) + self.penalty
-            return diagonal
+            return np.asarray(self.factor * np.diagonal(blocks, axis1=1, axis2=2) + self.penalty)
         rotated = np.einsum("aij,ajk,aik->ai", self.frames, blocks, self.frames)
         return np.asarray(self.factor * rotated + self.penalty)
 
@@ -74,8 +71,7 @@ class Compliance:
         if self.frames is None:
             return self._product(np.ascontiguousarray(forces))
         components = np.einsum("cij,ci->cj", self.frames, forces)
-        rotated: Array = np.einsum("cij,cj->ci", self.frames, self._product(components))
-        return rotated
+        return np.asarray(np.einsum("cij,cj->ci", self.frames, self._product(components)))
 
     def _product(self, forces: Array) -> Array:
         if np.count_nonzero(forces.any(axis=1)) < _MOSTLY * len(forces):

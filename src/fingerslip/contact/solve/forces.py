@@ -21,8 +21,6 @@ from fingerslip.contact.solve.partition import Partition, first_partition, solve
 from fingerslip.contact.solve.projection import project, step_lengths
 from fingerslip.contact.solve.working_set import WorkingSet, first_guess, gather, next_warm_start
 
-__all__ = ["solve_contact"]
-
 Array = NDArray[np.float64]
 
 # Unknowns up to which compiled code on all candidates is faster.
@@ -99,8 +97,7 @@ class _Check:
     @property
     def touching(self) -> NDArray[np.bool_]:
         """Which nodes have a force or would get one."""
-        touching: NDArray[np.bool_] = (self.forces[:, 0] > 0.0) | (self.trial[:, 0] > 0.0)
-        return touching
+        return np.asarray((self.forces[:, 0] > 0.0) | (self.trial[:, 0] > 0.0))
 
 
 @dataclass(frozen=True)
@@ -135,7 +132,11 @@ def _solve_on_working_set(
         # From nearly solved forces, as exact as a direction has to be to be the last one.
         wanted = 0.3 * _FINER * tolerance / max(before, tolerance)
         roughest = _ROUGH if round_number == 0 else min(_FINE, max(wanted, _FINEST))
-        check, working_set, solved, used = _newton(problem, working_set, check, tolerance, roughest)
+        # Newton's method on the working set; the other nodes have no force.
+        nodes = working_set.nodes
+        start = Start(check.forces[nodes], check.trial[nodes], _FINER * tolerance, problem.least, roughest)
+        forces, working_set, solved, used = newton_krylov(working_set, problem.friction[nodes], start)
+        check = problem.check(_scatter(forces, nodes, check.forces))
         iterations += used
         if check.relative_residual <= tolerance:
             break
@@ -146,16 +147,6 @@ def _solve_on_working_set(
     worst = int(np.argmax(np.abs(check.residual).max(axis=1)))
     solution = ContactSolution(check.forces, check.relative_residual, iterations, worst, check.response)
     return solution, working_set
-
-
-def _newton(
-    problem: _Problem, working_set: WorkingSet, check: _Check, tolerance: float, roughest: float
-) -> tuple[_Check, WorkingSet, bool, int]:
-    """Continue Newton's method on the working set; the other nodes have no force."""
-    nodes = working_set.nodes
-    start = Start(check.forces[nodes], check.trial[nodes], _FINER * tolerance, problem.least, roughest)
-    forces, working_set, solved, iterations = newton_krylov(working_set, problem.friction[nodes], start)
-    return problem.check(_scatter(forces, nodes, check.forces)), working_set, solved, iterations
 
 
 def _solve_robustly(problem: _Problem, working_set: WorkingSet, check: _Check, tolerance: float) -> tuple[_Check, int]:

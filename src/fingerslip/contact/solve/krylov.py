@@ -21,8 +21,6 @@ from fingerslip.contact.solve.preconditioner import Preconditioner, solve_roughl
 from fingerslip.contact.solve.projection import NEWTON_LIMIT, SEARCH_LIMIT, decreases_enough, derivative, project
 from fingerslip.contact.solve.working_set import WorkingSet, write_motion
 
-__all__ = ["Start", "newton_krylov"]
-
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 

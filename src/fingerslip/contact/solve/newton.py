@@ -37,8 +37,6 @@ from fingerslip.contact.solve.projection import (
     step_lengths,
 )
 
-__all__ = ["ContactSolution", "compiled_solve", "solve_friction"]
-
 Array = NDArray[np.float64]
 
 _SWEEPS = 40

@@ -28,8 +28,6 @@ from fingerslip.contact.solve.newton import ContactSolution, solve_friction
 from fingerslip.contact.solve.projection import NEWTON_LIMIT, SEARCH_LIMIT, decreases_enough, step_lengths
 from fingerslip.contact.states import OPEN, SLIP, STICK
 
-__all__ = ["Partition", "first_partition", "solve_in_partitions", "solve_partitions"]
-
 Array = NDArray[np.float64]
 
 # Updates of the inverse after which it is made anew, corrections of one solution, and what they may leave of the

@@ -20,8 +20,6 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["CoarseSpace", "Coupled", "LocalInverse", "Preconditioner", "groups", "solve_roughly", "unit_forces"]
-
 Array = NDArray[np.float64]
 Reals = NDArray[np.floating[Any]]
 Single = NDArray[np.float32]
@@ -48,27 +46,21 @@ class Coupled:
     @classmethod
     def of(cls, body: NDArray[np.floating[Any]], count: int) -> Coupled:
         """Find the nodes in the compliance (count * dim, count * dim) of `count` nodes."""
-        near = _coupled_nodes(body, count)
-        return cls(near, _local_parts(body, near, len(body) // max(count, 1)))
+        dim, most = len(body) // max(count, 1), min(_COUPLED, count)
+        near = np.zeros((count, most), dtype=np.int64)
+        for start in range(0, count, _ROWS_AT_ONCE):
+            end = min(start + _ROWS_AT_ONCE, count)
+            rows = body[start * dim : end * dim].reshape(end - start, dim, count, dim)
+            coupling: Array = np.einsum("akbk->ab", rows)
+            coupling[np.arange(end - start), np.arange(start, end)] = np.inf
+            chosen = np.argpartition(-coupling, most - 1, axis=1)[:, :most]
+            order = np.argsort(-np.take_along_axis(coupling, chosen, axis=1), axis=1, kind="stable")
+            near[start:end] = np.take_along_axis(chosen, order, axis=1)
+        return cls(near, _local_parts(body, near, dim))
 
     def under(self, body: NDArray[np.floating[Any]]) -> Coupled:
         """Return the same nodes under another compliance, (n_c * dim, n_c * dim)."""
         return Coupled(self.near, _local_parts(body, self.near, len(body) // max(len(self.near), 1)))
-
-
-def _coupled_nodes(body: NDArray[np.floating[Any]], count: int) -> Indices:
-    """Return for each node those to which the compliance couples it most, itself first, shape (count, m)."""
-    dim, most = len(body) // max(count, 1), min(_COUPLED, count)
-    coupled = np.zeros((count, most), dtype=np.int64)
-    for start in range(0, count, _ROWS_AT_ONCE):
-        end = min(start + _ROWS_AT_ONCE, count)
-        rows = body[start * dim : end * dim].reshape(end - start, dim, count, dim)
-        coupling: Array = np.einsum("akbk->ab", rows)
-        coupling[np.arange(end - start), np.arange(start, end)] = np.inf
-        chosen = np.argpartition(-coupling, most - 1, axis=1)[:, :most]
-        order = np.argsort(-np.take_along_axis(coupling, chosen, axis=1), axis=1, kind="stable")
-        coupled[start:end] = np.take_along_axis(chosen, order, axis=1)
-    return coupled
 
 
 @numba.njit(cache=True, nogil=True)

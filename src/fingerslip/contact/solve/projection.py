@@ -5,8 +5,6 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-__all__ = ["NEWTON_LIMIT", "SEARCH_LIMIT", "decreases_enough", "derivative", "project", "project_node", "step_lengths"]
-
 # Iterations of Newton's method, and halvings of one of its steps, before the solver tries something else.
 NEWTON_LIMIT, SEARCH_LIMIT = 60, 12
 # Share of the decrease promised by the slope that a step must achieve (Armijo's rule).

@@ -25,8 +25,6 @@ from fingerslip.contact.solve.preconditioner import (
 )
 from fingerslip.linear.symmetric import write_symmetric_product
 
-__all__ = ["WarmStart", "WorkingSet", "first_guess", "gather", "next_warm_start", "write_motion"]
-
 Array = NDArray[np.float64]
 Reals = NDArray[np.floating[Any]]
 

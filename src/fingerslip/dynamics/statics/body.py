@@ -31,18 +31,6 @@ from fingerslip.linear.solver import LinearSolver, preferred_solver
 from fingerslip.model.model import Model
 from fingerslip.model.timing import QuasiStatic
 
-__all__ = [
-    "REPAIR",
-    "StaticBody",
-    "answers_of",
-    "check_kind",
-    "depth_in_hull",
-    "patches",
-    "sheared",
-    "static_body",
-    "surface",
-]
-
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
@@ -142,23 +130,21 @@ class StaticBody:
     @property
     def compliance(self) -> Floats:
         """What forces move patches by, shape (k, n_p * dim, n_p * dim) [m/N]."""
-        answers: Floats = self.answers[:, : self.positions.size]
-        return answers
+        return np.asarray(self.answers[:, : self.positions.size])
 
     @cached_property
-    def unloaded(self) -> Floats:
+    def unloaded_displacement(self) -> Floats:
         """Displacement without forces by the answers of each state, u_0 - A f_0, shape (k, n) [m]."""
         forces = self.forces.reshape(len(self.forces), -1)
-        unloaded: Floats = self.moved - np.einsum("kij,kj->ki", self.answers, forces)
-        return unloaded
+        return np.asarray(self.moved - np.einsum("kij,kj->ki", self.answers, forces))
 
     @property
-    def of_sites(self) -> slice:
+    def site_rows(self) -> slice:
         """Rows of the sites."""
         return slice(self.positions.size, self.answers.shape[1] - self.watched.size)
 
     @property
-    def of_watched(self) -> slice:
+    def watched_rows(self) -> slice:
         """Rows of the watched nodes."""
         return slice(self.answers.shape[1] - self.watched.size, None)
 
@@ -168,14 +154,13 @@ class StaticBody:
         return bool(self.forces[0].any())
 
 
-def sheared(moved: Floats, states: Floats, forces: Floats) -> Floats:
+def shear_distances(moved: Floats, states: Floats, forces: Floats) -> Floats:
     """Return how far patches are from where they are in states, their mean weighted by forces, shape (k,) [m].
 
     Arrays: moved (n_p, dim) [m]; states (k, n_p, dim) [m]; forces (n_p, dim) [N].
     """
     weights = np.linalg.norm(forces, axis=1)
-    distances: Floats = np.sqrt(np.square(states - moved).sum(axis=2) @ (weights / weights.sum()))
-    return distances
+    return np.asarray(np.sqrt(np.square(states - moved).sum(axis=2) @ (weights / weights.sum())))
 
 
 def static_body(
@@ -205,9 +190,15 @@ def _surface(
     if system.viscoelastic:
         raise InputError("materials", "relax", "needs elastic ones", REPAIR)
     area = nodal_areas(system.space, model.contacts[0].boundary, model.depth)
-    remaining, others = _split_boundary(model, system, reach, hidden)
-    division = patches(system.space.positions[remaining], area[remaining], patch)
-    reads, _, body = surface(system, remaining, area[remaining], others, division)
+    plane, nodes = system.counterfaces.shapes[0], carrying_nodes(system.space, model.contacts[0].boundary)
+    points = system.space.positions[nodes]
+    near = plane.gap(points) <= reach
+    may_touch = near & (depth_in_hull(points, plane.unit_normal) <= hidden)
+    if not may_touch.any():
+        raise InputError("reach", f"got {reach} m", "needs some node of the boundary within it")
+    touching = nodes[may_touch]
+    division = patches(system.space.positions[touching], area[touching], patch)
+    reads, _, body = surface(system, touching, area[touching], nodes[near & ~may_touch], division)
     return system.stiffness, reads, body
 
 
@@ -246,18 +237,6 @@ def check_kind(model: Model, *, is_finite: bool) -> None:
             raise InputError(where, got, allowed, REPAIR)
     if not model.contacts[0].counterface.is_flat:
         raise InputError("contacts.0.counterface", "is curved", "needs a plane", REPAIR)
-
-
-def _split_boundary(model: Model, system: System, reach: float, hidden: float) -> tuple[Integers, Integers]:
-    """Return the nodes of the boundary that may touch, and the others within reach."""
-    plane = system.counterfaces.shapes[0]
-    nodes = carrying_nodes(system.space, model.contacts[0].boundary)
-    points = system.space.positions[nodes]
-    near = plane.gap(points) <= reach
-    may_touch = near & (depth_in_hull(points, plane.unit_normal) <= hidden)
-    if not may_touch.any():
-        raise InputError("reach", f"got {reach} m", "needs some node of the boundary within it")
-    return nodes[may_touch], nodes[near & ~may_touch]
 
 
 def answers_of(solve: Callable[[Floats], Floats], reads: Sequence[sparse.csr_matrix]) -> Floats:

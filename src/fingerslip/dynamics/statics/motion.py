@@ -24,14 +24,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.contact.candidates import Candidates, Counterfaces, check_outsiders
-from fingerslip.contact.frames import rotate_compliance
+from fingerslip.contact.counterfaces import rotate_compliance
 from fingerslip.contact.interface import InterfaceState, rest_state, settle
 from fingerslip.contact.solve.compliance import Compliance
 from fingerslip.contact.solve.partition import Partition
 from fingerslip.contact.solve.working_set import WorkingSet
 from fingerslip.contact.states import OPEN, STICK
 from fingerslip.dynamics.loop import Loop
-from fingerslip.dynamics.statics.body import REPAIR, StaticBody, sheared
+from fingerslip.dynamics.statics.body import REPAIR, StaticBody, shear_distances
 from fingerslip.dynamics.step.contact_step import solve_law
 from fingerslip.dynamics.step.stepper import Stopwatch
 from fingerslip.dynamics.system.bodies import Motion, counterface_motion, largest_approach
@@ -39,8 +39,6 @@ from fingerslip.errors import InputError
 from fingerslip.model.model import Contact
 from fingerslip.model.programme import Phase, Press, Ramp, phase_duration
 from fingerslip.model.rigid_bodies import DIRECTIONS, Direction, RigidBody
-
-__all__ = ["FreePlate", "StaticMotion", "free_plate", "prescribed_plate", "static_motion"]
 
 Floats = NDArray[np.float64]
 
@@ -57,26 +55,23 @@ class FreePlate:
     drag: Floats  # (k,), c / h [N/m]
     loads: tuple[tuple[tuple[float, Ramp], ...], ...]  # forces along each axis [N] with their factors
 
-    def unheld(self, time: float, before: Floats) -> Floats:
+    def free_displacements(self, time: float, before: Floats) -> Floats:
         """Return the displacements (k,) at the end of a step [m] if there were no contact.
 
         Arrays: time [s]; before (k,) [m].
         """
         force = [sum(value * ramp.at(time) for value, ramp in load) for load in self.loads]
-        displacement: Floats = self.compliance * (np.array(force) + self.drag * before)
-        return displacement
+        return np.asarray(self.compliance * (np.array(force) + self.drag * before))
 
-    def held(self, unheld: Floats, force: Floats) -> Floats:
+    def displacements(self, unheld: Floats, force: Floats) -> Floats:
         """Return the displacements (k,) [m] with a contact force (dim,) on the body [N]."""
-        displacement: Floats = unheld - self.compliance * (self.axes @ force)
-        return displacement
+        return np.asarray(unheld - self.compliance * (self.axes @ force))
 
     def shift(self, displacements: Floats) -> Floats:
         """Return the displacement of the plate (dim,) [m] for those along its axes (k,)."""
-        result: Floats = displacements @ self.axes
-        return result
+        return np.asarray(displacements @ self.axes)
 
-    def added(self, compliance: Floats) -> Floats:
+    def add_to(self, compliance: Floats) -> Floats:
         """Return the compliance of contact nodes (n_c * dim, n_c * dim) with that of the plate [m/N]."""
         along = np.tile(self.axes, len(compliance) // self.axes.shape[1])
         return compliance + along.T @ (self.compliance[:, None] * along)
@@ -160,23 +155,21 @@ class _Setting:
         springs, across = self.candidates, self.candidates.dim - 1
         flexible = 1.0 / np.stack([springs.normal_stiffness, *[springs.tangential_stiffness] * across], 1)
         element = np.ascontiguousarray(self.body.compliance[state][np.ix_(self.dofs, self.dofs)])
-        in_frames = rotate_compliance(self.plate.added(element), self.frames)
+        in_frames = rotate_compliance(self.plate.add_to(element), self.frames)
         return Compliance(in_frames, flexible, edition=(float(state),))
 
     @cached_property
     def dofs(self) -> Integers:
         """Displacements of the contact nodes among those of the body's patches."""
         dim = self.candidates.dim
-        dofs: Integers = (dim * self.rows[:, None] + np.arange(dim)).ravel()
-        return dofs
+        return np.asarray((dim * self.rows[:, None] + np.arange(dim)).ravel())
 
     def displacement(self, state: _State, rows: slice) -> Floats:
         """Return the displacement of some rows of the body's answers [m]."""
         forces = np.zeros_like(self.body.positions)
         forces[self.rows] = state.forces
         answers = self.body.answers[state.nearest, rows]
-        displacement: Floats = self.body.unloaded[state.nearest, rows] + answers @ forces.ravel()
-        return displacement
+        return np.asarray(self.body.unloaded_displacement[state.nearest, rows] + answers @ forces.ravel())
 
 
 def static_motion(
@@ -282,9 +275,10 @@ class _Steps:
         """Take the next step."""
         setting, before, time = self._setting, states[0], float(ends[0])
         nodes, counterfaces = setting.candidates, setting.counterfaces
-        prescribed, unheld = setting.motion.displacement(ends[:1])[0], setting.plate.unheld(time, before.plate)
+        prescribed = setting.motion.displacement(ends[:1])[0]
+        unheld = setting.plate.free_displacements(time, before.plate)
         nearest, interface = self._nearest(before), before.interface
-        unloaded = setting.body.unloaded[nearest, setting.dofs].reshape(nodes.positions.shape)
+        unloaded = setting.body.unloaded_displacement[nearest, setting.dofs].reshape(nodes.positions.shape)
         moved = unloaded - prescribed - setting.plate.shift(unheld)
         free: Floats = np.einsum("cij,cj->ci", setting.frames, moved)
         free[:, 0] = counterfaces.gaps(nodes.positions + moved, nodes.counterface)
@@ -301,7 +295,7 @@ class _Steps:
             stretch=np.ones((len(free), nodes.dim - 1)),
             work=0.0,
         )
-        plate = setting.plate.held(unheld, contact.forces.sum(axis=0))
+        plate = setting.plate.displacements(unheld, contact.forces.sum(axis=0))
         shift, solved = prescribed + setting.plate.shift(plate), (contact.working_set, contact.solution.iterations)
         after = _State(time, self._step, settled.state, contact.forces, plate, shift, nearest, *solved)
         return {0: (after, [after])}
@@ -313,7 +307,7 @@ class _Steps:
             return 0
         patches, shape = slice(body.positions.size), body.positions.shape
         moved = self._setting.displacement(state, patches).reshape(shape)
-        return int(np.argmin(sheared(moved, body.moved[:, patches].reshape(-1, *shape), body.forces[0])))
+        return int(np.argmin(shear_distances(moved, body.moved[:, patches].reshape(-1, *shape), body.forces[0])))
 
 
 class _Records:
@@ -326,14 +320,14 @@ class _Records:
         size, dim = setting.rows.size, setting.candidates.dim
         self._forces, self._states = np.zeros((count, size, dim)), np.zeros((count, size), dtype=np.int8)
         self._iterations, self._shifts = np.zeros(count, dtype=np.int64), np.zeros((count, dim))
-        self._sites = np.zeros((count, len(setting.body.answers[0, setting.body.of_sites])))
+        self._sites = np.zeros((count, len(setting.body.answers[0, setting.body.site_rows])))
 
     def record(self, state: _State) -> None:
         """Record the next state; of every few, look at it."""
         number, self._last = self._count, state
         self._forces[number], self._states[number] = state.forces, state.interface.state
         self._iterations[number], self._shifts[number] = state.iterations, state.shift
-        self._sites[number] = self._setting.displacement(state, self._setting.body.of_sites)
+        self._sites[number] = self._setting.displacement(state, self._setting.body.site_rows)
         self._count += 1
         if number and number % _LOOK_EVERY == 0:
             self.finish()
@@ -341,7 +335,7 @@ class _Records:
     def finish(self) -> None:
         """Refuse a last state in which a node that must not touch does."""
         setting, watched = self._setting, self._setting.body.watched
-        moved = setting.displacement(self._last, setting.body.of_watched).reshape(watched.shape)
+        moved = setting.displacement(self._last, setting.body.watched_rows).reshape(watched.shape)
         plane = setting.counterfaces.shapes[0]
         gaps = plane.gap(watched + moved - self._last.shift)
         nodes = np.arange(len(gaps))

@@ -28,7 +28,7 @@ from fingerslip.dynamics.statics.body import (
     check_kind,
     depth_in_hull,
     patches,
-    sheared,
+    shear_distances,
     surface,
 )
 from fingerslip.dynamics.step.state import State
@@ -43,8 +43,6 @@ from fingerslip.materials.elastic import RayleighDamping
 from fingerslip.model.model import Model
 from fingerslip.model.programme import Press
 from fingerslip.model.timing import QuasiStatic
-
-__all__ = ["pressed_bodies"]
 
 Floats = NDArray[np.float64]
 Marks = NDArray[np.bool_]
@@ -269,4 +267,4 @@ class _States:
         """Return how far the patches have moved since the last state [m]."""
         shape = self._forces[0].shape
         last, here = (some[: self._forces[0].size].reshape(shape) for some in (self._moved[-1], moved))
-        return float(sheared(here, last[None], self._forces[0])[0])
+        return float(shear_distances(here, last[None], self._forces[0])[0])

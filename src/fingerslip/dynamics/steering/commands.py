@@ -15,8 +15,6 @@ from fingerslip.model.model import Model
 from fingerslip.model.programme import CONSTANT, Ramp
 from fingerslip.parameters import Force, SignedSpeed, parameters
 
-__all__ = ["Command", "with_command"]
-
 Array = NDArray[np.float64]
 
 

@@ -22,8 +22,6 @@ from scipy import sparse
 from fingerslip.errors import DamagedError
 from fingerslip.storage.files import write_bytes
 
-__all__ = ["is_like", "read_archive", "write_archive"]
-
 _TREE, _PACKAGE = "tree.json", "fingerslip."
 _REPAIR = "save the simulation again"
 

@@ -40,8 +40,6 @@ from fingerslip.storage.files import digest
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Observation", "Simulation"]
-
 Array = NDArray[np.float64]
 
 # Raised where saved simulations hold something else than before.

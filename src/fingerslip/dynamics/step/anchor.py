@@ -19,8 +19,6 @@ from fingerslip.dynamics.step.prediction import Prediction
 from fingerslip.dynamics.step.stepper import Stepper
 from fingerslip.errors import EquilibriumError
 
-__all__ = ["Lead", "Mixing", "is_at_rest", "move_anchor", "passes"]
-
 Array = NDArray[np.float64]
 
 # Iterations that are combined: more do not shrink the residual faster, as contact changes meanwhile.

@@ -28,8 +28,6 @@ from fingerslip.linear.resources import require_memory
 from fingerslip.linear.solver import LinearSolver, SchurFactor, factorise_around
 from fingerslip.linear.symmetric import symmetric_product, symmetric_products
 
-__all__ = ["BySchur", "Condensed", "Halfway", "condense"]
-
 Array = NDArray[np.float64]
 Reals = NDArray[np.floating[Any]]
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.contact.candidates import Candidates, Counterfaces
-from fingerslip.contact.frames import in_frames
+from fingerslip.contact.counterfaces import in_frames
 from fingerslip.contact.interface import InterfaceState, conditions, contact_problem, flat_motion, in_components
 from fingerslip.contact.solve.compliance import Compliance
 from fingerslip.contact.solve.forces import solve_contact
@@ -23,18 +23,6 @@ from fingerslip.dynamics.step.stepper import Stepper
 from fingerslip.dynamics.system.operators import Pose
 from fingerslip.errors import ConvergenceError
 from fingerslip.linear.symmetric import symmetric_product
-
-__all__ = [
-    "GOAL",
-    "POSE_GOAL",
-    "TOLERANCE",
-    "ContactStep",
-    "solve_law",
-    "solve_step",
-    "turn",
-    "unsolved",
-    "weighted_forces",
-]
 
 Array = NDArray[np.float64]
 
@@ -68,8 +56,7 @@ class ContactStep:
     @cached_property
     def forces(self) -> Array:
         """Contact forces in global components, shape (n_c, dim) [N]."""
-        forces: Array = in_components(self.frames, self.solution.forces)
-        return forces
+        return np.asarray(in_components(self.frames, self.solution.forces))
 
     @property
     def moved(self) -> Array | None:
@@ -79,8 +66,7 @@ class ContactStep:
             return None
         if self.release_response is not None:
             response = response + self.release_response
-        moved: Array = in_components(self.frames, response / np.vecdot(self.frames, self.frames))
-        return moved
+        return np.asarray(in_components(self.frames, response / np.vecdot(self.frames, self.frames)))
 
 
 def solve_step(
@@ -167,8 +153,7 @@ def _changes(stepper: Stepper, start: Prediction, contact: ContactStep) -> NDArr
     if not stepper.scheme.inertia_factor:
         return np.zeros(len(stiffness), dtype=np.int8)
     motion = before.forces, contact.solution.forces, before.relative, contact.relative
-    marks: NDArray[np.int8] = mark_changes(*motion, stiffness, contact.coefficients)
-    return marks
+    return np.asarray(mark_changes(*motion, stiffness, contact.coefficients))
 
 
 def solve_law(
@@ -224,11 +209,9 @@ def _solve(
 ) -> ContactStep:
     """Solve the contact problem from an earlier solution of the step, or from the forces at its start."""
     system, before = stepper.system, start.before
-    warm = (
-        (before.interface.forces, before.working_set)
-        if earlier is None
-        else (earlier.solution.forces, earlier.working_set)
-    )
+    warm = before.interface.forces, before.working_set
+    if earlier is not None:
+        warm = earlier.solution.forces, earlier.working_set
     surface, over = (system.candidates, system.counterfaces), (before.step, start.time)
     return solve_law(surface, compliance, frames, relative, before.interface, over=over, warm=warm, goal=goal)
 

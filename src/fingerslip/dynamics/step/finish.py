@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.contact.frames import tangent_lengths
+from fingerslip.contact.counterfaces import tangent_lengths
 from fingerslip.contact.interface import StepOutcome, settle
 from fingerslip.dynamics.finite.body import BodyState
 from fingerslip.dynamics.step.contact_step import ContactStep
@@ -17,8 +17,6 @@ from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.stepper import Stepper
 from fingerslip.dynamics.step.viscoelastic import HistoryVariables
 from fingerslip.linear.symmetric import row_products
-
-__all__ = ["Strained", "finish"]
 
 Array = NDArray[np.float64]
 

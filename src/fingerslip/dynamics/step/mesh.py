@@ -19,8 +19,6 @@ from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
 from fingerslip.dynamics.system.system import System
 from fingerslip.linear.resources import Mapper, one_by_one
 
-__all__ = ["Mesh", "advance"]
-
 Array = NDArray[np.float64]
 
 

@@ -17,8 +17,6 @@ from fingerslip.dynamics.step.viscoelastic import variables_at_rest
 from fingerslip.dynamics.system.operators import Pose
 from fingerslip.dynamics.system.scheme import Predictor, start_push, starts_damped
 
-__all__ = ["Prediction", "first_state", "predict", "predict_ends"]
-
 Array = NDArray[np.float64]
 
 _NONE = np.zeros(0)
@@ -133,25 +131,21 @@ def predict(
     starts = list(map(predict_ends, steppers, states, repeat(time), counterfaces))
     displacement = np.stack([start.free.displacement for start in starts])
     velocity = np.stack([start.free.velocity for start in starts])
-    resisting = steppers[0].resisting_force(displacement, velocity)
-    sides = map(_right_hand_side, steppers, starts, resisting)
-    return [replace(start, right_hand_side=side) for start, side in zip(starts, sides, strict=True)]
-
-
-def _right_hand_side(stepper: Stepper, start: Prediction, resisting: Array) -> Array:
-    """Return the right-hand side (n,) of a step from what resists its free end, (n,) [N]."""
-    scheme, system, before = stepper.scheme, stepper.system, start.before
-    force = start.load - resisting
-    for layer, variables in zip(stepper.viscous, before.history_variables, strict=True):
-        force += layer.force(variables)
-    side: Array = scheme.end_weight * force + scheme.start_weight * before.unbalance
-    if start.prescribed is not None:
-        # The inertia of moving supports is known; their own equations are empty.
-        side -= system.mass @ start.prescribed
-        side[system.unknowns.moving] = 0.0
-    if before.release is not None:
-        side += system.push(fading_forces(scheme, before.release), start.pose)
-    return side
+    predictions, resisting = [], steppers[0].resisting_force(displacement, velocity)
+    for stepper, start, resisting_force in zip(steppers, starts, resisting, strict=True):
+        scheme, system, before = stepper.scheme, stepper.system, start.before
+        force = start.load - resisting_force
+        for layer, variables in zip(stepper.viscous, before.history_variables, strict=True):
+            force += layer.force(variables)
+        side = scheme.end_weight * force + scheme.start_weight * before.unbalance
+        if start.prescribed is not None:
+            # The inertia of moving supports is known; their own equations are empty.
+            side -= system.mass @ start.prescribed
+            side[system.unknowns.moving] = 0.0
+        if before.release is not None:
+            side += system.push(fading_forces(scheme, before.release), start.pose)
+        predictions.append(replace(start, right_hand_side=side))
+    return predictions
 
 
 def predict_ends(stepper: Stepper, before: State, time: float, counterfaces: Array) -> Prediction:

@@ -23,8 +23,6 @@ from numpy.typing import NDArray
 
 from fingerslip.dynamics.system.scheme import Scheme
 
-__all__ = ["LEAVES", "TURNS", "Release", "drop", "dropped_forces", "fade", "fading_forces", "mark_changes", "remainder"]
-
 Array = NDArray[np.float64]
 Marks = NDArray[np.int8]
 

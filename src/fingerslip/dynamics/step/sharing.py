@@ -16,17 +16,6 @@ from fingerslip.model.timing import Adaptive
 if TYPE_CHECKING:
     from fingerslip.dynamics.system.system import System
 
-__all__ = [
-    "check_same_matrix",
-    "first_alike",
-    "groups_to_share",
-    "material_key",
-    "same_body",
-    "same_compliance",
-    "same_matrix",
-    "same_motion",
-]
-
 T = TypeVar("T")
 
 # Degrees of freedom from which sharing is worth it, by the dimension of space; the fewest models of a full group.

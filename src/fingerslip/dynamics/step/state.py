@@ -25,8 +25,6 @@ from fingerslip.dynamics.finite.body import BodyState
 from fingerslip.dynamics.step.release import Release
 from fingerslip.dynamics.step.viscoelastic import HistoryVariables
 
-__all__ = ["Energies", "State"]
-
 Array = NDArray[np.float64]
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from fingerslip.contact.frames import tangent_lengths
+from fingerslip.contact.counterfaces import tangent_lengths
 from fingerslip.contact.solve.compliance import Compliance
 from fingerslip.dynamics.step.condensation import Condensed
 from fingerslip.dynamics.step.sharing import first_alike, same_compliance
@@ -25,8 +25,6 @@ from fingerslip.linear.solver import LinearSolver, preferred_solver
 from fingerslip.linear.symmetric import row_products
 from fingerslip.materials.elastic import RayleighDamping
 from fingerslip.model.timing import Timing
-
-__all__ = ["Stepper", "Stopwatch", "build_stepper", "build_steppers", "is_large", "with_known"]
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -113,8 +111,7 @@ class Stepper:
         scheme = self.scheme
         force = scheme.velocity_factor * self.damping_force(unknown)
         force += scheme.displacement_factor * (self.stiffness @ unknown)
-        resisting: Array = scheme.end_weight * force
-        return resisting
+        return np.asarray(scheme.end_weight * force)
 
     def anchor_force(self, stretch: Array) -> Array:
         """Return the force of springs to an anchor that are stretched by (n,) [m], shape (n,) [N]."""
@@ -147,8 +144,7 @@ class Stepper:
         if self.viscous:
             rows = [layer.layers.apply_map(lambda matrix: matrix[moving]) for layer in self.viscous]
             force -= relaxed_force(rows, self.viscous, state.history_variables)
-        force_of_supports: Array = force - (system.relative[:, moving].T @ state.contact_forces.ravel())
-        return force_of_supports
+        return np.asarray(force - (system.relative[:, moving].T @ state.contact_forces.ravel()))
 
 
 def is_large(systems: Sequence[System]) -> bool:
@@ -261,8 +257,8 @@ def _anchoring(system: System) -> Array | None:
     stiffness = _SOFT * candidates.normal_stiffness
     for at, freedom in zip(system.unknowns.of_rigid, system.unknowns.rigid, strict=True):
         if freedom.is_loose:
-            moves = np.isin(candidates.counterface, freedom.faces)[:, None] * freedom.moved(candidates.positions)
-            springs[at] = stiffness @ (moves**2).sum(axis=1)
+            touches = np.isin(candidates.counterface, freedom.faces)[:, None]
+            springs[at] = stiffness @ ((touches * freedom.displacements(candidates.positions)) ** 2).sum(axis=1)
     if "body" in system.held_by_contact:
         springs[: system.free.size] = stiffness.sum() * system.space.dim / system.free.size
     return springs
@@ -283,8 +279,7 @@ def _joint_rows(systems: Sequence[System]) -> tuple[sparse.csr_matrix, list[Indi
 
 
 def _components(nodes: Indices, dim: int) -> Indices:
-    components: Indices = (nodes[:, None] * dim + np.arange(dim)).ravel()
-    return components
+    return np.asarray((nodes[:, None] * dim + np.arange(dim)).ravel())
 
 
 def _own_compliance(

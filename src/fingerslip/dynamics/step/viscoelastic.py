@@ -20,8 +20,6 @@ from fingerslip.fe.forms import ViscoelasticLayers
 from fingerslip.materials.prony import Recurrence, recurrence
 from fingerslip.materials.viscoelastic import OutOfPlane
 
-__all__ = ["HistoryVariables", "Viscous", "relaxed_force", "variables_at_rest", "viscous_steps"]
-
 Array = NDArray[np.float64]
 
 
@@ -62,10 +60,8 @@ class Viscous:
         """What the force at the end of a step adds to the elastic stiffness, shape (n, n) [N/m]."""
         added = -self.share * self.layers.shape
         if self.layers.across is not None and self.layers.thickness is not None:
-            added = (
-                added
-                + ((1.0 - self.share) * self.thickness_shares[0] - self.layers.across.along) * self.layers.thickness
-            )
+            factor = (1.0 - self.share) * self.thickness_shares[0] - self.layers.across.along
+            added = added + factor * self.layers.thickness
         return sparse.csr_matrix(added)
 
     def force(self, variables: HistoryVariables) -> Array:
@@ -127,8 +123,7 @@ class Viscous:
     def _from_start(self, given: Array, dashpots: Array) -> Array:
         """Return what of the sum of s_i z_i at the end of a step follows from its start, (p, n)."""
         shares, follow = self.recurrence.shares, self.recurrence
-        from_start: Array = (shares @ follow.start) * given + np.tensordot(shares * follow.decay, dashpots, 1)
-        return from_start
+        return np.asarray((shares @ follow.start) * given + np.tensordot(shares * follow.decay, dashpots, 1))
 
     def _follow(self, given_before: Array, dashpots_before: Array, given: Array) -> tuple[Array, Array]:
         """Return the dashpots (t, p, n) at the end of a step, and the sum of s_i of them, (p, n)."""

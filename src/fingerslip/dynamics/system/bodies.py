@@ -14,28 +14,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.contact.counterfaces import Counterface
-from fingerslip.contact.frames import sliding_direction
+from fingerslip.contact.counterfaces import Counterface, sliding_direction
 from fingerslip.dynamics.system.scheme import make_scheme
 from fingerslip.errors import InputError
 from fingerslip.materials.elastic import RayleighDamping
 from fingerslip.model.model import Contact, Model
 from fingerslip.model.programme import Hold, Lift, Phase, Press, Ramp, Slide, phase_duration
 from fingerslip.model.rigid_bodies import DIRECTIONS, Direction, RigidBody, directions_in
-
-__all__ = [
-    "Motion",
-    "RigidFreedom",
-    "body_centres",
-    "check_bodies",
-    "contact_motion",
-    "counterface_motion",
-    "faces_of",
-    "largest_approach",
-    "phase_table",
-    "rigid_freedoms",
-    "unheld_bodies",
-]
 
 Array = NDArray[np.float64]
 
@@ -143,10 +128,9 @@ class RigidFreedom:
         """Whether it is a rotation."""
         return bool(self.turn.any())
 
-    def moved(self, points: Array) -> Array:
+    def displacements(self, points: Array) -> Array:
         """Return the displacement of points (k, dim) [m] of the body per unknown, same shape."""
-        displacement: Array = self.shift + (points - self.centre) @ self.turn.T
-        return displacement
+        return np.asarray(self.shift + (points - self.centre) @ self.turn.T)
 
     def viscous(self, damping: RayleighDamping) -> float:
         """Return the damping beside what material damping makes of mass and stiffness [N s/m] or [N m s]."""
@@ -242,9 +226,18 @@ def contact_motion(model: Model, number: int) -> Motion:
 
 def check_bodies(model: Model) -> None:
     """Refuse rigid bodies that cannot be computed."""
+    dim, directions = model.mesh.dim(), directions_in(model.mesh.dim())
     for name, body in model.bodies.items():
         where = f"bodies.{name}"
-        _check_dimensions(where, body, model.mesh.dim())
+        beyond = [direction for direction in body.free if direction not in directions]
+        if beyond:
+            fault = f"got '{beyond[0]}' in {dim} dimensions"
+            raise InputError(f"{where}.free", fault, f"needs {', '.join(directions)}")
+        if body.centre is not None and len(body.centre) != dim:
+            raise InputError(f"{where}.centre", f"got {len(body.centre)} components", f"needs {dim}")
+        needed = 1 if dim == 2 else 3
+        if body.inertia and len(body.inertia) != needed:
+            raise InputError(f"{where}.inertia", f"got {len(body.inertia)} values", f"needs {needed}")
         if body.programme and not faces_of(model, name):
             fault = "is given for a body that no counterface is on"
             raise InputError(
@@ -252,18 +245,6 @@ def check_bodies(model: Model) -> None:
             )
         if not make_scheme(model.time).inertia_factor:
             _check_held(where, body, [model.contacts[number] for number in faces_of(model, name)])
-
-
-def _check_dimensions(where: str, body: RigidBody, dim: int) -> None:
-    directions = directions_in(dim)
-    beyond = next((direction for direction in body.free if direction not in directions), None)
-    if beyond:
-        raise InputError(f"{where}.free", f"got '{beyond}' in {dim} dimensions", f"needs {', '.join(directions)}")
-    if body.centre is not None and len(body.centre) != dim:
-        raise InputError(f"{where}.centre", f"got {len(body.centre)} components", f"needs {dim}")
-    needed = 1 if dim == 2 else 3
-    if body.inertia and len(body.inertia) != needed:
-        raise InputError(f"{where}.inertia", f"got {len(body.inertia)} values", f"needs {needed}")
 
 
 def _check_held(where: str, body: RigidBody, contacts: Sequence[Contact]) -> None:

@@ -34,8 +34,6 @@ from fingerslip.model.programme import Slide
 from fingerslip.model.timing import shortest_step
 from fingerslip.units import coordinates, millimetres
 
-__all__ = ["CheckedModel", "contact_penalties", "direction_text", "inspect_model", "inward_normals"]
-
 
 def contact_penalties(model: Model, contact: Contact) -> tuple[float, float]:
     """Return normal and tangential penalty of a contact [Pa/m].
@@ -360,19 +358,17 @@ def _check_depth(
         where = "programme" if contact.programme is None else f"contacts.{number}.programme"
         if contact.rigid_body is not None:
             where = f"bodies.{contact.rigid_body}.programme"
-        _judge_depth(where, thickness - left, thickness, is_finite=model.is_finite)
-
-
-def _judge_depth(where: str, depth: float, thickness: float, *, is_finite: bool) -> None:
-    """Refuse or warn of a press by `depth` [m] into a soft `thickness` [m]."""
-    between = f"the {thickness * 1e3:.4g} mm between the contact and what the supports hold"
-    if depth > _WHOLE_SHARE * thickness:
-        fault = f"presses {depth * 1e3:.4g} mm deep"
-        allowed = f"needs less than {between}"
-        raise InputError(where, fault, allowed, "press less deep")
-    if depth > _LARGEST_SHARE * thickness and not is_finite:
-        _logger.warning(
-            "%s: presses %.4g mm deep, %.0f %% of %s; strains are taken as small, so results are rough: "
-            "take kinematics 'finite'",
-            *(where, depth * 1e3, 100 * depth / thickness, between),
+        depth, between = (
+            thickness - left,
+            f"the {thickness * 1e3:.4g} mm between the contact and what the supports hold",
         )
+        if depth > _WHOLE_SHARE * thickness:
+            raise InputError(
+                where, f"presses {depth * 1e3:.4g} mm deep", f"needs less than {between}", "press less deep"
+            )
+        if depth > _LARGEST_SHARE * thickness and not model.is_finite:
+            _logger.warning(
+                "%s: presses %.4g mm deep, %.0f %% of %s; strains are taken as small, so results are rough: "
+                "take kinematics 'finite'",
+                *(where, depth * 1e3, 100 * depth / thickness, between),
+            )

@@ -16,8 +16,6 @@ from fingerslip.model.programme import Press, Slide, phase_duration
 from fingerslip.model.timing import LEAST_ACROSS, LEAST_STEPS, Adaptive
 from fingerslip.units import millimetres
 
-__all__ = ["doubts"]
-
 # The softest tissues and gels in use are above; what is below is a number without a unit, as in closed forms [Pa].
 _SOFTEST, _PURE = 1e3, 10.0
 # Least cosine between the normals of a counterface and of a facet, inwards, that faces it.

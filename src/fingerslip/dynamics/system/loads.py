@@ -24,8 +24,6 @@ from fingerslip.materials.material import Material
 from fingerslip.model.model import Model, SupportMotion, Traction
 from fingerslip.model.programme import CONSTANT, Ramp
 
-__all__ = ["Load", "MovingComponent", "Supports", "held_rows", "model_loads", "moving_components"]
-
 Array = NDArray[np.float64]
 
 

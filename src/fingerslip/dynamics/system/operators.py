@@ -18,18 +18,6 @@ from fingerslip.dynamics.system.bodies import RigidFreedom
 from fingerslip.fe.space import Space
 from fingerslip.linear.solver import LinearSolver, factorise
 
-__all__ = [
-    "Coordinates",
-    "MeshCoordinates",
-    "NodalComponents",
-    "Outsiders",
-    "Pose",
-    "Rotations",
-    "Unknowns",
-    "relative_operator",
-    "rotations_of",
-]
-
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
@@ -142,8 +130,7 @@ class Rotations:
         `turned` (..., k, dim, dim) is the rotation of the counterface of each.
         """
         centres = self.centres[counterface]
-        points_seen: Array = centres + np.einsum("...ij,...i->...j", turned, points - centres)
-        return points_seen
+        return np.asarray(centres + np.einsum("...ij,...i->...j", turned, points - centres))
 
     def pose(self, angles: Array, points: Array, counterface: Indices) -> Pose:
         """Return the pose for angles (r,) of points (k, dim) [m], which are relative to the motion of the centres."""

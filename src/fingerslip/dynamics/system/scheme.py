@@ -20,8 +20,6 @@ from fingerslip.materials.elastic import RayleighDamping
 from fingerslip.model.timing import Adaptive, QuasiStatic, TimeStepping, Timing
 from fingerslip.parameters.schema import require_kind
 
-__all__ = ["Predictor", "Scheme", "hht", "make_scheme", "start_push", "starts_damped", "static"]
-
 Array = NDArray[np.float64]
 
 

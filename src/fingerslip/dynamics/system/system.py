@@ -34,8 +34,6 @@ from fingerslip.fe.space import Space, carrying_nodes, vector_dofs
 from fingerslip.materials.material import Material
 from fingerslip.model.model import Model
 
-__all__ = ["System", "build_system"]
-
 Array = NDArray[np.float64]
 
 _logger = logging.getLogger("fingerslip.dynamics")

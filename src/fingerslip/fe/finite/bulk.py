@@ -125,7 +125,10 @@ class LargeStrain:
         mean = self._selective_energy(np.log(state.mean_volume), 0, of=1)
         if state.history is not None:
             for number, (_, _, groups) in enumerate(self._parts()):
-                mean[groups] += self._group_excess(number, state, groups)
+                modulus = self.materials.materials[number].at_rest().dilatational_modulus(self.materials.formulation)
+                dashpots = [dashpot[groups] for dashpot in state.history.group_dashpots]
+                constants, values = self._relaxation.constants[number], state.history.groups[groups]
+                mean[groups] += selective_excess(constants, modulus, values, dashpots)
         spread = self._spread if len(points) == self.weights.size else self._spread[points]
         density += spread @ mean
         return density
@@ -162,14 +165,6 @@ class LargeStrain:
         dashpots = [dashpot[points, -2:] for dashpot in history.point_dashpots]
         modulus = material.at_rest().dilatational_modulus(self.materials.formulation)
         return excess - selective_excess(relaxation.constants[number], modulus, values, dashpots)
-
-    def _group_excess(self, number: int, state: Deformed, groups: Indices | slice) -> Array:
-        """Return the same of groups with a mean volume, shape (k,) [J/m^3]."""
-        history = state.history
-        assert history is not None, "an elastic body"
-        modulus = self.materials.materials[number].at_rest().dilatational_modulus(self.materials.formulation)
-        dashpots = [dashpot[groups] for dashpot in history.group_dashpots]
-        return selective_excess(self._relaxation.constants[number], modulus, history.groups[groups], dashpots)
 
     @property
     def _relaxation(self) -> Relaxation:
@@ -245,7 +240,13 @@ class LargeStrain:
             return replace(state, stress=stress)
         volume = state.volume
         mean = self.volumes.mean @ volume
-        pressure = self._pressure(mean, state.left)
+        # What the mean volumes of groups make the points feel.
+        log_mean = np.log(mean)
+        slope = self._selective_energy(log_mean, 1, of=1)
+        if state.left is not None:
+            slope += state.left.moduli[self.volumes.material] * log_mean + state.left.group_offsets
+        slope *= self.volumes.size / mean
+        pressure = np.asarray((self.volumes.mean.T @ slope) / self.weights.ravel())
         felt = 2 if self.materials.formulation == "plane_stress" else 3
         stress[:, :felt] += (pressure * volume - self._selective(state, 1))[:, None]
         return replace(state, stress=stress, mean_volume=mean, pressure=pressure)
@@ -284,15 +285,6 @@ class LargeStrain:
         stiffness = across[:, 2] - 2.0 / 9.0 * (pulled[:, 0] + pulled[:, 1]) - 8.0 / 9.0 * pulled[:, 3]
         fields = state.deformation, state.squared, state.directions
         add_thickness(self.gradients, weights, *fields, across[:, :2].copy(), pulled, stiffness, matrices)
-
-    def _pressure(self, mean: Array, left: Left | None) -> Array:
-        """Return what the mean volumes of groups (n_groups,) make the points feel, shape (n_p,) [Pa]."""
-        log_mean = np.log(mean)
-        slope = self._selective_energy(log_mean, 1, of=1)
-        if left is not None:
-            slope += left.moduli[self._volumes.material] * log_mean + left.group_offsets
-        slope *= self._volumes.size / mean
-        return np.asarray((self._volumes.mean.T @ slope) / self.weights.ravel())
 
     def _selective(self, state: Deformed, derivative: int) -> Array:
         """Return the first or second derivative of the selective energy at all points, shape (n_p,) [Pa]."""

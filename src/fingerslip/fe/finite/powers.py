@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 
 from fingerslip.materials.large_strain import FiniteMaterial, log_volume_of
 
-__all__ = ["PointLaws", "laws_of_points"]
-
 Array = NDArray[np.float64]
 
 # Iterations of the thickness at most; change after which, as the next is about its square, rounding is left; largest.
@@ -64,7 +62,7 @@ class PointLaws:
     def energy(self, log_strain: Array) -> Array:
         """Return the energies (n,) [J/m^3] at logarithmic strains (n, 3)."""
         log_volume = log_volume_of(log_strain)
-        energy = (0.5 * self.moduli * log_volume - self._taken) * log_volume
+        energy = (0.5 * self.moduli * log_volume - self._offset) * log_volume
         shape = self._shape(log_strain, log_volume)
         for factor, exponent in zip(self.factors, self.exponents, strict=True):
             energy += factor / exponent * log_volume_of(np.expm1(exponent[:, None] * shape))
@@ -81,13 +79,13 @@ class PointLaws:
         return bool(self.isochoric.any())
 
     @cached_property
-    def _taken(self) -> Array:
+    def _offset(self) -> Array:
         """What laws that are not isochoric take from the stress of the powers, shape (n,) [Pa]."""
         return np.asarray((1.0 - self.isochoric) * self.factors.sum(axis=0))
 
     def _volume_stress(self, log_volume: Array, total: Array) -> Array:
         """Return what comes to powers (n, k) [Pa] in all directions, at ln J (n,), shape (n,) [Pa]."""
-        stress = self.moduli * log_volume - self._taken
+        stress = self.moduli * log_volume - self._offset
         return np.asarray(stress - self.isochoric * log_volume_of(total) / 3.0) if self._is_isochoric else stress
 
     def _shape(self, log_strain: Array, log_volume: Array) -> Array:

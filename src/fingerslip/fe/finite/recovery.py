@@ -40,7 +40,10 @@ class FiniteRecovery:
         shrunk = np.exp(-state.log_strain[points].sum(axis=1))
         components = self._along_axes(state, state.stress[points] * shrunk[:, None])
         if state.pulled is not None:
-            components -= shrunk[:, None] * _deviator(state.pulled[points], dim)
+            # The deviators of packed tensors, in the order of stress components.
+            deviator = state.pulled[points][:, [0, 1, 3, 2]] if dim == 2 else state.pulled[points]
+            deviator[:, :3] -= deviator[:, :3].mean(axis=1, keepdims=True)
+            components -= shrunk[:, None] * deviator
         return np.asarray(self.mean @ components)
 
     def tensors(self, state: Deformed) -> Array:
@@ -60,13 +63,6 @@ class FiniteRecovery:
     def energy_densities(self, state: Deformed) -> Array:
         """Return the strain energy per reference volume [J/m^3], shape (n,), of a deformed body."""
         return np.asarray(self.mean @ self.bulk.energy_densities(state, self.points))
-
-
-def _deviator(packed: Array, dim: int) -> Array:
-    """Return the components of the deviators of packed tensors (n, k), in the order of stress components."""
-    deviator = packed[:, [0, 1, 3, 2]] if dim == 2 else packed.copy()
-    deviator[:, :3] -= deviator[:, :3].mean(axis=1, keepdims=True)
-    return deviator
 
 
 def finite_cell_recovery(bulk: LargeStrain) -> FiniteRecovery:

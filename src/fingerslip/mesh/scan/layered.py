@@ -251,18 +251,12 @@ def _without_crumbs(layer: Integers, neighbours: Integers) -> Integers:
         for number in range(_LAYERS):
             members = np.unique(piece[layer == number])
             crumbs = np.isin(piece, members[size[members] < _CRUMB * size[members].max(initial=0)])
-            layer = _given_away(layer, crumbs, neighbours)
+            votes = np.zeros((len(layer), _LAYERS))
+            for first, other in (neighbours, neighbours[::-1]):
+                counted = crumbs[first] & ~crumbs[other]
+                np.add.at(votes, (first[counted], layer[other[counted]]), 1.0)
+            layer = np.where(crumbs & votes.any(axis=1), votes.argmax(axis=1), layer)
     return layer
-
-
-def _given_away(layer: Integers, crumbs: Booleans, neighbours: Integers) -> Integers:
-    """Give each cell of the crumbs to the layer with which it has most facets outside of them."""
-    votes = np.zeros((len(layer), _LAYERS))
-    for first, other in (neighbours, neighbours[::-1]):
-        counted = crumbs[first] & ~crumbs[other]
-        np.add.at(votes, (first[counted], layer[other[counted]]), 1.0)
-    chosen = crumbs & votes.any(axis=1)
-    return np.where(chosen, votes.argmax(axis=1), layer)
 
 
 def _name_groups(whole: skfem.MeshTet1, layer: Integers, cut: float, sizes: LayerSizes) -> skfem.MeshTet1:

@@ -139,5 +139,4 @@ def _unit(name: str, direction: ArrayLike) -> Floats:
     vector = np.asarray(direction, dtype=float)
     if vector.shape != (3,) or not np.all(np.isfinite(vector)) or np.linalg.norm(vector) == 0:
         raise InputError(name, f"got {direction!r}", "needs three numbers that are not all zero")
-    unit: Floats = vector / np.linalg.norm(vector)
-    return unit
+    return np.asarray(vector / np.linalg.norm(vector))

@@ -54,7 +54,10 @@ def repair_surface(surface: Surface, largest_hole: float = 5e-3) -> tuple[Surfac
     check_area(surface)
     # Pieces are told apart by their points, so these are joined first; then those of the debris go.
     joined = Surface(*join_points(surface.points, surface.triangles), surface.name)
-    selected, dropped = _without_debris(joined)
+    piece = connected_pieces(len(joined.points), edges_of(joined.triangles).T)[joined.triangles[:, 0]]
+    area, present = np.bincount(piece, weights=joined.areas), np.unique(piece)
+    large = present[area[present] >= _DEBRIS * area.sum()]
+    selected, dropped = joined.triangles[np.isin(piece, large)], len(present) - len(large)
     cleaned = Surface(*join_points(joined.points, selected), surface.name)
     inward = _find_inward(cleaned)
     oriented = dataclasses.replace(cleaned, triangles=_turn(cleaned.triangles, inward))
@@ -68,16 +71,6 @@ def repair_surface(surface: Surface, largest_hole: float = 5e-3) -> tuple[Surfac
 def closed_where(surface: Surface, lowest: float) -> Surface:
     """Close, of whatever size, the holes that lie wholly below a value of x [m]."""
     return _with_lids(surface, [loop for loop in boundary_loops(surface) if surface.points[loop, 0].max() < lowest])
-
-
-def _without_debris(surface: Surface) -> tuple[Integers, int]:
-    """Return the triangles of all pieces but the tiny ones, and how many pieces were dropped."""
-    triangles = surface.triangles
-    piece = connected_pieces(len(surface.points), edges_of(triangles).T)[triangles[:, 0]]
-    area = np.bincount(piece, weights=surface.areas)
-    present = np.unique(piece)
-    large = present[area[present] >= _DEBRIS * area.sum()]
-    return triangles[np.isin(piece, large)], len(present) - len(large)
 
 
 def _find_inward(surface: Surface) -> NDArray[np.bool_]:
@@ -138,5 +131,4 @@ def _middle(rim: Floats, normals: Floats) -> Floats:
     length = float(np.linalg.norm(outwards))
     if length < 0.3:  # the rim of a tube, whose normals say nothing about its end
         return centre
-    lift: Floats = centre + outwards / length * float(np.sum((rim - centre) * normals, axis=1).mean()) / 2
-    return lift
+    return np.asarray(centre + outwards / length * float(np.sum((rim - centre) * normals, axis=1).mean()) / 2)

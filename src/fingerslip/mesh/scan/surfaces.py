@@ -60,8 +60,7 @@ class Surface:
     @property
     def areas(self) -> Floats:
         """Area of each triangle, shape (m,) [m^2]."""
-        areas: Floats = np.linalg.norm(self.normals, axis=1) / 2
-        return areas
+        return np.asarray(np.linalg.norm(self.normals, axis=1) / 2)
 
     @property
     def normals(self) -> Floats:
@@ -223,8 +222,7 @@ def contains(surface: Surface, points: Floats) -> NDArray[np.bool_]:
     # Compiled code is loaded where it is needed and nowhere else.
     from fingerslip.mesh.scan.winding import winding_numbers
 
-    inside: NDArray[np.bool_] = winding_numbers(surface.corners, points) > 0.5
-    return inside
+    return np.asarray(winding_numbers(surface.corners, points) > 0.5)
 
 
 def outermost(surface: Surface) -> Surface:
@@ -253,8 +251,7 @@ def distances(surface: Surface, points: Floats) -> Floats:
     # The arithmetic of VTK keeps points in single precision, which suits lengths near one.
     scale = 1.0 / max(float(np.ptp(surface.points, axis=0).max()), np.finfo(float).tiny)
     measured = pyvista.PolyData(points * scale).compute_implicit_distance(_polydata(surface, scale))
-    lengths: Floats = np.abs(np.asarray(measured["implicit_distance"], dtype=float)) / scale
-    return lengths
+    return np.asarray(np.abs(np.asarray(measured["implicit_distance"], dtype=float)) / scale)
 
 
 def clip_surface(surface: Surface, lowest: float) -> Surface:

@@ -17,8 +17,7 @@ def winding_numbers(corners: Floats, points: Floats) -> Floats:
     It is the solid angle under which the surface is seen, over 4 pi: 1 inside and 0 outside a closed surface whose
     normals face outwards, and in between near a hole; (n,) for points (n, 3) [m] and corners (m, 3, 3) [m].
     """
-    numbers: Floats = _winding_numbers(np.ascontiguousarray(corners), np.ascontiguousarray(points))
-    return numbers
+    return np.asarray(_winding_numbers(np.ascontiguousarray(corners), np.ascontiguousarray(points)))
 
 
 @numba.njit(cache=True)

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
 from numpy.typing import NDArray
 
-from fingerslip.contact.frames import sliding_direction
+from fingerslip.contact.counterfaces import sliding_direction
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.history import nearest_record
 from fingerslip.report import colours as palette
