@@ -182,10 +182,6 @@ class HoldEnv(gymnasium.Env[Sensed, NDArray[np.float32]]):
         self._holder = replace(holder, contacts=(contact,))
         self._simulation: Simulation | None = None
         self.action_space = spaces.Box(-1.0, 1.0, (1,), np.float32)
-        self.observation_space = self._space()  # type: ignore[assignment]
-
-    def _space(self) -> spaces.Dict:
-        """Return the space of what is sensed; the number of nodes is that of a model."""
         with Simulation(held_model(self._domain.held, self._holder), threads=1, bases=_BASES) as simulation:
             nodes = int((simulation.history()["contact_counterface"].values == 0).sum())
         markers = nodes if self._kinds else len(self._holder.record.sites)
@@ -197,7 +193,7 @@ class HoldEnv(gymnasium.Env[Sensed, NDArray[np.float32]]):
         }
         if self._kinds:
             space["spikes"] = spaces.Box(0, _MOST_SPIKES, (len(self._kinds),), np.int32)
-        return spaces.Dict(space)
+        self.observation_space = spaces.Dict(space)  # type: ignore[assignment]
 
     def reset(
         self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
