@@ -61,9 +61,9 @@ from fingerslip.tables.table import Column, Missing, Table
 def study_report(content: ReportContent) -> Report:
     """Assemble the report of a study: of samples, or of runs with a section each for the first of them."""
     if content.study.ranges:
-        sections = [*sample_sections(content), samples_in_motion(content), *_described(content), _values(content)]
+        sections = [*sample_sections(content), samples_in_motion(content), *_description(content), _values(content)]
     else:
-        sections = [*_results(content), *_described(content), *_model(content), _values(content)]
+        sections = [*_results(content), *_description(content), *_model(content), _values(content)]
         sections += [run_section(content, run) for run in content.detailed_runs]
     code = bibtex_entries(content.values, content.references)
     citations = ReportSection(
@@ -114,7 +114,7 @@ def _results(content: ReportContent) -> Iterator[ReportSection]:
         yield cameras_section(content)
 
 
-def _described(content: ReportContent) -> Iterator[ReportSection]:
+def _description(content: ReportContent) -> Iterator[ReportSection]:
     """Yield the sections on what was run, by the program and by the user."""
     table = conditions_table(content.values, content.titled_histories())
     yield ReportSection("What was run", (), (table,) if content.values else ())
