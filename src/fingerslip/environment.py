@@ -182,10 +182,6 @@ class HoldEnv(gymnasium.Env[Sensed, NDArray[np.float32]]):
         self._holder = replace(holder, contacts=(contact,))
         self._simulation: Simulation | None = None
         self.action_space = spaces.Box(-1.0, 1.0, (1,), np.float32)
-        self.observation_space = self._space()  # type: ignore[assignment]
-
-    def _space(self) -> spaces.Dict:
-        """Return the space of what is sensed; the number of nodes is that of a model."""
         with Simulation(held_model(self._domain.held, self._holder), threads=1, bases=_BASES) as simulation:
             nodes = int((simulation.history()["contact_counterface"].values == 0).sum())
         markers = nodes if self._kinds else len(self._holder.record.sites)
@@ -197,7 +193,7 @@ class HoldEnv(gymnasium.Env[Sensed, NDArray[np.float32]]):
         }
         if self._kinds:
             space["spikes"] = spaces.Box(0, _MOST_SPIKES, (len(self._kinds),), np.int32)
-        return spaces.Dict(space)
+        self.observation_space = spaces.Dict(space)  # type: ignore[assignment]
 
     def reset(
         self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
@@ -229,7 +225,7 @@ class HoldEnv(gymnasium.Env[Sensed, NDArray[np.float32]]):
         }
         # Knots of the grip force that was asked for, over the times of the actions.
         self._times, self._grips, self._travels = [0.0], [self._held.first_grip], [(0.0, 0.0)]
-        return self._sensed(seen, [0] * len(self._kinds)), self._info(seen)
+        return self._senses(seen, [0] * len(self._kinds)), self._info(seen)
 
     def _grip(self, time: float) -> float:
         """Return the grip force [N] at a time since the load began [s]."""
@@ -256,13 +252,13 @@ class HoldEnv(gymnasium.Env[Sensed, NDArray[np.float32]]):
         added = self._grip(time) / held.first_grip - 1.0
         reward = -1e3 * abs(self._travels[-1][1] - before) - max(added, 0.0) * period - _LOSS * is_lost
         is_over = self._simulation.is_finished and not is_lost
-        return self._sensed(seen, counts), reward, is_lost, is_over, self._info(seen)
+        return self._senses(seen, counts), reward, is_lost, is_over, self._info(seen)
 
     def _travel(self, seen: Observation) -> float:
         """Return how far the object is from where it was when the load began [m]."""
         return self._held.direction * (float(seen["rigid_body_displacement"][0, 0]) - self._start)
 
-    def _sensed(self, seen: Observation, counts: list[int]) -> Sensed:
+    def _senses(self, seen: Observation, counts: list[int]) -> Sensed:
         """Return what the controller senses."""
         skin, areas = self._skin, self._areas[self._skin]
         moved = 1e3 * (seen["contact_displacement"] - self._first["contact_displacement"])[skin]

@@ -247,20 +247,17 @@ class Unit:
         """Convert an SI value to the display unit."""
         return value * (_factor(self.si, self.shown) or 1.0)
 
-    def _read_value(self, value: object, from_text: bool) -> object:
-        if isinstance(value, bool):
-            raise InputError("", f"got {str(value).lower()}", f"needs a quantity such as '1.5 {self.shown}'")
-        if isinstance(value, str):
-            return parse_quantity(value, self.si, example=self.shown, where="")
-        if from_text and isinstance(value, int | float):
-            raise _no_unit(value, self.si, self.shown)
-        return value
-
     def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
         from pydantic_core import core_schema
 
         def validate(value: object, info: core_schema.ValidationInfo) -> object:
-            return self._read_value(value, bool(info.context and info.context.get("from_text")))
+            if isinstance(value, bool):
+                raise InputError("", f"got {str(value).lower()}", f"needs a quantity such as '1.5 {self.shown}'")
+            if isinstance(value, str):
+                return parse_quantity(value, self.si, example=self.shown, where="")
+            if info.context and info.context.get("from_text") and isinstance(value, int | float):
+                raise _no_unit(value, self.si, self.shown)
+            return value
 
         return core_schema.with_info_before_validator_function(validate, handler(source))
 

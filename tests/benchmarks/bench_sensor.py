@@ -39,7 +39,7 @@ from fingerslip.marker_tracks import marker_tracks
 from fingerslip.slip import stick_ratio
 from fingerslip.specimens.tactip import PRESETS
 from fingerslip.specimens.tactip.meshing.sources import SensorSolidSizes
-from fingerslip.specimens.tactip.sites import modelled_places
+from fingerslip.specimens.tactip.numbers import modelled_places
 from fingerslip.study.running.build import build_mesh, build_model
 from problems.sensors import pressed_sensor
 from problems.whole_sensors import half_of, slid_beside_half

@@ -25,7 +25,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 import fingerslip as fs
 from fingerslip.vision.cameras.pixel import DARK_ON_BRIGHT, HARSH_LIGHT, LAMPS, MOULDED, frames_of
 from fingerslip.vision.tracking.follow import follow, rest_state
-from fingerslip.vision.tracking.reference import reference_of
+from fingerslip.vision.tracking.tracker import reference_of
 from fingerslip.vision.video import frame_state, open_frames, rest_exposure, write_video
 from problems import clips
 from problems.nearest import track_flow, track_nearest, track_trackpy

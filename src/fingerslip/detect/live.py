@@ -81,13 +81,13 @@ class FrameByFrame(ABC, Generic[F]):
             return [self._decide(frame)]
         self._waiting.append(frame)
         positions = np.stack([entry.position for entry in self._waiting]).astype(np.float64)
-        if len(positions) < self.rest_frames and not self._has_rested(positions):
+        if len(positions) < self.rest_frames and not self._is_rest_over(positions):
             return []
         waiting, self._waiting = self._waiting, None
         self._begin(positions)
         return [self._decide(entry) for entry in waiting]
 
-    def _has_rested(self, positions: Floats) -> bool:
+    def _is_rest_over(self, positions: Floats) -> bool:
         """Tell whether rest is over before its frames are all there, by positions (n_frames, n_markers, 2)."""
         del positions
         return False

@@ -107,7 +107,7 @@ class ResidualDetector(FrameByFrame[ResidualFinding]):
         self._slides: list[Slide] = []
         self._history: deque[tuple[float, Floats]] = deque(maxlen=_MOST)  # times and positions (n, 2)
 
-    def _has_rested(self, positions: Floats) -> bool:
+    def _is_rest_over(self, positions: Floats) -> bool:
         return _rest_length(positions) < len(positions)
 
     def _begin(self, positions: Floats) -> None:

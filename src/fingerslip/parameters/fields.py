@@ -108,7 +108,10 @@ def locate(cls: type, location: Sequence[int | str]) -> Location:
             hint = choice.form if part == _IN_FILE else hint
             continue
         if _union(hint):
-            hint = _member(hint, part)
+            members = [member for member in _union(hint) if member is not type(None)]
+            named = (member for member in members if _name_of(member) == part)
+            nameless = (member for member in members if not dataclasses.is_dataclass(_plain(member)[0]))
+            hint = next(named, next(nameless, None))
             continue
         owner, name, hint = _inside(hint, part)
         path.append(name)
@@ -148,14 +151,6 @@ def _plain(hint: Any) -> tuple[Any, tuple[Any, ...]]:
 
 def _union(hint: Any) -> tuple[Any, ...]:
     return get_args(hint) if get_origin(hint) in (Union, types.UnionType) else ()
-
-
-def _member(hint: Any, tag: int | str) -> Any:
-    """Return the member of a union that pydantic calls `tag`."""
-    members = [member for member in _union(hint) if member is not type(None)]
-    named = (member for member in members if _name_of(member) == tag)
-    nameless = (member for member in members if not dataclasses.is_dataclass(_plain(member)[0]))
-    return next(named, next(nameless, None))
 
 
 def _name_of(member: Any) -> str:

@@ -116,7 +116,7 @@ def _least_of_ridges(name: str) -> Callable[[Sequence[SensorMeasures]], float | 
     return least
 
 
-def _smooth_over_ridged(measured: Sequence[SensorMeasures]) -> float | None:
+def _ratio_of_smooth(measured: Sequence[SensorMeasures]) -> float | None:
     """Return the largest spread with a smooth skin over that with ridges; None where one is not known."""
     ridged = {slide.depth: slide.spread for slide in measured if slide.ridged}
     pairs = [(slide.spread, ridged.get(slide.depth)) for slide in measured if not slide.ridged]
@@ -128,7 +128,7 @@ _CHECKS: Mapping[str, Callable[[Sequence[SensorMeasures]], float | None]] = {
     "centre-last": _least_of_ridges("before_centre"),
     "repeated-stick-slip": _least_of_ridges("cycles"),
     "central-marker-ahead": _least_of_ridges("ahead"),
-    "smooth-skin-hides": _smooth_over_ridged,
+    "smooth-skin-hides": _ratio_of_smooth,
 }
 
 

@@ -85,7 +85,7 @@ def _newest(capture: Any) -> Iterator[tuple[float, NDArray[Any]]]:
     waiting: queue.Queue[tuple[float, NDArray[Any] | None]] = queue.Queue(maxsize=1)
     stopped = threading.Event()
 
-    def read() -> None:
+    def fill() -> None:
         is_there = True
         while is_there and not stopped.is_set():
             is_there, frame = capture.read()
@@ -102,7 +102,7 @@ def _newest(capture: Any) -> Iterator[tuple[float, NDArray[Any]]]:
                     with contextlib.suppress(queue.Empty):
                         waiting.get_nowait()
 
-    thread = threading.Thread(target=read, daemon=True)
+    thread = threading.Thread(target=fill, daemon=True)
     thread.start()
     start = None
     try:

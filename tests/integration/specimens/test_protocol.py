@@ -6,7 +6,7 @@ from fingerslip.mesh.facets import site_nodes
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.specimens.choice import SPECIMENS
 from fingerslip.specimens.protocol import Specimen
-from fingerslip.specimens.tactip.sites import GROUPS as MARKER_GROUPS
+from fingerslip.specimens.tactip.numbers import GROUPS as MARKER_GROUPS
 
 # The groups of sites that specimens of each kind have in every dimension.
 GROUPS = {"fingertip": RECEPTOR_KINDS, "tactip": tuple(MARKER_GROUPS), "gel_pad": ("internal_markers",)}

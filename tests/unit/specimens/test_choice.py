@@ -24,7 +24,7 @@ from fingerslip.specimens.fingertip import Fingertip, preset
 from fingerslip.specimens.fingertip.meshing.sources import MeshSizes, SolidSizes
 from fingerslip.specimens.gel_pad.gel_pad import MARKERS
 from fingerslip.specimens.protocol import Specimen
-from fingerslip.specimens.tactip.sites import GROUPS
+from fingerslip.specimens.tactip.numbers import GROUPS
 
 FINGER = {"preset": "wang2014-2d"}
 

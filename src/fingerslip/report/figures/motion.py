@@ -15,7 +15,6 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize, to_rgba_array
 from matplotlib.figure import Figure
-from matplotlib.gridspec import SubplotSpec
 from matplotlib.lines import Line2D
 from matplotlib.widgets import Slider
 from numpy.typing import NDArray
@@ -102,25 +101,20 @@ def _draw_frame(
     if options.scalar != "region":
         colours, label = ScalarMappable(Normalize(*limits), FIELD_MAP), SCALARS[options.scalar][0]
         figure.colorbar(colours, ax=body, label=label, location="bottom", extend="max", shrink=0.8)
-    _draw_signals(grid[1], history, events.slip, time)
-    figure.suptitle(f"t = {time:.3f} s   {_words(history, events.slip, time)}", x=0.02, ha="left")
-    canvas.draw()
-    return np.asarray(canvas.buffer_rgba())[..., :3].copy()
-
-
-def _draw_signals(cell: SubplotSpec, history: xr.Dataset, events: SlipEvents, time: float) -> None:
-    """Draw signals and their events with a line at a time."""
     rows, times = 1 if is_solid(history) else 2, history["time"].values
-    panels: list[Axes] = list(cell.subgridspec(rows, 1).subplots(sharex=True, squeeze=False)[:, 0])
+    panels: list[Axes] = list(grid[1].subgridspec(rows, 1).subplots(sharex=True, squeeze=False)[:, 0])
     if rows == 2:
         draw_states(panels[0], history, ShownTime(times))
         panels[0].set_ylabel("position along plate [mm]")
     draw_ratios(panels[-1], history, times)
     panels[-1].legend(loc="upper left")
     panels[-1].set(xlim=(0.0, float(times[-1])), ylim=(0.0, 1.35), xlabel="time [s]")
-    mark_panels(panels, history, events)
+    mark_panels(panels, history, events.slip)
     for axes in panels:
         axes.axvline(time, color=BLACK, linewidth=1.6, zorder=6)
+    figure.suptitle(f"t = {time:.3f} s   {_words(history, events.slip, time)}", x=0.02, ha="left")
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba())[..., :3].copy()
 
 
 def _words(history: xr.Dataset, events: SlipEvents, time: float) -> str:

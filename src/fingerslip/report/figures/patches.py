@@ -67,32 +67,25 @@ def surface_strain_figure(history: xr.Dataset, events: Events = style.NO_EVENTS,
     patch, name = contact_patch(history), "strain along the slide"
     strains = surface_strains(history, patch).sel(strain_component="along")
     moments = slide_moments(history, events, _STRAIN_FRAMES)
+    steps = [nearest_record(history, moment) for moment in moments]
     heading = style.join_title(f"Green-Lagrange {name}, and its rate, seen from below", title)
     size = _panel_size(history, patch, 2.5)
     figure, panels = style.figure_grid(2 * len(moments), len(moments), size, heading, _LABELS)
     fields = ((strains, f"{name} [%]"), (surface_strain_rates(strains), "its rate [%/s]"))
     for row, (field, label) in enumerate(fields):
         row_panels = panels[row * len(moments) : (row + 1) * len(moments)]
-        colours = _draw_fields(row_panels, history, patch, 100.0 * field, moments)
+        shares, touching = 100.0 * field.values, field["touching"].values
+        # One scale about zero for the triangles in contact at all of these times.
+        sizes = np.concatenate([np.abs(shares[step][touching[step]]) for step in steps] + [np.zeros(1)])
+        top = float(np.quantile(sizes, 0.98)) or 1.0
+        colours = ScalarMappable(Normalize(-top, top), "RdBu_r")
+        for axes, moment, step in zip(row_panels, moments, steps, strict=True):
+            paint = colours.to_rgba(shares[step])
+            paint[~touching[step]] = _APART
+            _fill_patch(axes, patch, history, paint)
+            axes.set_title(f"{moment:.3f} s")
         figure.colorbar(colours, ax=list(row_panels), label=label, shrink=0.9, extend="both")
     return figure
-
-
-def _draw_fields(
-    panels: Sequence[Axes], history: xr.Dataset, patch: ContactPatch, field: xr.DataArray, moments: Floats
-) -> ScalarMappable:
-    """Draw a field on the triangles in contact at some times, in colours that share one scale about zero."""
-    steps = [nearest_record(history, moment) for moment in moments]
-    touching = field["touching"].values
-    sizes = np.concatenate([np.abs(field.values[step][touching[step]]) for step in steps] + [np.zeros(1)])
-    top = float(np.quantile(sizes, 0.98)) or 1.0
-    colours = ScalarMappable(Normalize(-top, top), "RdBu_r")
-    for axes, moment, step in zip(panels, moments, steps, strict=True):
-        paint = colours.to_rgba(field.values[step])
-        paint[~touching[step]] = _APART
-        _fill_patch(axes, patch, history, paint)
-        axes.set_title(f"{moment:.3f} s")
-    return colours
 
 
 def fill_states(axes: Axes, patch: ContactPatch, history: xr.Dataset, step: int) -> None:

@@ -39,7 +39,7 @@ from fingerslip.specimens.fingertip.numbers import Section
 from fingerslip.specimens.fingertip.outline import arc_length_at_cut
 from fingerslip.specimens.gel_pad import GelPad
 from fingerslip.specimens.tactip import TacTip, marker_places, skin_lines
-from fingerslip.specimens.tactip.sites import modelled_places, points_at
+from fingerslip.specimens.tactip.numbers import modelled_places, points_at
 
 Floats = NDArray[np.float64]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from fingerslip.published import PublishedSet, PublishedValue
@@ -65,10 +65,7 @@ def published_table(runs: Sequence[RunResult], references: Sequence[PublishedSet
 def intervals_table(runs: Sequence[RunResult]) -> Table:
     """Show the interval of every slip time in every reading that was recorded."""
     columns = (Column("samples"), Column("time"), *INTERVAL_COLUMNS, Column("found in"))
-    return Table("Slip times over the samples", columns, tuple(_interval_rows(runs)))
-
-
-def _interval_rows(runs: Sequence[RunResult]) -> Iterator[tuple[Cell, ...]]:
+    rows: list[tuple[Cell, ...]] = []
     for group, members in groups_of(runs):
         for reading, words in READINGS.items():
             events = [run.events.reading(reading) for run in members]
@@ -77,7 +74,8 @@ def _interval_rows(runs: Sequence[RunResult]) -> Iterator[tuple[Cell, ...]]:
                 if defines_time(reading, time):
                     fault = f"{0 if interval is None else len(interval.values)} of {len(members)}"
                     name = f"{event_label(time)} ({words})"
-                    yield (group_text(group) or "all", name, *interval_cells(interval), fault)
+                    rows.append((group_text(group) or "all", name, *interval_cells(interval), fault))
+    return Table("Slip times over the samples", columns, tuple(rows))
 
 
 def sensitivity_table(fit: Fit) -> Table:

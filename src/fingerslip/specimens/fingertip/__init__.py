@@ -5,7 +5,6 @@ from fingerslip.parameters.presets import PresetValue as PresetValue
 from .fingertip import Fingertip as Fingertip
 from .fingertip import fingertip_from as fingertip_from
 from .fingertip import preset as preset
-from .fingertip import preset_header as preset_header
 from .fingertip import preset_names as preset_names
 from .fingertip import preset_table as preset_table
 from .numbers import REGIONS as REGIONS

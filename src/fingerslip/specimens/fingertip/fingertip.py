@@ -226,11 +226,6 @@ def preset_table(name: str) -> tuple[PresetValue, ...]:
     return PRESETS.table(name)
 
 
-def preset_header(name: str) -> dict[str, str]:
-    """Return what a preset says of itself, `citation`, `published` and `claims_not`; `name` as of :func:`preset`."""
-    return PRESETS.header(name)
-
-
 def fingertip_from(mapping: Mapping[str, Any], where: str = "") -> Fingertip:
     """Return the fingertip of a study: a preset and what the study changes in it.
 

@@ -442,15 +442,12 @@ def _check_solid(fingertip: FingertipNumbers, solid: SolidShape) -> None:
     if not -sagittal.pad_length < solid.phalanx.waist_position < 0.0:
         allowed = f"needs a value between {millimetres(-sagittal.pad_length)} (proximal cut) and 0 mm"
         raise InputError("solid.phalanx.waist_position", f"got {millimetres(solid.phalanx.waist_position)}", allowed)
-    if solid.nail is not None:
-        _check_nail(fingertip, solid.nail)
-
-
-def _check_nail(fingertip: FingertipNumbers, nail: Nail) -> None:
+    if (nail := solid.nail) is None:
+        return
     limits = {
-        "start": (-fingertip.sagittal.pad_length, nail.start, fingertip.sagittal.tip_length),
-        "end": (-fingertip.sagittal.pad_length, nail.end, fingertip.sagittal.tip_length),
-        "half_width": (0.0, nail.half_width, fingertip.transverse.half_width),
+        "start": (-sagittal.pad_length, nail.start, sagittal.tip_length),
+        "end": (-sagittal.pad_length, nail.end, sagittal.tip_length),
+        "half_width": (0.0, nail.half_width, transverse.half_width),
         "thickness": (0.0, nail.thickness, fingertip.layers.skin_thickness),
     }
     for name, (least, value, largest) in limits.items():

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
-from fingerslip.specimens.fingertip.numbers import FingertipNumbers, SagittalPhalanx
+from fingerslip.specimens.fingertip.numbers import FingertipNumbers
 from fingerslip.specimens.fingertip.outline import Curve, at_depth, inward_normal, nearest, outline_curve
 from fingerslip.specimens.fingertip.skin import depth_below_skin, skin_section, solid_shape
 from fingerslip.units import coordinates, millimetres
@@ -75,7 +75,13 @@ def _rounded_maximum(first: Floats, second: Floats | float, width: float) -> Flo
 def _sagittal(fingertip: FingertipNumbers) -> Floats:
     phalanx, radius = fingertip.phalanx.sagittal, fingertip.phalanx.corner_radius
     start, end = -fingertip.sagittal.pad_length, phalanx.distal_end
-    _check_sagittal(fingertip, phalanx)
+    if end - radius <= start:
+        allowed = f"needs a value > {millimetres(start + radius)}, distal of the proximal cut"
+        raise InputError("phalanx.sagittal.distal_end", f"got {millimetres(end)}", allowed)
+    face = palmar_face(fingertip, np.linspace(start, end - radius, 500))
+    if face.max() >= phalanx.dorsal_level - radius:
+        allowed = f"needs a value > {millimetres(face.max() + radius)}, above the palmar face"
+        raise InputError("phalanx.sagittal.dorsal_level", f"got {millimetres(phalanx.dorsal_level)}", allowed)
     x = np.linspace(start, end - radius, int((end - radius - start) / _SPACING) + 1)
     palmar = np.column_stack([x, palmar_face(fingertip, x)])
     angle = np.linspace(0.0, np.pi / 2, 100)
@@ -91,18 +97,6 @@ def _straight(start: Floats, end: Floats) -> Floats:
     """Return the inner points of a straight line."""
     count = int(np.linalg.norm(end - start) / _SPACING) + 2
     return start + np.linspace(0.0, 1.0, count)[1:-1, None] * (end - start)
-
-
-def _check_sagittal(fingertip: FingertipNumbers, phalanx: SagittalPhalanx) -> None:
-    start, radius = -fingertip.sagittal.pad_length, fingertip.phalanx.corner_radius
-    if phalanx.distal_end - radius <= start:
-        allowed = f"needs a value > {millimetres(start + radius)}, distal of the proximal cut"
-        raise InputError("phalanx.sagittal.distal_end", f"got {millimetres(phalanx.distal_end)}", allowed)
-    face = palmar_face(fingertip, np.linspace(start, phalanx.distal_end - radius, 500))
-    if face.max() >= phalanx.dorsal_level - radius:
-        fault = f"got {millimetres(phalanx.dorsal_level)}"
-        allowed = f"needs a value > {millimetres(face.max() + radius)}, above the palmar face"
-        raise InputError("phalanx.sagittal.dorsal_level", fault, allowed)
 
 
 def _transverse(fingertip: FingertipNumbers) -> Floats:
@@ -167,18 +161,16 @@ def _rounded_offset(curve: Curve, offset: float, radius: float) -> Floats:
     points, after = at_depth(curve, arc_length[rows], offset), np.roll(rows, -1)
     pieces, start = [], 0
     for number in np.flatnonzero((after - rows) % len(arc_length) > 1).tolist():
+        # The inner points of a counter-clockwise arc.
         centre = (centres[rows[number]] + centres[after[number]]) / 2
-        pieces += [points[start : number + 1], _arc(centre, points[number], points[(number + 1) % len(rows)])]
+        arms = points[number] - centre, points[(number + 1) % len(rows)] - centre
+        first, last = (np.arctan2(*arm[::-1]) for arm in arms)
+        angle = first + np.linspace(0.0, (last - first) % (2 * np.pi), 200)[1:-1]
+        length = np.linspace(np.linalg.norm(arms[0]), np.linalg.norm(arms[1]), 200)[1:-1]
+        arc = centre + length[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+        pieces += [points[start : number + 1], arc]
         start = number + 1
     return np.vstack([*pieces, points[start:], points[:1]])
-
-
-def _arc(centre: Floats, start: Floats, end: Floats) -> Floats:
-    """Return the inner points of a counter-clockwise arc."""
-    first, last = (np.arctan2(*(point - centre)[::-1]) for point in (start, end))
-    angle = first + np.linspace(0.0, (last - first) % (2 * np.pi), 200)[1:-1]
-    radius = np.linspace(np.linalg.norm(start - centre), np.linalg.norm(end - centre), 200)[1:-1]
-    return np.asarray(centre + radius[:, None] * np.column_stack([np.cos(angle), np.sin(angle)]))
 
 
 def _clip(fingertip: FingertipNumbers, ring: Floats) -> Floats:

@@ -126,20 +126,17 @@ def _level(fingertip: FingertipNumbers, points: Floats) -> tuple[Floats, Floats]
     axes = [outline.tip_length, outline.half_height, fingertip.transverse.half_width]
     share = points[ahead] / axes
     level[ahead], gradient[ahead] = np.sum(share**2, axis=1) - 1.0, 2 * share / axes
-    level[~ahead], gradient[~ahead] = _pad_level(fingertip, points[~ahead])
-    return level, gradient
-
-
-def _pad_level(fingertip: FingertipNumbers, points: Floats) -> tuple[Floats, Floats]:
-    x, y, z = points.T
+    x, y, z = points[~ahead].T
     centre, height, width = skin_section(fingertip, x)
-    outline, widest = fingertip.sagittal, fingertip.transverse.half_width
     centre_slope = outline.pad_rise * x / outline.pad_length**2
-    width_slope = 2 * (solid_shape(fingertip).base_half_width - widest) * x / outline.pad_length**2
+    base, widest = solid_shape(fingertip).base_half_width, fingertip.transverse.half_width
+    width_slope = 2 * (base - widest) * x / outline.pad_length**2
     up, across = (y - centre) / height, z / width
     # The half height falls as the centre rises.
     along = -2 * up * centre_slope / height + 2 * up**2 * centre_slope / height - 2 * across**2 * width_slope / width
-    return up**2 + across**2 - 1.0, np.column_stack([along, 2 * up / height, 2 * across / width])
+    level[~ahead] = up**2 + across**2 - 1.0
+    gradient[~ahead] = np.column_stack([along, 2 * up / height, 2 * across / width])
+    return level, gradient
 
 
 def pose_points(fingertip: FingertipNumbers, points: Floats) -> Floats:

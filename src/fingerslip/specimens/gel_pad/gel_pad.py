@@ -84,7 +84,7 @@ class PadSizes(GradedMesh):
         markers, top = specimen.markers, specimen.thickness
         x = self._lines(markers.columns, markers.spacing, specimen.length)
         z = self._lines(markers.rows, markers.spacing, specimen.width)
-        y = self._graded(0.0, top)
+        y = self._widening_lines(0.0, top)
         mesh = skfem.MeshQuad.init_tensor(x, y) if self.element == "Q4" else skfem.MeshHex.init_tensor(x, y, z)
         mesh = mesh.with_subdomains({"gel": lambda points: points[1] > 0.0})
         limit = 1e-6 * top
@@ -96,10 +96,10 @@ class PadSizes(GradedMesh):
         """Return the coordinates (n,) [m] of lines of nodes: even among markers, then wider to both ends."""
         last = 0.5 * (count - 1) * spacing
         among = (count - 1) * int(np.ceil(spacing / self.contact_size - 1e-9)) + 1
-        outside = self._graded(last, 0.5 * extent)[1:]
+        outside = self._widening_lines(last, 0.5 * extent)[1:]
         return np.concatenate([-outside[::-1], np.linspace(-last, last, among), outside])
 
-    def _graded(self, start: float, end: float) -> Floats:
+    def _widening_lines(self, start: float, end: float) -> Floats:
         """Divide a length [m] from the contact size at its start on."""
         along = np.linspace(start, end, _POINTS)
         return grade(along, np.minimum(self.bulk_size, self.contact_size + GROWTH * (along - start)))

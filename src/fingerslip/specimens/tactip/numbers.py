@@ -1,17 +1,21 @@
-"""The TacTip as numbers, and which of them do not fit together."""
+"""The TacTip as numbers: which of them do not fit together, and the points of it that are recorded."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
 from fingerslip.materials.choice import MaterialChoice
 from fingerslip.parameters import PositiveLength, parameters
+from fingerslip.sites import Site, ring_sites
 from fingerslip.specimens.protocol import check_regions
 from fingerslip.specimens.tactip.parts import Dome, Markers, Rods, Skin, Window
-from fingerslip.specimens.tactip.profile import marker_places, place_points
+from fingerslip.specimens.tactip.profile import MarkerPlaces, marker_places, place_points
 from fingerslip.units import millimetres
 
 #: What of the sensor is modelled: its section in 2D, its half z >= 0 or the whole of it in 3D.
@@ -103,3 +107,36 @@ def _check_layout(sensor: TacTipNumbers) -> None:
     if len(markers.rings) - 1 > ridges.number:
         fault = f"has {len(markers.rings) - 1} rings around the axis"
         raise InputError("markers.rings", fault, f"needs at most {ridges.number} (skin.ridges.number)")
+
+
+Floats = NDArray[np.float64]
+
+#: Groups of sites: name in study files, and kind in histories.
+GROUPS: Mapping[str, str] = MappingProxyType(
+    {"internal_markers": "internal marker", "rod_feet": "rod foot", "external_markers": "external marker"}
+)
+
+
+def modelled_places(sensor: TacTipNumbers) -> MarkerPlaces:
+    """Return the places of the markers that the modelled part has: those on the axis plane, on its one side, or all."""
+    places = marker_places(sensor.markers)
+    on_plane = places.on_plane(sensor.markers.spacing)
+    rows = {"section": on_plane, "half": on_plane | (places.across > 0.0), "whole": np.ones_like(on_plane)}
+    return places.chosen(rows[sensor.part])
+
+
+def points_at(sensor: TacTipNumbers, places: MarkerPlaces, depth: float) -> Floats:
+    """Return the points at a depth [m] under marker places, shape (n, 2) for a section, else (n, 3) [m]."""
+    distance, height = place_points(sensor.dome, places.along, depth).T
+    x = distance * np.cos(places.azimuth)
+    if sensor.part == "section":
+        return np.column_stack([x, height])
+    z = np.where(places.on_plane(sensor.markers.spacing), 0.0, distance * np.sin(places.azimuth))
+    return np.column_stack([x, height, z])
+
+
+def marker_sites(sensor: TacTipNumbers, group: str) -> tuple[Site, ...]:
+    """Return the sites of one of the `GROUPS`, ring by ring, in each from +x towards +z: ``internal-marker-2-05``."""
+    depths = {"internal_markers": sensor.marker_depth, "rod_feet": sensor.rod_depth, "external_markers": 0.0}
+    places, region = modelled_places(sensor), "skin" if group == "external_markers" else "rods"
+    return ring_sites(GROUPS[group], places.ring, points_at(sensor, places, depths[group]), region)

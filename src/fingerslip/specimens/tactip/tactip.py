@@ -13,8 +13,7 @@ from fingerslip.parameters.presets import Presets
 from fingerslip.sites import Site
 from fingerslip.specimens.protocol import ModelUse
 from fingerslip.specimens.tactip.meshing.sources import SensorSectionSizes, SensorSolidSizes
-from fingerslip.specimens.tactip.numbers import TacTipNumbers
-from fingerslip.specimens.tactip.sites import GROUPS, marker_sites
+from fingerslip.specimens.tactip.numbers import GROUPS, TacTipNumbers, marker_sites
 
 _SHAPE = ("part", "dome", "skin", "rods", "markers", "window")
 _OF_SECTIONS = ("formulation", "depth")

@@ -376,7 +376,7 @@ class PlainStudy:
         self.source = source
         self._mapping = _with_marks(mapping)
         self._studies: dict[str, tuple[Study | None, list[InputError]]] = {}
-        study, mistakes = _read(self._mapping)
+        study, mistakes = _study_or_mistakes(self._mapping)
         if mapping.get("sweep"):
             mistakes += swept_mistakes(self._plain, mistakes, known_paths(mapping), self._mistakes_with)
         if isinstance(mapping.get("sample"), Mapping):
@@ -387,7 +387,7 @@ class PlainStudy:
         """Return the study with other values by dotted path, without a sweep, samples and repeats."""
         if not changes and not (self.study.sweep or self.study.sample or self.study.repeats):
             return self.study
-        study, mistakes = self._read(changes)
+        study, mistakes = self._study_with(changes)
         return self._require(study, mistakes, self._plain)
 
     @functools.cached_property
@@ -398,12 +398,12 @@ class PlainStudy:
         return {**self._mapping, **fields, **as_written}
 
     def _mistakes_with(self, changes: Mapping[str, Any]) -> list[InputError]:
-        return self._read(changes)[1]
+        return self._study_with(changes)[1]
 
-    def _read(self, changes: Mapping[str, Any]) -> tuple[Study | None, list[InputError]]:
+    def _study_with(self, changes: Mapping[str, Any]) -> tuple[Study | None, list[InputError]]:
         key = repr(changes)
         if key not in self._studies:
-            self._studies[key] = _read(_with_marks(with_values(self._plain, changes)))
+            self._studies[key] = _study_or_mistakes(_with_marks(with_values(self._plain, changes)))
         return self._studies[key]
 
     def _require(self, study: Study | None, mistakes: Sequence[InputError], order: Mapping[str, Any]) -> Study:
@@ -438,7 +438,7 @@ def _with_marks(mapping: Mapping[str, Any]) -> Mapping[str, Any]:
     return mapping
 
 
-def _read(mapping: Mapping[str, Any]) -> tuple[Study | None, list[InputError]]:
+def _study_or_mistakes(mapping: Mapping[str, Any]) -> tuple[Study | None, list[InputError]]:
     """Return a study from plain data, or its mistakes without those of its runs; their locations are dotted paths."""
     try:
         return from_mapping(Study, mapping), []

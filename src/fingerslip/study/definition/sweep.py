@@ -200,20 +200,17 @@ def scatter_values(settings: RepeatSettings, number: int, values: Mapping[str, A
     """Return the values of a repeat, which numbers from 1, by dotted path, as a study file writes them."""
     seed = int(np.random.SeedSequence([settings.seed, number]).generate_state(1)[0])
     draws = np.random.default_rng(seed).standard_normal(len(settings.scatter))
-    pairs = zip(settings.scatter.items(), draws, strict=True)
-    return {path: _scattered_value(path, values.get(path), deviation, float(draw)) for (path, deviation), draw in pairs}
-
-
-def _scattered_value(path: str, value: Any, deviation: Any, draw: float) -> Any:
-    quantity, spread = quantity_of(value), quantity_of(deviation)
-    where = f"repeats.scatter.{path}"
-    if quantity is None:
-        fault = "is not known" if value is None else f"leads to {shorten(repr(value))}"
-        raise InputError(where, fault, "needs the dotted path of a number", "fingerslip show STUDY lists all paths")
-    if spread is None or spread[1] != quantity[1]:
-        needed = f"needs a unit of [{quantity[1] or 'a pure number'}]"
-        raise InputError(where, f"got {shorten(repr(deviation))}", needed)
-    return _round(quantity[0] + draw * spread[0], _SCATTER_DIGITS, quantity[1])
+    result = {}
+    for (path, deviation), draw in zip(settings.scatter.items(), draws, strict=True):
+        where, quantity, spread = f"repeats.scatter.{path}", quantity_of(values.get(path)), quantity_of(deviation)
+        if quantity is None:
+            fault = "is not known" if values.get(path) is None else f"leads to {shorten(repr(values.get(path)))}"
+            raise InputError(where, fault, "needs the dotted path of a number", "fingerslip show STUDY lists all paths")
+        if spread is None or spread[1] != quantity[1]:
+            needed = f"needs a unit of [{quantity[1] or 'a pure number'}]"
+            raise InputError(where, f"got {shorten(repr(deviation))}", needed)
+        result[path] = _round(quantity[0] + float(draw) * spread[0], _SCATTER_DIGITS, quantity[1])
+    return result
 
 
 def _round(number: float, digits: int, unit: str) -> str | float:

@@ -327,10 +327,10 @@ def _trust(facts: _Facts) -> Iterator[str]:
     if (imbalance := facts.largest("energy_imbalance_over_work")) is not None:
         yield f"The balance of energy closed to {max(imbalance, 1e-16):.0e} of the work done."
     yield _error_bars(runs)
-    yield from _fitted(facts.study.folder / SUMMARY)
+    yield from _fit_to_measurements(facts.study.folder / SUMMARY)
 
 
-def _fitted(summary: Path) -> Iterator[str]:
+def _fit_to_measurements(summary: Path) -> Iterator[str]:
     """Yield a sentence on the values that were fitted to a measurement."""
     if not summary.is_file():
         return

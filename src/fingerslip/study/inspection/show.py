@@ -156,7 +156,12 @@ def write_sensitivities(folder: Path, output: str, method: Method) -> tuple[Tabl
     """Return tables of what moves an output, and write them and their figure into the folder of the study."""
     study = open_study(folder).result
     if method == "linear":
-        return _linear(study, output)
+        label = required_output(study.runs[0], output).label if study.runs else output
+        fits = tuple(sensitivity_table(fit) for fit in fits_of(study))
+        linear = tuple(table for table in fits if table.title.startswith(f"What moves {label}"))
+        if not linear:
+            raise InputError("of", f"no regression of '{output}'", "needs a slip time of a study with samples")
+        return linear
     from fingerslip.report.figures.study import indices_figure
     from fingerslip.report.figures.style import figure_bytes
 
@@ -175,15 +180,6 @@ def sensitivities(study: StudyResult, output: str, method: Method = "auto") -> t
     drawn_for = {"morris": "morris", "saltelli": "sobol"}.get(study.design.get("method", ""), "surrogate")
     chosen = drawn_for if method == "auto" else method
     return surrogate_indices(study, output) if chosen == "surrogate" else block_indices(study, output, chosen)
-
-
-def _linear(study: StudyResult, output: str) -> tuple[Table, ...]:
-    label = required_output(study.runs[0], output).label if study.runs else output
-    tables = [sensitivity_table(fit) for fit in fits_of(study)]
-    chosen = tuple(table for table in tables if table.title.startswith(f"What moves {label}"))
-    if not chosen:
-        raise InputError("of", f"no regression of '{output}'", "needs a slip time of a study with samples")
-    return chosen
 
 
 def predict_table(folder: Path, assignments: Sequence[str], outputs: Sequence[str]) -> Table:

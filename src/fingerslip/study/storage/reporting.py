@@ -386,7 +386,7 @@ def _frames(video: Path, truth: xr.Dataset, history: xr.Dataset) -> dict[float, 
 
 def compare_studies(first: str | Path, second: str | Path, output: Path | None = None) -> Path:
     """Write the page of two studies side by side, from their stored results."""
-    from fingerslip.report.page.comparison import ComparedStudy, comparison_report
+    from fingerslip.report.page.assemble import ComparedStudy, comparison_report
     from fingerslip.report.page.page import write_page
 
     folders = Path(first), Path(second)

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from fingerslip.contact.states import OPEN
 from fingerslip.detect.labels import (
     LabelSettings,
-    Onsets,
     labels_from_contact,
     labels_from_external_markers,
     labels_from_plate,
@@ -26,7 +25,7 @@ from fingerslip.dynamics.statics.motion import StaticMotion, static_motion
 from fingerslip.errors import InputError
 from fingerslip.model.programme import Hold, Press, Slide, phase_duration
 from fingerslip.specimens.tactip import TacTip, marker_places
-from fingerslip.specimens.tactip.sites import modelled_places
+from fingerslip.specimens.tactip.numbers import modelled_places
 from fingerslip.study.definition.runs import Run
 from fingerslip.study.definition.settings import TrialSettings
 from fingerslip.study.definition.spec import Study
@@ -121,7 +120,14 @@ def simulated_trial(plan: TrialPlan, settings: TrialSettings, body: StaticBody, 
     cameras = drawn_cameras(settings, eyes, markers)
     tracks = pair_tracks(cameras, markers)
     mark = plate_mark(cameras, _fallen(plan, motion, span, markers), markers["time"].values) if _falls(plan) else None
-    labels = _labels(motion, (tracks, mark), (begin, span), settings)
+    # What slips at rest slips by the press: the contact counts from the end of the rest on.
+    part = (motion.time >= begin - 1e-9) & (motion.time <= span[1])
+    contact_labels = labels_from_contact(motion.time[part] - span[0], motion.stick_ratio[part])
+    seen = LabelSettings(rest_frames=max(1, math.floor(settings.rest * settings.frame_rate + 1e-9)))
+    if mark is None:
+        labels = {"external_markers": labels_from_external_markers(tracks, seen), "contact": contact_labels}
+    else:
+        labels = {"plate": labels_from_plate(tracks, mark, seen), "contact": contact_labels}
     conditions = _conditions(plan, settings, eyes) | _forces(motion, span[0])
     return Trial(plan.name, tracks, labels, conditions, _provenance(plan, origin))
 
@@ -209,27 +215,6 @@ def _sensor(plan: TrialPlan) -> TacTip:
     if groups != RECORDED:
         raise InputError("record.groups", f"has {', '.join(groups) or 'none'}", f"needs {', '.join(RECORDED)}")
     return sensor
-
-
-def _labels(
-    motion: StaticMotion,
-    filmed: tuple[xr.Dataset, xr.Dataset | None],
-    times: tuple[float, tuple[float, float]],
-    settings: TrialSettings,
-) -> dict[str, Onsets]:
-    """Return the onsets that external markers and the contact show, in the time of the film.
-
-    With a mark on the plate, which `filmed` holds beside the tracks, they are those of the mark and of the contact.
-    The times are the end of the rest, and the first and last of the film [s]: what slips at rest slips by the press.
-    """
-    (tracks, mark), (begin, span) = filmed, times
-    part = (motion.time >= begin - 1e-9) & (motion.time <= span[1])
-    frames = max(1, math.floor(settings.rest * settings.frame_rate + 1e-9))
-    contact = labels_from_contact(motion.time[part] - span[0], motion.stick_ratio[part])
-    seen = LabelSettings(rest_frames=frames)
-    if mark is not None:
-        return {"plate": labels_from_plate(tracks, mark, seen), "contact": contact}
-    return {"external_markers": labels_from_external_markers(tracks, seen), "contact": contact}
 
 
 def _conditions(plan: TrialPlan, settings: TrialSettings, eyes: Eyes) -> dict[str, Any]:

@@ -136,18 +136,18 @@ def _flown(markers: Markers, state: State, image: Frame, window: tuple[slice, sl
 
 def _match(markers: Markers, state: State, flown: Floats, blobs: Blobs) -> tuple[Floats, Flags, NDArray[np.intp]]:
     """Return positions (n, 2) [px], which are sure (n,), and the blob of each (n,), of the best of all guesses."""
-    best = _explained(markers, flown, blobs)
+    best = _match_guess(markers, flown, blobs)
     guesses = [markers.position]
     if best[3] < (1.0 - _LOST) * state.seen.sum():
         spacing = float(np.median(markers.spacing))
         guesses.append(state.position + common_shift(state.position, blobs.position, spacing))
     for guess in guesses:
-        other = _explained(markers, guess, blobs)
+        other = _match_guess(markers, guess, blobs)
         best = other if other[3] > best[3] else best
     return best[:3]
 
 
-def _explained(markers: Markers, guess: Floats, blobs: Blobs) -> tuple[Floats, Flags, NDArray[np.intp], float]:
+def _match_guess(markers: Markers, guess: Floats, blobs: Blobs) -> tuple[Floats, Flags, NDArray[np.intp], float]:
     """Return what `_match` does for a guess (n, 2) [px], and how much is explained."""
     rows, columns = assign(guess, _REACH * markers.spacing, blobs.position)
     position, used = guess.copy(), np.zeros(len(guess), dtype=np.intp)

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from fingerslip.report.page.comparison import ComparedStudy, comparison_report, pairs_of
+from fingerslip.report.page.assemble import ComparedStudy, comparison_report, pairs_of
 from fingerslip.report.page.page import render_page
 from fingerslip.report.tables.parameters import ShownValue
 from fingerslip.results import RunResult, StudyResult

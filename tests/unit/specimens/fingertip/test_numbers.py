@@ -7,7 +7,8 @@ import pytest
 
 import fingerslip as fs
 from fingerslip.parameters import as_mapping, from_mapping, walk_values
-from fingerslip.specimens.fingertip import Nail, preset_header
+from fingerslip.specimens.fingertip import Nail
+from fingerslip.specimens.fingertip.fingertip import PRESETS
 from fingerslip.specimens.fingertip.numbers import Fingerprint, Layers, Ridges, skin_room
 from unit.fingers import HARD, NAIL, change, change_solid
 
@@ -71,7 +72,7 @@ def test_every_value_of_the_preset_has_a_source_and_it_says_what_it_does_not_cla
     assumed = [row.source == "assumed" for row in table]
     assert assumed == sorted(assumed, reverse=True)
     assert fs.preset_names() == (NAME, "wang2014-3d")
-    assert "no dimension" in preset_header(name)["claims_not"]
+    assert "no dimension" in PRESETS.header(name)["claims_not"]
 
 
 def test_study_overrides_merge_deeply():

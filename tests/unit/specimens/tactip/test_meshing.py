@@ -10,7 +10,7 @@ from fingerslip.mesh.facets import site_nodes
 from fingerslip.mesh.quality import quality_table
 from fingerslip.specimens.tactip.meshing.build import mesh_sensor_section, size_function
 from fingerslip.specimens.tactip.meshing.sources import SensorSectionSizes, SensorSolidSizes
-from fingerslip.specimens.tactip.sites import GROUPS
+from fingerslip.specimens.tactip.numbers import GROUPS
 from fingerslip.specimens.tactip.tactip import PRESETS
 
 

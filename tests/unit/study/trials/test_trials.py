@@ -10,7 +10,7 @@ from fingerslip.dynamics.statics.body import StaticBody
 from fingerslip.errors import InputError, ResultError
 from fingerslip.parameters import as_mapping
 from fingerslip.specimens.tactip import PRESETS, marker_places
-from fingerslip.specimens.tactip.sites import modelled_places, points_at
+from fingerslip.specimens.tactip.numbers import modelled_places, points_at
 from fingerslip.study.definition.runs import expand_mapping
 from fingerslip.study.definition.settings import TrialSettings
 from fingerslip.study.definition.spec import read_study

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from fingerslip.vision.tracking import layouts
 from fingerslip.vision.tracking.follow import State, follow, rest_state
 from fingerslip.vision.tracking.markers import Markers
-from fingerslip.vision.tracking.reference import reference_of
+from fingerslip.vision.tracking.tracker import reference_of
 from problems import clips
 
 FIELD = clips.field()

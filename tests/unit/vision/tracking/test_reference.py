@@ -12,7 +12,7 @@ from fingerslip.marker_layouts import MarkerLayout, hexagonal_layout, ring_layou
 from fingerslip.vision.tracking.blobs import Blobs
 from fingerslip.vision.tracking.layouts import LayoutName, check_layout, topology
 from fingerslip.vision.tracking.markers import Markers, known_markers, measure
-from fingerslip.vision.tracking.reference import Reference, reference_of
+from fingerslip.vision.tracking.tracker import Reference, reference_of
 from problems import clips
 
 BRIGHT = clips.with_look(clips.BAD, marker=150.0, background=50.0)

@@ -288,25 +288,20 @@ def _levels(fingertip: FingertipNumbers, sizes: GradedMesh) -> Floats:
 
 def _row(fingertip: FingertipNumbers, skin: Floats, level: float, relief: Floats) -> Floats:
     """Return the (columns, 3) nodes of one row, its rim on the proximal cut."""
-    cut = -fingertip.sagittal.pad_length
-    share = max(0.0, 1.0 - level / fingertip.layers.epidermis_thickness)
-    row = below_skin(fingertip, _shift(fingertip, skin, level), level + share * relief)
-    row[skin[:, 0] == cut, 0] = cut
-    row[skin[:, 2] == 0.0, 2] = 0.0
-    return row
-
-
-def _shift(fingertip: FingertipNumbers, skin: Floats, level: float) -> Floats:
-    """Shift points near the proximal cut along the finger, so that those on the rim are on the cut at their depth."""
     cut, blend = -fingertip.sagittal.pad_length, BLEND * fingertip.layers.skin_thickness
+    # Points near the cut are shifted along the finger, so that those on the rim are on the cut at their depth.
     near = skin[:, 0] < min(cut + blend, 0.0)
     angle, x = _angle(fingertip, skin[near]), np.full(np.count_nonzero(near), cut)
     for _ in range(_SHIFTS):
         x = cut - level * inward_skin_normal(fingertip, skin_ring(fingertip, x, angle))[:, 0]
     weight = 1.0 - (skin[near, 0] - cut) / blend
-    moved = skin.copy()
-    moved[near] = skin_ring(fingertip, skin[near, 0] + weight * (x - cut), angle)
-    return moved
+    above = skin.copy()
+    above[near] = skin_ring(fingertip, skin[near, 0] + weight * (x - cut), angle)
+    share = max(0.0, 1.0 - level / fingertip.layers.epidermis_thickness)
+    row = below_skin(fingertip, above, level + share * relief)
+    row[skin[:, 0] == cut, 0] = cut
+    row[skin[:, 2] == 0.0, 2] = 0.0
+    return row
 
 
 def tetrahedra(skin: SolidSkin) -> tuple[Integers, Integers]:
@@ -329,14 +324,6 @@ def _join(fingertip: FingertipNumbers, skin: SolidSkin, core: CoreMesh) -> skfem
     inside = [core.cells["tissue"] + above, core.cells["phalanx"] + above]
     nodes = np.vstack([cells, *inside])
     in_core = np.repeat([TISSUE, PHALANX], [len(part) for part in inside])
-    region = np.concatenate([_skin_regions(fingertip, skin, cells, layer), in_core])
-    order = np.argsort(region, kind="stable")
-    mesh = skfem.MeshTet1(np.ascontiguousarray(points.T), np.ascontiguousarray(nodes[order].astype(np.int32).T))
-    return with_names(mesh, region[order], skin.fine)
-
-
-def _skin_regions(fingertip: FingertipNumbers, skin: SolidSkin, cells: Integers, layer: Integers) -> Integers:
-    """Return the region of each tetrahedron of the skin, by its row and, for the nail, by its place."""
     middle = (skin.levels[:-1] + skin.levels[1:]) / 2
     region = np.where(middle < fingertip.layers.epidermis_thickness, EPIDERMIS, DERMIS)[layer]
     nail = solid_shape(fingertip).nail
@@ -346,4 +333,7 @@ def _skin_regions(fingertip: FingertipNumbers, skin: SolidSkin, cells: Integers,
         on_nail = (nail.start < x) & (x < nail.end) & (np.abs(z) < nail.half_width) & (y > 0.0)
         triangle = np.tile(np.arange(len(skin.triangles)), len(cells) // len(skin.triangles))
         region = np.where((middle < nail.thickness)[layer] & on_nail[triangle], NAIL, region)
-    return region
+    region = np.concatenate([region, in_core])
+    order = np.argsort(region, kind="stable")
+    mesh = skfem.MeshTet1(np.ascontiguousarray(points.T), np.ascontiguousarray(nodes[order].astype(np.int32).T))
+    return with_names(mesh, region[order], skin.fine)

@@ -22,9 +22,8 @@ from fingerslip.mesh.gmsh_session import MILLIMETRES, Fragments, fragment, gener
 from fingerslip.mesh.quality import check_quality
 from fingerslip.mesh.repair import repair_tetrahedra, smooth
 from fingerslip.mesh.source import GROWTH, GradedMesh
-from fingerslip.specimens.tactip.numbers import REGIONS, TacTipNumbers
+from fingerslip.specimens.tactip.numbers import REGIONS, TacTipNumbers, modelled_places, points_at
 from fingerslip.specimens.tactip.profile import skin_lines
-from fingerslip.specimens.tactip.sites import modelled_places, points_at
 from fingerslip.units import millimetres
 
 Floats = NDArray[np.float64]
