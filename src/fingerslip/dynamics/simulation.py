@@ -65,6 +65,8 @@ def shown_progress(progress: Progress) -> Iterator[Callable[[float], None] | Non
 # 2 mm: 0.91 in the press, up to 1.18 after 5 mm of slide in eight directions, as the pad rolls across. Too short a
 # search costs all steps up to where that shows.
 _NEAR = 1.25
+# That of the last stage, where the search of the checks is too short as well.
+_FAR = 3.0
 
 
 def with_short_search(model: Model) -> Model:
@@ -74,13 +76,18 @@ def with_short_search(model: Model) -> Model:
     goes, while the search of :mod:`fingerslip.dynamics.system.checks` reaches half as far again. Every step tells
     whether a node outside reaches the counterface; if one does, the simulation begins again with all candidates.
     """
-    if model.mesh.dim() == 2 or model.is_loaded:
+    return model if model.mesh.dim() == 2 else _with_search(model, _NEAR)
+
+
+def _with_search(model: Model, share: float) -> Model:
+    """Return a model whose automatic searches reach as far as a share of the approach of their counterfaces."""
+    if model.is_loaded:
         return model
-    contacts = tuple(_with_reach(model, number) for number in range(len(model.contacts)))
+    contacts = tuple(_with_reach(model, number, share) for number in range(len(model.contacts)))
     return model if all(map(operator.is_, contacts, model.contacts)) else replace(model, contacts=contacts)
 
 
-def _with_reach(model: Model, number: int) -> Contact:
+def _with_reach(model: Model, number: int, share: float) -> Contact:
     contact = model.contacts[number]
     if contact.search_distance is not None:
         return contact
@@ -89,7 +96,7 @@ def _with_reach(model: Model, number: int) -> Contact:
     except InputError:
         # The checks of the model say what is wrong, and where.
         return contact
-    return replace(contact, search_distance=_NEAR * approach) if approach > 0.0 else contact
+    return replace(contact, search_distance=share * approach) if approach > 0.0 else contact
 
 
 Array = NDArray[np.float64]
@@ -193,7 +200,21 @@ def simulate_together(
     threads_of_algebra = suitable_threads(mesh.p.size, allowed, mesh.dim())
     with limited_threads(threads_of_algebra), shown_progress(progress) as reporter:
         run = functools.partial(_simulate, times=times, progress=reporter, threads=allowed, solver=solver, bases=bases)
+        return _in_stages(models, run)
+
+
+def _in_stages(
+    models: Sequence[Model], run: Callable[[Sequence[Model]], tuple[xr.Dataset, ...]]
+) -> tuple[xr.Dataset, ...]:
+    """Simulate, and again with more contact candidates where a search that nobody gave was too short."""
+    try:
         return _in_two_stages(models, run)
+    except SlipOutsideContactError as error:
+        farther = [_with_search(model, _FAR) for model in models]
+        if all(map(operator.is_, farther, models)):
+            raise
+        _logger.info("%s: starts again with more contact candidates", error)
+    return run(farther)
 
 
 def _in_two_stages(
