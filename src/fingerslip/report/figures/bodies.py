@@ -222,8 +222,8 @@ def _draw_scale(axes: Axes, *, above: bool = False) -> None:
     axes.plot([end - length, end], [level, level], clip_on=not above, **line)
     axes.set(xlim=(left, right), ylim=(bottom, top))
     look = {"ha": "right" if above else "center", "va": "bottom", "fontsize": mpl.rcParams["legend.fontsize"]}
-    place = end if above else end - 0.5 * length
-    axes.text(place, level + 0.02 * (top - bottom), f"{length:g} mm", **look)
+    across = end if above else end - 0.5 * length
+    axes.text(across, level + 0.02 * (top - bottom), f"{length:g} mm", **look)
 
 
 def _draw_skin(axes: Axes, history: xr.Dataset, number: int, points: Floats) -> None:

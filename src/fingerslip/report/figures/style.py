@@ -459,16 +459,16 @@ def name_events(axes: Axes, start: float | None, events: SlipEvents, names: Iter
     for name, time in sorted(times.items(), key=lambda item: item[1]):
         if not left <= time <= right:
             continue
-        place = (time - left) / (right - left)
-        position = max(place, reached)
+        fraction = (time - left) / (right - left)
+        position = max(fraction, reached)
         reached = position + gap
         colour = EVENT_COLOURS.get(name, GREY)
         look: dict[str, Any] = {"fontsize": size, "color": colour, "rotation_mode": "anchor", "rotation": 32}
         look |= {"xycoords": "axes fraction", "textcoords": ("axes fraction", "offset points")}
-        if position > place:
+        if position > fraction:
             leader = {"arrowstyle": "-", "relpos": (0.0, 0.0), "shrinkA": 0.0, "shrinkB": 0.0}
             look["arrowprops"] = {**leader, "color": colour, "linewidth": 0.7}
-        axes.annotate(EVENTS.get(name, name), (place, 1.0), (position, _NAME_ABOVE), **look)
+        axes.annotate(EVENTS.get(name, name), (fraction, 1.0), (position, _NAME_ABOVE), **look)
 
 
 def limit_to_slides(
