@@ -7,15 +7,16 @@ from typing import Annotated
 
 import typer
 
-from fingerslip.commands.shared import AsJson, print_tables
+from fingerslip.commands.shared import AsJson, Markdown, print_tables
 
 
 def diff(
     first: Annotated[Path, typer.Argument(metavar="RUN_A", help="Folder of a finished run.", show_default=False)],
     second: Annotated[Path, typer.Argument(metavar="RUN_B", help="Folder of another.", show_default=False)],
     as_json: AsJson = False,
+    markdown: Markdown = False,
 ) -> None:
     """Show two runs side by side: the values in which they differ, and events and measures with their differences."""
     from fingerslip.study.inspection.show import diff_runs
 
-    print_tables(diff_runs(first, second), as_json)
+    print_tables(diff_runs(first, second), as_json, markdown)

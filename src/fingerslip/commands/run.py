@@ -7,7 +7,16 @@ from typing import Annotated
 
 import typer
 
-from fingerslip.commands.shared import AsJson, Quiet, Results, Studies, Workers, print_results, screen_progress
+from fingerslip.commands.shared import (
+    AsJson,
+    Markdown,
+    Quiet,
+    Results,
+    Studies,
+    Workers,
+    print_results,
+    screen_progress,
+)
 
 
 def run(
@@ -20,6 +29,7 @@ def run(
         str | None, typer.Option(metavar="ADDRESS", help="Compute on a Dask cluster: tcp://host:8786.")
     ] = None,
     as_json: AsJson = False,
+    markdown: Markdown = False,
     quiet: Quiet = False,
 ) -> None:
     """Run studies, and show their slip events beside the published ones.
@@ -32,7 +42,7 @@ def run(
     plans, progress = plan_studies(studies, results), screen_progress(quiet)
     try:
         results_of_all = run_plans(plans, workers=workers, force=force, progress=progress, scheduler=scheduler)
-        print_results(results_of_all, as_json)
+        print_results(results_of_all, as_json, markdown)
     except StudyFailedError as error:
-        print_results(error.results, as_json)
+        print_results(error.results, as_json, markdown)
         raise

@@ -108,12 +108,15 @@ def tracking_options(
     return {**search, "calibration": calibration, "frame_rate": frame_rate, "channel": channel}
 
 
-def print_tables(tables: Iterable[Table], as_json: bool = False) -> None:
-    """Print tables on the screen, or uncut into a pipe or a file; `as_json` as one JSON list."""
-    from fingerslip.tables.table import to_mapping, to_rich
+def print_tables(tables: Iterable[Table], as_json: bool = False, markdown: bool = False) -> None:
+    """Print tables on the screen, or uncut into a pipe or a file; as one JSON list or in Markdown where asked for."""
+    from fingerslip.tables.table import to_mapping, to_page, to_rich
 
     if as_json:
         typer.echo(json.dumps([to_mapping(table) for table in tables], indent=2, ensure_ascii=False, allow_nan=False))
+        return
+    if markdown:
+        typer.echo(to_page(tables), nl=False)
         return
     screen = Console()
     if not screen.is_terminal:
@@ -123,13 +126,13 @@ def print_tables(tables: Iterable[Table], as_json: bool = False) -> None:
         screen.print(to_rich(table, screen.width))
 
 
-def print_results(results: Iterable[StudyResult], as_json: bool = False) -> None:
+def print_results(results: Iterable[StudyResult], as_json: bool = False, markdown: bool = False) -> None:
     """Print the slip events of studies and where their reports are."""
     from fingerslip.study.storage.reporting import study_tables
 
     finished = [result for result in results if result.runs]
-    if as_json:
-        print_tables([table for result in finished for table in study_tables(result)], as_json)
+    if as_json or markdown:
+        print_tables([table for result in finished for table in study_tables(result)], as_json, markdown)
         return
     for result in finished:
         print_tables(study_tables(result))

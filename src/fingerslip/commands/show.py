@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from fingerslip.commands.shared import AsJson, print_tables, specimens
+from fingerslip.commands.shared import AsJson, Markdown, print_tables, specimens
 
 
 def show(
@@ -24,8 +24,9 @@ def show(
         typer.Option(metavar="FILE", help="Draw the fingertip or sensor of a preset or a study (.png, .svg, .pdf)."),
     ] = None,
     as_json: AsJson = False,
+    markdown: Markdown = False,
 ) -> None:
     """Show the values of a preset or a study with unit and source, assumed ones first, or the events of a result."""
     from fingerslip.study.inspection.show import show as tables_of
 
-    print_tables(tables_of(target, figure), as_json)
+    print_tables(tables_of(target, figure), as_json, markdown)

@@ -71,6 +71,7 @@ class SlipClip:
     findings: Sequence[Finding]  # of each time
     latency: Table
     frames: Frames | None = None  # of the video, where there is one
+    time_error: Sequence[float] = ()  # median, 5 % and 95 % of the error of the time of slip, where it is known [s]
 
     @property
     def slides(self) -> tuple[Slide, ...]:
@@ -166,6 +167,11 @@ def answer_of(clip: SlipClip) -> tuple[str, ...]:
 
 def _time_error(clip: SlipClip) -> str:
     """Return how far times of slip were off in tests, where that is known."""
+    if clip.time_error:
+        middle, low, high = (f"{1e3 * value:.0f}" for value in clip.time_error)
+        return (
+            f"Error of the time when slip begins, on trials that it did not learn from: {middle} ms ({low} to {high})."
+        )
     if not clip.residual:
         return "Error of the time not known."
     errors = [f"{middle:.1f} s ({low:.1f} to {high:.1f}) on {name}" for name, *_, middle, low, high in _TIMED]

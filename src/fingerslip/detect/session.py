@@ -35,7 +35,14 @@ from fingerslip.detect.labels import LabelSettings, Onsets, read_onsets
 from fingerslip.detect.model_file import read_detector, write_detector
 from fingerslip.detect.recordings import SLIP, TRACK_FILES, read_any_tracks, read_recording, recorded_trials
 from fingerslip.detect.samples import Sampling, benchmark_test_trials, grouped_folds, left_out
-from fingerslip.detect.training import Detector, calibration_count, candidate_of_name, check_tracks_fit, train
+from fingerslip.detect.training import (
+    TIME_ERROR,
+    Detector,
+    calibration_count,
+    candidate_of_name,
+    check_tracks_fit,
+    train,
+)
 from fingerslip.detect.trials import TrialSet, condition_text, open_trials, write_trials
 from fingerslip.errors import InputError, shorten
 from fingerslip.storage.files import check_replaceable
@@ -319,7 +326,8 @@ def run_detector(
     timed = [replace(entry, seconds=entry.seconds + tracked) for entry, tracked in zip(findings, more, strict=True)]
     name = "the detector that ships" if trained is None else trained.classifier
     latency = findings_table(timed, f"{source.name} with {name}", note)
-    clip = SlipClip(source.name, tracks, findings, latency, frames)
+    error = trained.provenance.get(TIME_ERROR, ()) if trained else ()
+    clip = SlipClip(source.name, tracks, findings, latency, frames, error)
     page = write_slip_page(clip, output)
     return [slide_table(clip), latency], [*answer_of(clip), f"page: {page}"]
 

@@ -63,6 +63,8 @@ def shown_progress(progress: Progress) -> Iterator[Callable[[float], None] | Non
 # 2 mm: 0.91 in the press, up to 1.18 after 5 mm of slide in eight directions, as the pad rolls across. Too short a
 # search costs all steps up to where that shows.
 _NEAR = 1.25
+# That of the last stage, where the search of the checks is too short as well.
+_FAR = 3.0
 
 
 def with_short_search(model: Model) -> Model:
@@ -72,7 +74,12 @@ def with_short_search(model: Model) -> Model:
     goes, while the search of :mod:`fingerslip.dynamics.system.checks` reaches half as far again. Every step tells
     whether a node outside reaches the counterface; if one does, the simulation begins again with all candidates.
     """
-    if model.mesh.dim() == 2 or model.is_loaded:
+    return model if model.mesh.dim() == 2 else _with_search(model, _NEAR)
+
+
+def _with_search(model: Model, share: float) -> Model:
+    """Return a model whose automatic searches reach as far as a share of the approach of their counterfaces."""
+    if model.is_loaded:
         return model
     contacts = []
     for number, contact in enumerate(model.contacts):
@@ -81,7 +88,7 @@ def with_short_search(model: Model) -> Model:
             # The checks of the model say what is wrong, and where.
             with contextlib.suppress(InputError):
                 approach = largest_approach(contact_motion(model, number), contact.counterface)
-        contacts.append(replace(contact, search_distance=_NEAR * approach) if approach > 0.0 else contact)
+        contacts.append(replace(contact, search_distance=share * approach) if approach > 0.0 else contact)
     return model if all(map(operator.is_, contacts, model.contacts)) else replace(model, contacts=tuple(contacts))
 
 
@@ -186,16 +193,29 @@ def simulate_together(
     threads_of_algebra = suitable_threads(mesh.p.size, allowed, mesh.dim())
     with limited_threads(threads_of_algebra), shown_progress(progress) as reporter:
         run = functools.partial(_simulate, times=times, progress=reporter, threads=allowed, solver=solver, bases=bases)
-        # First with few contact candidates, and with all where these are too few.
-        near = list(map(with_short_search, models))
-        if not all(map(operator.is_, near, models)):
-            try:
-                return run(near)
-            except InputError as error:
-                # What else is wrong, such as a counterface that is too far away, the second stage says.
-                if isinstance(error, SlipOutsideContactError):
-                    _logger.info("%s: starts again with more contact candidates", error)
+        return _in_stages(models, run)
+
+
+def _in_stages(
+    models: Sequence[Model], run: Callable[[Sequence[Model]], tuple[xr.Dataset, ...]]
+) -> tuple[xr.Dataset, ...]:
+    """Simulate with few contact candidates; again with all, and with more than the checks found, where too few."""
+    near = list(map(with_short_search, models))
+    if not all(map(operator.is_, near, models)):
+        try:
+            return run(near)
+        except InputError as error:
+            # What else is wrong, such as a counterface that is too far away, the second stage says.
+            if isinstance(error, SlipOutsideContactError):
+                _logger.info("%s: starts again with more contact candidates", error)
+    try:
         return run(models)
+    except SlipOutsideContactError as error:
+        farther = [_with_search(model, _FAR) for model in models]
+        if all(map(operator.is_, farther, models)):
+            raise
+        _logger.info("%s: starts again with more contact candidates", error)
+    return run(farther)
 
 
 def _require_model(value: Any, where: str) -> None:

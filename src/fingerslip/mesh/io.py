@@ -6,6 +6,7 @@ import logging
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import meshio
 import numpy as np
@@ -16,7 +17,7 @@ from skfem.io.meshio import from_meshio, to_meshio
 from fingerslip.errors import MeshError, shorten
 from fingerslip.mesh.decks.febio import chosen_unit
 from fingerslip.mesh.formats import read_deck, write_file
-from fingerslip.mesh.mixed import NARROWER, is_degenerate, take_one_kind
+from fingerslip.mesh.mixed import NARROWER, is_degenerate, join_kinds, take_one_kind
 from fingerslip.mesh.quality import check_folds, positive_tetrahedra, turned_cells, turns
 from fingerslip.units import LengthUnit, coordinates, metres
 
@@ -113,7 +114,9 @@ def read_mesh_and_rest(file: Path, unit: LengthUnit | None) -> tuple[skfem.Mesh,
     deck = read_deck(file, "needs a mesh that meshio reads, or a deck of Abaqus or FEBio")
     data, left_out = deck.data, deck.left_out
     data.points = metres(chosen_unit(file, deck.unit, unit)) * np.asarray(data.points, dtype=float)
-    if not any(key.startswith("skfem:") for key in data.cell_data):
+    if any(key.startswith("skfem:") for key in data.cell_data):
+        join_kinds(data)
+    else:
         left_out = (*left_out, *take_one_kind(data))
     mesh = _mesh_of(file, data)
     check_folds(mesh, turned_cells(mesh), str(file))
@@ -169,7 +172,7 @@ def write_mesh(mesh: skfem.Mesh, path: str | Path) -> None:
         if sign:
             allowed = f"needs names without {sign[0]!r} in {file.suffix}"
             raise MeshError(str(file), f"has the name {shorten(repr(name))}", allowed, "rename it")
-    data = _physical(file, mesh) if file.suffix == ".msh" else to_meshio(mesh)
+    data = _narrow(_physical(file, mesh) if file.suffix == ".msh" else to_meshio(mesh))
     if mesh.dim() == 2:
         data.points = np.column_stack([data.points[:, :2], np.zeros(len(data.points))])
     write_file(file, data, ".msh, .vtu, .xdmf")
@@ -344,22 +347,25 @@ def _physical(file: Path, mesh: skfem.Mesh2D) -> meshio.Mesh:
     flat = _CELLS[element.cells[0].type].sides[0]
     blocks = [(element.cells[0].type, _counter_clockwise(element), tag)]
     blocks += [(flat, np.vstack(facets), np.concatenate(facet_tags))] if facets else []
-    cells, tags = _narrow(blocks)
+    tags = [tags_of_block for *_, tags_of_block in blocks]
     data = {"gmsh:physical": tags, "gmsh:geometrical": [np.maximum(t, 1) for t in tags]}
+    cells = [(kind, nodes) for kind, nodes, _ in blocks]
     return meshio.Mesh(element.points, cells, cell_data=data, field_data=names)
 
 
-def _narrow(blocks: list[tuple[str, Integers, Integers]]) -> tuple[list[tuple[str, Integers]], list[Integers]]:
-    """Return cells and their tags, triangles and prisms on their own."""
-    cells, tags = [], []
-    for kind, nodes, tag in blocks:
-        few = is_degenerate(nodes) & (kind in NARROWER)
-        narrower, corners = NARROWER.get(kind, (kind, []))
-        for name, rows, columns in ((kind, ~few, slice(None)), (narrower, few, corners)):
+def _narrow(data: meshio.Mesh) -> meshio.Mesh:
+    """Return a mesh with triangles and prisms in blocks of their own."""
+    cells: list[tuple[str, Integers]] = []
+    fields: dict[str, list[Any]] = {name: [] for name in data.cell_data}
+    for number, block in enumerate(data.cells):
+        few = is_degenerate(block.data) & (block.type in NARROWER)
+        narrower, corners = NARROWER.get(block.type, (block.type, []))
+        for kind, rows, columns in ((block.type, ~few, slice(None)), (narrower, few, corners)):
             if rows.any():
-                cells.append((name, nodes[rows][:, columns]))
-                tags.append(tag[rows])
-    return cells, tags
+                cells.append((kind, block.data[rows][:, columns]))
+                for name, arrays in data.cell_data.items():
+                    fields[name].append(arrays[number][rows])
+    return meshio.Mesh(data.points, cells, cell_data=fields, field_data=data.field_data)
 
 
 def _counter_clockwise(data: meshio.Mesh) -> Integers:

@@ -36,11 +36,21 @@ _TURNED = {4: [1, 2, 3, 0], 8: [1, 2, 3, 0, 5, 6, 7, 4]}
 NARROWER = {"quad": ("triangle", [0, 1, 2]), "hexahedron": ("wedge", [0, 1, 2, 4, 5, 6])}
 
 
-def is_degenerate(cells: Integers) -> NDArray[np.bool_]:
+def is_degenerate(cells: NDArray[np.integer]) -> NDArray[np.bool_]:
     """Tell which quadrilaterals (n, 4) and hexahedra (n, 8), in the order of meshio, are triangles and prisms."""
     if cells.shape[1] not in _TURNED:
         return np.zeros(len(cells), dtype=bool)
     return np.asarray((cells[:, 2::4] == cells[:, 3::4]).all(axis=1))
+
+
+def join_kinds(data: meshio.Mesh) -> None:
+    """Make the cells of a file that this package wrote one kind again, with the values that each has."""
+    wider = [_WIDER.get(block.type, (block.type, slice(None))) for block in data.cells]
+    kinds = {kind for kind, _ in wider}
+    if len(data.cells) > 1 and len(kinds) == 1:
+        nodes = [block.data[:, order] for block, (_, order) in zip(data.cells, wider, strict=True)]
+        data.cells = [type(data.cells[0])(*kinds, np.vstack(nodes))]
+        data.cell_data = {name: [np.concatenate(arrays)] for name, arrays in data.cell_data.items()}
 
 
 def take_one_kind(data: meshio.Mesh) -> tuple[str, ...]:

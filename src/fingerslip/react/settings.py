@@ -10,7 +10,7 @@ from pathlib import Path
 import pydantic
 
 from fingerslip.contact.friction import Coulomb
-from fingerslip.errors import InputError, unknown_name
+from fingerslip.errors import InputError, Mistakes, unknown_name
 from fingerslip.model.model import Contact
 from fingerslip.model.timing import TimeStepping, Timing
 from fingerslip.parameters import Duration, PositiveDuration, parameters
@@ -62,14 +62,17 @@ class ReactionSettings(ObjectSettings):
     tolerance: PositiveDuration = 1e-3
 
     def __post_init__(self) -> None:
+        mistakes = Mistakes()
         if not self.detectors:
-            raise InputError("detectors", "has none", "needs one or more", "leave it out for 48 % slipped")
+            repair = "leave it out for 48 % slipped"
+            mistakes.found.append(InputError("detectors", "has none", "needs one or more", repair))
         for number, name in enumerate(self.reactions):
             if name not in REACTIONS.names:
-                raise unknown_name(f"reactions.{number}", name, REACTIONS.names)
+                mistakes.found.append(unknown_name(f"reactions.{number}", name, REACTIONS.names))
         if any(first >= second for first, second in itertools.pairwise(self.latencies)):
             texts = ", ".join(f"{latency:g} s" for latency in self.latencies)
-            raise InputError("latencies", f"got {texts}", "needs ascending numbers")
+            mistakes.found.append(InputError("latencies", f"got {texts}", "needs ascending numbers"))
+        mistakes.raise_all()
 
     @property
     def detector(self) -> str:

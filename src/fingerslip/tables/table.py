@@ -5,7 +5,7 @@ from __future__ import annotations
 import enum
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -142,6 +142,11 @@ def to_markdown(table: Table) -> str:
     escaped = [[cell.replace("|", "\\|") for cell in line] for line in lines]
     rows = "".join(f"| {' | '.join(line)} |\n" for line in escaped)
     return f"{rows}\n{table.legend}.\n" if table.legend else rows
+
+
+def to_page(tables: Iterable[Table]) -> str:
+    """Write tables below each other in Markdown, with their titles and notes."""
+    return "\n".join(f"## {table.title}\n\n{to_markdown(table)}\n{table.note}\n" for table in tables)
 
 
 def to_csv(table: Table) -> str:

@@ -79,6 +79,9 @@ def test_converge_gives_the_events_their_uncertainty(invoke, block, tmp_path):
     assert again.stdout.startswith("## Numerical uncertainty, run")
     assert "computed" not in again.stderr
     assert "After ±" in invoke("show", tmp_path / "r" / "block").stdout
+    page = invoke("show", tmp_path / "r" / "block", "--markdown").stdout
+    assert page.startswith("## ")
+    assert "\n| " in page
 
 
 def test_a_mesh_a_new_study_and_an_example_are_written(invoke, block, tmp_path):

@@ -11,6 +11,7 @@ from fingerslip.detect.evaluation.tables import unseen_tables
 from fingerslip.detect.features import motion_of
 from fingerslip.detect.labels import Onsets
 from fingerslip.detect.model_file import write_detector
+from fingerslip.detect.samples import held_out
 from fingerslip.detect.session import judge_detector
 from fingerslip.detect.synthetic import synthetic_slides
 from fingerslip.detect.trials import write_trials
@@ -34,6 +35,16 @@ def test_thresholds_are_set_by_the_largest_score_before_slip_of_trials_that_were
     assert [training.calibration_count(count, 0.05) for count in (24, 37, 38, 95, 256)] == [0, 0, 19, 19, 51]
     assert made.provenance["trials"] == 19
     assert made.data == trials.digest
+    onsets = trials.onsets()
+    labels = {name: onsets[name].incipient for name in held_out(trials.names, 5, 0)}
+    begins = {name: training.detect(made, trials.tracks(name))[2].incipient for name in labels}
+    assert training.time_error(labels, begins) == {training.TIME_ERROR: made.provenance[training.TIME_ERROR]}
+    between = training.time_error(dict.fromkeys("abc", 1.0), {"a": 1.1, "b": 0.8, "c": 1.3})[training.TIME_ERROR]
+    assert between == pytest.approx([0.2, 0.11, 0.29])
+    assert training.time_error({"a": 1.0, "b": 2.0, "c": None}, {"a": 1.5, "b": None, "c": 1.0}) == {
+        training.TIME_ERROR: [0.5, 0.5, 0.5]
+    }
+    assert training.time_error({"a": 1.0}, {"a": None}) == {}
     time, scores = np.arange(4.0), np.array([[0.0, 9.0], [3.0, 9.0], [1.0, 9.0], [8.0, 9.0]])
     largest = [training.largest_before(time, scores, Onsets(*at)) for at in ((2.5, 3.0), (None, None), (0.0, 1.0))]
     assert largest == [3.0, 8.0, -np.inf]

@@ -88,6 +88,18 @@ def test_contact_outside_the_candidates_is_refused_with_time_and_node(basis, run
     assert (f"no reduced basis: {at}" in caplog.text) == (basis is not None), "the basis sees it first, as early"
 
 
+def test_a_search_that_nobody_gave_is_made_longer_in_2d_too(monkeypatch, caplog):
+    model = push_and_slide(contacts=contact(), mesh=fine_pad())
+    history = fs.simulate(model)
+    monkeypatch.setattr("fingerslip.dynamics.system.checks._SEARCH", 1e-3)
+    with caplog.at_level("INFO"):
+        again = fs.simulate(model)
+    assert "larger search_distance" in caplog.text
+    assert "starts again with more contact candidates" in caplog.text
+    assert again.sizes["contact_node"] >= history.sizes["contact_node"]
+    np.testing.assert_allclose(again["counterface_force"], history["counterface_force"], rtol=1e-6, atol=1e-9)
+
+
 def test_nodes_beside_candidates_are_noticed_where_they_move_onto_the_plate_and_not_where_they_yield_to_it():
     """A free block is pushed down onto a plate 0.2 mm below it; only its lowest node may touch.
 

@@ -11,9 +11,9 @@ from vtkmodules.vtkCommonCore import vtkDataArray
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
 import fingerslip as fs
-from fingerslip.export.paraview import cell_tensors, write_paraview
+from fingerslip.export.paraview import cell_tensors, write_paraview, write_series
 from fingerslip.fe.recovery import von_mises
-from fingerslip.snapshot import CELL_TYPES
+from fingerslip.snapshot import CELL_TYPES, Snapshot
 from fingerslip.verification.meshes import box
 from problems.pushed import push_and_slide
 from unit.report.scenes import block_history
@@ -96,6 +96,21 @@ def test_plates_in_space_are_squares(tmp_path):
     sides = np.linalg.norm(np.diff(plate.points[[0, 1, 2, 3, 0]], axis=0), axis=1)
     assert np.ptp(sides) < 1e-12
     assert not (tmp_path / "sites.pvd").exists()
+
+
+@pytest.mark.parametrize(("dim", "kind", "few"), [(2, "quad", "triangle"), (3, "hexahedron", "wedge")])
+def test_triangles_and_prisms_of_a_mixed_mesh_are_written_as_such_with_their_values(tmp_path, dim, kind, few):
+    points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 0, 0]], dtype=float)
+    cells, corners = np.array([[0, 1, 2, 3], [1, 4, 2, 2]]), np.array([1, 4, 2])
+    if dim == 3:
+        points, cells = np.vstack([points, points + np.array([0, 0, 1])]), np.hstack([cells, cells + 5])
+        corners = np.append(corners, corners + 5)
+    snapshot = Snapshot(0.0, {2: 9, 3: 12}[dim], points, cells, {}, {"number": np.array([7.0, 8.0])})
+    write_series(tmp_path, "bodies", [snapshot])
+    read = meshio.read(tmp_path / "bodie_0000.vtu")
+    assert [block.type for block in read.cells] == [kind, few]
+    assert [block.data.tolist() for block in read.cells] == [[cells[0].tolist()], [corners.tolist()]]
+    assert [values.tolist() for values in read.cell_data["number"]] == [[7.0], [8.0]]
 
 
 MODULUS, RATIO = 50e3, 0.3  # of the block

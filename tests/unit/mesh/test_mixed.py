@@ -125,6 +125,8 @@ def test_mixed_cells_pass_the_patch_test(tmp_path, dim, integration):
 def test_mixed_meshes_are_read_and_written_with_their_names(tmp_path, dim, suffix):
     mesh = read_mesh(saved(tmp_path / "a.msh", dim))
     write_mesh(mesh, tmp_path / f"b{suffix}")
+    kinds = {block.type: len(block.data) for block in meshio.read(tmp_path / f"b{suffix}").cells if block.dim == dim}
+    assert kinds == {2: {"quad": 6, "triangle": 20}, 3: {"hexahedron": 12, "wedge": 40}}[dim]
     for read in (mesh, read_mesh(tmp_path / f"b{suffix}")):
         space = build_space(read)
         assert space.element == {2: "Q4", 3: "H8"}[dim]

@@ -15,7 +15,7 @@ from fingerslip.detect.evaluation.scores import (
 )
 from fingerslip.detect.labels import CLASSES
 from fingerslip.storage.files import write_text, writing
-from fingerslip.tables.table import Cell, Column, Missing, Table, to_csv, to_markdown
+from fingerslip.tables.table import Cell, Column, Missing, Table, to_csv, to_page
 
 INTERVALS = "Brackets: the middle 95 % over trials drawn anew."
 _THREE_DIGITS = ("leakage", "calibration error", "Brier score", "unusable")
@@ -124,7 +124,7 @@ def output_tables(tables: Sequence[Table], folder: Path | None = None) -> str:
         names = ("-".join(table.title.lower().replace(",", "").split()) for table in tables)
         numbered = enumerate(zip(names, tables, strict=True), start=1)
         write_tables({f"{number}-{name}": table for number, (name, table) in numbered}, folder)
-    return "\n".join(f"## {table.title}\n\n{to_markdown(table)}\n{table.note}\n" for table in tables)
+    return to_page(tables)
 
 
 def write_tables(tables: Mapping[str, Table], folder: Path) -> None:

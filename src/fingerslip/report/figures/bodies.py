@@ -66,7 +66,7 @@ def draw_contact(axes: Axes, history: xr.Dataset, moment: float, *, scaled: bool
         limits = field_limits(history, SceneOptions())
         draw_section(axes, history, nearest_snapshot(history, moment), "von_mises", limits, scaled=False)
     if scaled:
-        _draw_scale(axes, beneath=True)
+        _draw_scale(axes, above=True)
 
 
 def add_stress_bar(figure: Figure, pictures: Sequence[Axes], history: xr.Dataset) -> None:
@@ -212,18 +212,18 @@ def _layer_edges(cells: NDArray[np.integer], regions: NDArray[np.integer]) -> ND
     return np.stack(divmod(np.unique(numbers[counts == 1] % size**2), size), axis=1)
 
 
-def _draw_scale(axes: Axes, *, beneath: bool = False) -> None:
-    """Draw a bar of a round length in millimetres at the lower right, or beneath a small panel at its left."""
+def _draw_scale(axes: Axes, *, above: bool = False) -> None:
+    """Draw a bar of a round length in millimetres at the lower right, or at the right above a small panel."""
     (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
     length = scale_length(right - left)
-    end = left + length if beneath else right - 0.02 * (right - left)
-    level = bottom + (-0.04 if beneath else 0.03) * (top - bottom)
+    end = right - 0.02 * (right - left)
+    level = bottom + (1.04 if above else 0.03) * (top - bottom)
     line: dict[str, Any] = {"color": palette.BLACK, "linewidth": 2.0, "solid_capstyle": "butt", "zorder": 6}
-    axes.plot([end - length, end], [level, level], clip_on=not beneath, **line)
+    axes.plot([end - length, end], [level, level], clip_on=not above, **line)
     axes.set(xlim=(left, right), ylim=(bottom, top))
-    look = {"ha": "center", "va": "top" if beneath else "bottom", "fontsize": mpl.rcParams["legend.fontsize"]}
-    gap = (-0.03 if beneath else 0.01) * (top - bottom)
-    axes.text(end - 0.5 * length, level + gap, f"{length:g} mm", **look)
+    look = {"ha": "right" if above else "center", "va": "bottom", "fontsize": mpl.rcParams["legend.fontsize"]}
+    across = end if above else end - 0.5 * length
+    axes.text(across, level + 0.02 * (top - bottom), f"{length:g} mm", **look)
 
 
 def _draw_skin(axes: Axes, history: xr.Dataset, number: int, points: Floats) -> None:

@@ -9,7 +9,6 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import ConnectionPatch
 
 from fingerslip.afferents.model import Spikes, left_out_afferents
@@ -54,6 +53,8 @@ def composed_figure(
     for axes, kind in zip(others[is_flat:], kinds, strict=True):
         assert spikes is not None  # kinds are theirs
         draw_raster(axes, spikes, history, kind)
+    if spikes and kinds:
+        style.name_panel(others[is_flat], left_out_afferents(spikes, history), 1)
     draw_forces(forces, history, times)
     draw_ratios(ratios, history, times)
     ratios.set_ylabel("ratio,\nfraction")
@@ -68,10 +69,7 @@ def composed_figure(
     draw_stimulus(stimulus, history.isel(time=seen), times[seen])
     style.mark_panels([stimulus, *others, forces, ratios], history, events.slip, names=tuple(EVENTS))
     style.letter_panels([*lettered, *others, forces, ratios])
-    keys = style.state_keys((OPEN, STICK, SLIP) if is_flat else (STICK, SLIP))
-    if spikes and (left_out := left_out_afferents(spikes, history)):
-        keys[left_out] = Line2D([], [], linestyle="none")
-    style.add_legend(figure, keys)
+    style.add_legend(figure, style.state_keys((OPEN, STICK, SLIP) if is_flat else (STICK, SLIP)))
     return figure
 
 

@@ -403,7 +403,7 @@ def spike_figure(spikes: Spikes, history: xr.Dataset, events: Events = style.NO_
     """
     kinds = tuple(dict.fromkeys(spikes.kinds))
     times, heading = history["time"].values, style.join_title("Spikes of afferents", title)
-    figure, panels = style.figure_grid(len(kinds) + 2, 1, (6.8, 1.1), heading, ("time [s]", ""), share="x")
+    figure, panels = style.figure_grid(len(kinds) + 2, 1, (6.8, 1.1), heading, ("time [s]", ""), share="x", full=True)
     stimulus, *rasters, rate = panels
     draw_stimulus(stimulus, history, times)
     rates = spikes.rates(max(_WINDOW, _RECORDS_A_WINDOW * float(np.diff(times).max())))
@@ -416,6 +416,7 @@ def spike_figure(spikes: Spikes, history: xr.Dataset, events: Events = style.NO_
     rate.set_ylabel("mean rate [1/s]")
     rate.set_ylim(bottom=0.0)
     stimulus.set_xlim(spikes.start, spikes.end)
+    style.limit_to_slides(stimulus, {title: history}, {title: events}, before=np.inf)
     style.mark_panels(panels, history, events.slip)
     return figure
 

@@ -353,6 +353,7 @@ NO_EVENTS = Events()
 _SLIDE = "slide starts"
 _DOTS = (0, (1, 1.5))
 _LABEL_GAP = 0.4  # inch
+_NAME_ABOVE = 4.0  # points, of the name of an event above its panel
 _SHOWN_AFTER = 0.35  # of the time from the start of the slide to overall slip
 # Records of steps that follow a hold grow apart by orders of magnitude, even ones by rounding.
 _GROWTH = 20.0
@@ -446,7 +447,7 @@ def mark_panels(
 def name_events(axes: Axes, start: float | None, events: SlipEvents, names: Iterable[str] = MAIN_EVENTS) -> None:
     """Write the names of the marked events and of the start of the slide [s] above a panel.
 
-    Each stands beside its line and clear of its neighbours; those beyond the limits of the panel have no name.
+    Each stands beside its line, or is led to it from beyond its neighbour; those beyond the panel have no name.
     """
     times = ({} if start is None else {_SLIDE: start}) | event_times(events, names)
     left, right = axes.get_xlim()
@@ -458,10 +459,16 @@ def name_events(axes: Axes, start: float | None, events: SlipEvents, names: Iter
     for name, time in sorted(times.items(), key=lambda item: item[1]):
         if not left <= time <= right:
             continue
-        position = max((time - left) / (right - left), reached)
+        fraction = (time - left) / (right - left)
+        position = max(fraction, reached)
         reached = position + gap
-        look = {"fontsize": size, "color": EVENT_COLOURS.get(name, GREY), "rotation_mode": "anchor", "rotation": 32}
-        axes.text(position, 1.02, EVENTS.get(name, name), transform=axes.transAxes, **look)  # type: ignore[arg-type]
+        colour = EVENT_COLOURS.get(name, GREY)
+        look: dict[str, Any] = {"fontsize": size, "color": colour, "rotation_mode": "anchor", "rotation": 32}
+        look |= {"xycoords": "axes fraction", "textcoords": ("axes fraction", "offset points")}
+        if position > fraction:
+            leader = {"arrowstyle": "-", "relpos": (0.0, 0.0), "shrinkA": 0.0, "shrinkB": 0.0}
+            look["arrowprops"] = {**leader, "color": colour, "linewidth": 0.7}
+        axes.annotate(EVENTS.get(name, name), (fraction, 1.0), (position, _NAME_ABOVE), **look)
 
 
 def limit_to_slides(

@@ -145,6 +145,14 @@ def _no_sites_of_a_body(specimen: str | None, mesh: MeshSource, record: RecordSe
         Mistakes([InputError(f"record.{name}", *said) for name in names]).raise_all()
 
 
+def _sites_of_this_body(specimen: str | None, mesh: MeshSource, record: RecordSettings, *bodies: Any) -> None:
+    """Refuse groups of sites that a specimen has not, where the dimension is known without building its mesh."""
+    dim = getattr(mesh, "dim", None)
+    if specimen is not None and record.groups and isinstance(dim, int):
+        body = dict(zip(SPECIMENS, bodies, strict=True))[specimen]
+        SPECIMENS[specimen].changed(body).sites(record.groups, dim)
+
+
 def _fixed_step_of_a_basis(dynamics: DynamicsSettings, time: TimeSettings) -> None:
     if dynamics.basis == "reduced" and time.step == "auto":
         repair = "write basis: full, or a fixed step"
@@ -163,6 +171,7 @@ _CHECKS: tuple[tuple[str, Callable[..., None]], ...] = (
     ("specimen mesh formulation", _of_a_body("formulation")),
     ("specimen mesh depth formulation", _of_a_body("depth")),
     ("specimen mesh record", _no_sites_of_a_body),
+    (f"specimen mesh record {' '.join(SPECIMENS)}", _sites_of_this_body),
     ("dynamics time", _fixed_step_of_a_basis),
     ("contacts reaction", _not_both("contacts", "reaction", "write contact, which touches the object")),
     ("programme reaction", _not_both("programme", "reaction", "leave it out: grip and load move the object")),

@@ -20,7 +20,7 @@ from fingerslip.marker_tracks import filmed_tracks, marker_tracks
 from fingerslip.published import published_set
 from fingerslip.report.colours import STATE_COLOURS, STIFF_COLOUR
 from fingerslip.report.content import RunSubject, StudySubject
-from fingerslip.report.figures import bodies, detectors, markers, patches, signals, specimens, study, style
+from fingerslip.report.figures import bodies, composed, detectors, markers, patches, signals, specimens, study, style
 from fingerslip.report.page.pictures import draw_of_run, draw_of_study
 from fingerslip.report.scene import viewer
 from fingerslip.report.scene.options import SceneOptions
@@ -459,6 +459,11 @@ def test_every_type_has_its_raster_below_the_stimulus_with_rows_by_place_and_rat
     assert np.diff(rates.lines[0].get_xdata()) == pytest.approx(0.1)
     (note,) = titles(figure)
     assert note.startswith("FA-II left out: vibrations need finer steps")
+    figure = composed.composed_figure(history, spikes=fs.Spikes(names, kinds, times, 0.0, 0.5))
+    (said,) = [axes for axes in figure.axes if axes.get_title(loc="left") == note]
+    assert said.get_ylabel() == "2 SA-I\nby place", "above the rasters, not among the keys"
+    (keys,) = figure.legends
+    assert [text.get_text() for text in keys.get_texts()] == ["open", "stick", "slip"]
 
 
 def diamonds(axes):

@@ -162,6 +162,8 @@ def test_names_stand_beside_their_lines_and_apart_and_none_beyond_the_panel():
     assert list(positions) == ["slide starts", "incipient", "three-quarter", "overall"]
     assert (positions["slide starts"], positions["incipient"]) == pytest.approx((0.5, 0.745))
     assert np.all(np.diff(list(positions.values())) >= 0.26 / 6.6 - 1e-9)
+    # Those that had to move are led to the tops of their lines.
+    assert [text.xy for text in axes.texts if text.arrow_patch] == [(0.7475, 1.0), (0.75, 1.0)]
     # A name far outside would leave the layout no room for the panels.
     _, other = single_panel()
     other.set_xlim(0.0, 2.0)

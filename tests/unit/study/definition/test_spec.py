@@ -432,3 +432,20 @@ def test_settings_of_time_decide_the_stepping_and_are_refined_and_those_of_camer
     assert (camera.view_width, camera.frame_rate, camera.exposure) == (0.03, 60.0, 5e-3)
     assert (camera.tier, camera.markers, camera.light) == ("pixel", "bright", "even")
     assert TrialSettings(view_width=64e-3, width=640).metres_per_pixel == pytest.approx(1e-4)
+
+
+def test_groups_of_sites_reactions_and_mesh_sizes_that_are_wrong_come_together():
+    load = {"ramp_load": {"rate": "4 N/s", "force": "1 N"}}
+    values = finger() | {
+        "mesh": {"contact_size": "0.5 mm", "bulk_size": "0.1 mm"},
+        "reaction": {"mass": "100 g", "load": load, "reactions": ["human-slipp", "servoo"], "detectors": {}},
+    }
+    with pytest.raises(fs.InputError) as caught:
+        parse_study(values, SOURCE)
+    places = {error.where.removeprefix("studies/x.yaml: ") for error in caught.value.all}
+    assert places >= {"mesh.bulk_size", "reaction.reactions.0", "reaction.reactions.1", "reaction.detectors"}
+    with pytest.raises(fs.InputError) as caught:
+        parse_study(finger() | {"time": {"step": 3}, "record": {"groups": ["whisker"]}}, SOURCE)
+    faults = [(error.where.removeprefix("studies/x.yaml: "), error.found) for error in caught.value.all]
+    assert ("record", "a fingertip has no 'whisker'") in faults
+    assert ("time.step", "'3' has no unit") in faults
