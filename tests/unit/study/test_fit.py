@@ -47,6 +47,7 @@ def measure(study: Path, data: Path, seed: int = 1) -> Path:
     return data
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("reports")
 def test_a_truth_comes_back_within_its_interval(
     write_study: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -72,26 +73,36 @@ def test_a_truth_comes_back_within_its_interval(
     # The file has 2000 of the samples, so the ends of their intervals differ a little.
     assert intervals == pytest.approx(np.percentile(samples, (50.0, 16.0, 84.0, 2.5, 97.5)), abs=0.3 * samples.std())
     assert modulus["share of prior left"] == pytest.approx((intervals[2] - intervals[1]) / (0.68 * 100.0))
-    files = sorted(path.name for path in posterior.folder.iterdir())
-    assert files == ["corner.png", "fit.png", "posterior.csv", "predictions.csv", "summary.csv"]
     methods, _, entries = methods_and_papers(posterior.folder.parent).partition("\n\n")
     low, high = modulus[["68 % from", "68 % to"]]
     assert f"Young's modulus {modulus['median']:.4g} kPa ({low:.4g} to {high:.4g}), friction coefficient" in methods
     assert "foreman2013" in entries
 
-    # A range that cuts the posterior off is refused, which a short chain tells, too, and the fit before stays.
+
+@pytest.mark.usefixtures("reports")
+def test_a_fit_is_whole_and_a_range_that_cuts_it_off_is_refused(
+    write_study: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where nature ends the range, it may; a short chain tells all of this, too."""
+    pytest.importorskip("emcee")
+    monkeypatch.setattr(figures, "_DOTS_PER_INCH", 20)
     monkeypatch.setattr(chains, "_LENGTHS", 5)
     monkeypatch.setattr(chains, "_R_HAT", 1.5)
     block = block_values()["materials"]["block"] | {"youngs_modulus": TRUTH[MODULUS]}
     narrow = values(sample={"count": 10, "ranges": {FRICTION: [0.5, 0.8]}}, materials={"block": block})
-    narrow_study = write_study(narrow, name="narrow")
-    said = rf"narrow\.yaml: sample\.ranges\.{FRICTION}: has .* % of the posterior within 2 % of 0\.5, needs"
+    study = write_study(narrow)
+    data = measure(study, tmp_path / "data.csv")
+    said = rf"block\.yaml: sample\.ranges\.{FRICTION}: has .* % of the posterior within 2 % of 0\.5, needs"
     with pytest.raises(fs.InputError, match=said):
-        fs.fit(narrow_study, data, results_dir=tmp_path / "results", workers=1)
-    assert not (tmp_path / "results" / "narrow" / "fit").exists()
-    # Where nature ends it, it may.
-    write_study(narrow | {"fit": FIT | {"bounds": [FRICTION]}}, name="narrow")
-    assert fs.fit(narrow_study, data, results_dir=tmp_path / "results", workers=1).folder.is_dir()
+        fs.fit(study, data, results_dir=tmp_path / "results", workers=1)
+    assert not (tmp_path / "results" / "block" / "fit").exists()
+    write_study(narrow | {"fit": FIT | {"bounds": [FRICTION]}})
+    posterior = fs.fit(study, data, results_dir=tmp_path / "results", workers=1)
+    assert list(posterior.samples) == [FRICTION, "discrepancy [standard deviations]"]
+    assert posterior.samples[FRICTION].between(0.5, 0.8).all()
+    assert posterior.summary.set_index("value").loc["friction coefficient", "median"] < 0.6, "the truth is below"
+    files = sorted(path.name for path in posterior.folder.iterdir())
+    assert files == ["corner.png", "fit.png", "posterior.csv", "predictions.csv", "summary.csv"]
 
 
 @pytest.mark.parametrize(
