@@ -44,7 +44,7 @@ class BodyObserver:
         self.recorder = recorder
         self._checks: Sequence[Check] = (OutsideCheck(system), RotationCheck(system), *checks)
         self._waiting: list[Steps] = []
-        self._at_once = 1
+        self._count, self._at_once = 0, 1
 
     @property
     def room(self) -> int:
@@ -70,13 +70,14 @@ class BodyObserver:
     def _wait(self, state: State) -> None:
         """Look at states several at once, as each look costs."""
         self._waiting.append(Steps.of(state))
-        if sum(steps.time.size for steps in self._waiting) >= self._at_once:
+        self._count += np.size(state.time)
+        if self._count >= self._at_once:
             self._look()
             self._at_once = _AT_ONCE
 
     def _look(self) -> None:
         if self._waiting:
-            steps, self._waiting = Steps.join(self._waiting), []
+            steps, self._waiting, self._count = Steps.join(self._waiting), [], 0
             for check in self._checks:
                 check.look(steps)
 

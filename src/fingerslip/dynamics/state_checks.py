@@ -33,9 +33,8 @@ class Steps:
     @staticmethod
     def of(state: State) -> Steps:
         """Return what of a state, or of several, time first in their arrays, is looked at; nothing else is kept."""
-        displacement, velocity, acceleration = map(
-            np.atleast_2d, (state.displacement, state.velocity, state.acceleration)
-        )
+        fields = state.displacement, state.velocity, state.acceleration
+        displacement, velocity, acceleration = (field.reshape(-1, field.shape[-1]) for field in fields)
         travel = state.counterfaces.reshape(len(displacement), *state.counterfaces.shape[-2:])
         return Steps(np.ravel(state.time), (displacement, velocity, acceleration), travel)
 

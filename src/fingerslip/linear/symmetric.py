@@ -99,11 +99,17 @@ def weighted_rows(matrix, weights):  # type: ignore[no-untyped-def]
     >>> weighted_rows(np.array([[1.0, 2.0], [5.0, 6.0]]), np.array([10.0, 0.0])).tolist()
     [10.0, 20.0]
     """
-    total = np.zeros(matrix.shape[1])
-    for i in range(weights.size):
-        if weights[i] != 0.0:
-            weight, row = weights[i], matrix[i]
-            # Compiled code would make an array of the product of both first.
-            for j in range(total.size):
-                total[j] += weight * row[j]
+    total, rows = np.zeros(matrix.shape[1]), np.flatnonzero(weights)
+    whole = rows.size - rows.size % 4
+    # Four rows at a time, in their order: the sum is read and written once for all four.
+    for i in range(0, whole, 4):
+        first, second, third, fourth = matrix[rows[i]], matrix[rows[i + 1]], matrix[rows[i + 2]], matrix[rows[i + 3]]
+        a, b, c, d = weights[rows[i]], weights[rows[i + 1]], weights[rows[i + 2]], weights[rows[i + 3]]
+        for j in range(total.size):
+            total[j] = total[j] + a * first[j] + b * second[j] + c * third[j] + d * fourth[j]
+    for i in rows[whole:]:
+        weight, row = weights[i], matrix[i]
+        # Compiled code would make an array of the product of both first.
+        for j in range(total.size):
+            total[j] += weight * row[j]
     return total

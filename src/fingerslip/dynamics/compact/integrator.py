@@ -244,12 +244,12 @@ def _loads_of(stepper: Stepper) -> Sequence[Any]:
 def _empty_records(count: int, body: Body) -> Records:
     nodes, size = len(body.gaps), body.effective.size
     return Records(
-        fields=np.zeros((count, 3, size)),
-        forces=np.zeros((count, 2, nodes, 2)),
-        relative=np.zeros((count, nodes, 2)),
-        slips=np.zeros((count, 4, nodes)),
-        states=np.zeros((count, nodes), dtype=np.int8),
-        energies=np.zeros((count, len(ENERGIES))),
-        iterations=np.zeros(count, dtype=np.int64),
-        residuals=np.zeros(count),
+        fields=np.empty((count, 3, size)),
+        forces=np.empty((count, 2, nodes, 2)),
+        relative=np.empty((count, nodes, 2)),
+        slips=np.empty((count, 4, nodes)),
+        states=np.empty((count, nodes), dtype=np.int8),
+        energies=np.empty((count, len(ENERGIES))),
+        iterations=np.empty(count, dtype=np.int64),
+        residuals=np.empty(count),
     )

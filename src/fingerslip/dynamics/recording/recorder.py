@@ -94,6 +94,7 @@ class Recorder:
         self._taken = np.unique(np.concatenate([near.rows, touching.rows, self._supports.near]))
         self._near, self._touching = near.among(self._taken), touching.among(self._taken)
         self._beside = np.searchsorted(self._taken, self._supports.near)
+        self._rigid = system.coordinates.rigid
         self._observed = np.zeros((len(_FIELDS), min(_STEPS_AT_ONCE, self._size), self._taken.size))
         self._has_warned, self._completed = False, (-1, -1)
         snapshots = snapshot_steps(times, model.record.snapshots_every)
@@ -115,7 +116,7 @@ class Recorder:
             "energies": (len(_ENERGIES),),
             "limits": (candidates,),
             "friction": (turning, dim - 1),
-            "moved": (len(_FIELDS), system.coordinates.rigid.size),
+            "moved": (len(_FIELDS), self._rigid.size),
             "held": (3, self._supports.count),
         }
         self._arrays |= {name: np.zeros((self._size, *shape)) for name, shape in kept.items()}
@@ -135,13 +136,13 @@ class Recorder:
         first, count, arrays = self._next, np.size(state.time), self._arrays
         step: int | slice = slice(first, first + count) if np.ndim(state.time) else first
         self._next += count
-        row, rigid = first % self._at_once, self._system.coordinates.rigid
+        row = first % self._at_once
         for number, field in enumerate(_fields_of(state)):
             observed = self._observed[number]
             rows = observed[row : row + len(field)] if field.ndim == 2 else observed[row]
             np.take(field, self._taken, axis=-1, out=rows, mode="clip")
-            if rigid.size:
-                arrays["moved"][step, number] = field[..., rigid]
+            if self._rigid.size:
+                arrays["moved"][step, number] = field[..., self._rigid]
         self._record_contact(step, state)
         self._supports.record(arrays["held"][step], state)
         if self._next % self._at_once == 0:

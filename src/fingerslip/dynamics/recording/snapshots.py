@@ -132,6 +132,8 @@ class SnapshotRecords:
 
     def record(self, step: int, state: State, values: dict[str, Any]) -> None:
         """Keep the motion of those steps from one on that there are snapshots of."""
+        if not self._numbers:
+            return
         fields = np.atleast_2d(state.displacement), np.atleast_2d(state.velocity)
         for row, (displacement, velocity) in enumerate(zip(*fields, strict=True)):
             number = self._numbers.get(step + row)
