@@ -114,8 +114,8 @@ def test_latency_is_never_rounded_to_steps(grasp):
 def test_no_latency_saves_what_a_shorter_one_loses_nor_travels_less(grasp, latency, more, shape):
     short, long = (grasp.react(reaction(time, shape=shape), "force") for time in (latency, latency + more))
     assert short.saved or not long.saved
-    assert short.largest_slip <= long.largest_slip + 1e-6
-    # A lost object is followed to the first step beyond the limit.
+    # A lost object is followed to the first step beyond the limit, which may be further beyond it for the shorter one.
+    assert not short.saved or short.largest_slip <= long.largest_slip + 1e-6
     assert not long.saved or short.travel < long.travel + 1e-9
 
 
