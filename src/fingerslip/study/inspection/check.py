@@ -9,9 +9,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from fingerslip.dynamics.recording.steps import record_bytes, step_times
-from fingerslip.dynamics.system.checks import inspect_model
 from fingerslip.errors import InputError
-from fingerslip.fe.space import build_space
 from fingerslip.mesh.io import write_mesh
 from fingerslip.mesh.source import MeshFile
 from fingerslip.model.timing import Adaptive, QuasiStatic
@@ -80,17 +78,15 @@ def _note(rows: Sequence[_Row], job_groups: Sequence[Sequence[Job]]) -> str:
 
 def _bytes(jobs: Sequence[Job]) -> float:
     """Estimate the memory of a process that computes jobs together [bytes]."""
-    checked_model = inspect_model(jobs[0].model)
-    space = checked_model.space
-    candidates = sum(len(candidate.nodes) for candidate in checked_model.candidates)
-    records = sum(record_bytes(job.model, space.n_dofs // space.dim, candidates) for job in jobs)
-    return process_bytes(space.n_dofs, records, space.dim)
+    n_dofs, dim = jobs[0].n_dofs, jobs[0].model.mesh.dim()
+    records = sum(record_bytes(job.model, n_dofs // dim, job.contact_nodes) for job in jobs)
+    return process_bytes(n_dofs, records, dim)
 
 
 def _size(job: Job) -> tuple[int, int, int | str, float]:
     """Return the unknowns, records behind the start, steps (in words where the error decides) and seconds of a run."""
     model, reaction = job.model, job.run.study.reaction
-    unknowns, records, time = build_space(model.mesh).n_dofs, step_times(model).size - 1, model.time
+    unknowns, records, time = job.n_dofs, step_times(model).size - 1, model.time
     # Steps that control their error are halved where quasi-static.
     halved = isinstance(time, Adaptive) and time.scheme == "quasi_static"
     steps, is_static = records * (2 if halved else 1), halved or isinstance(time, QuasiStatic)

@@ -173,6 +173,8 @@ class Job:
     identity: str  # hash of its inputs
     folder: Path  # where its results go
     doubts: tuple[str, ...] = ()  # what is doubtful in the model
+    n_dofs: int = 0  # degrees of freedom of its mesh
+    contact_nodes: int = 0  # contact candidates
 
 
 #: Meshes and their spaces by what decides them.
@@ -209,7 +211,8 @@ def _job(plan: Plan, run: Run, meshes: _Meshes) -> Job:
         space = space or build_space(model.mesh)
         checked_model = inspect_model(model, space)
     meshes[key] = model.mesh, space
-    return Job(run, model, plan.identities[run.name], plan.folder / run.name, doubts(model, checked_model))
+    counts = space.n_dofs, sum(len(candidates.nodes) for candidates in checked_model.candidates)
+    return Job(run, model, plan.identities[run.name], plan.folder / run.name, doubts(model, checked_model), *counts)
 
 
 def choose_bases(jobs: Sequence[Job]) -> tuple[Job, ...]:
