@@ -366,6 +366,7 @@ def test_a_series_keeps_its_analysis_after_an_indefinite_matrix(kept, monkeypatc
         solve(indefinite)
     np.testing.assert_array_equal(solve(matrix), expected)
     assert phases.count(11) == 1
+    assert phases.count(pardiso._RELEASE_VALUES) == phases.count(22) == 3, "the one that fails half-way gives back, too"
 
 
 @needs_mkl

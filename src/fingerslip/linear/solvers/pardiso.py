@@ -108,8 +108,9 @@ class PardisoFactor:
         self._analysis, self._call, none = analysis, analysis.call, np.zeros(analysis.call.size)
         analysis.user = weakref.ref(self)
         self.is_single = bool(analysis.call.settings[_SINGLE_PRECISION])
-        self._call(_FACTORISE, none, schur)
+        # Factors that fail half-way give their memory back, too.
         weakref.finalize(self, self._call.release, _RELEASE_VALUES)
+        self._call(_FACTORISE, none, schur)
 
     def forward(self, right_hand_side: Array) -> Array:
         """Return the forward half of a substitution for a right-hand side (n,) or (n, k), same shape."""
