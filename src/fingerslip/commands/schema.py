@@ -7,8 +7,6 @@ import typer
 
 def schema() -> None:
     """Print the JSON Schema of study files, by which editors complete and check them."""
-    import json
+    from fingerslip.study.definition.schema import schema_text
 
-    from fingerslip.study.definition.schema import study_schema
-
-    typer.echo(json.dumps(study_schema(), indent=2))
+    typer.echo(schema_text(), nl=False)

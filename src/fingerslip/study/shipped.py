@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Mapping
 from importlib import resources
@@ -94,8 +93,8 @@ def _write(text: str, path: Path) -> Path:
     if path.exists():
         raise InputError(str(path), "is there already", "is not overwritten", "give another name, or remove it")
     # The schema needs all of the package, the list of examples nothing of it.
-    from fingerslip.study.definition.schema import study_schema
+    from fingerslip.study.definition.schema import schema_text
 
     write_text(path, text.replace("THIS_FILE", path.name))
-    write_text(path.with_name(_SCHEMA), json.dumps(study_schema(), indent=2) + "\n")
+    write_text(path.with_name(_SCHEMA), schema_text())
     return path

@@ -16,15 +16,11 @@ from fingerslip.dynamics import simulation
 from fingerslip.errors import ConvergenceError
 from fingerslip.mesh.io import write_mesh
 from fingerslip.model.model import Model
-from fingerslip.study.definition import schema
 from fingerslip.study.inspection.check import compiling_seconds
 from fingerslip.study.running import compute, runner
 from fingerslip.study.storage import store
 from unit import synthetic
 from unit.study.block import block_mesh, block_values
-
-# Every study that is begun or copied comes with the schema, which is the same for all and costs more than they do.
-schema.study_schema = functools.cache(schema.study_schema)
 
 
 def all_is_compiled(patch: pytest.MonkeyPatch) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+import json
 from collections.abc import Mapping
 from typing import Any
 
@@ -20,6 +22,12 @@ _BASE = {
     "description": "Study file in the same folder that has all that is not written here.",
     "examples": ["wang2014_table2.yaml"],
 }
+
+
+@functools.cache
+def schema_text() -> str:
+    """Return the JSON Schema of study files as it stands in a file."""
+    return json.dumps(study_schema(), indent=2) + "\n"
 
 
 def study_schema() -> _Schema:
