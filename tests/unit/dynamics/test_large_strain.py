@@ -191,18 +191,27 @@ def test_an_indefinite_tangent_is_no_obstacle(element):
     np.testing.assert_allclose(forces(one)[-1], forces(other)[-1], atol=1e-3 * np.abs(forces(other)).max())
 
 
-@pytest.mark.parametrize("changes", [{}, RELAXING], ids=["elastic", "relaxing"])
-def test_a_step_that_fails_is_halved_and_ends_where_small_steps_do(changes, monkeypatch):
-    """What a body remembers goes back with the step, even where this was computed before it was given up."""
+@pytest.fixture
+def give_up(monkeypatch):
+    """A function that lets steps longer than a time be given up, after they were computed."""
     advance = large.advance_finite
 
-    def too_long(factors, before, time, *others, **named):
-        after = advance(factors, before, time, *others, **named)
-        if time - before.time > 0.3:
-            raise fs.ConvergenceError(time, 0, 1.0, 1e-6, "take less")
-        return after
+    def longer_than(longest):
+        def too_long(factors, before, time, *others, **named):
+            after = advance(factors, before, time, *others, **named)
+            if time - before.time > longest:
+                raise fs.ConvergenceError(time, 0, 1.0, 1e-6, "take less")
+            return after
 
-    monkeypatch.setattr(large, "advance_finite", too_long)
+        monkeypatch.setattr(large, "advance_finite", too_long)
+
+    return longer_than
+
+
+@pytest.mark.parametrize("changes", [{}, RELAXING], ids=["elastic", "relaxing"])
+def test_a_step_that_fails_is_halved_and_ends_where_small_steps_do(changes, give_up):
+    """What a body remembers goes back with the step, even where this was computed before it was given up."""
+    give_up(0.3)
     halved, fine = fs.simulate(block(0.3, steps=1, **changes)), fs.simulate(block(0.3, steps=4, **changes))
     assert halved["time"].values.tolist() == [0.0, 1.0]
     assert (halved.attrs["halved_steps"], fine.attrs["halved_steps"]) == (3, 0)
@@ -212,18 +221,10 @@ def test_a_step_that_fails_is_halved_and_ends_where_small_steps_do(changes, monk
         assert float(halved[name][-1]) == pytest.approx(float(fine[name][-1]), rel=1e-4), name
 
 
-def test_halves_of_steps_without_inertia_go_on_with_the_factors_of_whole_ones(monkeypatch):
-    advance = large.advance_finite
-
-    def too_long(factors, before, time, *others, **named):
-        after = advance(factors, before, time, *others, **named)
-        if time - before.time > 0.7:
-            raise fs.ConvergenceError(time, 0, 1.0, 1e-6, "take less")
-        return after
-
+def test_halves_of_steps_without_inertia_go_on_with_the_factors_of_whole_ones(give_up):
     model = block(0.05, steps=1)
     whole = fs.simulate(dataclasses.replace(model, time=fs.QuasiStatic(0.5, end=1.0)))
-    monkeypatch.setattr(large, "advance_finite", too_long)
+    give_up(0.7)
     halved = fs.simulate(dataclasses.replace(model, time=fs.QuasiStatic(1.0, end=1.0)))
     assert (halved.attrs["halved_steps"], halved.attrs["factorisations"]) == (1, whole.attrs["factorisations"])
     np.testing.assert_allclose(forces(halved)[-1], forces(whole)[-1], atol=1e-5 * np.abs(forces(whole)).max())
