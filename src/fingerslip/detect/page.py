@@ -169,9 +169,7 @@ def _time_error(clip: SlipClip) -> str:
     """Return how far times of slip were off in tests, where that is known."""
     if clip.time_error:
         middle, low, high = (f"{1e3 * value:.0f}" for value in clip.time_error)
-        return (
-            f"Error of the time when slip begins, on trials that it did not learn from: {middle} ms ({low} to {high})."
-        )
+        return f"Error of the time of slip, on the trials that set its threshold: {middle} ms ({low} to {high})."
     if not clip.residual:
         return "Error of the time not known."
     errors = [f"{middle:.1f} s ({low:.1f} to {high:.1f}) on {name}" for name, *_, middle, low, high in _TIMED]

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-#: In the provenance of a detector: how far off its times are on trials that it did not learn from.
+#: In the provenance of a detector: how far off its times are on the trials that set its threshold.
 TIME_ERROR = "time_error_s"
 
 

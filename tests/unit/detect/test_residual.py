@@ -170,7 +170,7 @@ def test_the_page_says_when_and_how_sure_and_shows_it(tmp_path, monkeypatch):
     trained = replace(clip, findings=[replace_kind(entry) for entry in clip.findings])
     assert answer_of(trained) == (answer, "Error of the time not known.")
     known = answer_of(replace(trained, time_error=(0.012, 0.001, 0.05)))[-1]
-    assert known.endswith("on trials that it did not learn from: 12 ms (1 to 50).")
+    assert known.endswith("on the trials that set its threshold: 12 ms (1 to 50).")
     assert list(clip.moments) == ["at rest", "slip begins", "between", "gross slip begins"]
     text = write_slip_page(clip, tmp_path / "page").read_text()
     assert sorted(entry.name for entry in (tmp_path / "page").iterdir()) == ["slip.csv", "slip.html", "tracks.nc"]
