@@ -98,7 +98,8 @@ class Fingertip(FingertipNumbers):
         available = (*RECEPTOR_KINDS, *_IN_3D)
         unknown = next((group for group in groups if group not in available), None)
         if unknown is not None:
-            raise InputError("record", f"a fingertip has no '{unknown}'", f"needs some of {', '.join(available)}")
+            allowed = f"needs some of {', '.join(available)}"
+            raise InputError("record.groups", f"a fingertip has no '{unknown}'", allowed)
         flat = next((group for group in _IN_3D if group in groups and dim == 2), None)
         if flat is not None:
             raise InputError(f"record.{flat}", "without a fingertip in 3D", "needs mesh.element T4 or T10")

@@ -177,7 +177,7 @@ class GelPad:
         """Return the sites of the markers, ring by ring about the middle: ``internal-marker-2-05``."""
         unknown = next((group for group in groups if group != MARKERS), None)
         if unknown is not None:
-            raise InputError("record", f"a gel_pad has no '{unknown}'", f"needs {MARKERS}")
+            raise InputError("record.groups", f"a gel_pad has no '{unknown}'", f"needs {MARKERS}")
         if groups and dim != (2 if self.part == "section" else 3):
             raise InputError("record", f"got the sites of a {self.part} for {dim} dimensions", "needs a mesh of it")
         return ring_sites("internal marker", self.layout.ring, self.marker_points, "gel") if groups else ()

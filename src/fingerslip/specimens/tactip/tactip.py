@@ -68,7 +68,7 @@ class TacTip(TacTipNumbers):
         """Return the sites of groups: internal_markers, rod_feet (where rods begin in the skin), external_markers."""
         unknown = next((group for group in groups if group not in GROUPS), None)
         if unknown is not None:
-            raise InputError("record", f"a tactip has no '{unknown}'", f"needs some of {', '.join(GROUPS)}")
+            raise InputError("record.groups", f"a tactip has no '{unknown}'", f"needs some of {', '.join(GROUPS)}")
         if groups and dim != (2 if self.part == "section" else 3):
             raise InputError("record", f"got the sites of a {self.part} for {dim} dimensions", "needs a mesh of it")
         return tuple(site for group in groups for site in marker_sites(self, group))

@@ -447,5 +447,5 @@ def test_groups_of_sites_reactions_and_mesh_sizes_that_are_wrong_come_together()
     with pytest.raises(fs.InputError) as caught:
         parse_study(finger() | {"time": {"step": 3}, "record": {"groups": ["whisker"]}}, SOURCE)
     faults = [(error.where.removeprefix("studies/x.yaml: "), error.found) for error in caught.value.all]
-    assert ("record", "a fingertip has no 'whisker'") in faults
+    assert ("record.groups", "a fingertip has no 'whisker'") in faults
     assert ("time.step", "'3' has no unit") in faults
