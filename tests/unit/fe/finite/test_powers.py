@@ -23,11 +23,22 @@ class Own:
         return getattr(self.law, name)
 
 
-class Stiffer(NeoHookean):
-    """A law that is derived from one of powers, with another stress."""
+class Locking(NeoHookean):
+    """A law that is derived from one of powers, with another stress beyond a strain."""
 
     def kirchhoff_stress(self, log_strain):
-        return 2.0 * super().kirchhoff_stress(log_strain)
+        return super().kirchhoff_stress(log_strain) + 1e6 * np.maximum(log_strain - 0.5, 0.0)
+
+
+class Softer(NeoHookean):
+    """Another, with another tangent."""
+
+    def kirchhoff_tangent(self, log_strain):
+        return 0.5 * super().kirchhoff_tangent(log_strain)
+
+
+class Named(NeoHookean):
+    """One that is derived without functions of its own."""
 
 
 @EVERY
@@ -50,8 +61,8 @@ def test_a_body_is_that_of_the_laws_of_its_materials(element, integration, formu
 
 def test_a_law_of_its_own_is_no_sum_of_powers():
     number = np.array([0, 1, 0])
-    assert laws_of_points([SOFT, *LAWS], number) is not None
-    for law in (Own(SOFT), Stiffer(34e3, 0.48, 1000.0)):
+    assert laws_of_points([SOFT, *LAWS, Named(34e3, 0.48, 1000.0)], number) is not None
+    for law in (Own(SOFT), Locking(34e3, 0.48, 1000.0), Softer(34e3, 0.48, 1000.0)):
         assert laws_of_points([SOFT, law], number) is None
 
 
