@@ -173,11 +173,19 @@ def spike_places(spikes: Spikes, history: xr.Dataset) -> Array:
 
 def resolved_spikes(history: xr.Dataset, models: Mapping[str, AfferentModel] | None = None) -> Spikes:
     """Return the spikes of the recorded receptors whose stimulus a history resolves."""
+    spikes = available_spikes(history, models)
+    if spikes is None:
+        fault = "has no receptors whose stimulus it resolves, needs some"
+        raise ResultError(f"history: {fault}; write record: {{receptors: [FA-I, SA-I]}} and run again")
+    return spikes
+
+
+def available_spikes(history: xr.Dataset, models: Mapping[str, AfferentModel] | None = None) -> Spikes | None:
+    """Return the same; None where a history resolves the stimulus of no receptor."""
     recorded = set(map(str, site_kinds(history))) if "strain" in history else set()
     resolved = {kind: model for kind, model in resolved_afferents(history, models).items() if kind in recorded}
     if not resolved:
-        fault = "has no receptors whose stimulus it resolves, needs some"
-        raise ResultError(f"history: {fault}; write record: {{receptors: [FA-I, SA-I]}} and run again")
+        return None
     with warnings.catch_warnings():
         # How far records resolve them is said where figures are explained, not each time.
         warnings.simplefilter("ignore", BandwidthWarning)

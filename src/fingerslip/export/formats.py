@@ -13,8 +13,8 @@ import numpy as np
 import pandas as pd
 from scipy.io import savemat
 
-from fingerslip.afferents.model import resolved_spikes
-from fingerslip.errors import InputError, ResultError
+from fingerslip.afferents.model import available_spikes
+from fingerslip.errors import InputError
 from fingerslip.export.paraview import write_paraview
 from fingerslip.export.spikes import write_history_nwb
 from fingerslip.history import COORDINATES, VARIABLES
@@ -32,9 +32,9 @@ def result_tables(history: xr.Dataset) -> dict[str, pd.DataFrame]:
     """Return the times of slip, a row for each event, and the spikes of receptors whose stimulus a history resolves."""
     slip = find_events(history).slip
     times = {name: time for name in EVENTS if (time := slip.time(name)) is not None}
-    tables = {"events": pd.DataFrame({"event": list(times), "time_s": list(times.values())})}
-    with contextlib.suppress(ResultError):  # there may be none
-        tables["spikes"] = resolved_spikes(history).to_dataframe().rename(columns={"time": "time_s"})
+    tables = {"events": pd.DataFrame({"event": pd.Series(list(times), dtype=str), "time_s": list(times.values())})}
+    if (spikes := available_spikes(history)) is not None:
+        tables["spikes"] = spikes.to_dataframe().rename(columns={"time": "time_s"})
     for frame in tables.values():
         frame.attrs["units"] = {"time_s": "s"}
     return tables

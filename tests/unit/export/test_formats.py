@@ -13,7 +13,7 @@ from scipy.io import loadmat
 
 import fingerslip as fs
 from fingerslip.errors import InputError, ResultError
-from fingerslip.export.formats import FORMATS, export_tables, write_history_mat, write_tables_mat
+from fingerslip.export.formats import FORMATS, export_tables, result_tables, write_history_mat, write_tables_mat
 from fingerslip.history import VARIABLES
 
 
@@ -43,6 +43,17 @@ def test_units_are_in_the_names_and_beside_the_table_and_sums_of_the_contact_tab
     np.testing.assert_array_equal(places, pushed["contact_position"].values)
     normal = (contact["normal_traction_Pa"] * contact["contact_area_m2"]).groupby(contact["time_s"]).sum()
     assert normal.to_numpy() == pytest.approx(tables["counterfaces"]["counterface_force_y_N"].to_numpy(), rel=1e-9)
+
+
+def test_times_of_slip_have_text_beside_them_even_without_any_and_spikes_are_lost_with_an_error_alone(pushed):
+    tables = result_tables(pushed.isel(time=slice(3)))
+    assert (list(tables), len(tables["events"])) == (["events"], 0)
+    assert pd.api.types.is_string_dtype(tables["events"]["event"].dtype)
+    felt = pushed.assign_coords(site_kind=("site", ["SA-I", "SA-I"]))
+    assert list(result_tables(felt)) == ["events", "spikes"]
+    unknown = felt.assign(strain=np.nan * felt["strain"])
+    with pytest.raises(ResultError, match="is not known at some receptor"):
+        result_tables(unknown)
 
 
 @pytest.mark.parametrize("kind", FORMATS)

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Literal
 
 import xarray as xr
 from matplotlib.figure import Figure
 
-from fingerslip.afferents.model import AfferentModel, Spikes, resolved_spikes
-from fingerslip.errors import InputError, ResultError
+from fingerslip.afferents.model import AfferentModel, available_spikes, resolved_spikes
+from fingerslip.errors import InputError
 from fingerslip.history import is_solid, sites_of_kinds
 from fingerslip.marker_tracks import marker_tracks
 from fingerslip.report.content import (
@@ -52,7 +51,7 @@ _DRAW_STUDIES: Mapping[str, Callable[[StudySubject], Figure]] = {
     "acceleration-peaks": lambda s: signals.acceleration_overview_figure(s.histories, s.events, s.peaks),
 }
 _DRAW_RUNS: Mapping[str, Callable[[RunSubject], Figure]] = {
-    "composed": lambda r: composed_figure(r.history, r.events, run_spikes(r), r.title),
+    "composed": lambda r: composed_figure(r.history, r.events, available_spikes(r.history, r.afferents), r.title),
     "deformed": lambda r: bodies.deformed_figure(r.history, r.events, r.options, r.times or None),
     "slip-map": lambda r: signals.slip_maps_figure({r.title: r.history}, {r.title: r.events}),
     "displacement": lambda r: signals.contact_displacement_figure(r.history, r.events, r.title),
@@ -69,13 +68,6 @@ _DRAW_RUNS: Mapping[str, Callable[[RunSubject], Figure]] = {
     "spikes": lambda r: signals.spike_figure(resolved_spikes(r.history, r.afferents), r.history, r.events, r.title),
     "mesh": lambda r: (bodies.scene_figure if is_solid(r.history) else mesh_figure)(r.history, r.title),
 }
-
-
-def run_spikes(run: RunSubject) -> Spikes | None:
-    """Return the spikes of a run's afferents, of those types whose stimulus it resolves; None without receptors."""
-    with contextlib.suppress(ResultError):
-        return resolved_spikes(run.history, run.afferents)
-    return None
 
 
 def has_receptors(history: xr.Dataset) -> bool:
@@ -237,7 +229,7 @@ def hero_pictures(content: ReportContent) -> list[Picture]:
     if not bodies.has_pictures(history):
         return swept
     subject = RunSubject(history, run.events, title=content.titles[run.name] if swept else "")
-    spikes = run_spikes(subject)
+    spikes = available_spikes(subject.history, subject.afferents)
     along = "" if is_solid(history) else prose("captions", "answer-along")
     caption = prose("captions", "answer-spikes" if spikes else "answer", {"along": along})
     return [*swept, Picture("answer", caption, composed_figure(history, run.events, spikes, subject.title))]
