@@ -41,12 +41,13 @@ from fingerslip.specimens.tactip import PRESETS
 from fingerslip.specimens.tactip.meshing.sources import SensorSolidSizes
 from fingerslip.specimens.tactip.numbers import modelled_places
 from fingerslip.study.running.build import build_mesh, build_model
+from fingerslip.study.trials import bodies
 from problems.sensors import pressed_sensor
 from problems.whole_sensors import half_of, slid_beside_half
 
 #: Sizes at the contact, in the gel and at rods [mm].
 SIZES = {"coarse": (1.5, 4.0, 0.5), "shipped": (1.0, 3.0, 0.35), "fine": (0.75, 2.2, 0.25)}
-PATCH, HIDDEN, SPACING = 0.8e-3, 1e-3, 0.4
+PATCH, HIDDEN = 0.8e-3, 1e-3
 TRAVELS = (0.5e-3, 1e-3, 2e-3)
 SPEED = 5e-3
 # Distance over which a ring has slipped, and over which the centre has: 2 px and 1 px of 0.07 mm.
@@ -88,8 +89,10 @@ def pressed_row(skin, depth):
     (contact,), (press, hold, along) = model.contacts, model.programme
     steady = dataclasses.replace(contact, friction=fs.Coulomb(0.85))
     way = (fs.Press(press.depth, 1e-3), fs.Slide(along.distance, 1e-3))
-    sheared = dataclasses.replace(model, contacts=(steady,), programme=way, time=fs.QuasiStatic(0.1))
-    (body,), *costs = timed(lambda: list(pressed_bodies(sheared, [press.depth], spacing=SPACING, near=HIDDEN)))
+    sheared = dataclasses.replace(model, contacts=(steady,), programme=way, time=fs.QuasiStatic(bodies._STEP / 1e-3))
+    # As `fingerslip detect simulate` makes them.
+    like = {"spacing": bodies._SPACING, "near": HIDDEN, "stride": bodies._STRIDE / 1e-3}
+    (body,), *costs = timed(lambda: list(pressed_bodies(sheared, [press.depth], **like)))
     motion, cost = timed(lambda: static_motion(body, contact, model.programme, model.time.step))
     history, whole_cost = timed(lambda: fs.simulate(model, threads=1))
     begin = press.depth / press.speed + hold.duration
