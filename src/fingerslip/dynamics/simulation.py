@@ -247,14 +247,16 @@ def _simulate(
     if is_finite or any(isinstance(model.time, Adaptive) for model in models):
         # Their matrices are their own: one after the other.
         each = (motions.part(slice(number, number + 1)) for number in range(len(models)))
-        return tuple(_history(compute(motion, motion.systems), 0, watch) for motion in each)
+        return tuple(_histories(compute(motion, motion.systems), watch)[0] for motion in each)
     outcome = (compute_in_basis(motions, bases) if basis else None) or compute(motions, systems)
     _logger.info("%s, %s", outcome.steppers[0].solver.name, outcome.steppers[0].condensed.description)
-    return tuple(_history(outcome, number, watch) for number in range(len(times)))
+    return _histories(outcome, watch)
 
 
-def _history(outcome: Outcome, number: int, watch: Stopwatch) -> xr.Dataset:
+def _histories(outcome: Outcome, watch: Stopwatch) -> tuple[xr.Dataset, ...]:
+    """Return the histories of all motions, of which each says what all of them took."""
     attributes = {**outcome.attributes, "n_simulated_together": len(outcome.steppers)}
     with watch.part("recording"):
-        values = outcome.recorders[number].values()
-    return labelled_history(values, outcome.steppers[number], attributes, watch)
+        values = [recorder.values() for recorder in outcome.recorders]
+    pairs = zip(values, outcome.steppers, strict=True)
+    return tuple(labelled_history(each, stepper, attributes, watch) for each, stepper in pairs)

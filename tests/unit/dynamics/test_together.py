@@ -35,6 +35,7 @@ def test_histories_are_those_of_single_simulations_and_progress_counts_the_longe
     assert seen == sorted(seen)
     for model, history in zip(models(), together, strict=True):
         assert history.attrs["n_simulated_together"] == 5
+        assert history.attrs["seconds_recording"] == together[0].attrs["seconds_recording"], "what all took"
         assert_same_history(history, fs.simulate(model, solver=EXACT))
 
 
