@@ -126,6 +126,17 @@ def test_contact_that_is_not_solved_in_partitions_is_solved_otherwise(monkeypatc
     monkeypatch.setattr(integrator, "take_steps", stumbling)
     assert_same(fs.simulate(a_model()), expected, 1e-9)
     assert {0, 1} <= set(tried)
+
+    def stuck(body: Any, *others: Any) -> int:
+        """Solve no problem, whatever is known of it, and leave half of the forces."""
+        take_steps(body._replace(tolerance=-1.0), *others)
+        others[-1].residuals[0] = 0.5
+        return 0
+
+    with monkeypatch.context() as patch, fs.Simulation(a_model()) as sim:
+        patch.setattr(integrator, "take_steps", stuck)
+        with pytest.raises(fs.ConvergenceError, match=r"residual 5.00e-01"):
+            sim.step()
     monkeypatch.setattr(integrator, "TOLERANCE", -1.0)
     with fs.Simulation(a_model()) as sim, pytest.raises(fs.ConvergenceError, match=r"contact at t = 0.005 s, node"):
         sim.step()

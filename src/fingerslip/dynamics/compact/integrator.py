@@ -188,9 +188,11 @@ class _Steps:
             # Where the search in partitions ends, the solver for all dimensions goes on.
             found, problem = records.forces[0, 0], records.relative[0]
             solution = solve_friction(compliance, problem, driving.friction, found, GOAL)
-            if not solution.residual <= TOLERANCE or len(solutions) == _MOST_SOLUTIONS:
-                candidates = self.stepper.system.candidates
-                raise unsolved(candidates, solution.worst, solution.residual, TOLERANCE, end)
+            is_solved = solution.residual <= TOLERANCE
+            if not is_solved or len(solutions) == _MOST_SOLUTIONS:
+                # Where solutions are found one after the other, what is left is that of the search in partitions.
+                residual = float(records.residuals[0]) if is_solved else solution.residual
+                raise unsolved(self.stepper.system.candidates, solution.worst, residual, TOLERANCE, end)
             solutions = np.concatenate([solutions, solution.forces[None]])
 
     def _states(
