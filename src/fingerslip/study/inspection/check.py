@@ -91,7 +91,8 @@ def _size(job: Job) -> tuple[int, int, int | str, float]:
     halved = isinstance(time, Adaptive) and time.scheme == "quasi_static"
     steps, is_static = records * (2 if halved else 1), halved or isinstance(time, QuasiStatic)
     count = f"at least {steps:,}" if isinstance(time, Adaptive) else steps
-    seconds = estimated_seconds(unknowns, steps, model.mesh.dim(), model.kinematics, is_static)
+    how = {"is_static": is_static, "in_basis": model.basis is not None}
+    seconds = estimated_seconds(unknowns, steps, model.mesh.dim(), model.kinematics, **how)
     return unknowns, records, count, seconds * (reaction.computed_runs if reaction else 1)
 
 

@@ -57,7 +57,7 @@ def test_steps_that_control_their_error_are_told_from_records(write_study, schem
 
 @pytest.mark.usefixtures("simulated", "reports")
 def test_time_is_that_of_what_is_to_do_and_the_first_mistake_of_any_study_is_told(write_study, tmp_path, monkeypatch):
-    monkeypatch.setattr("fingerslip.study.inspection.check.estimated_seconds", lambda *_: 60.0)
+    monkeypatch.setattr("fingerslip.study.inspection.check.estimated_seconds", lambda *_, **__: 60.0)
     assert check_plans(plan_studies([write_study()])).note.startswith("3 runs, about 3.0 min")
     fs.run_study(write_study(), results_dir=tmp_path / "results", workers=1)
     path = write_study(block_values() | {"sweep": {"contact.friction_coefficient": [0.4, 0.8]}})

@@ -30,6 +30,10 @@ def test_estimates_of_time_and_memory_grow_with_unknowns_steps_and_cells():
     # Measured on two cores: the paper's fingertip in 3D took 57 s, a coarse one 16 s.
     assert estimated_seconds(72_840, 300, dim=3) == pytest.approx(57.0, rel=0.15)
     assert estimated_seconds(19_080, 300, dim=3) == pytest.approx(16.0, rel=0.15)
+    # Measured in a reduced basis: a run of a sweep, and one of the motions of a map of reactions.
+    assert estimated_seconds(11_000, 600, in_basis=True) == pytest.approx(0.41, rel=0.15)
+    assert estimated_seconds(11_000, 925, in_basis=True) == pytest.approx(0.58, rel=0.15)
+    assert estimated_seconds(11_000, 600, 3, in_basis=True) == estimated_seconds(11_000, 600, 3)
     # Measured at large strain without inertia: a section of the ridged sensor took 33 s, a half in 3D 261 s.
     assert estimated_seconds(7078, 488, 2, "finite", is_static=True) == pytest.approx(33.0, rel=0.15)
     assert estimated_seconds(61_661, 9, 3, "finite", is_static=True) == pytest.approx(261.0, rel=0.15)
