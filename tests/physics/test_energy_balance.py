@@ -204,7 +204,7 @@ COARSE = [path for path in FIXED if "_3d" not in path.stem and not path.stem.end
 FINER = (
     *("wang2014_fingerprint", "wang2014_accidents", "wang2014_formulation", "wang2014_section", "slip_weakening"),
     *("latency_sensitivity", "wang2014_direction", "wang2014_calibration", "wang2014_geometry", "wang2014_peaks"),
-    "wang2014_friction",
+    *("wang2014_friction", "stick_slip_friction", "wang2014_damping"),
 )
 
 
@@ -232,6 +232,7 @@ def test_a_term_that_is_left_out_breaks_the_balance(monkeypatch):
         assert found.imbalance > 100 * ALLOWED * found.work, term
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "path", [pytest.param(path, id=path.stem, marks=[pytest.mark.slow] * (path.stem != "creep")) for path in CONTROLLED]
 )
@@ -247,6 +248,7 @@ IN_PLANE = [name for name in OWN if "_3d" not in name and "dataset" not in name]
 
 
 # The others have eight to eleven sections of sensors each, or large strain.
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=[pytest.mark.slow] * (name != "tactip_slide")) for name in IN_PLANE]
 )

@@ -16,11 +16,11 @@ Kind = Callable[[Path], Callable]
 KINDS: list[tuple[Kind, int, int, int]] = [
     (mesh_cases, 40, 1600, 2),
     (surface_cases, 40, 1600, 2),
-    (track_cases, 10, 1200, 2),
-    (detector_cases, 10, 1200, 2),
-    (study_cases, 5, 5000, 8),
+    (track_cases, 4, 1200, 2),
+    (detector_cases, 4, 1200, 2),
+    (study_cases, 3, 5000, 8),
     (result_cases, 3, 1800, 8),
-    (forged_cases, 12, 1000, 1),
+    (forged_cases, 4, 1000, 1),
 ]
 
 

@@ -60,6 +60,7 @@ def refused(place, arguments, *parts):
     assert sorted(place.rglob("*")) == before
 
 
+@pytest.mark.slow
 def test_trials_that_nothing_can_be_learned_from(place):
     changed(place, lambda trial: Trial(trial.name, trial.tracks.isel(marker=slice(0, 60)), trial.labels))
     fault = "trial slide-0001: has 162 features beside 82 of trial slide-0000", "needs the same markers and rings"

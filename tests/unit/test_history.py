@@ -19,6 +19,7 @@ def history():
     return fs.simulate(push_and_slide(record=fs.Recording(sites, snapshots_every=0.1)))
 
 
+@pytest.mark.slow
 def test_round_trip_through_netcdf_keeps_every_bit_also_without_sites_and_contacts(history, tmp_path):
     path = tmp_path / "history.nc"
     fs.write_history(history, path)

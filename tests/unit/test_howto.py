@@ -78,6 +78,7 @@ def test_example_of_slip_detection_finds_slip_and_says_that_it_is_no_result(tmp_
     assert sorted(path.name for path in tmp_path.iterdir()) == ["detector", "slides", "submission.csv"]
 
 
+@pytest.mark.slow
 def test_examples_of_cameras_and_tracking_film_follow_and_measure(capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     names = names_of("docs/vision.md")

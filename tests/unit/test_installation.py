@@ -80,6 +80,7 @@ def test_compiled_functions_go_where_they_can_be_written(monkeypatch, tmp_path):
     assert os.environ["NUMBA_CACHE_DIR"] == "mine"
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc").is_dir(), reason="needs folders that nobody can write")
 def test_without_any_folder_functions_are_compiled_each_time():
     code = """

@@ -83,6 +83,7 @@ def test_a_line_loads_only_what_it_needs(line):
     assert loaded(tuple(NOT_LOADED))[line] & NOT_LOADED[line] == set()
 
 
+@pytest.mark.slow
 def test_a_check_loads_what_meshes_but_nothing_that_computes_or_labels(tmp_path):
     shutil.copy(STUDIES / "wang2014_table2.yaml", tmp_path)
     study = tmp_path / "one_run.yaml"

@@ -80,6 +80,7 @@ def test_areas_of_the_regions_are_those_of_the_curves(section, variant):
     assert areas(mesh).sum() == pytest.approx(levels[0], rel=5e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("section", "variant"), cases(PAIRS, set(zip(SECTIONS, VARIANTS, strict=False))))
 def test_all_variants_mesh_with_good_cells(section, variant):
     cases = [(c, e, True) for c in (0.08e-3, 0.15e-3) for e in ("Q4", "T3")]

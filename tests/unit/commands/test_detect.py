@@ -38,6 +38,7 @@ def test_from_trials_to_events_and_scores(invoke, folder):
     assert re.search(r"onset error \[s\] +0\.000", found.output)
 
 
+@pytest.mark.slow
 def test_evaluation_prints_and_writes_tables(invoke, folder):
     asked = ("--classifier", "time_threshold", "--folds", "2", "--output", "tables")
     found = invoke("detect", "evaluate", folder, *asked, *SETTINGS, "--markdown")

@@ -69,6 +69,7 @@ def test_wrong_input_is_exit_code_2_and_leaves_nothing(invoke, tmp_path, argumen
     assert contents(tmp_path) == ["clip.mp4"]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("no_report")
 def test_converge_gives_the_events_their_uncertainty(invoke, block, tmp_path):
     study = block(curvature=2.0)
@@ -132,6 +133,7 @@ def test_a_fit_prints_its_tables_and_says_where_its_figures_are(invoke, monkeypa
     assert calls[0] == (Path("x.yaml"), Path("x.csv"), 3)
 
 
+@pytest.mark.slow
 def test_folder_has_tracks_overlay_and_page(invoke, tmp_path):
     frames = clips.filmed(clips.slide(clips.field(), 0.3, count=12, rest=6))
     write_video(tmp_path / "clip.avi", frames, 60.0)
@@ -144,6 +146,7 @@ def test_folder_has_tracks_overlay_and_page(invoke, tmp_path):
     assert "following its markers" in done.stderr
 
 
+@pytest.mark.slow
 def test_partial_tracks_are_called_so(invoke, tmp_path):
     write_video(tmp_path / "images", clips.filmed(clips.still(clips.field()[:75], 6)), 60.0)
     done = invoke("track", "images", "--markers", 81, "--rest", 4, "--layout", "free", "--dark", "--out", "there", "-q")
@@ -216,6 +219,7 @@ def test_verify_prints_one_table_fails_where_a_check_does_and_goes_on_where_a_pr
     assert "may be one of right, wrong" in invoke("verify", "--only", "rihgt", code=2).stderr
 
 
+@pytest.mark.slow
 def test_json_has_numbers_and_nothing_else_is_printed_and_names_are_listed_without_computing(invoke):
     done = invoke("verify", "--only", "patch", "--json")
     (table,) = json.loads(done.stdout, parse_constant=pytest.fail)

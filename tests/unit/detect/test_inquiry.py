@@ -25,6 +25,7 @@ CHOICES = Choices(rest_frames=20, window=5, samples="20,6,2,20")
 FEW = Levels(lost="0,0.6", noise="", slower="2")
 
 
+@pytest.mark.slow
 def test_an_inquiry_has_a_table_and_a_figure_of_each(trials_folder, tmp_path):
     found = inquire(trials_folder, "displacement_threshold:rings", CHOICES, FEW)
     assert list(found.tables) == list(found.figures) == ["learning-curve", "importance", "robustness"]
@@ -115,6 +116,7 @@ def test_disturbed_tracks_are_tracks(name, amount, trials):
         assert disturbed.sizes["time"] == 87
 
 
+@pytest.mark.slow
 def test_more_is_lost_with_more_disturbance(detector, trials):
     levels = [("lost", 0.0), ("lost", 0.6), ("noise", 20.0), ("slower", 2)]
     plain, lost, noisy, slower = inquiries.robustness_of(detector, trials, trials.onsets(), trials.names[8:12], levels)
@@ -137,6 +139,7 @@ def few(trials):
     return replace(trials, names=trials.names[::2])
 
 
+@pytest.mark.slow
 def test_what_is_left_as_it_is_gives_the_evaluation_by_condition_and_higher_thresholds_make_labels_late(few):
     # Markers of analytic trials jump by tens of pixels.
     higher = replace(AS_IT_IS, labels=LabelSettings(30.0, 1.0, rest_frames=20))

@@ -41,7 +41,7 @@ def change(folder, **values):
     write_json(path, read_json(path, "") | values)
 
 
-@pytest.mark.parametrize("name", ["forest", "boosting", "svm", "logistic"])
+@pytest.mark.parametrize("name", ["forest", pytest.param("boosting", marks=pytest.mark.slow), "svm", "logistic"])
 def test_a_detector_says_the_same_after_it_was_read_back(name, trials, learned, tmp_path):
     first = learned(name)
     write_detector(first, tmp_path / "d")
@@ -173,6 +173,7 @@ def _edited(described):
             yield from ((described | {name: other}, is_gone) for other, is_gone in _edited(value))
 
 
+@pytest.mark.slow
 def test_edited_descriptions_are_refused_or_read_as_they_are(folder):
     described = read_json(folder / "detector.json", "")
     provenance = described["provenance"]

@@ -129,6 +129,7 @@ def collect(recordings, tmp_path):
     return made
 
 
+@pytest.mark.slow
 def test_videos_of_both_cameras_become_a_data_set_with_the_labels_of_their_user(collect, tmp_path):
     (tmp_path / "mine.csv").write_text("trial,incipient_s,gross_s\none,0.5,0.9\ntwo,0.6,\n")
     assert collect(labels=tmp_path / "mine.csv") == f"{tmp_path / 'trials'}: 2 trials"
@@ -171,6 +172,7 @@ def test_what_is_wrong_with_a_video_is_said_and_kept(recordings, tmp_path):
     assert "the reference is no rest" in open_trials(tmp_path / "trials").trial("early").provenance["warnings"]
 
 
+@pytest.mark.slow
 def test_options_of_the_tracker_reach_both_cameras_and_files_of_tracks_are_read_as_they_are(collect, tmp_path):
     """Twice the frame rate is half the time, in both; a mask that leaves nothing is for the inner one alone."""
     nothing = np.zeros((120, 160), dtype=bool)

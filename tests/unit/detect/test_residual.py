@@ -218,6 +218,7 @@ def test_a_camera_is_watched_and_events_are_told_as_they_come():
     assert table.note.endswith("1 frames were dropped.")
 
 
+@pytest.mark.slow
 def test_a_trained_detector_that_needs_no_layout_watches_a_camera(trials, tmp_path):
     choices = {"motion": MOTION, "sampling": SAMPLING, "names": trials.names[:8]}
     write_detector(train(trials, trials.onsets(), "logistic:field", **choices), tmp_path / "detector")

@@ -31,6 +31,7 @@ def stored(trials_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Pat
     return folder
 
 
+@pytest.mark.slow
 def test_a_detector_keeps_its_features_and_runs_on_both_files(stored, trials, tmp_path, monkeypatch) -> None:
     name, table = benchmark_test_trials(trials.names)[0], tmp_path / "tracks.csv"
     write_tracks_csv(trials.tracks(name), table)

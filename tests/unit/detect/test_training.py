@@ -19,6 +19,7 @@ from fingerslip.errors import InputError
 from unit.detect.conftest import MOTION, SAMPLING
 
 
+@pytest.mark.slow
 def test_a_detector_finds_slip_in_trials_that_it_has_not_seen(trials):
     onsets = trials.onsets()
     made = training.train(trials, onsets, "logistic", motion=MOTION, sampling=SAMPLING, names=trials.names[:-4])
@@ -29,6 +30,7 @@ def test_a_detector_finds_slip_in_trials_that_it_has_not_seen(trials):
         assert abs(found.incipient - onsets[name].incipient) < 1.0
 
 
+@pytest.mark.slow
 def test_thresholds_are_set_by_the_largest_score_before_slip_of_trials_that_were_kept(trials):
     made = training.train(trials, trials.onsets(), "time_threshold", motion=MOTION, sampling=SAMPLING, share=0.2)
     assert made.calibration.trials == 5
@@ -90,6 +92,7 @@ def others(tmp_path_factory):
     return write_trials(slides, tmp_path_factory.mktemp("others") / "slides", "Other slides")
 
 
+@pytest.mark.slow
 def test_onsets_are_read_with_and_without_smoothing_and_slip_that_never_comes_is_no_mistake(detector, others):
     found = on_unseen(detector, others, others.onsets())
     assert list(found.onsets) == list(found.scores) == ["detector", "single frames"]

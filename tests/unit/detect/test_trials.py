@@ -64,6 +64,7 @@ def test_a_set_of_other_trials_is_refused_and_nothing_is_left(names, message, tm
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_trials_of_different_layouts_have_none_and_teach_what_needs_none(tmp_path):
     sensors = [SyntheticSensor(), SyntheticSensor(internal=ring_layout(2.5e-3, (1, 8, 16)))]
     slides = [SyntheticSlide(travel=8e-3, seed=seed) for seed in range(4)]

@@ -136,6 +136,7 @@ def creep(tolerance, **changes):
     return fs.simulate(dataclasses.replace(oscillator(1.0, 0.0, 1.0), damping=fs.RayleighDamping(0.0, 0.5), time=time))
 
 
+@pytest.mark.slow
 def test_creep_follows_the_tolerance_with_few_steps():
     errors, steps = [], []
     for tolerance in (1e-2, 1e-3):
@@ -212,6 +213,7 @@ def test_a_step_that_is_not_solved_is_halved_and_the_shortest_one_is_refused():
         watched_run(Watched(0.4, lambda _: True), fs.Adaptive(5e-3))
 
 
+@pytest.mark.slow
 def test_models_that_are_simulated_together_are_computed_one_by_one():
     time = fs.Adaptive(5e-3, 1e-2)
     models = [push_and_slide(friction=friction, time=time) for friction in (0.2, 0.6)]

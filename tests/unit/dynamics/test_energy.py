@@ -113,6 +113,7 @@ def careless(step, alpha, end):
     return own_scheme(step, alpha, end, end_share=1.0)
 
 
+@pytest.mark.slow
 def test_steps_that_make_energy_are_warned_of_more_than_was_put_in_is_refused_and_lost_energy_is_no_matter(caplog):
     for alpha, ratio in ((-0.3, 1e4), (0.0, 1.0), (0.0, 100.0), (-0.05, 1e4)):
         energy = stored_energy(rod(alpha, ratio))

@@ -86,7 +86,9 @@ def sheared_block(element, *counts):
     )
 
 
-@pytest.mark.parametrize(("element", "counts"), [("Q4", (10, 10)), ("H8", (10, 2, 10))])
+@pytest.mark.parametrize(
+    ("element", "counts"), [("Q4", (10, 10)), pytest.param("H8", (10, 2, 10), marks=pytest.mark.slow)]
+)
 def test_a_turned_rod_costs_few_factors_and_ends_where_it_does_without_its_coordinates(element, counts, monkeypatch):
     model = sheared_block(element, *counts)
     history = fs.simulate(model)

@@ -263,6 +263,7 @@ def test_contact_obeys_its_law_at_the_end_of_every_step():
     assert np.abs(history["energy_imbalance"].values).max() < 1e-5 * history["external_work"].values[-1]
 
 
+@pytest.mark.slow
 def test_steps_are_those_of_newtons_method_with_a_new_tangent_in_every_step(monkeypatch):
     """The tolerance of a step, 1e-6 of its forces, leaves as much in forces and 1e-7 in displacements."""
     history = dragged()

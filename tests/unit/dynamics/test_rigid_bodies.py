@@ -68,6 +68,7 @@ def test_two_fingers_hold_an_object_by_friction_alone(element):
     assert imbalance < 1e-9 * np.abs(history.external_work.values).max()
 
 
+@pytest.mark.slow
 def test_newtons_law_holds_for_the_body_in_every_step_and_a_load_beyond_friction_has_no_equilibrium():
     """The trapezoidal rule takes the equations of motion at the end of each step as they are."""
     history = fs.simulate(held(time=fs.TimeStepping(1e-3, alpha=0.0, end=0.2)))
@@ -120,11 +121,10 @@ SPRUNG = fs.RigidBody(1e-3, free=("y",), springs=fs.Springs(y=5.0), loads=(fs.Bo
 @pytest.mark.parametrize(
     ("body", "counterface", "basis"),
     [
-        (TURNING, DISC, "reduced"),
-        (SPRUNG, fs.Plane(), "reduced"),
-        (dataclasses.replace(SPRUNG, dampers=fs.Dampers(y=0.5)), fs.Plane(), "full"),
+        pytest.param(TURNING, DISC, "reduced", id="turning", marks=pytest.mark.slow),
+        pytest.param(SPRUNG, fs.Plane(), "reduced", id="sprung"),
+        pytest.param(dataclasses.replace(SPRUNG, dampers=fs.Dampers(y=0.5)), fs.Plane(), "full", id="damped"),
     ],
-    ids=["turning", "sprung", "damped"],
 )
 def test_a_reduced_basis_moves_the_body_as_the_mesh_does(body, counterface, basis, caplog):
     """Springs and masses are part of the basis; dampers are not, so that the motion is computed on the mesh."""
@@ -170,6 +170,7 @@ def test_utilisation_of_anisotropic_friction_is_one_in_any_direction():
     assert history.friction_utilisation.values.max() <= 1.0 + 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("dim", "element", "up", "about"), [(2, "Q4", "y", "rz"), (3, "H8", "z", "ry")])
 def test_the_moment_of_contact_turns_the_body(dim, element, up, about):
     """An object, heavier on one side, turns between the fingers until friction holds it.

@@ -215,6 +215,7 @@ def test_strides_of_several_steps_lead_to_the_same_slide_but_for_a_percent(shear
     assert np.abs(motion.displacement - other.displacement).max() < 0.01 * np.abs(other.displacement).max()
 
 
+@pytest.mark.slow
 def test_a_dome_in_3d_with_patches_under_a_tilted_plate_begins_in_balance_and_slides_as_step_by_step():
     law = fs.Coulomb(0.6)
     upright, tilted = (
@@ -284,6 +285,7 @@ def test_a_slide_that_ends_early_leaves_the_states_so_far_and_a_press_is_an_erro
     assert "its last state stands for what follows: contact at t = 1.45 s" in caplog.text
 
 
+@pytest.mark.slow
 def test_bodies_of_one_press_are_those_of_a_press_for_each_depth():
     depths, sizes, told = (0.8e-3, 0.4e-3), {"spacing": 0.25, "near": 1e-3}, []
     model = searched(pressed_pad(), REACH)

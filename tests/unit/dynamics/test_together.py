@@ -39,6 +39,7 @@ def test_histories_are_those_of_single_simulations_and_progress_counts_the_longe
         assert_same_history(history, fs.simulate(model, solver=EXACT))
 
 
+@pytest.mark.slow
 @needs_mkl
 @pytest.mark.usefixtures("as_large")
 def test_factors_of_single_precision_of_other_candidates_round_otherwise():

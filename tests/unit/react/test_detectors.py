@@ -96,6 +96,7 @@ def holder(*sites):
 SKIN = holder(*(Site(f"FA-I-{number}", "FA-I", (x, 1e-3)) for number, x in enumerate((-4e-3, 0.0, 4e-3))))
 
 
+@pytest.mark.slow
 def test_alarm_comes_with_the_spike_that_fills_the_window():
     detectors = {"few": SpikeCount(count=2), "more": SpikeCount(count=4), "many": SpikeCount(count=10_000)}
     with Grasp(held(30.0, 0.4e-3), SKIN, detectors) as grasp:
@@ -157,6 +158,7 @@ def detector():
     return Detector("threshold", threshold, FeatureSettings(("displacement",), motion), (), *layout, AsItIs())
 
 
+@pytest.mark.slow
 def test_alarm_is_the_onset_that_the_detector_finds_in_the_whole_tracks(detector):
     learned = {event: LearnedMarkers(detector, 250.0, event) for event in ("incipient", "gross")}
     with Grasp(HELD, SENSOR, learned) as grasp:

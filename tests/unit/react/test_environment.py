@@ -55,6 +55,7 @@ def episode(env, rate, **options):
             return grips, info, lost, over
 
 
+@pytest.mark.slow
 def test_environment_is_one_of_gymnasium(make):
     from gymnasium.utils.env_checker import check_env
 
@@ -63,6 +64,7 @@ def test_environment_is_one_of_gymnasium(make):
         check_env(make(render_mode="rgb_array"))
 
 
+@pytest.mark.slow
 def test_object_is_lost_without_grip_and_saved_with_it(make):
     grips, info, lost, over = episode(make(), 0.0)
     assert (lost, over, set(grips), info["stick_ratio"]) == (True, False, {grips[0]}, 0.0)
@@ -72,6 +74,7 @@ def test_object_is_lost_without_grip_and_saved_with_it(make):
     assert info["travel"] < 2e-3
 
 
+@pytest.mark.slow
 def test_a_controller_feels_nothing_of_a_plate(make, tmp_path):
     study = tmp_path / "plate.yaml"
     study.write_text(STUDY.replace("{mass", "{opposite: plate, mass"))
@@ -83,6 +86,7 @@ def test_a_controller_feels_nothing_of_a_plate(make, tmp_path):
     assert episode(beside, 1.0)[2:] == (False, True)
 
 
+@pytest.mark.slow
 def test_action_takes_effect_after_the_latency_in_seconds(make):
     at_once, _, _, _ = episode(make(force_rate=20.0), 1.0)
     late, info, _, _ = episode(make(force_rate=20.0), 1.0, latency=0.0133)

@@ -176,7 +176,16 @@ def test_holder_that_cannot_hold_is_refused(changes, message):
     ("kind", "name", "sizes", "boundary", "group"),
     [
         ("fingertip", "wang2014-2d", MeshSizes(contact_size=0.15e-3, bulk_size=1e-3), "skin", "FA-I"),
-        ("tactip", "tactip-ridged-2d", SensorSectionSizes(contact_size=0.5e-3, bulk_size=2e-3), "contact", "rod_feet"),
+        pytest.param(
+            *(
+                "tactip",
+                "tactip-ridged-2d",
+                SensorSectionSizes(contact_size=0.5e-3, bulk_size=2e-3),
+                "contact",
+                "rod_feet",
+            ),
+            marks=pytest.mark.slow,
+        ),
     ],
 )
 def test_fingertip_and_sensor_hold_objects(kind, name, sizes, boundary, group):

@@ -102,6 +102,7 @@ def test_memory_of_a_run_is_given_back_when_it_is_over(grasp):
         gc.enable()
 
 
+@pytest.mark.slow
 def test_latency_is_never_rounded_to_steps(grasp):
     travels = [grasp.react(reaction(latency), "force").travel for latency in (40e-3, 40.5e-3, 41e-3, 41.5e-3, 42e-3)]
     steps = np.diff(travels)
@@ -109,6 +110,7 @@ def test_latency_is_never_rounded_to_steps(grasp):
     assert steps.max() < 1.5 * steps.min()
 
 
+@pytest.mark.slow
 @settings(max_examples=8, deadline=None)
 @given(latency=st.floats(HELD.step, 0.15), more=st.floats(1e-4, 0.1), shape=st.sampled_from(["ramp", "smooth"]))
 def test_no_latency_saves_what_a_shorter_one_loses_nor_travels_less(grasp, latency, more, shape):
@@ -145,6 +147,7 @@ def test_critical_latency_is_the_edge_between_saved_and_lost(grasp):
     assert critical_start(grasp, weak, tolerance=20e-3).time is None, "it adds too little at any latency"
 
 
+@pytest.mark.slow
 def test_mirror_images_agree():
     images = []
     for direction in (1, -1):

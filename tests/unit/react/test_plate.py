@@ -46,6 +46,7 @@ def test_a_slab_lies_under_the_lowest_point_of_every_kind_of_mesh_and_has_its_ce
     build_space(joined)  # refuses cells that are folded, or turn otherwise than the rest
 
 
+@pytest.mark.slow
 def test_stiff_faces_bear_the_same_friction_and_the_travel_is_that_of_the_equation_of_motion():
     margin = 0.25 * HELD.mass * 9.81
     load = fs.RampLoad(rate=4.0, force=margin + 4.0)
@@ -65,6 +66,7 @@ def test_a_plate_bears_what_friction_allows_before_a_soft_finger_shears():
     assert finger < 0.8 * held.friction * held.first_grip
 
 
+@pytest.mark.slow
 def test_an_alarm_of_the_skin_saves_the_object_and_a_film_shows_the_plate(tmp_path, monkeypatch):
     monkeypatch.setattr(film, "SHOWN_FILM", Film(size=(640, 480), frame_rate=5.0, seconds=1.0))
     with fs.Grasp(HELD, pad(), {"noticed": fs.SlippedArea(fraction=0.48)}) as grasp:

@@ -82,6 +82,7 @@ def reactions(study):
     return reactions_of(study)
 
 
+@pytest.mark.slow
 def test_map_that_ships_is_complete():
     runs = read_runs(ROOT / "studies" / "reaction_map.yaml").runs
     assert len(runs) == 5 * 6 * 3
@@ -109,6 +110,7 @@ def test_reactions_save_within_the_critical_latency_and_quick_loads_leave_less_t
     assert travels[0] < travels[1] < reactions.settings.travel_limit < travels[2]
 
 
+@pytest.mark.slow
 def test_results_are_those_of_any_study(study, folder):
     assert run_study(folder / "small.yaml", results_dir=folder / "results").unchanged == study.computed
     (run, *_) = read_results(study.folder).runs

@@ -136,6 +136,7 @@ def test_the_error_of_runs_that_were_left_out_is_that_of_new_ones(
 EMULATOR = fit_emulator(POINTS, stiffening(POINTS) / DEVIATION)
 
 
+@pytest.mark.slow
 def test_the_posterior_of_a_linear_model_is_its_closed_form() -> None:
     pytest.importorskip("emcee")
     truth = np.array([[0.45, 0.55]])

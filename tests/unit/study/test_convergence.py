@@ -118,6 +118,7 @@ def known(tmp_path_factory):
         return refined(path), path
 
 
+@pytest.mark.slow
 def test_order_and_limit_of_a_known_dependence_are_found_and_written_with_tables_and_figures(known):
     found, path = known
     overall = found.runs[0].quantities["slip.overall"]
@@ -156,6 +157,7 @@ def test_an_added_measure_gets_its_sizes_its_order_and_its_uncertainty(write_stu
     assert float(row["last_uncertainty_s"]) == pytest.approx(found.uncertainty)
 
 
+@pytest.mark.slow
 def test_only_what_is_not_there_is_computed_and_the_report_made_again_with_the_uncertainties(
     write_study, called, reports
 ):
@@ -171,6 +173,7 @@ def test_only_what_is_not_there_is_computed_and_the_report_made_again_with_the_u
     assert len(called) == 1 + 4
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("called", "reports")
 def test_chosen_runs_are_refined_and_earlier_ones_stay_known_to_the_tables_of_the_study(write_study):
     path = write_study()

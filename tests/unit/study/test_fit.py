@@ -79,6 +79,7 @@ def test_a_truth_comes_back_within_its_interval(
     assert "foreman2013" in entries
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("reports")
 def test_a_fit_is_whole_and_a_range_that_cuts_it_off_is_refused(
     write_study: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch

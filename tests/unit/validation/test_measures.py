@@ -275,6 +275,7 @@ def test_statements_on_markers_are_judged_in_slides_in_3d_by_the_worst_indentati
     assert len(rows) == 2 * SPLIT + 2
 
 
+@pytest.mark.slow
 def test_rows_of_detectors_are_computed_stored_and_read_back(tmp_path, monkeypatch):
     slides = synthetic_slides((3e-3, 4e-3), directions=1, repeats=5, travel=5e-3)
     trials = write_trials(slides, tmp_path / "slides", "Analytic")

@@ -191,6 +191,7 @@ def test_rows_name_model_and_reading_and_those_in_3d_are_read_at_the_reference_n
     assert rows[0].quantity == f"incipient slip, in 3D ({SOLID_READINGS['slip']})"
 
 
+@pytest.mark.slow
 def test_computed_intervals_are_stored_and_read_back(tmp_path, monkeypatch):
     ran = []
     monkeypatch.setattr(

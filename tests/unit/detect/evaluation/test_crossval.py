@@ -44,6 +44,7 @@ def test_no_trial_is_on_both_sides_and_events_are_found_in_all(samples, trials):
     assert early < 12
 
 
+@pytest.mark.slow
 def test_frames_of_known_trials_are_easier_for_a_classifier_that_learns_them_by_heart():
     """Trials whose frames differ by an offset of the trial alone leak through a split by sample."""
     draw = np.random.default_rng(0)
@@ -97,6 +98,7 @@ def fits(monkeypatch):
     return names
 
 
+@pytest.mark.slow
 def test_an_interrupted_evaluation_goes_on(begin, tmp_path, fits):
     names = begin().trials.names
     tests = grouped_folds(names, 3, 0)

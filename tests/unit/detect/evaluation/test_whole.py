@@ -28,6 +28,7 @@ def mixed(tmp_path_factory: pytest.TempPathFactory) -> TrialSet:
     return write_trials(cases, tmp_path_factory.mktemp("mixed") / "set", "Mixed")
 
 
+@pytest.mark.slow
 def test_slip_is_told_from_none_and_the_length_tells_nothing(mixed, tmp_path):
     (table,) = evaluate_whole(mixed.folder, CHOICES, folds=2, group="object", output=tmp_path)
     accuracies = {str(row[0]): float(str(row[1]).split()[0]) for row in table.rows}
@@ -48,6 +49,7 @@ def test_what_cannot_be_asked_is_refused(mixed):
         slips_of(mixed, {})
 
 
+@pytest.mark.slow
 def test_an_evaluation_has_a_page(tmp_path):
     labels = {"a": Onsets(1.0, 2.0), "b": Onsets(None, None)}
     slips, chances = np.array([False, True, True, False]), np.array([0.1, 0.9, 0.6, 0.4])

@@ -62,6 +62,7 @@ def test_tangent_of_a_step_of_a_body_that_relaxes(element, integration, formulat
     assert_tangent(bulk, lambda u: bulk.deformed(u, begun), moved(bulk, 0.03))
 
 
+@pytest.mark.slow
 @settings(max_examples=40)
 @given(
     kind=st.sampled_from([kind for kind in KINDS if kind[1] != "full"]),

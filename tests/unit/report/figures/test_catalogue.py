@@ -41,6 +41,7 @@ def test_figures_that_a_run_or_a_study_cannot_have_are_refused_with_those_that_f
         draw_of_study("latency", StudySubject((), {}, {}))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("element", ["Q4", pytest.param("T4", marks=pytest.mark.slow)])
 def test_frames_have_the_asked_size_and_number_and_change_but_for_what_stands_still(element):
     film = Film(size=(640, 360), frame_rate=8.0, seconds=1.0)
@@ -67,6 +68,7 @@ def test_a_film_that_cannot_be_written_is_refused(values, words):
         Film(**values)
 
 
+@pytest.mark.slow
 def test_the_time_of_a_history_to_browse_decides_what_is_drawn(monkeypatch):
     history = make(Process())
     plot = fs.plot(history)

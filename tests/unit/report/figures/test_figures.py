@@ -611,6 +611,7 @@ def test_every_snapshot_is_cut_once_and_white_margins_go_at_the_same_place_of_al
     assert style.crop([blank])[0].shape == blank.shape
 
 
+@pytest.mark.slow
 def test_frames_end_after_overall_slip_and_strains_and_stick_ratios_have_their_rows_and_scales():
     history = block_history()
     (triangles,) = panels(patches.slip_frames_figure(history, times=[0.0]))[0].collections

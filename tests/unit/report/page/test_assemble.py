@@ -41,6 +41,7 @@ def section_of(report, title):
     return section
 
 
+@pytest.mark.slow
 def test_standard_report_has_its_sections_and_figures():
     mesh = skfem.MeshQuad().refined(2).scaled(1e-3).with_subdomains({"tissue": lambda x: x[0] > -1.0})
     references = (published_set("wang2014-table2"), published_set("wang2014-qualitative"))
@@ -219,6 +220,7 @@ def test_the_answer_has_a_caption_of_what_it_shows_and_no_more(element, kind, wo
     assert answer.caption == f"What the plate does, the contact at several {words}"
 
 
+@pytest.mark.slow
 def test_a_sweep_answers_with_latency_and_events_by_title_and_a_run_with_all_signals_over_time():
     content = two_runs(starts={"0.4": 1.0, "0.6": 1.0})
     assert [picture.name for picture in hero_pictures(content)] == [

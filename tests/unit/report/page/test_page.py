@@ -135,6 +135,7 @@ def content(**more):
     return ReportContent(study_of(**more), {}, references=REFERENCES)
 
 
+@pytest.mark.slow
 def test_a_study_with_samples_has_its_sections_and_the_published_times_of_its_phalanges():
     report, titles = study_report(content()), ("Slip times over the samples", "What moves overall slip")
     assert [section.title for section in report.sections] == [
@@ -201,6 +202,7 @@ def test_the_page_shows_them_by_what_they_are_with_their_values_and_without_name
     assert samples.samples_in_motion(dataclasses.replace(made, representatives={})).is_empty
 
 
+@pytest.mark.slow
 def test_folder_stands_beside_the_video_its_page_says_what_is_wrong_and_a_failure_leaves_nothing(tmp_path):
     frames = list(clips.filmed(clips.still(clips.field(rings=2), 5)))
     write_video(tmp_path / "a.mkv", frames, 30.0)

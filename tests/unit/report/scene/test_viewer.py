@@ -66,6 +66,7 @@ def test_a_picture_says_what_its_colours_stand_for_and_has_a_scale(history, opti
     assert bars == ["2 mm"]
 
 
+@pytest.mark.slow
 def test_pictures_and_films_are_files_written_whole(history, tmp_path, monkeypatch):
     viewer.save_still(history, tmp_path / "block.png", 0.05)
     with Image.open(tmp_path / "block.png") as picture:

@@ -135,6 +135,7 @@ def test_cuts_are_the_contours_of_both_sections_and_the_surface_keeps_clear_of_t
     assert ft.depth_below_skin(finger, points[::2, ::3].reshape(-1, 3)).min() > 1.1e-3
 
 
+@pytest.mark.slow
 def test_phalanx_is_narrow_at_the_waist_and_wide_at_the_tuft_and_a_scaled_one_has_even_tissue_under_the_pad():
     points = surface("original")[1].points
     widths = {x: points[np.abs(points[:, 0, 0] - x).argmin(), :, 2].max() for x in (-16e-3, -6e-3, 0.0)}

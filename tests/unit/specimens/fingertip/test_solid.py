@@ -61,6 +61,7 @@ def test_tetrahedra_fill_the_rows_and_conform(skin):
     assert list(np.unique(row)) == [0, 1]
 
 
+@pytest.mark.slow
 def test_triangles_are_fine_near_the_contact_and_never_wider_than_the_tissue(monkeypatch):
     finger, sizes = change_solid(), SolidSizes("T4", contact_size=0.4e-3, bulk_size=2e-3)
     monkeypatch.setattr(solid, "mesh_surface", mesher := Mock())

@@ -117,6 +117,7 @@ def sheared_history(sites):
     return xr.Dataset({"displacement": (("time", "site", "component"), moved)}, coords=coordinates)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("rows", "columns", "spacing", "look"),
     [

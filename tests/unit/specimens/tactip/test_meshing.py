@@ -46,6 +46,7 @@ def areas(mesh, region):
     return 0.5 * np.abs(np.sum(x * np.roll(y, -1, axis=0) - y * np.roll(x, -1, axis=0), axis=0))
 
 
+@pytest.mark.slow
 def test_names_quality_and_every_marker_is_a_node(ridged):
     """Regions share nodes and leave no gaps: outside are the skin and three sides of the window."""
     assert set(ridged.subdomains) == {"skin", "gel", "rods", "window"}

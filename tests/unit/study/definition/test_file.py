@@ -160,6 +160,7 @@ def test_a_base_that_is_none_is_refused(tmp_path, base, message):
         read_study(write(tmp_path, "own.yaml", {"base": base}))
 
 
+@pytest.mark.slow
 def test_a_long_ring_of_bases_is_one_line(tmp_path):
     for number in range(1200):
         (tmp_path / f"{number}.yaml").write_text(f"title: x\nbase: {(number + 1) % 1200}.yaml\n", encoding="utf-8")

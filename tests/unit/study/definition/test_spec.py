@@ -215,6 +215,7 @@ odd = st.sampled_from(
 )
 
 
+@pytest.mark.slow
 @given(path=st.sampled_from(list(walk(whole()))), value=odd, swept=st.booleans())
 def test_any_value_anywhere_gives_a_study_or_clear_errors(path, value, swept):
     values = whole()

@@ -109,6 +109,7 @@ def test_mesh_of_a_scan_is_written_for_paraview_with_its_tables(tmp_path, monkey
     assert len(back.subdomains["tissue"]) == 5
 
 
+@pytest.mark.slow
 def test_a_deck_is_drawn_and_what_it_has_besides_a_mesh_is_told(write_study, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("pad.feb").write_text(FEBIO, encoding="latin-1")
@@ -146,6 +147,7 @@ def write_deck(folder):
     return str(folder / "deck.inp")
 
 
+@pytest.mark.slow
 def test_preset_and_study_are_drawn(tmp_path):
     study = tmp_path / "study.yaml"
     study.write_text("fingertip: {preset: wang2014-2d}\ntime: {step: 5 ms, end: 10 ms}\n", encoding="utf-8")
@@ -252,6 +254,7 @@ def test_wrong_choices_say_what_is_allowed(finished, target, choice, output, wor
     assert list(finished.glob("film*")) == []
 
 
+@pytest.mark.slow
 def test_a_film_is_an_mp4_of_the_asked_size_and_rate(tmp_path):
     history = block_history("Q4")
     fs.write_history(history, tmp_path / "history.nc")

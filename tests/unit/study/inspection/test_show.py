@@ -147,6 +147,7 @@ def test_differences_beyond_the_uncertainties_of_both_stand_out_and_studies_may_
     assert "title" not in rows
 
 
+@pytest.mark.slow
 def test_a_study_is_a_table_of_its_runs_and_a_run_the_tables_of_its_history(finished, tmp_path):
     written = export_result(finished, "parquet")
     assert written == finished / "export-parquet"
@@ -189,6 +190,7 @@ def folder_of(write_study, method, count):
 pytestmark = pytest.mark.usefixtures("reports", "simulated")
 
 
+@pytest.mark.slow
 def test_sobol_indices_are_written_with_their_figure(write_study):
     folder = folder_of(write_study, "saltelli", 4)
     (table,) = write_sensitivities(folder, "overall_slip", "auto")
@@ -204,6 +206,7 @@ def test_sobol_indices_are_written_with_their_figure(write_study):
         write_sensitivities(folder, "normal_force_max", "linear")
 
 
+@pytest.mark.slow
 def test_elementary_effects_and_predictions(write_study):
     folder = folder_of(write_study, "morris", 6)
     (table,) = write_sensitivities(folder, "overall_slip", "auto")

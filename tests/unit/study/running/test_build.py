@@ -241,6 +241,7 @@ def test_a_phalanx_is_held_and_a_solid_needs_no_depth(values, supports, formulat
         assert model.contacts[0].counterface == fs.Plane((0.0, 1.0, 0.0))
 
 
+@pytest.mark.slow
 def test_tetrahedra_make_a_model_in_3d(monkeypatch):
     sizes = {"element": "T4", "contact_size": "0.8 mm", "bulk_size": "1.6 mm"}
     run = run_of(finger_values(fingertip={"preset": "wang2014-3d"}, mesh=sizes, record={"receptors": ["FA-I"]}))

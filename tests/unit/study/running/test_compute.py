@@ -280,6 +280,7 @@ os.kill(os.getpid(), signal.SIGKILL)
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="has no such signals")
 def test_a_worker_of_a_killed_process_ends():
     """The pipe to this process is closed when the last of both has ended."""

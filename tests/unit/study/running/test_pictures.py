@@ -122,6 +122,7 @@ def filmed_plan(folder, cameras, identity="a"):
     return SimpleNamespace(folder=folder, source=folder.with_suffix(".yaml"), study=study, finished_runs=lambda: runs)
 
 
+@pytest.mark.slow
 def test_a_pixel_camera_leaves_video_truth_and_tracks_that_agree_and_a_point_camera_no_frames(tmp_path):
     errors = film_history(filmed_history(), "external", SMALL, tmp_path / "cameras" / "external", "key")
     folder, still_for = tmp_path / "cameras" / "external", filmed_history()["displacement"].values[:50, 0]
@@ -142,6 +143,7 @@ def test_a_pixel_camera_leaves_video_truth_and_tracks_that_agree_and_a_point_cam
     assert 0.0 < errors.rms < 0.02
 
 
+@pytest.mark.slow
 def test_films_are_made_once_and_again_where_camera_or_run_changed_and_unrecorded_markers_are_an_error(tmp_path):
     study = tmp_path / "study"
     (study / "run").mkdir(parents=True)

@@ -167,6 +167,7 @@ def test_tables_stand_beside_published_sets_that_have_events():
     assert len(said) == 2
 
 
+@pytest.mark.slow
 def test_report_has_a_picture_file_for_every_figure_and_one_section_for_the_one_mesh(finished, monkeypatch):
     monkeypatch.setattr(figures, "_DOTS_PER_INCH", 20)
     monkeypatch.setattr(assemble, "study_report", _without_details(assemble.study_report))

@@ -312,6 +312,7 @@ def test_values_that_differ_between_runs_are_swept_and_those_that_only_some_have
     assert rows["contacts.0.friction_coefficient"].value == "0.3"
 
 
+@pytest.mark.slow
 def test_no_value_that_is_shown_as_not_used_changes_the_section(tmp_path):
     coarse = {"mesh": {"contact_size": "0.4 mm", "bulk_size": "0.8 mm"}}
     for record in ({"receptors": ["FA-I", "SA-II"]}, {}):

@@ -69,6 +69,7 @@ def test_trials_are_the_runs_from_their_start_on(study: fs.StudyResult, alarms: 
     assert tracks["time"].values[:3] == pytest.approx([0.0, 8e-3, 16e-3])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("times", "expected"),  # of the alarms: saved [%], false grips, before the load
     [
@@ -95,6 +96,7 @@ def test_scores_are_what_alarms_are_worth(
     assert "2 objects, 1 of which are lost without a reaction" in table.note
 
 
+@pytest.mark.slow
 def test_verb_writes_trials_and_scores_onsets_but_not_of_other_runs(
     study: fs.StudyResult, alarms: dict[str, Onsets], tmp_path: Path
 ) -> None:

@@ -51,6 +51,7 @@ def few(study, **changes):
     return expand_mapping({**as_mapping(smaller), **changes}, STUDY)
 
 
+@pytest.mark.slow
 def test_there_are_the_320_trials_of_the_paper(study, runs):
     plans = trial_plans(runs, study.trials, study.sample.count)
     cells = {}

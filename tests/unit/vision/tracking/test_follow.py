@@ -71,6 +71,7 @@ def test_frame_that_shows_nothing_changes_nothing(markers: Markers) -> None:
     assert np.abs(found - FIELD - 8.0).max() < 0.05
 
 
+@pytest.mark.slow
 def test_markers_that_move_apart_from_their_neighbours_are_kept() -> None:
     rest = np.column_stack([197.0 + 30.0 * np.arange(9), np.full(9, 240.0)])
     markers = at_rest(rest, "free")

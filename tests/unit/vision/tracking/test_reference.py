@@ -96,6 +96,7 @@ def test_glare_and_a_bright_ring_are_no_markers(count: int | None, look: clips.L
     assert found.warnings == ()
 
 
+@pytest.mark.slow
 def test_missing_markers_are_said_and_too_many_missing_ones_are_refused() -> None:
     few, fewer = (mean_frame(points=FIELD[:count]) for count in (70, 9))
     assert "found 70 of 81 markers in the first frames" in found_in(few, 81, "free").warnings[0]

@@ -92,6 +92,7 @@ def test_no_identity_is_swapped_in_eight_directions(eighth: int) -> None:
     assert (score.swapped, score.stray, score.kept) == (0, 0, 1.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bright", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_bad_clip_is_kept(bright: bool) -> None:
     look = clips.with_look(clips.BAD, marker=150.0, background=50.0) if bright else clips.BAD
@@ -101,6 +102,7 @@ def test_bad_clip_is_kept(bright: bool) -> None:
     assert score.rms < 0.1
 
 
+@pytest.mark.slow
 def test_markers_that_slip_past_their_neighbours_are_kept() -> None:
     """The rim slips by half the distance between markers, in jerks, and the middle sticks."""
     distance, number = np.linalg.norm(FIELD - FIELD.mean(axis=0), axis=1), np.arange(40)[:, None]
@@ -111,6 +113,7 @@ def test_markers_that_slip_past_their_neighbours_are_kept() -> None:
     assert (score.swapped, score.kept) == (0, 1.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("layout", ["rings", pytest.param("hex", marks=pytest.mark.slow)])
 def test_halves_that_part_by_a_whole_distance_between_markers_are_kept(layout: str) -> None:
     points = clips.field(layout=layout, rings=4 if layout == "rings" else 5)
@@ -120,6 +123,7 @@ def test_halves_that_part_by_a_whole_distance_between_markers_are_kept(layout: s
     assert (score.swapped, score.kept) == (0, 1.0)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:.*not seen in more than a tenth:fingerslip.vision.tracking.track.TrackingWarning")
 @pytest.mark.parametrize(("radius", "share"), [pytest.param(9.0, 0.99, marks=pytest.mark.slow), (11.0, 0.97)])
 def test_markers_that_touch_or_overlap_are_themselves_when_they_part(radius: float, share: float) -> None:
@@ -132,6 +136,7 @@ def test_markers_that_touch_or_overlap_are_themselves_when_they_part(radius: flo
     assert clips.scored(made.tracks["position"].values[-8:], made.truth[-8:]).kept == 1.0
 
 
+@pytest.mark.slow
 def test_marker_that_vanishes_for_ten_frames_is_found_again() -> None:
     positions = clips.slide(FIELD, 0.5, travel=30.0, count=32, rest=REST)
     hidden = np.zeros((32, 81), dtype=bool)
@@ -156,6 +161,7 @@ def test_trackpy_finds_the_same(clip: Clip) -> None:
         assert np.sqrt((apart.min(axis=1) ** 2).mean()) < 0.03
 
 
+@pytest.mark.slow
 def test_drift_at_rest_while_the_light_fades() -> None:
     made = tracked(clips.still(FIELD, 30), clips.with_look(SMALL, drift=0.5))
     position = made.tracks["position"].values
@@ -216,6 +222,7 @@ def test_what_is_wrong_with_frames_is_said_and_marked(change: Callable[[list], l
         assert np.isfinite(tracks["position"].values[13:]).all()
 
 
+@pytest.mark.slow
 def test_truncated_video_gives_partial_tracks(tmp_path: Path, clip: Clip) -> None:
     write_video(tmp_path / "whole.avi", clip.frames, RATE)
     content = (tmp_path / "whole.avi").read_bytes()
@@ -245,6 +252,7 @@ def test_lost_intervals_and_swaps_are_told(clip: Clip) -> None:
     assert found[19, 11] == pytest.approx(np.linalg.norm(swapped[0, 0] - swapped[0, 1]), rel=0.2)
 
 
+@pytest.mark.slow
 def test_frames_that_come_one_by_one_give_what_the_tracks_have_and_few_frames_no_reference(clip: Clip) -> None:
     tracker = MarkerTracker(n_markers=81, rest_frames=REST)
     taken = [tracker.take(frame, number / RATE) for number, frame in enumerate(clip.frames)]
