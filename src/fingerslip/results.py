@@ -19,6 +19,7 @@ from fingerslip.slip.measures import Number
 from fingerslip.slip.receptors import Peak
 from fingerslip.slip.windows import READINGS, TIMES, defines_time, event_label
 from fingerslip.storage.files import file_digest, read_json, write_json
+from fingerslip.uncertainty import Convergence
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -47,6 +48,7 @@ class RunResult:
     versions: Mapping[str, str] = field(default_factory=lambda: _EMPTY)
     values: Mapping[str, Any] = field(default_factory=lambda: _EMPTY)
     uncertainty: Mapping[str, float] = field(default_factory=lambda: _EMPTY)  # by key of the number [SI]
+    convergence: Mapping[str, Convergence] = field(default_factory=lambda: _EMPTY)  # where that is from, by key
     sampled: Mapping[str, Any] = field(default_factory=lambda: _EMPTY)
     derived: Mapping[str, Quantity] = field(default_factory=lambda: _EMPTY)
     reaction: Mapping[str, float | None] = field(default_factory=lambda: _EMPTY)  # times since the load began [s]

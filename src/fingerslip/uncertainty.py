@@ -11,7 +11,7 @@ uncertainty is three times their range (Eca & Hoekstra 2014).
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Literal
@@ -25,16 +25,17 @@ class Setting:
 
     name: str  # its name in files and tables
     label: str  # what its sizes are, for axes
+    words: str  # what is varied, in sentences
     order: float | None  # largest order of convergence
 
 
 #: The settings in the order of tables. Bilinear elements and the HHT scheme are of second order, the penalties of first
 #: order in the contact compliance.
 SETTINGS = (
-    Setting("mesh", "element size / that in use", 2.0),
-    Setting("step", "time step / that in use", 2.0),
-    Setting("penalty", "contact compliance / that in use", 1.0),
-    Setting("alpha", "numerical damping alpha", None),
+    Setting("mesh", "element size / that in use", "element sizes", 2.0),
+    Setting("step", "time step / that in use", "time steps", 2.0),
+    Setting("penalty", "contact compliance / that in use", "contact stiffness", 1.0),
+    Setting("alpha", "numerical damping alpha", "numerical damping", None),
 )
 #: Largest order by the name of the setting, of those that have a limit.
 ORDERS: Mapping[str, float] = MappingProxyType({one.name: one.order for one in SETTINGS if one.order is not None})
@@ -96,6 +97,25 @@ class Convergence:
     def unsettled_settings(self) -> tuple[str, ...]:
         """The settings with which the number does not converge."""
         return tuple(name for name, refinement in self.refinements.items() if not refinement.converges)
+
+
+def varied_settings(convergences: Iterable[Convergence]) -> tuple[str, ...]:
+    """Return the settings that were varied for any of some numbers, in the order of tables."""
+    varied = {name for convergence in convergences for name in convergence.sources}
+    return tuple(setting.name for setting in SETTINGS if setting.name in varied)
+
+
+def settings_in_words(names: Iterable[str]) -> str:
+    """Return settings as a list in a sentence.
+
+    Examples
+    --------
+    >>> settings_in_words(["mesh", "step", "alpha"])
+    'element sizes, time steps and numerical damping'
+    """
+    words = {setting.name: setting.words for setting in SETTINGS}
+    *first, last = [words[name] for name in names] or [""]
+    return f"{', '.join(first)} and {last}" if first else last
 
 
 def refine(series: Series, formal_order: float | None) -> Refinement:

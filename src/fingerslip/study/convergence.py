@@ -11,6 +11,7 @@ from typing import Any
 
 from fingerslip.errors import InputError
 from fingerslip.model.model import Model
+from fingerslip.parameters.dotted import is_below
 from fingerslip.report.tables.compare import convergence_table, series_table
 from fingerslip.results import RunResult, quantities, stored_result
 from fingerslip.storage.files import new_folder, write_text
@@ -40,7 +41,7 @@ def levels_of(study: Study) -> tuple[Level, ...]:
     """Return the levels that a study asks for and can have.
 
     A mesh that is read or made of a scan has no element sizes to change here, a body without contact no contact
-    stiffness.
+    stiffness: :func:`unrefined` says so.
     """
     applies: Mapping[str, Callable[[float], bool]] = {
         "mesh": lambda factor: study.mesh.refined(factor) is not None,
@@ -50,6 +51,25 @@ def levels_of(study: Study) -> tuple[Level, ...]:
     }
     values = {setting.name: getattr(study.converge, setting.name) for setting in SETTINGS}
     return tuple(Level(name, value) for name in values for value in values[name] if applies[name](value))
+
+
+_LEFT_OUT: Mapping[str, str] = {
+    "mesh": "the mesh is read or made of a scan, so there are no element sizes to change; read a finer one in a second"
+    " study, and compare both with fingerslip diff",
+    "penalty": "nothing is in contact",
+    "alpha": "without inertia there is no damping, and what is in use is no other value",
+}
+
+
+def unrefined(plan: Plan) -> tuple[str, ...]:
+    """Say which settings a study file asks to refine that its runs do not have."""
+    refined = {level.setting for run in plan.runs for level in levels_of(run.study)}
+    asked = [name for name in _LEFT_OUT if any(is_below(path, f"converge.{name}") for path in plan.given)]
+    return tuple(
+        f"converge.{name} is left out: {_LEFT_OUT[name]}"
+        for name in asked
+        if getattr(plan.study.converge, name) and name not in refined
+    )
 
 
 def run_at(run: Run, level: Level, model: Model) -> Run:
@@ -84,11 +104,14 @@ class StudyConvergence:
 
     folder: Path  # folder of the results of the study
     runs: tuple[RunConvergence, ...]  # the runs that were refined
+    warnings: tuple[str, ...] = ()  # what the study asks to refine and does not have
 
     @property
     def tables(self) -> tuple[Table, ...]:
         """A table for each run."""
-        return tuple(convergence_table(convergence.quantities, convergence.run) for convergence in self.runs)
+        said = "\n".join(f"WARNING: {warning}." for warning in self.warnings)
+        tables = (convergence_table(convergence.quantities, convergence.run) for convergence in self.runs)
+        return tuple(dataclasses.replace(table, note=f"{table.note}\n{said}".rstrip()) for table in tables)
 
     @property
     def markdown(self) -> str:
@@ -129,7 +152,7 @@ def converge(
     new = {job.run.name: _run_convergence(plan, job.run, of_run) for job, of_run in zip(jobs, levels, strict=True)}
     convergences = {**read_convergences(plan.folder, plan.identities), **new}
     write_convergences(plan.folder, convergences)
-    result = StudyConvergence(plan.folder, tuple(new.values()))
+    result = StudyConvergence(plan.folder, tuple(new.values()), unrefined(plan))
     from fingerslip.report.figures.study import convergence_figure
     from fingerslip.report.figures.style import save_figure
 

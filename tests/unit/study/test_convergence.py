@@ -13,10 +13,20 @@ import fingerslip as fs
 from fingerslip.dynamics.system.checks import contact_penalties
 from fingerslip.slip import find_events, measures
 from fingerslip.slip.measures import Measure
-from fingerslip.study.convergence import Level, converge, level_folders, levels_of, run_at
+from fingerslip.study.convergence import (
+    Level,
+    StudyConvergence,
+    converge,
+    level_folders,
+    levels_of,
+    run_at,
+    unrefined,
+)
 from fingerslip.study.definition.runs import expand_mapping, plan_study
 from fingerslip.study.definition.spec import parse_study
+from fingerslip.study.inspection.check import check_plans
 from fingerslip.study.running.build import build_model
+from fingerslip.study.storage.store import RunConvergence
 from fingerslip.units import Unit
 from places import ROOT
 from unit import synthetic
@@ -41,6 +51,19 @@ def test_all_settings_that_a_study_has_and_that_differ_from_its_own_are_refined(
     values["time"] = {**values["time"], "end": "0.1 s"}
     study = plan_study(write_study(values)).runs[0].study
     assert {level.setting for level in levels_of(study)} == {"step"}
+
+
+def test_what_is_asked_for_and_cannot_be_refined_is_said(write_study):
+    asked = {"mesh": [0.6667, 0.5], "step": [0.5, 0.25], "alpha": [-0.05]}
+    plan = plan_study(write_study(block_values() | {"converge": asked}))
+    mesh, alpha = unrefined(plan)
+    assert mesh.startswith("converge.mesh is left out: the mesh is read")
+    assert "fingerslip diff" in mesh
+    assert alpha.startswith("converge.alpha is left out")
+    assert f"WARNING: block.yaml: {mesh}." in check_plans([plan]).note
+    assert unrefined(plan_study(write_study())) == (), "defaults ask for nothing"
+    said = StudyConvergence(plan.folder, (RunConvergence("run", "", {}),), (mesh,)).tables[0].note
+    assert said.endswith(f"WARNING: {mesh}.")
 
 
 def test_sizes_steps_and_stiffness_are_multiplied(block):

@@ -14,7 +14,7 @@ from fingerslip.results import RunResult
 from fingerslip.slip.measures import measure_of
 from fingerslip.slip.windows import LATENCY, MAIN_EVENTS, NOTICED_NOTE, READING_HEADINGS, READINGS
 from fingerslip.tables.table import Cell, Column, Measured, Missing, Table
-from fingerslip.uncertainty import SETTINGS, Convergence, Refinement
+from fingerslip.uncertainty import SETTINGS, Convergence, Refinement, settings_in_words, varied_settings
 
 _TIMES = (*MAIN_EVENTS, LATENCY)
 # Relative difference that sums of thousands of steps may have without a reason.
@@ -167,8 +167,11 @@ def convergence_table(quantities: Mapping[str, Convergence], title: str) -> Tabl
     """Show how well the numbers of a run are known."""
     settings = (f"± {setting.name}" for setting in SETTINGS)
     names = ("quantity", "unit", "value", "uncertainty", *settings, "converges")
-    rows = tuple(_row(key, quantity) for key, quantity in quantities.items())
-    note = prose("notes", "convergence")
+    rows = tuple(_row(key, quantity) for key, quantity in quantities.items() if _is_there(key, quantity))
+    varied = varied_settings(quantities.values())
+    note = prose("notes", "convergence", {"settings": settings_in_words(varied)})
+    left_out = settings_in_words(setting.name for setting in SETTINGS if setting.name not in varied)
+    note = f"{note} Not studied: {left_out}." if left_out else note
     note = f"{note} {NOTICED_NOTE}" if "slip.noticed" in quantities else note
     return Table(f"Numerical uncertainty, {title}", tuple(map(Column, names)), rows, note)
 
@@ -186,10 +189,20 @@ def series_table(runs: Mapping[str, Mapping[str, Convergence]]) -> Table:
     return Table("Refinement", tuple(map(Column, names)), rows)
 
 
-def _row(key: str, quantity: Convergence) -> tuple[Cell, ...]:
-    # The times of events have dots in their keys, measures know their reading.
+def _is_there(key: str, quantity: Convergence) -> bool:
+    """Tell whether a number belongs to a run: one of markers or receptors that it does not have has no row."""
+    every = (quantity.value, *(value for series in quantity.sources.values() for value in series.values))
+    return _reason(key) is not Missing.NOT_DEFINED or any(value is not None for value in every)
+
+
+def _reason(key: str) -> Missing:
+    """Return why a number is not there: the times of events have dots in their keys, measures know their reading."""
     measure = measure_of(key)
-    reason = Missing.NO_EVENT if "." in key or (measure and measure.reading) else Missing.NOT_DEFINED
+    return Missing.NO_EVENT if "." in key or (measure and measure.reading) else Missing.NOT_DEFINED
+
+
+def _row(key: str, quantity: Convergence) -> tuple[Cell, ...]:
+    reason = _reason(key)
     if quantity.value is None:
         return (quantity.quantity, quantity.unit, *([reason] * (3 + len(SETTINGS))))
     refinements = quantity.refinements

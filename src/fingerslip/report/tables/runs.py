@@ -16,6 +16,7 @@ from fingerslip.slip.front import edge_warning
 from fingerslip.slip.measures import Measure
 from fingerslip.slip.windows import EVENTS, LATENCY, NOTICED_NOTE, READINGS, TIMES, defines_time
 from fingerslip.tables.table import Cell, Column, Measured, Missing, Table, typeset
+from fingerslip.uncertainty import settings_in_words, varied_settings
 from fingerslip.units import si_quantity, unit_suffix
 
 if TYPE_CHECKING:
@@ -90,7 +91,9 @@ def swept_cells(run: RunResult, runs: Sequence[RunResult]) -> tuple[Cell, ...]:
 
 def run_notes(runs: Sequence[RunResult]) -> str:
     """Say what the sign ± means, and which contact came close to a free edge; nothing where neither is the case."""
-    bars = prose("notes", "bars") if any(run.uncertainty for run in runs) else ""
+    varied = varied_settings(quantity for run in runs for quantity in run.convergence.values())
+    over = f" over {settings_in_words(varied)}" if varied else ""
+    bars = prose("notes", "bars", {"over": over}) if any(run.uncertainty for run in runs) else ""
     return " ".join(filter(None, (bars, edge_warning({run_title(run, run.name): run.edge for run in runs}))))
 
 

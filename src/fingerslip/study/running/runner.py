@@ -19,7 +19,14 @@ from fingerslip.study.definition.runs import Plan, Run, plan_studies
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.storage import reporting
 from fingerslip.study.storage.reporting import REPORT, film_keys
-from fingerslip.study.storage.store import read_manifest, read_uncertainties, refused_in, write_results
+from fingerslip.study.storage.store import (
+    read_convergences,
+    read_manifest,
+    read_uncertainties,
+    refused_in,
+    with_convergence,
+    write_results,
+)
 
 if TYPE_CHECKING:
     from fingerslip.report.content import RunPictures
@@ -282,11 +289,11 @@ def write_report(study: StudyResult, pictures: Mapping[str, RunPictures] | None 
 def _write_tables(
     plan: Plan, finished: Mapping[str, RunResult], refused: tuple[RefusedRun, ...], report: str
 ) -> StudyResult:
-    uncertainties = read_uncertainties(plan.folder, plan.identities)
+    convergences = read_convergences(plan.folder, plan.identities)
     runs = []
     for run in (run for run in plan.runs if run.name in finished):
-        uncertainty = uncertainties.get(run.name, {})
-        result = dataclasses.replace(finished[run.name], values=run.flat_values, uncertainty=uncertainty)
+        result = with_convergence(finished[run.name], convergences.get(run.name))
+        result = dataclasses.replace(result, values=run.flat_values)
         derived = {name: derive(name, text, result) for name, text in plan.study.derived.items()}
         runs.append(dataclasses.replace(result, derived=derived))
     sample = plan.study.sample

@@ -38,8 +38,8 @@ from fingerslip.study.storage.store import (
     read_convergences,
     read_manifest,
     read_run,
-    read_uncertainties,
     stored_study,
+    with_convergence,
 )
 from fingerslip.tables.table import Table
 from fingerslip.units import Unit
@@ -208,8 +208,8 @@ def read_stored_run(folder: str | Path) -> RunResult:
     if runs:
         raise ResultError(f"{folder}: holds a study; needs the folder of one of its runs: {', '.join(runs)}")
     run = read_run(folder)
-    uncertainties = read_uncertainties(folder.parent, {folder.name: run.identity})
-    return dataclasses.replace(run, uncertainty=uncertainties.get(folder.name, {}))
+    convergences = read_convergences(folder.parent, {folder.name: run.identity})
+    return with_convergence(run, convergences.get(folder.name))
 
 
 def study_tables(study: StudyResult) -> tuple[Table, ...]:

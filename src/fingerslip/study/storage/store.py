@@ -292,13 +292,13 @@ def refused_in(manifest: Mapping[str, Any]) -> tuple[RefusedRun, ...]:
 def stored_study(folder: Path, read: Callable[[Path], RunResult]) -> StudyResult:
     """Read the results of a study back, each run by `read` from its folder."""
     manifest = stored_manifest(folder)
-    uncertainties = read_uncertainties(folder, identities(manifest))
+    convergences = read_convergences(folder, identities(manifest))
     runs = []
     for name in manifest["runs"]:
         quantities = manifest["derived"].get(name, {}).items()
         derived = {label: Quantity(label, unit, value) for label, (value, unit) in quantities}
-        uncertainty = uncertainties.get(name, {})
-        runs.append(dataclasses.replace(read(folder / name), uncertainty=uncertainty, derived=derived))
+        run = with_convergence(read(folder / name), convergences.get(name))
+        runs.append(dataclasses.replace(run, derived=derived))
     return StudyResult(
         folder,
         tuple(manifest["compare"]),
@@ -343,6 +343,12 @@ class RunConvergence:
     run: str  # its name
     identity: str  # hash of its inputs
     quantities: Mapping[str, Convergence]  # by key, see :func:`fingerslip.results.quantities`
+
+    @property
+    def uncertainties(self) -> dict[str, float]:
+        """The uncertainties that are known, by key [SI]."""
+        bars = {key: quantity.uncertainty for key, quantity in self.quantities.items()}
+        return {key: bar for key, bar in bars.items() if bar is not None}
 
 
 def write_convergences(folder: Path, convergences: Mapping[str, RunConvergence]) -> None:
@@ -393,14 +399,14 @@ def _warn(message: str) -> None:
 
 def read_uncertainties(folder: Path, identities: Mapping[str, str]) -> dict[str, dict[str, float]]:
     """Return the known uncertainties of the runs with these inputs: run, then key, to the number [SI]."""
-    return {
-        name: {
-            key: quantity.uncertainty
-            for key, quantity in convergence.quantities.items()
-            if quantity.uncertainty is not None
-        }
-        for name, convergence in read_convergences(folder, identities).items()
-    }
+    return {name: convergence.uncertainties for name, convergence in read_convergences(folder, identities).items()}
+
+
+def with_convergence(run: RunResult, convergence: RunConvergence | None) -> RunResult:
+    """Return a run with its numerical uncertainties and where they are from; without them where none are known."""
+    if convergence is None:
+        return dataclasses.replace(run, uncertainty={}, convergence={})
+    return dataclasses.replace(run, uncertainty=convergence.uncertainties, convergence=convergence.quantities)
 
 
 def _quantity_mapping(convergence: Convergence) -> dict[str, Any]:

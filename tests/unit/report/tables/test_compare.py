@@ -91,6 +91,8 @@ NEVER = Convergence("incipient slip", "s", None, {"mesh": Series("mesh", SIZES, 
 
 def test_a_number_has_its_uncertainty_by_setting_and_its_verdict():
     row = texts(compare.convergence_table({"slip.overall": GOOD}, "run"))[0]
+    table = compare.convergence_table({"slip.overall": GOOD}, "run")
+    assert "over element sizes, time steps, contact stiffness and numerical damping. It is" in table.note
     assert row == [
         "overall slip", "s", "2", "1.387", "1.25 (1.0)", "0.6 (up/down)", "unchanged", "0.001", "not with step"
     ]  # fmt: skip
@@ -102,10 +104,16 @@ def test_a_number_has_its_uncertainty_by_setting_and_its_verdict():
 def test_what_did_not_happen_what_was_not_varied_and_what_nothing_changes_are_told_apart():
     table = compare.convergence_table({"slip.incipient": NEVER, "normal_force_max_N": NEVER}, "run")
     assert texts(table)[0][2:] == ["none"] * 7
-    assert texts(table)[1][2:] == ["n/a"] * 7, "a measure is no event"
+    assert len(table.rows) == 1, "what the run does not have has no row"
+    some = Convergence("largest force", "N", None, {"mesh": Series("mesh", SIZES, (None, 1.0, None))})
+    table_of_some = compare.convergence_table({"normal_force_max_N": some}, "run")
+    assert texts(table_of_some)[0][2:] == ["n/a"] * 7, "a measure is no event"
     assert "none: the event did not happen" in table.remarks
     lacking = Convergence("overall slip", "s", 2.0, {"step": Series("step", SIZES, (2.0, None, 1.9))})
-    row = compare.convergence_table({"slip.overall": lacking}, "run").rows[0]
+    table = compare.convergence_table({"slip.overall": lacking}, "run")
+    assert "of those over time steps. It is" in table.note
+    assert "Not studied: element sizes, contact stiffness and numerical damping." in table.note
+    row = table.rows[0]
     assert row[3:8] == (Missing.NO_EVENT, Missing.NOT_STUDIED, Missing.NO_EVENT, *[Missing.NOT_STUDIED] * 2)
     still = Convergence("overall slip", "s", 1.748, {"step": Series("step", SIZES, (1.748,) * 3)})
     assert still.uncertainty is None

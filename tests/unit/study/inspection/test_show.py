@@ -16,7 +16,9 @@ from fingerslip.study.inspection.show import (
 )
 from fingerslip.study.inspection.views import FigureChoice, write_figure
 from fingerslip.study.storage import reporting
+from fingerslip.study.storage.store import RunConvergence
 from fingerslip.tables.table import Measured, Missing
+from fingerslip.uncertainty import Convergence, Series
 from unit.study.block import FRICTIONS, NAMES, block_values, finger_values
 
 
@@ -126,9 +128,15 @@ def test_two_runs_stand_beside_each_other_where_they_differ_and_a_run_does_not_f
 def test_differences_beyond_the_uncertainties_of_both_stand_out_and_studies_may_have_other_values(
     finished, write_study, tmp_path, monkeypatch
 ):
-    known = {"slip.overall": 3e-3, "slip.incipient": 0.4, "slip_margin_incipient": 0.01}
+    largest = {"slip.overall": 3e-3, "slip.incipient": 0.4, "slip_margin_incipient": 0.01}
+    known = {
+        key: Convergence(key, "", 0.0, {"alpha": Series("alpha", (0.0, -0.1), (0.0, change))})
+        for key, change in largest.items()
+    }
     with monkeypatch.context() as patch:
-        patch.setattr(reporting, "read_uncertainties", lambda _, runs: dict.fromkeys(runs, known))
+        patch.setattr(
+            reporting, "read_convergences", lambda _, runs: {name: RunConvergence(name, "", known) for name in runs}
+        )
         _, results = diff_runs(finished / FIRST, finished / SECOND)
     difference = rows_by_name(results)["overall slip (accumulated slip)"][3]
     assert isinstance(difference, Measured)

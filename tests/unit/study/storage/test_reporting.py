@@ -128,9 +128,12 @@ def test_stored_runs_come_back_as_they_were_alone_and_with_their_study(finished,
     # Slip reaches the centre at 1.4 s + 0.5 s per unit of friction.
     assert [run.events.overall for run in stored.runs] == pytest.approx([1.5, 1.6, 1.7], abs=0.02)
     assert read_stored_run(finished / NAMES[1]) == stored.runs[1]
-    known = {"slip.overall": 6e-3}
-    monkeypatch.setattr(reporting, "read_uncertainties", lambda _, runs: dict.fromkeys(runs, known))
-    assert read_stored_run(finished / NAMES[1]).uncertainty == known
+    known = {"slip.overall": KNOWN}
+    monkeypatch.setattr(
+        reporting, "read_convergences", lambda _, runs: {name: RunConvergence(name, "", known) for name in runs}
+    )
+    assert read_stored_run(finished / NAMES[1]).uncertainty == {"slip.overall": KNOWN.uncertainty}
+    assert read_stored_run(finished / NAMES[1]).convergence == known
 
 
 def test_a_folder_that_is_no_study_or_no_run_says_what_is_needed_and_a_run_that_has_gone_is_named(finished, tmp_path):
