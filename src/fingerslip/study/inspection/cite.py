@@ -12,14 +12,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fingerslip.history import read_history
+from fingerslip.history import read_history, site_kinds
 from fingerslip.mesh.mixed import is_degenerate
 from fingerslip.published import published_set
 from fingerslip.report.citations import bibtex_entries, short_citation, source_keys
-from fingerslip.report.labels import short_labels
+from fingerslip.report.labels import run_title, short_labels
 from fingerslip.report.page.answer import definitions
 from fingerslip.report.tables.parameters import ASSUMED, NOT_USED, ShownValue
 from fingerslip.results import HISTORY, RUN, RunResult, StudyResult
+from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import EventSettings
 from fingerslip.study.fit import SUMMARY
 from fingerslip.study.storage.reporting import (
@@ -32,6 +33,7 @@ from fingerslip.study.storage.reporting import (
     value_rows,
 )
 from fingerslip.study.storage.store import read_manifest
+from fingerslip.uncertainty import SETTINGS, settings_in_words, varied_settings
 from fingerslip.units import Unit
 
 if TYPE_CHECKING:
@@ -87,6 +89,8 @@ class _Facts:
     regions: Sequence[str]  # those with cells of their own
     elements: Sequence[str]  # in words
     supports: Sequence[str]
+    receptors: Mapping[str, int]  # how many of each type were recorded
+    afferents: Sequence[str]  # types of receptor whose spikes are computed
     study: StudyResult
     versions: Mapping[str, str]
     commit: str
@@ -119,7 +123,17 @@ def methods_and_papers(folder: Path, *, only_bibtex: bool = False) -> str:
     """Return a paragraph of methods on a run or a study, and the papers behind it as BibTeX."""
     facts = _facts_of(folder)
     text = " ".join(
-        filter(None, (*_model(facts), *_contact(facts), *_motion(facts), *_trust(facts), *_software(facts)))
+        filter(
+            None,
+            (
+                *_model(facts),
+                *_contact(facts),
+                *_motion(facts),
+                *_recorded(facts),
+                *_trust(facts),
+                *_software(facts),
+            ),
+        )
     )
     keys = dict.fromkeys(_CITED.findall(text))
     entries = bibtex_entries((), [published_set(name) for name in facts.study.compare], keys)
@@ -147,6 +161,8 @@ def _facts_of(folder: Path) -> _Facts:
         regions=_regions_with_cells(histories[0]) if histories else [],
         elements=list(dict.fromkeys(map(_elements_of, histories))),
         supports=[str(name) for name in histories[0]["support"].values] if histories else [],
+        receptors=_receptors(histories[0]) if histories else {},
+        afferents=list(dict.fromkeys(kind for history in histories for kind in _afferents(history))),
         study=study,
         versions={
             name: _enumerate(dict.fromkeys(run.versions[name] for run in study.runs if name in run.versions))
@@ -160,6 +176,19 @@ def _regions_with_cells(history: xr.Dataset) -> list[str]:
     """Return the regions that give cells their material; sets of a deck that hold others do not."""
     names = str(history.attrs.get("regions", "")).split(", ")
     return [names[number] for number in np.unique(history["cell_region"].values) if number >= 0]
+
+
+def _receptors(history: xr.Dataset) -> dict[str, int]:
+    """Return how many receptors of each type a history records."""
+    kinds = list(map(str, site_kinds(history)))
+    return {kind: kinds.count(kind) for kind in RECEPTOR_KINDS if kind in kinds}
+
+
+def _afferents(history: xr.Dataset) -> list[str]:
+    """Return the types of receptor whose spikes figures and files have."""
+    from fingerslip.afferents.model import resolved_afferents  # slow to load, and few studies have receptors
+
+    return [kind for kind in _receptors(history) if "strain" in history and kind in resolved_afferents(history)]
 
 
 def _elements_of(history: xr.Dataset) -> str:
@@ -235,7 +264,7 @@ def _layers(facts: _Facts, kind: str) -> Iterator[str]:
         yield f"Prony terms relax the deviatoric stress (@{key})."
     damping = facts.below("damping")
     if any(float(value.split()[0].rstrip(",")) for value in damping.values()):
-        yield f"Rayleigh damping was proportional to mass and stiffness ({_in_words(damping)})."
+        yield f"Rayleigh damping was proportional to mass and stiffness ({_in_words(damping)}), which no source gives."
 
 
 def _mesh(facts: _Facts) -> Iterator[str]:
@@ -312,6 +341,26 @@ def _motion(facts: _Facts) -> Iterator[str]:
         yield f"The basis (@craig1968) had {constraint} constraint modes and {normal} normal modes."
 
 
+def _recorded(facts: _Facts) -> Iterator[str]:
+    """Yield sentences on receptors and the afferents behind them."""
+    if not facts.receptors:
+        return
+    yield f"Recorded: {_enumerate(f'{count} {kind}' for kind, count in facts.receptors.items())}."
+    if not facts.afferents:
+        return
+    from fingerslip.afferents.model import human_afferents
+
+    models = human_afferents()
+    driven: dict[str, list[str]] = {}
+    for kind in facts.afferents:
+        driven.setdefault(models[kind].stimulus.replace("_", " "), []).append(kind)
+    stimuli = _enumerate(f"{stimulus} ({', '.join(kinds)})" for stimulus, kinds in driven.items())
+    yield (
+        "Spikes come from leaky integrate-and-fire models with the time constants of @saal2017, driven by "
+        f"{stimuli}; stimuli and thresholds were assumed, so that counts of spikes are no result."
+    )
+
+
 def _trust(facts: _Facts) -> Iterator[str]:
     """Yield sentences on events, error bars and energy."""
     runs = facts.study.runs
@@ -348,14 +397,34 @@ def _fit_to_measurements(summary: Path) -> Iterator[str]:
 
 def _error_bars(runs: Sequence[RunResult]) -> str:
     """Say how well the times are known numerically."""
-    bars: dict[str, float] = {}
-    for key, bar in (item for run in runs for item in run.uncertainty.items()):
+    studied, bars = [run for run in runs if run.uncertainty], dict[str, float]()
+    for key, bar in (item for run in studied for item in run.uncertainty.items()):
         if key in _TIMES or key.startswith("reaction."):
             bars[key] = max(bar, bars.get(key, 0.0))
     if not bars:
         return "Numerical uncertainty was not studied."
-    listed = _enumerate(f"{key.partition('.')[2]} {1e3 * bar:.2g} ms" for key, bar in bars.items())
-    return f"Numerical uncertainty over mesh, step, contact stiffness and damping is at most: {listed}."
+    listed = _enumerate(f"{key.partition('.')[2]} {_milliseconds(bar)}" for key, bar in bars.items())
+    varied = varied_settings(quantity for run in studied for quantity in run.convergence.values())
+    over = f" over {settings_in_words(varied)}" if varied else ""
+    others = [run_title(run, run.name) for run in runs if not run.uncertainty]
+    where = f" in {_enumerate(run_title(run, run.name) for run in studied)}" if others else ""
+    lacking = f" It was not studied in {_enumerate(others)}." if others else ""
+    return f"Numerical uncertainty{over}{where} is at most: {listed}.{_unsettled(studied)}{lacking}"
+
+
+def _milliseconds(seconds: float) -> str:
+    return f"{1e3 * seconds:.0f} ms" if seconds >= 0.01 else f"{1e3 * seconds:.2g} ms"
+
+
+def _unsettled(runs: Sequence[RunResult]) -> str:
+    """Say which times have not converged in any of some runs, and with which settings."""
+    told = []
+    for key in _TIMES:
+        settings = {name for run in runs if key in run.convergence for name in run.convergence[key].unsettled_settings}
+        if settings:
+            words = settings_in_words(setting.name for setting in SETTINGS if setting.name in settings)
+            told.append(f"{key.partition('.')[2]} with {words}")
+    return f" Not converged: {'; '.join(told)}." if told else ""
 
 
 def _software(facts: _Facts) -> Iterator[str]:

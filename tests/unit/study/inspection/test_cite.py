@@ -17,6 +17,7 @@ from fingerslip.study.inspection import cite
 from fingerslip.study.inspection.cite import methods_and_papers
 from fingerslip.study.running.runner import run_study
 from fingerslip.study.storage.reporting import SWEPT, value_rows
+from fingerslip.uncertainty import Convergence, Series
 from unit.study.block import block_mesh, block_values, finger_values
 from unit.study.conftest import draw_nothing
 from unit.whole_result import WHOLE
@@ -69,7 +70,7 @@ CASES = {
             "Strains and rotations were taken as large.",
             "with friction (static 0.5, kinetic 0.4, decay speed 1 mm/s), by penalties",
             "of the largest force; at large strain the balance of forces to 1e-06.",
-            "Rayleigh damping was proportional to mass and stiffness (mass 0 1/s, stiffness 0.001 s).",
+            "Rayleigh damping was proportional to mass and stiffness (mass 0 1/s, stiffness 0.001 s), which no source",
             "Inertia was left out: every one of the steps of 10 ms was in equilibrium.",
         ),
         {"alart1991", "malkus1978", "simo1987", *LIBRARIES},
@@ -141,10 +142,18 @@ def test_vectors_that_differ_between_runs_are_told_apart(write_study):
 
 def test_error_bars_are_the_largest_of_all_runs():
     bars = ({"slip.overall": 2e-3, "slip.latency": 0.03, "displacement.overall": 1.0}, {"slip.overall": 4e-3}, {})
-    runs = [dataclasses.replace(WHOLE, uncertainty=uncertainty) for uncertainty in bars]
-    text = cite._error_bars(runs)
-    assert text.endswith("is at most: overall 4 ms and latency 30 ms.")
+    runs = [
+        dataclasses.replace(WHOLE, swept={"friction": number}, uncertainty=uncertainty)
+        for number, uncertainty in enumerate(bars)
+    ]
+    assert cite._error_bars(runs[:2]) == "Numerical uncertainty is at most: overall 4 ms and latency 30 ms."
     assert cite._error_bars(runs[2:]) == "Numerical uncertainty was not studied."
+    values = {"step": Series("step", (1.0, 0.5, 0.25), (1.0, 1.2, 1.1))}
+    known = {"slip.latency": Convergence("latency", "s", 1.0, values)}
+    assert cite._error_bars([dataclasses.replace(runs[0], convergence=known), runs[2]]) == (
+        "Numerical uncertainty over time steps in friction 0 is at most: overall 2 ms and latency 30 ms. "
+        "Not converged: latency with time steps. It was not studied in friction 2."
+    )
 
 
 def test_tolerances_are_those_of_the_solvers_and_what_is_no_result_is_refused(tmp_path):
