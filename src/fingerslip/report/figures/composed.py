@@ -37,7 +37,8 @@ def composed_figure(
     moments = picture_times(history, events) if has_pictures(history) else []
     heights = [_STIMULUS, _PICTURES, *[_STATES] * is_flat, *[_RASTER] * len(kinds), _SERIES, _SERIES]
     heights = [height for height in heights if moments or height != _PICTURES]
-    heading = style.join_title("Stimulus, contact, afferents and forces", title)
+    shown = "Stimulus, contact, afferents and forces" if kinds else "Stimulus, contact and forces"
+    heading = style.join_title(shown, title)
     size = (_WIDTH, float(np.mean(heights)))
     figure, panels = style.figure_grid(
         len(heights), 1, size, heading, ("time [s]", ""), share="x", heights=heights, lettered=False, full=True

@@ -71,9 +71,8 @@ def force_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, title: s
     panels = every[::columns]
     draw_forces(panels[0], history, time.values)
     draw_ratios(panels[1], history, time.values)
-    panels[1].set(ylabel="ratio, fraction", ylim=(-0.03, _KEYS_ROOM * panels[1].get_ylim()[1]))
-    for axes, where in zip(panels, ("best", "upper left"), strict=True):
-        style.add_keys_inside(axes, loc=where)
+    panels[1].set_ylabel("ratio, fraction")
+    for axes in panels:
         time.fit(axes)
     style.mark_panels(panels, history, events.slip)
     for axes, (moment, words) in zip(every[1::2], moments.items(), strict=False):
@@ -83,7 +82,9 @@ def force_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, title: s
         unused.set_visible(False)
     if moments:
         add_stress_bar(figure, every[1 : 2 * len(moments) : 2], history)
-    style.add_legend(figure, style.state_keys((STICK, SLIP)) if moments else {})
+    # Below the panels, where keys cover no line.
+    keys = {str(line.get_label()): line for axes in panels for line in axes.lines if line.get_label()[:1] != "_"}
+    style.add_legend(figure, keys | (style.state_keys((STICK, SLIP)) if moments else {}))
     return figure
 
 

@@ -32,8 +32,8 @@ _WIDE = 4.6  # inch
 _MOST_TICKS = 8
 _MOST_PANELS = 12
 _PUBLISHED: Any = {"marker": "D", "linestyle": "", "markerfacecolor": "none"}
-# The readings stand beside each other where the axis has words.
-_SHIFTS: Mapping[str, float] = {"slip": -0.2, "displacement": 0.0, "acceleration": 0.2}
+# Readings and events stand beside each other, in shares of what is between two values on the axis.
+_READINGS_APART, _EVENTS_APART = 0.16, 0.05
 
 
 @with_style
@@ -43,13 +43,13 @@ def event_times_figure(
     reference: PublishedSet | None = None,
     starts: Mapping[str, float] | None = None,
 ) -> Figure:
-    """Draw the event times against a swept value, a panel for each combination of the other swept values.
+    """Draw the event times against a swept value, with known uncertainties, a panel for each combination of others.
 
     Times [s] count from when the slides start [s], by the names of runs, or from the start of the runs.
     """
     words = path_label(path)
     runs = [run for run in runs if starts is None or run.name in starts]
-    axis, since = _Axis(runs, path), starts or dict.fromkeys((run.name for run in runs), 0.0)
+    axis, since = _Axis(runs, path, EVENTS), starts or dict.fromkeys((run.name for run in runs), 0.0)
     labels = (words, f"time from the start of the {'run' if starts is None else 'slide'} [s]")
     figure, panels = _group_panels(runs, path, (3.1, 3.0), f"Slip events against {words}", labels)
     published, happened = dict[str, Artist](), set[str]()
@@ -57,17 +57,21 @@ def event_times_figure(
     for axes, members in panels:
         ordered = sorted(members, key=axis.position)
         begin = np.array([since[run.name] for run in ordered])
-        for event, (reading, mark) in itertools.product(MAIN_EVENTS, _READING_MARKS.items()):
+        for event, (reading, mark) in itertools.product(EVENTS, _READING_MARKS.items()):
             times = np.array([run.events.reading(reading).time(event) for run in ordered], dtype=float)
             line, colour = "-" if reading == "slip" and axis.numeric else "", EVENT_COLOURS[event]
             look: dict[str, Any] = {"color": colour, "markerfacecolor": _face(reading, colour), "markersize": 5.5}
-            axes.plot([axis.position(run) for run in ordered], times - begin, linestyle=line, marker=mark, **look)
+            positions = [axis.beside(run, reading, event) for run in ordered]
+            axes.plot(positions, times - begin, linestyle=line, marker=mark, **look)
+            _draw_errors(axes, positions, times - begin, [run.uncertainty.get(f"{reading}.{event}") for run in ordered])
         published |= _draw_published(axes, axis, members, reference, of_events, since=since)
         axis.apply(axes)
-    for event, reading in itertools.product(MAIN_EVENTS, READINGS):
+    if starts is not None:
+        panels[0][0].set_ylim(bottom=0.0)
+    for event, reading in itertools.product(EVENTS, READINGS):
         if any(run.events.reading(reading).time(event) is not None for run in runs):
             happened |= {event, reading}
-    keys = _event_keys(event for event in MAIN_EVENTS if event in happened)
+    keys = _event_keys(event for event in EVENTS if event in happened)
     for reading, mark in _READING_MARKS.items():
         if reading in happened:
             look = {"color": BLACK, "markerfacecolor": _face(reading, BLACK), "markersize": 5.5}
@@ -81,20 +85,19 @@ def latency_figure(
     runs: Sequence[RunResult], path: str = "fingertip.phalanx.variant", reference: PublishedSet | None = None
 ) -> Figure:
     """Draw the latency [ms] against a swept value, with known uncertainties, a panel for each combination of others."""
-    words, axis = path_label(path), _Axis(runs, path)
+    words, axis = path_label(path), _Axis(runs, path, [LATENCY])
     title = f"Latency from incipient to overall slip against {words}"
     figure, panels = _group_panels(runs, path, (2.8, 2.9), title, (words, "latency [ms]"))
     published: dict[str, Artist] = {}
     for axes, members in panels:
         ordered = sorted(members, key=axis.position)
         for reading, mark in _READING_MARKS.items():
-            positions = [axis.position(run) + (0.0 if axis.numeric else _SHIFTS[reading]) for run in ordered]
+            positions = [axis.beside(run, reading) for run in ordered]
             latencies = 1e3 * np.array([run.events.reading(reading).latency for run in ordered], dtype=float)
             look: dict[str, Any] = {"color": READING_COLOURS[reading], "markersize": 6.5}
             axes.plot(positions, latencies, linestyle="-" if axis.numeric else "", marker=mark, **look)
-            errors = [1e3 * run.uncertainty.get(f"{reading}.{LATENCY}", np.nan) for run in ordered]
-            if not np.isnan(errors).all():
-                axes.errorbar(positions, latencies, errors, fmt="none", ecolor=look["color"], capsize=3.0)
+            errors = [run.uncertainty.get(f"{reading}.{LATENCY}") for run in ordered]
+            _draw_errors(axes, positions, latencies, errors, scale=1e3)
         published |= _draw_published(axes, axis, members, reference, {LATENCY: BLACK}, scale=1e3)
         axis.apply(axes)
     panels[0][0].set_ylim(bottom=0.0)
@@ -105,6 +108,15 @@ def latency_figure(
     }
     add_legend(figure, keys | published)
     return figure
+
+
+def _draw_errors(
+    axes: Axes, positions: Sequence[float], values: Any, errors: Sequence[float | None], scale: float = 1.0
+) -> None:
+    """Draw known uncertainties [s] in the colour of the line before."""
+    sizes = scale * np.array(errors, dtype=float)
+    if not np.isnan(sizes).all():
+        axes.errorbar(positions, values, sizes, fmt="none", ecolor=axes.lines[-1].get_color(), capsize=3.0)
 
 
 def _group_panels(
@@ -131,10 +143,15 @@ def _group_panels(
     return figure, [(axes, groups[name]) for axes, name in zip(panels, names, strict=True)]
 
 
+def _happened(runs: Iterable[RunResult], reading: str, times: Iterable[str]) -> bool:
+    pairs = itertools.product((run.events.reading(reading) for run in runs), times)
+    return any(events.time(time) is not None for events, time in pairs)
+
+
 class _Axis:
     """The horizontal axis: numbers where all values are numbers or quantities in one unit; else categories."""
 
-    def __init__(self, runs: Sequence[RunResult], path: str) -> None:
+    def __init__(self, runs: Sequence[RunResult], path: str, times: Iterable[str]) -> None:
         self._path = path
         values = dict.fromkeys(swept_text(run.swept[path]) for run in runs if path in run.swept)
         quantities = {value: number_and_unit(value) for value in values}
@@ -143,10 +160,20 @@ class _Axis:
         self._positions: dict[object, float] = {
             value: numbers[value][0] if self.numeric else float(number) for number, value in enumerate(values)
         }
+        self._readings = [name for name in READINGS if _happened(runs, name, times)]
+        places = sorted(self._positions.values())
+        distances = np.diff(places).tolist() or [1.0]
+        self._distance = min(*distances, 0.3 * (places[-1] - places[0])) if self.numeric and places else 1.0
 
     def position(self, run: RunResult) -> float:
         """Return where a run stands on the axis."""
         return self._positions[swept_text(run.swept[self._path])]
+
+    def beside(self, run: RunResult, reading: str, event: str = LATENCY) -> float:
+        """Return where a time of a run is drawn, so that none hides another of its run."""
+        place = list(EVENTS).index(event) - 1.5 if event in EVENTS else 0.0
+        row = self._readings.index(reading) - 0.5 * (len(self._readings) - 1) if reading in self._readings else 0.0
+        return self.position(run) + self._distance * (_READINGS_APART * row + _EVENTS_APART * place)
 
     def apply(self, axes: Axes) -> None:
         """Give a panel the ticks of the axis."""

@@ -44,7 +44,7 @@ from fingerslip.report.colours import (
     STATE_NAMES,
 )
 from fingerslip.slip import Events, SlideWindow, SlipEvents, slide_window
-from fingerslip.slip.windows import EVENTS, MAIN_EVENTS
+from fingerslip.slip.windows import EVENTS
 from fingerslip.storage.files import write_bytes
 
 _LEAST_WIDTH = 5.2  # inch
@@ -210,7 +210,7 @@ def _wrap(title: str, letters: float) -> str:
 
 def add_keys_inside(axes: Axes, **where: Any) -> None:
     """Put a legend into a panel where it covers least, on white so that lines behind it do not cross letters."""
-    look = {"loc": "best", "frameon": True, "facecolor": "white", "edgecolor": "none", "framealpha": 0.85, **where}
+    look = {"loc": "best", "frameon": True, "facecolor": "white", "edgecolor": "none", "framealpha": 1.0, **where}
     axes.legend(**look).set_zorder(6)
 
 
@@ -351,6 +351,7 @@ def save_figure(figure: Figure, path: str | Path) -> None:
 #: Of a run whose events are not known.
 NO_EVENTS = Events()
 _SLIDE = "slide starts"
+_MARKED = tuple(EVENTS)
 _DOTS = (0, (1, 1.5))
 _LABEL_GAP = 0.4  # inch
 _NAME_ABOVE = 4.0  # points, of the name of an event above its panel
@@ -409,19 +410,19 @@ def is_held(history: xr.Dataset) -> bool:
     return bool(history.sizes.get("counterface", 0)) and not phase_times(history, "slide")
 
 
-def event_times(events: SlipEvents, names: Iterable[str] = MAIN_EVENTS) -> dict[str, float]:
+def event_times(events: SlipEvents, names: Iterable[str] = _MARKED) -> dict[str, float]:
     """Return the times of the named events that happened [s]."""
     times = {name: events.time(name) for name in names}
     return {name: time for name, time in times.items() if time is not None}
 
 
-def mark_events(axes: Axes, events: SlipEvents, names: Iterable[str] = MAIN_EVENTS) -> None:
+def mark_events(axes: Axes, events: SlipEvents, names: Iterable[str] = _MARKED) -> None:
     """Draw a vertical line at every event that happened, on a panel with time in seconds from left to right."""
     for name, time in event_times(events, names).items():
         axes.axvline(time, color=EVENT_COLOURS[name], linewidth=1.3, linestyle=(0, EVENT_DASHES[name]), zorder=4)
 
 
-def mark_run(axes: Axes, history: xr.Dataset, events: SlipEvents, names: Iterable[str] = MAIN_EVENTS) -> None:
+def mark_run(axes: Axes, history: xr.Dataset, events: SlipEvents, names: Iterable[str] = _MARKED) -> None:
     """Draw vertical lines at the start of a run's slide, and at its events where they are known."""
     window = slide_window(history)
     if window is not None:
@@ -434,7 +435,7 @@ def mark_panels(
     history: xr.Dataset,
     events: SlipEvents,
     named: int = 1,
-    names: Sequence[str] = MAIN_EVENTS,
+    names: Sequence[str] = _MARKED,
 ) -> None:
     """Mark a run in panels that have their axis of time, see :func:`mark_run`, and write the names above the first."""
     window = slide_window(history)
@@ -444,7 +445,7 @@ def mark_panels(
         name_events(axes, window.start if window else None, events, names)
 
 
-def name_events(axes: Axes, start: float | None, events: SlipEvents, names: Iterable[str] = MAIN_EVENTS) -> None:
+def name_events(axes: Axes, start: float | None, events: SlipEvents, names: Iterable[str] = _MARKED) -> None:
     """Write the names of the marked events and of the start of the slide [s] above a panel.
 
     Each stands beside its line, or is led to it from beyond its neighbour; those beyond the panel have no name.
@@ -500,7 +501,7 @@ def shown_until(windows: Sequence[SlideWindow], events: Sequence[SlipEvents]) ->
 
 
 def run_keys(
-    histories: Mapping[str, xr.Dataset], events: Mapping[str, Events], names: Sequence[str] = MAIN_EVENTS
+    histories: Mapping[str, xr.Dataset], events: Mapping[str, Events], names: Sequence[str] = _MARKED
 ) -> dict[str, Artist]:
     """Return keys for the lines that :func:`mark_run` draws from accumulated slip; none where nothing slides."""
     if all(slide_window(history) is None for history in histories.values()):
@@ -508,7 +509,7 @@ def run_keys(
     return event_keys((event.slip for event in events.values()), names)
 
 
-def event_keys(events: Iterable[SlipEvents] | None = None, names: Sequence[str] = MAIN_EVENTS) -> dict[str, Artist]:
+def event_keys(events: Iterable[SlipEvents] | None = None, names: Sequence[str] = _MARKED) -> dict[str, Artist]:
     """Return keys of the marked lines for a legend: of events that happened in any of some runs, or of all events."""
     marked = set(names) if events is None else {name for each in events for name in event_times(each, names)}
     keys: dict[str, Artist] = {_SLIDE: Line2D([], [], color=GREY, linewidth=1.2, linestyle=_DOTS)}

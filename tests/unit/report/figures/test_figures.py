@@ -53,7 +53,8 @@ from unit.sampled import study_of
 from unit.synthetic import HALF_WIDTH, KINDS, PRESS_END, Process, make, slip_times
 
 READING = EVENTS.acceleration
-ON_SLIP = [PRESS_END, EVENTS.slip.incipient, EVENTS.slip.three_quarter, EVENTS.slip.overall]
+NAMES = ("incipient", "noticed", "three_quarter", "overall")
+ON_SLIP = [PRESS_END, *(EVENTS.slip.time(name) for name in NAMES)]
 ON_PEAKS = [PRESS_END, READING.incipient, READING.three_quarter, READING.overall]
 TABLE2 = published_set("wang2014-table2")
 FRICTION, VARIANT = "contact.friction_coefficient", "fingertip.phalanx.variant"
@@ -133,14 +134,14 @@ FIGURES = {
     "energy": (of_run("energy", title="a"), [], {"energy [µJ]", "Energy balance: a"}),
     "held": (lambda: signals.held_figure({"one": NO_SLIDE, "other": NO_SLIDE}), [], {"normal force [mN]"}),
     "slip-map": (of_run("slip-map", title="a"), ["a"], {"time [s]", "open", "incipient"},
-        sorted([*ON_SLIP, EVENTS.slip.noticed])),
+        ON_SLIP),
     "slip-maps": (
         of_study("slip-maps"), list(HISTORIES),
         {"time [s]", "position along the plate [mm]", "open", "stick", "slip", "incipient", "48 %"},
-        sorted([*ON_SLIP, EVENTS.slip.noticed])),
+        ON_SLIP),
     "displacement": (
         of_run("displacement"), [], {"displacement since the slide began [mm]"},
-        [EVENTS.displacement.incipient, EVENTS.displacement.three_quarter, EVENTS.displacement.overall]),
+        [EVENTS.displacement.time(name) for name in NAMES]),
     "acceleration-peaks": (
         of_study("acceleration-peaks"), list(HISTORIES),
         {"acceleration along the plate [m/s²]", "peak that counts", "overall"}, ON_PEAKS),
@@ -229,7 +230,7 @@ FIGURES = {
         {"plate [mm]", "force [mN]", "ratio,\nfraction"}),
     "spikes": (
         of_run("spikes", lambda: block_history("Q4"), AT_EVENTS, afferents=STRAIN_MODELS), [],
-        {"plate [mm]", "1 FA-II\nby place", "mean rate [1/s]"}, [0.05, 0.06, 0.1]),
+        {"plate [mm]", "1 FA-II\nby place", "mean rate [1/s]"}, [0.05, 0.06, 0.07, 0.1]),
     "mesh": (
         of_run("mesh", lambda: block_history("Q4")), ["close view of the framed part"], {"skin", "tissue", "FA-II"}),
     "sensitivity": (
@@ -319,10 +320,11 @@ def test_the_stimulus_of_a_composed_figure_ends_where_its_axis_of_time_does():
 def test_keys_of_ratios_cover_no_curve():
     figure = signals.force_figure(block_history("Q4"), AT_EVENTS)
     figure.draw_without_rendering()
-    (ratios,) = (axes for axes in panels(figure) if axes.get_ylabel() == "ratio, fraction")
-    highest = max(np.nanmax(np.asarray(curve.get_ydata(), dtype=float)) for curve in ratios.lines[:3])
-    lowest_key = ratios.transData.inverted().transform(ratios.get_legend().get_window_extent())[0, 1]
-    assert highest < lowest_key
+    assert all(axes.get_legend() is None for axes in figure.axes), "keys stand below the panels"
+    (keys,) = figure.legends
+    lowest = min(axes.get_window_extent().y0 for axes in figure.axes)
+    assert keys.get_window_extent().y1 < lowest
+    assert {"normal force", "tangential force", "slipping area fraction"} <= words(figure)
 
 
 def test_forces_have_the_body_beside_at_the_start_of_the_slide_and_at_overall_slip():
@@ -330,7 +332,7 @@ def test_forces_have_the_body_beside_at_the_start_of_the_slide_and_at_overall_sl
     for element, has_bar in (("Q4", True), ("T4", False)):
         figure = signals.force_figure(block_history(element), AT_EVENTS)
         assert titles(figure) == expected
-        assert [text.get_text() for text in figure.legends[0].get_texts()] == ["stick", "slip"]
+        assert [text.get_text() for text in figure.legends[0].get_texts()][-2:] == ["stick", "slip"]
         assert (STRESS_BAR in words(figure)) == has_bar
     assert titles(signals.force_figure(block_history("Q4"))) == expected[:1]
     assert titles(signals.force_figure(HISTORY, EVENTS)) == [], "without snapshots there is none"
@@ -479,8 +481,11 @@ def test_events_and_latency_over_a_swept_value_stand_beside_the_published_values
     first, second = panels(study.event_times_figure(swept_runs(), reference=TABLE2))
     assert diamonds(first) == [(0.6, 1.53), (0.6, 1.71)]
     assert diamonds(second) == [(0.6, 1.48), (0.6, 1.77)], "those of the scaled phalanx at 0.6, and no latency"
-    overall = first.lines[6]
-    assert list(overall.get_xdata()) == list(first.get_xticks()) == [0.2, 0.6, 0.8]
+    overall = first.lines[9]
+    assert list(first.get_xticks()) == [0.2, 0.6, 0.8]
+    assert [round(float(place), 1) for place in overall.get_xdata()] == [0.2, 0.6, 0.8]
+    starts = [float(curve.get_xdata()[0]) for curve in first.lines[:12]]
+    assert len(set(starts)) == len(starts), "no event hides another"
     assert overall.get_ydata()[1] == pytest.approx(1.71)
     axes = panels(study.latency_figure(swept_runs(), reference=TABLE2))[1]
     slip, _, acceleration = axes.lines[:3]
@@ -494,6 +499,10 @@ def test_events_and_latency_over_a_swept_value_stand_beside_the_published_values
     (bars,) = panels(study.latency_figure([studied, *others]))[0].containers
     (bar,) = (ends for ends in bars.lines[2][0].get_segments() if len(ends) and np.isfinite(ends).all())
     assert bar[:, 1].tolist() == pytest.approx([160.0, 200.0])
+    studied = dataclasses.replace(first, uncertainty={"slip.overall": 20e-3})
+    (bars,) = panels(study.event_times_figure([studied, *others]))[0].containers
+    (bar,) = (ends for ends in bars.lines[2][0].get_segments() if len(ends) and np.isfinite(ends).all())
+    assert np.diff(bar[:, 1]) == pytest.approx(40e-3)
 
 
 def test_the_axis_has_numbers_to_scale_where_all_have_one_unit_and_else_words_in_order():
@@ -502,7 +511,7 @@ def test_the_axis_has_numbers_to_scale_where_all_have_one_unit_and_else_words_in
     angle = "fingertip.bodies.angle"
     axes = panels(study.event_times_figure(runs_over(angle, "30 deg", "-15 deg", "15 deg"), angle))[0]
     assert (ticks(axes), list(axes.get_xticks())) == (["30 deg", "-15 deg", "15 deg"], [30.0, -15.0, 15.0])
-    assert list(axes.lines[0].get_xdata()) == [-15.0, 15.0, 30.0], "joined in order"
+    assert np.all(np.diff(axes.lines[0].get_xdata()) > 0.0), "joined in order"
     mixed = panels(study.event_times_figure(runs_over(angle, "30 deg", "0.5 rad"), angle))[0]
     assert list(mixed.get_xticks()) == [0, 1], "no common scale"
     direction = "programme.1.slide.direction"

@@ -141,12 +141,13 @@ def test_events_that_happened_and_the_slide_are_marked_in_their_colours_named_an
     _, axes = single_panel()
     style.mark_events(axes, SlipEvents(incipient=1.5, noticed=1.6, overall=1.7))
     colours = {float(line.get_xdata()[0]): line.get_color() for line in axes.lines}
-    assert colours == {1.5: EVENT_COLOURS["incipient"], 1.7: EVENT_COLOURS["overall"]}
+    marks = {1.5: "incipient", 1.6: "noticed", 1.7: "overall"}
+    assert colours == {time: EVENT_COLOURS[name] for time, name in marks.items()}
     assert set(EVENT_NAMES) == set(EVENT_COLOURS)
     assert len(set(EVENT_COLOURS.values())) == 4
     keys = style.event_keys([SlipEvents(overall=1.0), SlipEvents(), SlipEvents(incipient=1.0)])
     assert list(keys) == ["slide starts", "incipient", "overall"]
-    assert list(style.event_keys()) == ["slide starts", "incipient", "three-quarter", "overall"]
+    assert list(style.event_keys()) == ["slide starts", "incipient", "48 %", "three-quarter", "overall"]
     _, axes = single_panel()
     style.mark_run(axes, HISTORY, SlipEvents())
     assert marked(axes) == [WINDOW.start]
@@ -173,7 +174,7 @@ def test_names_stand_beside_their_lines_and_apart_and_none_beyond_the_panel():
     axes.set_xlim(0.0, 2.0)
     style.mark_panels([axes], HISTORY, EVENTS.slip)
     style.mark_panels([bare], NO_SLIDE, SlipEvents())
-    assert (texts(axes), texts(bare)) == (list(positions), [])
+    assert (texts(axes), texts(bare)) == ([*list(positions)[:2], "48 %", *list(positions)[2:]], [])
 
 
 def test_time_shown_reaches_from_before_the_slides_to_after_overall_slip():
