@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -15,6 +16,10 @@ from fingerslip.results import RunResult, StudyResult
 from fingerslip.slip import EventSettings
 from fingerslip.slip.measures import caveats
 from fingerslip.slip.windows import LATENCY, READINGS
+from fingerslip.units import si_quantity
+
+_MOST_NAMED = 3  # runs in a sentence
+_SLIDE_SPEED = re.compile(r"programme\.\d+\.slide\.speed")
 
 
 def answer(study: StudyResult, starts: Mapping[str, float], references: Sequence[PublishedSet] = ()) -> tuple[str, ...]:
@@ -37,9 +42,18 @@ def answer(study: StudyResult, starts: Mapping[str, float], references: Sequence
         first = _answer_of_many(study, sliding, slipped, starts)
     # What is too coarse, and how to learn how well the times are known where they have no error bars.
     warnings = caveats({run_title(run, run.name): run.numbers for run in sliding})
-    has_bars = study.ranges or any(run.uncertainty for run in sliding)
-    bars = "" if has_bars else "These times have no error bars yet: fingerslip converge finds them."
+    bars = "" if study.ranges else _without_bars(sliding)
     return tuple(filter(None, (*first, *published_rows_beside(sliding, references), *warnings, bars)))
+
+
+def _without_bars(runs: Sequence[RunResult]) -> str:
+    """Say which runs have no error bars."""
+    lacking = [run_title(run, run.name) for run in runs if not run.uncertainty]
+    if not lacking:
+        return ""
+    more = f" and {len(lacking) - _MOST_NAMED} more" if len(lacking) > _MOST_NAMED else ""
+    which = "These times" if len(lacking) == len(runs) else f"The times of {', '.join(lacking[:_MOST_NAMED])}{more}"
+    return f"{which} have no error bars yet: fingerslip converge finds them."
 
 
 def _answer_of_held(runs: Sequence[RunResult]) -> tuple[str, ...]:
@@ -52,13 +66,32 @@ def _answer_of_held(runs: Sequence[RunResult]) -> tuple[str, ...]:
 
 
 def _answer_of_one(run: RunResult, starts: Mapping[str, float]) -> tuple[str, ...]:
-    overall, error = run.events.overall or 0.0, run.uncertainty.get("slip.overall")
+    overall, bar = run.events.overall or 0.0, _bar(run, "slip.overall")
+    error = f" ({bar} ms, numerical)" if bar else ""
     digits, travels = time_digits([run]), _travels([run], "overall_travel_m")
     travel = f"after {travels[0]:.2f} mm of travel, " if travels else ""
-    bar = "" if error is None else f" (± {f'{1e3 * error:.0f}' if error >= 0.5e-3 else '<1'} ms, numerical)"
     since = f"{overall - starts[run.name]:.{digits}f} s after the slide begins"
-    said = f"The whole contact slips {travel}{since}, {overall:.{digits}f} s after the start of the run{bar}."
+    said = f"The whole contact slips {travel}{since}, {overall:.{digits}f} s after the start of the run{error}."
     return said, _latencies([run])
+
+
+def _bar(run: RunResult, key: str) -> str:
+    """Return the uncertainty of a time in milliseconds, without the unit; empty where it is not known."""
+    error = run.uncertainty.get(key)
+    return "" if error is None else f"± {1e3 * error:.0f}" if error >= 0.5e-3 else "± <1"
+
+
+def _speed(runs: Sequence[RunResult]) -> str:
+    """Say how fast plates slide first; nothing where that is not known."""
+    speeds = set()
+    for run in runs:
+        texts = (str(text) for path, text in run.all_values.items() if _SLIDE_SPEED.fullmatch(path))
+        quantity = si_quantity(next(texts, ""))
+        speeds.add(quantity[0] if quantity else None)
+    known = [1e3 * speed for speed in speeds if speed is not None]
+    if not known or len(known) < len(speeds):
+        return ""
+    return f" at {' to '.join(dict.fromkeys((f'{min(known):.4g}', f'{max(known):.4g}')))} mm/s"
 
 
 def _travels(runs: Sequence[RunResult], key: str) -> list[float]:
@@ -76,8 +109,7 @@ def _answer_of_many(
     kind = "samples" if study.ranges else "runs"
     digits, travels = time_digits(slipped), _travels(slipped, "overall_travel_m")
     first, last = (
-        f"{since[run.name]:.{digits}f} s{'' if study.ranges else f' ({run_title(run, run.name)})'}"
-        for run in (ordered[0], ordered[-1])
+        f"{since[run.name]:.{digits}f} s{'' if study.ranges else _named(run)}" for run in (ordered[0], ordered[-1])
     )
     labels = [path_label(path) for path in differing_paths(study.runs)]
     listed = " and ".join([", ".join(labels[:-1]), labels[-1]] if len(labels) > 1 else labels)
@@ -89,6 +121,12 @@ def _answer_of_many(
     missing = len(sliding) - len(slipped)
     lacking = f"In {missing} of {len(sliding)} {kind} overall slip is not reached." if missing else ""
     return said, _latencies(slipped), lacking
+
+
+def _named(run: RunResult) -> str:
+    """Return the title of a run in brackets, with the uncertainty of its overall slip where that is known."""
+    bar = _bar(run, "slip.overall")
+    return f" ({run_title(run, run.name)}{f', {bar} ms' if bar else ''})"
 
 
 def _trend(runs: Sequence[RunResult], since: Mapping[str, float]) -> str:
@@ -108,14 +146,21 @@ def _trend(runs: Sequence[RunResult], since: Mapping[str, float]) -> str:
 
 
 def _latencies(runs: Sequence[RunResult]) -> str:
-    latencies = [1e3 * latency for run in runs if (latency := run.events.slip.latency) is not None]
+    latencies = {run.name: 1e3 * latency for run in runs if (latency := run.events.slip.latency) is not None}
     if not latencies:
         return ""
-    time = _span([round(latency, time_digits(runs) - 3) for latency in latencies], 0, "ms")
+    timed = sorted((run for run in runs if run.name in latencies), key=lambda run: latencies[run.name])
+    ends = (
+        f"{round(latencies[run.name], time_digits(runs) - 3):.0f} {_bar(run, f'slip.{LATENCY}')}".rstrip()
+        for run in (timed[0], timed[-1])
+    )
+    time = f"{' to '.join(dict.fromkeys(ends))} ms"
     if travels := _travels(runs, "latency_travel_m"):
         way = _span(travels, 2, "mm")
-        return f"From incipient slip on, the plate travels {way}, {time} at the speed of this slide."
-    return f"From incipient slip on, {time} are left to react."
+        return (
+            f"From incipient slip on, the plate travels {way}, {time}{_speed(runs) or ' at the speed of this slide'}."
+        )
+    return f"From incipient slip on, {time} are left to react{_speed(runs)}."
 
 
 def _span(values: Sequence[float], digits: int, unit: str) -> str:

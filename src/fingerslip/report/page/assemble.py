@@ -33,6 +33,7 @@ from fingerslip.report.page.pictures import (
     run_pictures,
     swept_pictures,
 )
+from fingerslip.report.page.quotable import quotable
 from fingerslip.report.page.samples import sample_sections, samples_in_motion
 from fingerslip.report.prose import prose
 from fingerslip.report.tables.compare import (
@@ -78,6 +79,7 @@ def study_report(content: ReportContent) -> Report:
         content.provenance,
         question=content.study.description,
         answer=answer(content.study, content.starts, content.references),
+        quote=quotable(content),
         hero=() if content.study.ranges else tuple(hero_pictures(content)),
     )
 
@@ -87,9 +89,11 @@ def _results(content: ReportContent) -> Iterator[ReportSection]:
     runs, titles = content.study.runs, content.titles
     recorded = [name for name in READINGS if any(run.events.reading(name).recorded for run in runs)]
     text = (f"No times from {READINGS[name]}: no run records the signals." for name in READINGS if name not in recorded)
+    begin = {f"{start:.3f}" for start in content.starts.values()}
+    counted = (prose("sections", "begin", {"start": begin.pop()}),) if len(begin) == 1 else ()
     warnings = filter(None, [edge_warning({titles[run.name]: run.edge for run in runs})])
     yield ReportSection(
-        "Slip events", tuple(text), tuple(events_table(runs, name) for name in recorded), warnings=tuple(warnings)
+        "Slip events", (*counted, *text), tuple(events_table(runs, name) for name in recorded), warnings=tuple(warnings)
     )
     sentences = definitions(content.settings)
     body = "".join(f"<p>{escape(sentences[name])}</p>" for name in (*recorded, "latency"))

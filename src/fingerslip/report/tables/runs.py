@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 # Digits of a time [s] that a step of 1 ms and less allows.
 _MOST_DIGITS = 3
+_ORIGIN = "counted from the start of the run"
 
 
 def time_cell(run: RunResult, reading: str, time: str, factor: float = 1.0) -> Cell:
@@ -43,11 +44,13 @@ def events_table(runs: Sequence[RunResult], reading: str = "slip") -> Table:
     """Show the slip events of all runs in one reading."""
     columns = (*swept_columns(runs), *_event_columns(runs))
     rows = tuple((*swept_cells(run, runs), *_event_cells(run, reading)) for run in runs)
-    return Table(f"Slip events from {READINGS[reading]}", columns, rows, _notes(runs, [reading]))
+    title = f"Slip events from {READINGS[reading]}, {_ORIGIN}"
+    return Table(title, columns, rows, _notes(runs, [reading]))
 
 
-def readings_table(run: RunResult, title: str = "Slip events") -> Table:
+def readings_table(run: RunResult) -> Table:
     """Show the slip events of one run, a row for each reading."""
+    title = f"Slip events, {_ORIGIN}"
     rows = tuple((words, *_event_cells(run, reading)) for reading, words in READINGS.items())
     return Table(title, (Column("read from"), *_event_columns([run])), rows, _notes([run], READINGS))
 

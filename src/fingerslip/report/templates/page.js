@@ -35,6 +35,29 @@ function makeSortable(table) {
 
 document.querySelectorAll("table[data-sortable]").forEach(makeSortable);
 
+// A picture that is shown smaller than it is can be seen whole, and scrolled.
+function makeZoomable(picture) {
+  const toggle = () => picture.parentElement.classList.toggle("whole");
+  const offer = () => {
+    if (picture.clientWidth >= picture.naturalWidth) return;
+    picture.setAttribute("role", "button");
+    picture.tabIndex = 0;
+    picture.title = "Full size, and back";
+  };
+  picture.addEventListener("click", () => { if (picture.tabIndex === 0) toggle(); });
+  picture.addEventListener("keydown", (event) => {
+    if (event.key !== "Enter" && event.key !== " ") return;
+    event.preventDefault();
+    toggle();
+  });
+  if (picture.complete) offer();
+  picture.addEventListener("load", offer);
+  // Pictures of folded parts have their size when these are opened.
+  new ResizeObserver(() => { if (picture.clientWidth) offer(); }).observe(picture);
+}
+
+document.querySelectorAll("img[data-zoom]").forEach(makeZoomable);
+
 const unfolded = [];
 window.addEventListener("beforeprint", () => {
   document.querySelectorAll("details:not([open])").forEach((one) => { one.open = true; unfolded.push(one); });

@@ -83,7 +83,9 @@ def test_single_run_is_called_like_its_study_and_unrecorded_readings_have_no_tab
     ]  # fmt: skip
     events = report.sections[0]
     readings = ("accumulated slip", "displacement")
-    assert [table.title for table in events.tables] == [f"Slip events from {reading}" for reading in readings]
+    assert [table.title for table in events.tables] == [
+        f"Slip events from {reading}, counted from the start of the run" for reading in readings
+    ]
     assert "No times from acceleration peaks: no run records the signals." in events.text
     assert "FA-I" not in report.sections[1].body
     page = render_page(report)
@@ -160,7 +162,8 @@ def test_section_of_a_run_has_events_measures_and_pictures_under_its_name(monkey
     run = result_of(HISTORY, "a", {"x": 1})
     section = run_section(content_of((run,), {"a": HISTORY}), run)
     assert (section.title, section.folded) == ("x 1", True)
-    assert [table.title for table in section.tables] == ["Slip events", "Measures", "Acceleration peaks"]
+    titles = ["Slip events, counted from the start of the run", "Measures", "Acceleration peaks"]
+    assert [table.title for table in section.tables] == titles
     assert ("number of slides", "", 1) in section.tables[1].rows
     assert [picture.name for picture in section.pictures] == [
         "a-slip-map", "a-displacement", "a-forces", "a-acceleration", "a-strain-energy-density"
