@@ -109,7 +109,7 @@ EVENTS: Mapping[str, str] = {
     "overall": "overall",
 }
 #: What stands below tables that have the second of them.
-NOTICED_NOTE = "48 %: the share of the contact that slips when people notice it (Barrea et al. 2018); noticed in files."
+NOTICED_NOTE = "48 %, in files noticed: the share of the contact that slips when people notice it (Barrea et al. 2018)."
 #: The events that every reading gives; figures mark these.
 MAIN_EVENTS = ("incipient", "three_quarter", "overall")
 #: The time from incipient to overall slip.

@@ -83,7 +83,10 @@ def force_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, title: s
     if moments:
         add_stress_bar(figure, every[1 : 2 * len(moments) : 2], history)
     # Below the panels, where keys cover no line.
-    keys = {str(line.get_label()): line for axes in panels for line in axes.lines if line.get_label()[:1] != "_"}
+    keys: dict[str, Artist] = {}
+    for axes in panels:
+        handles, names = axes.get_legend_handles_labels()
+        keys |= dict(zip(names, handles, strict=True))
     style.add_legend(figure, keys | (style.state_keys((STICK, SLIP)) if moments else {}))
     return figure
 

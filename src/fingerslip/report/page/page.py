@@ -71,8 +71,8 @@ class Report:
     provenance: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
     question: str = ""  # what was asked, in a sentence
     answer: tuple[str, ...] = ()  # what was found, in a few sentences
-    quote: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))  # what to quote, under headings
     hero: tuple[Picture, ...] = ()  # the picture of the answer
+    quote: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))  # what to quote, under headings
 
     @property
     def pictures(self) -> tuple[Picture, ...]:

@@ -48,11 +48,10 @@ def events_table(runs: Sequence[RunResult], reading: str = "slip") -> Table:
     return Table(title, columns, rows, _notes(runs, [reading]))
 
 
-def readings_table(run: RunResult) -> Table:
+def readings_table(run: RunResult, title: str = "Slip events") -> Table:
     """Show the slip events of one run, a row for each reading."""
-    title = f"Slip events, {_ORIGIN}"
     rows = tuple((words, *_event_cells(run, reading)) for reading, words in READINGS.items())
-    return Table(title, (Column("read from"), *_event_columns([run])), rows, _notes([run], READINGS))
+    return Table(f"{title}, {_ORIGIN}", (Column("read from"), *_event_columns([run])), rows, _notes([run], READINGS))
 
 
 def peaks_table(peaks: PeakTable) -> Table:
