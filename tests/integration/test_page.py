@@ -123,6 +123,17 @@ def test_page_is_accessible_its_words_are_apart_and_its_tables_in_sight(page):
         assert box["x"] + box["width"] <= around["x"] + around["width"] + 1
 
 
+def test_a_picture_that_is_smaller_than_it_is_can_be_seen_whole_and_small_again(page):
+    picture = page.locator("figure img[role=button]").first
+    picture.focus()
+    width = picture.evaluate("image => image.clientWidth")
+    page.keyboard.press("Enter")
+    assert picture.evaluate("image => image.clientWidth === image.naturalWidth")
+    assert page.evaluate("document.documentElement.scrollWidth <= window.innerWidth"), "it scrolls in its own place"
+    picture.click()
+    assert picture.evaluate("image => image.clientWidth") == width
+
+
 def test_tables_sort_both_ways_and_print_opens_what_is_folded(page):
     table = page.locator("table[data-sortable]").first
     first = table.locator("tbody tr").first.locator("td").first

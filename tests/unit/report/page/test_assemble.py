@@ -75,6 +75,15 @@ def test_standard_report_has_its_sections_and_figures():
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(("starts", "is_said"), [((1.0, 1.0), True), ((1.0, 1.2), False)])
+def test_both_origins_of_times_and_what_may_be_quoted_are_said(starts, is_said):
+    page = render_page(study_report(two_runs(starts=dict(zip(("0.4", "0.6"), starts, strict=True)))))
+    checked(page)
+    assert ("Slides begin 1.000 s after the start of the run; the answer counts from there." in page) == is_said
+    assert '<dl class="quote"><dt>Quote</dt><dd>overall slip; ' in page
+
+
+@pytest.mark.slow
 def test_single_run_is_called_like_its_study_and_unrecorded_readings_have_no_table():
     history = make(Process()).drop_dims("site")
     report = study_report(content_of((result_of(history, "run", {}),), {"run": history}))

@@ -56,7 +56,10 @@ def test_what_was_studied_and_what_has_not_converged_is_named():
     box = quotable(content(studied, RunResult("b", {}, Events(SLIPPED.slip)), values=()))
     assert box["Quote"].endswith("State friction, speed, ±.")
     assert "acceleration peaks" not in box["Do not quote"], "it has converged"
-    assert box["How sure"] == "± is numerical error alone (time steps; 1 of 2 runs). Not converged, no number without ±: latency."
+    assert (
+        box["How sure"]
+        == "± is numerical error alone (time steps; 1 of 2 runs). Not converged, no number without ±: latency."
+    )
     again = quotable(content(dataclasses.replace(studied, convergence={"acceleration.incipient": AWAY})))
     assert "acceleration peaks" in again["Do not quote"]
 
