@@ -41,7 +41,7 @@ def levels_of(study: Study) -> tuple[Level, ...]:
     """Return the levels that a study asks for and can have.
 
     A mesh that is read or made of a scan has no element sizes to change here, a body without contact no contact
-    stiffness: :func:`unrefined` says so.
+    stiffness: :func:`refinement_warnings` says so.
     """
     applies: Mapping[str, Callable[[float], bool]] = {
         "mesh": lambda factor: study.mesh.refined(factor) is not None,
@@ -61,7 +61,7 @@ _LEFT_OUT: Mapping[str, str] = {
 }
 
 
-def unrefined(plan: Plan) -> tuple[str, ...]:
+def refinement_warnings(plan: Plan) -> tuple[str, ...]:
     """Say which settings a study file asks to refine that its runs do not have."""
     refined = {level.setting for run in plan.runs for level in levels_of(run.study)}
     asked = [name for name in _LEFT_OUT if any(is_below(path, f"converge.{name}") for path in plan.given)]
@@ -152,7 +152,7 @@ def converge(
     new = {job.run.name: _run_convergence(plan, job.run, of_run) for job, of_run in zip(jobs, levels, strict=True)}
     convergences = {**read_convergences(plan.folder, plan.identities), **new}
     write_convergences(plan.folder, convergences)
-    result = StudyConvergence(plan.folder, tuple(new.values()), unrefined(plan))
+    result = StudyConvergence(plan.folder, tuple(new.values()), refinement_warnings(plan))
     from fingerslip.report.figures.study import convergence_figure
     from fingerslip.report.figures.style import save_figure
 

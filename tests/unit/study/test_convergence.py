@@ -19,8 +19,8 @@ from fingerslip.study.convergence import (
     converge,
     level_folders,
     levels_of,
+    refinement_warnings,
     run_at,
-    unrefined,
 )
 from fingerslip.study.definition.runs import expand_mapping, plan_study
 from fingerslip.study.definition.spec import parse_study
@@ -56,12 +56,12 @@ def test_all_settings_that_a_study_has_and_that_differ_from_its_own_are_refined(
 def test_what_is_asked_for_and_cannot_be_refined_is_said(write_study):
     asked = {"mesh": [0.6667, 0.5], "step": [0.5, 0.25], "alpha": [-0.05]}
     plan = plan_study(write_study(block_values() | {"converge": asked}))
-    mesh, alpha = unrefined(plan)
+    mesh, alpha = refinement_warnings(plan)
     assert mesh.startswith("converge.mesh is left out: the mesh is read")
     assert "fingerslip diff" in mesh
     assert alpha.startswith("converge.alpha is left out")
     assert f"WARNING: block.yaml: {mesh}." in check_plans([plan]).note
-    assert unrefined(plan_study(write_study())) == (), "defaults ask for nothing"
+    assert refinement_warnings(plan_study(write_study())) == (), "defaults ask for nothing"
     said = StudyConvergence(plan.folder, (RunConvergence("run", "", {}),), (mesh,)).tables[0].note
     assert said.endswith(f"WARNING: {mesh}.")
 

@@ -143,7 +143,7 @@ def _group_panels(
     return figure, [(axes, groups[name]) for axes, name in zip(panels, names, strict=True)]
 
 
-def _happened(runs: Iterable[RunResult], reading: str, times: Iterable[str]) -> bool:
+def _has_times(runs: Iterable[RunResult], reading: str, times: Iterable[str]) -> bool:
     pairs = itertools.product((run.events.reading(reading) for run in runs), times)
     return any(events.time(time) is not None for events, time in pairs)
 
@@ -160,7 +160,7 @@ class _Axis:
         self._positions: dict[object, float] = {
             value: numbers[value][0] if self.numeric else float(number) for number, value in enumerate(values)
         }
-        self._readings = [name for name in READINGS if _happened(runs, name, times)]
+        self._readings = [name for name in READINGS if _has_times(runs, name, times)]
         places = sorted(self._positions.values())
         distances = np.diff(places).tolist() or [1.0]
         self._distance = min(*distances, 0.3 * (places[-1] - places[0])) if self.numeric and places else 1.0
@@ -171,9 +171,9 @@ class _Axis:
 
     def beside(self, run: RunResult, reading: str, event: str = LATENCY) -> float:
         """Return where a time of a run is drawn, so that none hides another of its run."""
-        place = list(EVENTS).index(event) - 1.5 if event in EVENTS else 0.0
+        column = list(EVENTS).index(event) - 1.5 if event in EVENTS else 0.0
         row = self._readings.index(reading) - 0.5 * (len(self._readings) - 1) if reading in self._readings else 0.0
-        return self.position(run) + self._distance * (_READINGS_APART * row + _EVENTS_APART * place)
+        return self.position(run) + self._distance * (_READINGS_APART * row + _EVENTS_APART * column)
 
     def apply(self, axes: Axes) -> None:
         """Give a panel the ticks of the axis."""

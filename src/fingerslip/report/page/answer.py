@@ -88,10 +88,10 @@ def _speed(runs: Sequence[RunResult]) -> str:
         texts = (str(text) for path, text in run.all_values.items() if _SLIDE_SPEED.fullmatch(path))
         quantity = si_quantity(next(texts, ""))
         speeds.add(quantity[0] if quantity else None)
-    known = [1e3 * speed for speed in speeds if speed is not None]
-    if not known or len(known) < len(speeds):
+    numbers = [1e3 * speed for speed in speeds if speed is not None]
+    if not numbers or len(numbers) < len(speeds):
         return ""
-    return f" at {' to '.join(dict.fromkeys((f'{min(known):.4g}', f'{max(known):.4g}')))} mm/s"
+    return f" at {' to '.join(dict.fromkeys((f'{min(numbers):.4g}', f'{max(numbers):.4g}')))} mm/s"
 
 
 def _travels(runs: Sequence[RunResult], key: str) -> list[float]:
@@ -109,7 +109,8 @@ def _answer_of_many(
     kind = "samples" if study.ranges else "runs"
     digits, travels = time_digits(slipped), _travels(slipped, "overall_travel_m")
     first, last = (
-        f"{since[run.name]:.{digits}f} s{'' if study.ranges else _named(run)}" for run in (ordered[0], ordered[-1])
+        f"{since[run.name]:.{digits}f} s{'' if study.ranges else _title_and_bar(run)}"
+        for run in (ordered[0], ordered[-1])
     )
     labels = [path_label(path) for path in differing_paths(study.runs)]
     listed = " and ".join([", ".join(labels[:-1]), labels[-1]] if len(labels) > 1 else labels)
@@ -123,7 +124,7 @@ def _answer_of_many(
     return said, _latencies(slipped), lacking
 
 
-def _named(run: RunResult) -> str:
+def _title_and_bar(run: RunResult) -> str:
     """Return the title of a run in brackets, with the uncertainty of its overall slip where that is known."""
     bar = _bar(run, "slip.overall")
     return f" ({run_title(run, run.name)}{f', {bar} ms' if bar else ''})"

@@ -55,7 +55,7 @@ def _how_sure(content: ReportContent, runs: Sequence[RunResult]) -> Iterator[str
         yield prose("quote", "bars", {"settings": settings_in_words(varied), "lacking": lacking})
     else:
         yield prose("quote", "no-bars")
-    unsettled = [name for name in _TIMES if any(_is_unsettled(run, f"slip.{name}") for run in studied)]
+    unsettled = [name for name in _TIMES if any(_lacks_convergence(run, f"slip.{name}") for run in studied)]
     if unsettled:
         yield prose("quote", "unsettled", {"times": ", ".join(unsettled)})
     values = {value.path: value.value for value in content.values if value.source != NOT_USED}
@@ -65,5 +65,5 @@ def _how_sure(content: ReportContent, runs: Sequence[RunResult]) -> Iterator[str
         yield prose("quote", "assumed", {"count": assumed})
 
 
-def _is_unsettled(run: RunResult, key: str) -> bool:
+def _lacks_convergence(run: RunResult, key: str) -> bool:
     return key in run.convergence and bool(run.convergence[key].unsettled_settings)

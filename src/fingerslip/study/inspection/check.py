@@ -16,7 +16,7 @@ from fingerslip.model.timing import Adaptive, QuasiStatic
 from fingerslip.specimens.choice import SPECIMENS, preset_names, presets_of
 from fingerslip.specimens.protocol import Specimen
 from fingerslip.storage.files import writing
-from fingerslip.study.convergence import unrefined
+from fingerslip.study.convergence import refinement_warnings
 from fingerslip.study.definition.runs import Plan, plan_study
 from fingerslip.study.running.build import Job, groups, inspect_mesh, prepare_samples
 from fingerslip.study.running.cost import compiling_seconds, estimated_seconds, process_bytes
@@ -52,7 +52,7 @@ def check_plans(plans: Sequence[Plan]) -> Table:
             rows.append((name, job.run.name, "finished" if job.run.name in finished else "to do", *_size(job)))
             doubts += [f"{name}: {doubt}" for doubt in job.doubts]
         rows += [(name, sample.name, f"refused: {sample.reason}", 0, 0, 0, 0.0) for sample in refused]
-        doubts += [f"{name}: {warning}" for warning in unrefined(plan)]
+        doubts += [f"{name}: {warning}" for warning in refinement_warnings(plan)]
         job_groups += groups([job for job in jobs if job.run.name not in finished])
     warnings = list(dict.fromkeys(doubts))
     title = "Checked: no mistakes found" + f", {len(warnings)} warning{'s' * (len(warnings) != 1)}" * bool(warnings)

@@ -129,7 +129,7 @@ def methods_and_papers(folder: Path, *, only_bibtex: bool = False) -> str:
                 *_model(facts),
                 *_contact(facts),
                 *_motion(facts),
-                *_recorded(facts),
+                *_receptors_and_afferents(facts),
                 *_trust(facts),
                 *_software(facts),
             ),
@@ -341,7 +341,7 @@ def _motion(facts: _Facts) -> Iterator[str]:
         yield f"The basis (@craig1968) had {constraint} constraint modes and {normal} normal modes."
 
 
-def _recorded(facts: _Facts) -> Iterator[str]:
+def _receptors_and_afferents(facts: _Facts) -> Iterator[str]:
     """Yield sentences on receptors and the afferents behind them."""
     if not facts.receptors:
         return
@@ -351,10 +351,10 @@ def _recorded(facts: _Facts) -> Iterator[str]:
     from fingerslip.afferents.model import human_afferents
 
     models = human_afferents()
-    driven: dict[str, list[str]] = {}
+    kinds: dict[str, list[str]] = {}
     for kind in facts.afferents:
-        driven.setdefault(models[kind].stimulus.replace("_", " "), []).append(kind)
-    stimuli = _enumerate(f"{stimulus} ({', '.join(kinds)})" for stimulus, kinds in driven.items())
+        kinds.setdefault(models[kind].stimulus.replace("_", " "), []).append(kind)
+    stimuli = _enumerate(f"{stimulus} ({', '.join(names)})" for stimulus, names in kinds.items())
     yield (
         "Spikes come from leaky integrate-and-fire models with the time constants of @saal2017, driven by "
         f"{stimuli}; stimuli and thresholds were assumed, so that counts of spikes are no result."
@@ -409,22 +409,22 @@ def _error_bars(runs: Sequence[RunResult]) -> str:
     others = [run_title(run, run.name) for run in runs if not run.uncertainty]
     where = f" in {_enumerate(run_title(run, run.name) for run in studied)}" if others else ""
     lacking = f" It was not studied in {_enumerate(others)}." if others else ""
-    return f"Numerical uncertainty{over}{where} is at most: {listed}.{_unsettled(studied)}{lacking}"
+    return f"Numerical uncertainty{over}{where} is at most: {listed}.{_unsettled_times(studied)}{lacking}"
 
 
 def _milliseconds(seconds: float) -> str:
     return f"{1e3 * seconds:.0f} ms" if seconds >= 0.01 else f"{1e3 * seconds:.2g} ms"
 
 
-def _unsettled(runs: Sequence[RunResult]) -> str:
+def _unsettled_times(runs: Sequence[RunResult]) -> str:
     """Say which times have not converged in any of some runs, and with which settings."""
-    told = []
+    texts = []
     for key in _TIMES:
         settings = {name for run in runs if key in run.convergence for name in run.convergence[key].unsettled_settings}
         if settings:
             words = settings_in_words(setting.name for setting in SETTINGS if setting.name in settings)
-            told.append(f"{key.partition('.')[2]} with {words}")
-    return f" Not converged: {'; '.join(told)}." if told else ""
+            texts.append(f"{key.partition('.')[2]} with {words}")
+    return f" Not converged: {'; '.join(texts)}." if texts else ""
 
 
 def _software(facts: _Facts) -> Iterator[str]:
