@@ -143,6 +143,9 @@ def converge(
     for name in only:
         if name not in names:
             raise InputError(str(plan.source), f"has no run '{name}'", f"has {', '.join(names)}")
+    warnings = refinement_warnings(plan)
+    for warning in warnings:
+        reporter.say(f"WARNING: {warning}.")
     run_plans([plan], workers=workers, progress=reporter)
     from fingerslip.study.running.build import prepare
 
@@ -152,7 +155,7 @@ def converge(
     new = {job.run.name: _run_convergence(plan, job.run, of_run) for job, of_run in zip(jobs, levels, strict=True)}
     convergences = {**read_convergences(plan.folder, plan.identities), **new}
     write_convergences(plan.folder, convergences)
-    result = StudyConvergence(plan.folder, tuple(new.values()), refinement_warnings(plan))
+    result = StudyConvergence(plan.folder, tuple(new.values()), warnings)
     from fingerslip.report.figures.study import convergence_figure
     from fingerslip.report.figures.style import save_figure
 
