@@ -120,7 +120,7 @@ def test_the_wheel_alone_solves_draws_and_writes_and_says_what_an_extra_needs(bu
     ):
         assert f'pip install "fingerslip[{extra}]"' in call(*words, code=2)
     size = sum(path.stat().st_size for path in home.rglob("*") if path.is_file() and not path.is_symlink())
-    assert size < 1.4e9, "what is installed without extras; MKL alone would be another gigabyte"
+    assert size < 1.7e9, "what is installed without extras, 1.44 GB with VTK 9.7; MKL alone would be another gigabyte"
 
 
 def test_a_study_runs_in_workers_and_is_reported_without_what_only_one_system_or_an_extra_has(tmp_path):
