@@ -162,7 +162,9 @@ def test_the_ridged_sensor_in_space_is_meshed_in_the_sizes_of_its_studies():
     assert build_mesh(run).nelements > 100_000
 
 
-@pytest.mark.parametrize("template", TEMPLATES)
+@pytest.mark.parametrize(
+    "template", [pytest.param(name, marks=[pytest.mark.slow] * (name == "fit")) for name in TEMPLATES]
+)
 def test_templates_are_studies_that_editors_can_check_and_can_be_run_as_they_are(tmp_path, template):
     written = new_study(tmp_path / "mine", template)
     assert written == tmp_path / "mine.yaml"

@@ -189,6 +189,7 @@ def test_report_has_a_picture_file_for_every_figure_and_one_section_for_the_one_
     assert "<dt>report</dt>" not in page, "the hash of the report itself is no provenance"
 
 
+@pytest.mark.slow
 def test_a_given_value_that_equals_the_default_is_the_study_files_in_the_report(finished):
     given = ["contact.friction_coefficient", "contact.boundary", "integration"]
     manifest = read_manifest(finished)
