@@ -60,6 +60,8 @@ Array = NDArray[np.float64]
 _SEARCH = 1.5
 # The mean of the unit normals of facets is shorter where they go round the body, and says no direction.
 _ONE_SIDED = 0.1
+#: Least cosine between the normals of a counterface and of a facet, inwards, that faces it.
+FACED = 0.25
 
 # Of the soft thickness. A mean strain of a half is small in no sense (the published press is less than a third); one
 # of 99 % leaves nothing that could be a body.
@@ -363,6 +365,7 @@ def _check_depth(
             f"the {thickness * 1e3:.4g} mm between the contact and what the supports hold",
         )
         if depth > _WHOLE_SHARE * thickness:
+            _require_facing(model, number, counterface)
             raise InputError(
                 where, f"presses {depth * 1e3:.4g} mm deep", f"needs less than {between}", "press less deep"
             )
@@ -372,3 +375,17 @@ def _check_depth(
                 "take kinematics 'finite'",
                 *(where, depth * 1e3, 100 * depth / thickness, between),
             )
+
+
+def _require_facing(model: Model, number: int, counterface: Counterface) -> None:
+    """Refuse a counterface that presses along its boundary, not into it, as where a mesh lies in another direction."""
+    boundary = model.contacts[number].boundary
+    inwards = inward_normals(model, boundary)[0].mean(axis=0)
+    length = float(np.linalg.norm(inwards))
+    if length < _ONE_SIDED or inwards @ counterface.unit_normal >= FACED * length:
+        return
+    normal = direction_text(inwards)
+    along = direction_text(counterface.unit_normal)
+    fault = f"presses along {along} while '{boundary}' faces {direction_text(-inwards)}"
+    place = f"contacts.{number}.counterface.normal"
+    raise InputError(place, fault, f"needs a normal into the body, {normal}", f"write normal: [{normal[1:-1]}]")
