@@ -82,7 +82,8 @@ def _contacts(model: Model, checked_model: CheckedModel) -> Iterator[str]:
             rows = f"{across} along the slide, " if points.shape[1] == 3 else ""
             yield (
                 f"{where}: {reached} nodes of '{contact.boundary}' are in reach of the counterface, {rows}"
-                f"and fewer than {LEAST_ACROSS} across the contact are too coarse for the times of slip: take smaller elements there"
+                f"and fewer than {LEAST_ACROSS} across the contact are too coarse for the times of slip: "
+                "take smaller elements there"
             )
 
 

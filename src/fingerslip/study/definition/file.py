@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from fingerslip.errors import InputError, Mistakes, shorten
+from fingerslip.errors import InputError, Mistakes, most_similar, shorten
 from fingerslip.parameters.dotted import known_part
 from fingerslip.parameters.fields import in_order
 from fingerslip.parameters.yaml_text import Document, parse_document, to_text
@@ -73,7 +73,21 @@ def _entries_of_run(text: str) -> dict[str, Any]:
     return content if len(content) == len(items) else {}
 
 
+# How files of meshes end, which are given in the place of a study.
+_MESHES = {".inp": "a deck of Abaqus", ".feb": "a file of FEBio"} | dict.fromkeys(
+    (".msh", ".vtu", ".vtk", ".xdmf", ".stl", ".bdf", ".med"), "a mesh"
+)
+
+
+def _refuse_mesh(path: Path) -> None:
+    kind = _MESHES.get(path.suffix.lower())
+    if kind is not None and path.is_file():
+        repair = "fingerslip new pad.yaml --template own-mesh writes a study that reads a mesh"
+        raise InputError(str(path), f"is {kind}", "needs a study file", repair)
+
+
 def _read_text(path: Path) -> str:
+    _refuse_mesh(path)
     name = path.name.encode(errors="surrogateescape")
     if name.decode(errors="replace").encode() != name:
         repair = "rename the file: results and reports are written under its name"
@@ -81,7 +95,7 @@ def _read_text(path: Path) -> str:
     try:
         return path.read_text(encoding="utf-8")
     except FileNotFoundError:
-        near = ", ".join(sorted(str(other) for other in path.parent.glob("*.yaml"))[:6])
+        near = ", ".join(most_similar(str(path), map(str, path.parent.glob("*.yaml"))))
         repair = f"in that folder: {near}" if near else ""
         raise InputError(str(path), "is not there", "needs a study file", repair) from None
     except IsADirectoryError:
