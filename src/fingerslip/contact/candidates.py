@@ -19,8 +19,6 @@ Indices = NDArray[np.int64]
 # Penalty over the stiffness E/h of the outermost row of cells: large enough that the penetration is a few per
 # cent of that row's own compression, small enough that the contact problem stays well conditioned.
 _PENALTY_RATIO = 10.0
-# Among how many of the nearest nodes the next one along a direction is looked for.
-_NEAREST = 25
 # A search distance that is proposed, over the one that was needed so far.
 _HALF_MORE = 1.5
 
@@ -188,25 +186,3 @@ def check_outsiders(
         f"only {within} may touch the counterface",
         f"write a larger search_distance, such as {enough}, or name a boundary that holds the whole contact",
     )
-
-
-def nodes_along(positions: Array, direction: Array) -> int:
-    """Return how many rows of nodes lie one behind the other along a unit direction: of a slab, those of its section.
-
-    Arrays: positions (n, dim) [m]; direction (dim,) [-]. A row is as wide as nodes are apart in that direction.
-    """
-    from scipy.spatial import cKDTree
-
-    if len(positions) < 2:
-        return len(positions)
-    _, near = cKDTree(positions).query(positions, k=min(_NEAREST, len(positions)))
-    offsets = positions[near] - positions[:, None]
-    apart = offsets @ direction
-    beside = np.linalg.norm(offsets - apart[..., None] * direction, axis=2)
-    # The next node is the nearest in a cone around the direction, as meshes need no rows.
-    spacings = np.where((apart > 0.0) & (beside <= (1.0 + 1e-9) * apart), apart, np.inf).min(axis=1)
-    if not np.isfinite(spacings).any():
-        return 1
-    along = positions @ direction
-    rows = np.round((along - along.min()) / np.median(spacings[np.isfinite(spacings)]))
-    return len(np.unique(rows))

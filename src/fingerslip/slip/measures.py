@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fingerslip.contact.candidates import nodes_along
+from fingerslip.contact.rows import nodes_along
 from fingerslip.contact.states import OPEN, STICK
 from fingerslip.history import phase_times
 from fingerslip.model.timing import LARGEST_SHARE, LEAST_ACROSS, LEAST_STEPS

@@ -9,10 +9,10 @@ from fingerslip.contact.candidates import (
     find_candidates,
     join_candidates,
     node_operator,
-    nodes_along,
 )
 from fingerslip.contact.counterfaces import Cylinder, Plane, tangent_lengths
 from fingerslip.contact.friction import Anisotropic, Conditions, Coulomb
+from fingerslip.contact.rows import nodes_along
 from fingerslip.errors import InputError, SlipOutsideContactError
 
 POSITIONS = np.array([[-2.0, 0.4], [-1.0, 0.1], [0.0, 0.0], [1.0, 0.1], [2.0, 0.4], [0.0, 3.0]])

@@ -8,9 +8,9 @@ from itertools import chain
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.contact.candidates import nodes_along
 from fingerslip.contact.counterfaces import Counterface, sliding_direction
 from fingerslip.contact.friction import StaticKinetic
+from fingerslip.contact.rows import nodes_along
 from fingerslip.dynamics.system.bodies import Motion
 from fingerslip.dynamics.system.checks import FACED, CheckedModel, direction_text, inward_normals
 from fingerslip.dynamics.system.scheme import make_scheme
