@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.contact.candidates import Candidates, automatic_penalty, find_candidates
-from fingerslip.contact.counterfaces import Counterface
+from fingerslip.contact.counterfaces import Counterface, Cylinder
 from fingerslip.dynamics.recording.steps import record_bytes, require_record_memory
 from fingerslip.dynamics.system.bodies import (
     Motion,
@@ -198,8 +198,11 @@ def _check_contacts(model: Model, space: Space) -> None:
     for number, contact in enumerate(model.contacts):
         where, law = f"contacts.{number}", contact.friction
         if contact.counterface.dim != space.dim:
-            fault = f"got {contact.counterface.dim} components"
-            raise InputError(f"{where}.counterface.normal", fault, f"needs {space.dim}")
+            fault, needed = f"got {contact.counterface.dim} components", f"needs {space.dim}"
+            if isinstance(contact.counterface, Cylinder) and space.dim == 3:
+                repair = "write for example normal: [0, 1, 0] and axis: [0, 0, 1], perpendicular to it"
+                raise InputError(f"{where}.counterface.axis", "is missing", "needs a direction in 3D", repair)
+            raise InputError(f"{where}.counterface.normal", fault, needed)
         if space.dim not in law.dims:
             fault = f"got {type(law).__name__} in {space.dim} dimensions"
             raise InputError(f"{where}.friction", fault, f"needs {' or '.join(map(str, law.dims))}")
