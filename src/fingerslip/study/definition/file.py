@@ -130,6 +130,30 @@ def read_with_base(path: Path) -> dict[str, Any]:
     return functools.reduce(_merge, reversed(mappings))
 
 
+@contextlib.contextmanager
+def laws_of_base(path: Path, mapping: Mapping[str, Any]) -> Iterator[None]:
+    """Say of a constant that the law of a material does not have that the law comes from the base of a file."""
+    try:
+        yield
+    except InputError as error:
+        own = read_mapping(path)
+        raise Mistakes(_with_law(mistake, path, own, mapping) for mistake in error.all).error() from None
+
+
+def _with_law(mistake: InputError, path: Path, own: Mapping[str, Any], mapping: Mapping[str, Any]) -> InputError:
+    place = mistake.where.removeprefix(f"{path}: ").split(".")
+    if BASE not in own or mistake.found != "is not known" or len(place) != 3 or place[0] != "materials":
+        return mistake
+    written, merged = ((study.get("materials") or {}).get(place[1]) for study in (own, mapping))
+    if not isinstance(written, Mapping) or not isinstance(merged, Mapping):
+        return mistake
+    law = merged.get("law")
+    if law is None or "law" in written or place[2] not in written:
+        return mistake
+    repair = f"law: {law} comes from its base {own[BASE]}: write constants of that law, or change it there"
+    return InputError(mistake.where, mistake.found, mistake.allowed, repair, mistake.line)
+
+
 def _merge(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
     merged = dict(base)
     for key, value in changes.items():

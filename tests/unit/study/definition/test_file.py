@@ -170,6 +170,19 @@ def test_a_base_that_is_none_is_refused(tmp_path, base, message):
         read_study(write(tmp_path, "own.yaml", {"base": base}))
 
 
+def test_a_constant_that_the_law_of_the_base_does_not_have_is_told_where_the_law_comes_from(tmp_path):
+    values = block_values()
+    (name,) = values["materials"]
+    terms = [{"modulus": "20 kPa", "exponent": 2}]
+    ogden = {"law": "ogden", "terms": terms, "bulk_modulus": "1 MPa", "density": "1000 kg/m^3"}
+    write(tmp_path, "pad.yaml", values | {"materials": {name: ogden}})
+    path = write(tmp_path, "own.yaml", {"base": "pad.yaml", "materials": {name: {"youngs_modulus": "100 kPa"}}})
+    message = rf"{name}.youngs_modulus: is not known, .*; law: ogden comes from its base pad.yaml: write .* \(line 4\)"
+    for read in (read_study, read_runs):
+        with pytest.raises(InputError, match=message):
+            read(path)
+
+
 @pytest.mark.slow
 def test_a_long_ring_of_bases_is_one_line(tmp_path):
     for number in range(1200):
