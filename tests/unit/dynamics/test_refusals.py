@@ -80,6 +80,8 @@ MODELS = [
      "meets 3 nodes of 'skin', all on a line, needs to meet more than an edge; .* with the normal of one of its sides"),
     ({"mesh": CUBE, "formulation": "solid", "depth": 1.0, "contacts": contact(counterface=fs.Cylinder(8e-3))},
      r"counterface.axis: is missing, needs a direction in 3D; write for example normal: \[0, 1, 0\] and axis: \["),
+    ({"contacts": contact(counterface=fs.Cylinder(8e-3, axis=(0, 0, 1)))},
+     r"counterface.axis: got \(0.0, 0.0, 1.0\), needs a direction in 3D and none in 2D"),
     (plane(normal=(0, 0, 1)), "contacts.0.counterface.normal: got 3 components, needs 2"),
     ({"contacts": contact(counterface=fs.Plane(offset=-1e-3), clearance=0.2e-3)},
      "contacts.0.clearance: got 0.2 mm for a counterface whose start is given, needs a counterface without"),

@@ -198,17 +198,23 @@ def _check_contacts(model: Model, space: Space) -> None:
     for number, contact in enumerate(model.contacts):
         where, law = f"contacts.{number}", contact.friction
         if contact.counterface.dim != space.dim:
-            fault, needed = f"got {contact.counterface.dim} components", f"needs {space.dim}"
-            if isinstance(contact.counterface, Cylinder) and space.dim == 3:
-                repair = "write for example normal: [0, 1, 0] and axis: [0, 0, 1], perpendicular to it"
-                raise InputError(f"{where}.counterface.axis", "is missing", "needs a direction in 3D", repair)
-            raise InputError(f"{where}.counterface.normal", fault, needed)
+            raise _other_dimension(f"{where}.counterface", contact.counterface, space.dim)
         if space.dim not in law.dims:
             fault = f"got {type(law).__name__} in {space.dim} dimensions"
             raise InputError(f"{where}.friction", fault, f"needs {' or '.join(map(str, law.dims))}")
         if contact.drive and not make_scheme(model.time).inertia_factor:
             fault = "got a force that drives a counterface in a model without inertia"
             raise InputError(f"{where}.drive", fault, "needs prescribed motion", "take TimeStepping")
+
+
+def _other_dimension(where: str, counterface: Counterface, dim: int) -> InputError:
+    """Return the error of a counterface of another dimension than the mesh."""
+    if not isinstance(counterface, Cylinder):
+        return InputError(f"{where}.normal", f"got {counterface.dim} components", f"needs {dim}")
+    if dim == 2:
+        return InputError(f"{where}.axis", f"got {counterface.axis}", "needs a direction in 3D and none in 2D")
+    repair = "write for example normal: [0, 1, 0] and axis: [0, 0, 1], perpendicular to it"
+    return InputError(f"{where}.axis", "is missing", "needs a direction in 3D", repair)
 
 
 def _check_initial_velocity(model: Model, space: Space) -> None:
