@@ -63,9 +63,28 @@ def unknown_name(where: str, name: str, names: Iterable[str]) -> InputError:
     )
 
 
+def most_similar(name: str, names: Iterable[str], count: int = 6) -> list[str]:
+    """Return so many names at most, those that are most like one first.
+
+    Examples
+    --------
+    >>> most_similar("slied.yaml", ["a.yaml", "block.yaml", "slide.yaml"], 1)
+    ['slide.yaml']
+    """
+    likeness = {known: difflib.SequenceMatcher(None, known.casefold(), name.casefold()).ratio() for known in names}
+    return sorted(likeness, key=lambda known: (-likeness[known], known))[:count]
+
+
 def did_you_mean(name: str, names: Iterable[str]) -> str:
-    """Return the question after the most similar of some names, whatever their case; empty where none is similar."""
+    """Return the question after the most similar of some names, whatever their case; empty where none is similar.
+
+    Where several begin with all of the name, the question is after each.
+    """
     by_lower = {known.casefold(): known for known in names}
+    longer = [known for lower, known in by_lower.items() if name and lower.startswith(name.casefold())]
+    if len(longer) > 1:
+        names_of_all = "' or '".join(sorted(longer))
+        return f"did you mean '{names_of_all}'?"
     near = difflib.get_close_matches(name.casefold(), by_lower, n=1)
     return f"did you mean '{by_lower[near[0]]}'?" if near else ""
 

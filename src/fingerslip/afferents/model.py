@@ -135,7 +135,14 @@ def spikes_of(history: xr.Dataset, models: Mapping[str, AfferentModel]) -> Spike
     BandwidthWarning
         Where a model responds to higher frequencies than the records resolve.
     """
+    if not isinstance(models, Mapping):
+        fault, repair = f"got a {type(models).__name__}", "write {'SA-I': model}"
+        raise InputError("models", fault, "needs a model by the name of each receptor type", repair)
     for kind, model in models.items():
+        for name in ("stimulus", "highest_frequency", "spikes"):
+            if not hasattr(model, name):
+                needed = "needs stimulus, highest_frequency [Hz] and spikes(times, values)"
+                raise InputError(f"{kind}.{name}", "is missing", needed, f"write {name} into the class of the model")
         if model.stimulus not in STIMULI:
             allowed = f"needs one of {', '.join(STIMULI)}"
             raise InputError(f"{kind}.stimulus", f"'{model.stimulus}' is not known", allowed)

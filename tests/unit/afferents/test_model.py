@@ -1,5 +1,7 @@
 """Spikes of a history by models of one's own and of the project."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -99,6 +101,11 @@ def test_a_stimulus_that_is_not_known_and_a_model_that_forgets_a_receptor_are_re
     for model, message in ((tickled, "'tickle' is not known"), (forgetful, "gave 1 arrays, needs 2, one a receptor")):
         with pytest.raises(fs.InputError, match=message):
             spikes_of(history, {"SA-I": model})
+    silent = SimpleNamespace(stimulus="strain", spikes=None)
+    with pytest.raises(fs.InputError, match=r"SA-I.highest_frequency: is missing, needs .* \[Hz\] .*; write highest_f"):
+        spikes_of(history, {"SA-I": silent})
+    with pytest.raises(fs.InputError, match=r"models: got a list, needs a model by the name of each .*; write"):
+        spikes_of(history, [Once()])
     with pytest.raises(fs.InputError, match="least_steady"):
         afferent(least_steady=None)
 

@@ -83,7 +83,7 @@ def test_studies_show_themselves_and_are_found_by_name(write_study):
         ),
         (lambda _: fs.Study("nothing").check(), "nothing: is not there"),
         (lambda _: fs.open_study(3), "open_study: got 3, needs the path of a folder"),
-        (lambda _: fs.open_study("nothing"), "nothing: holds no results of a study"),
+        (lambda _: fs.open_study("nothing"), "nothing: is not there; run the study again"),
     ],
 )
 def test_what_is_no_study_is_refused(write_study, ask, message):

@@ -17,9 +17,10 @@ from fingerslip.report.scene import viewer
 from fingerslip.results import result_of, write_result
 from fingerslip.study.definition.runs import plan_studies
 from fingerslip.study.inspection import views
-from fingerslip.study.inspection.check import check_plans, draw_specimen, save_mesh
+from fingerslip.study.inspection.check import check_plans, draw_specimen, fold_samples, save_mesh
 from fingerslip.study.inspection.views import FigureChoice, view_result, write_figure
 from fingerslip.study.running.cost import estimated_seconds
+from fingerslip.tables.table import Table
 from fingerslip.vision.video import video_info
 from unit.mesh.decks.texts import CAE, FEBIO
 from unit.report.scenes import block_history
@@ -329,3 +330,12 @@ def test_a_time_has_a_unit_and_lies_in_the_run(given, seconds):
     else:
         with pytest.raises(fs.InputError, match=f"^view: --time: .*{seconds}"):
             views.time_of_run(HISTORY, given, "view: --time")
+
+
+def test_samples_that_cost_the_same_are_one_row():
+    row = "a.yaml", "to do", 10, 20, 20, 1.0
+    names = [f"sample-{number}" for number in range(1, 31)]
+    rows = [(row[0], name, *row[1:]) for name in (*names, "mu-0.2", "mu-0.3")]
+    dear = ("a.yaml", "sample-31", "to do", 99, 20, 20, 1.0)
+    folded = fold_samples(Table("", (), (*rows, dear), ""))
+    assert [row[1] for row in folded.rows] == ["30 runs: sample-1 to sample-30", "mu-0.2", "mu-0.3", "sample-31"]

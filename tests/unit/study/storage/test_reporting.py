@@ -232,7 +232,7 @@ def test_the_page_stands_in_the_folder_of_the_first(finished, tmp_path):
     assert "Both studies have the same values." in page
     assert "<dt>B: commit</dt>" in page or "<dt>B: study</dt>" in page
     assert compare_studies(finished, finished, tmp_path / "x.html") == tmp_path / "x.html"
-    with pytest.raises(ResultError, match="holds no results of a study"):
+    with pytest.raises(ResultError, match="nowhere: is not there; run the study again"):
         compare_studies(finished, tmp_path / "nowhere")
 
 
