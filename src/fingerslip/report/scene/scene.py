@@ -17,7 +17,7 @@ from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.slip.patch import Patch as ContactPatch
 from fingerslip.slip.patch import contact_patch
 from fingerslip.slip.windows import split_along
-from fingerslip.snapshot import FlatFace, flat_faces, in_space, read_snapshot
+from fingerslip.snapshot import Face, faces_at, in_space, read_snapshot
 
 if TYPE_CHECKING:
     import pyvista
@@ -247,13 +247,15 @@ def field_limits(history: xr.Dataset, options: SceneOptions) -> tuple[float, flo
 
 
 def _draw_plates(plotter: Any, history: xr.Dataset, number: int, grid: pyvista.UnstructuredGrid, *, flat: bool) -> None:
-    """Draw the flat counterfaces as outlines, each with an arrow along its motion, below it where seen flat."""
+    """Draw the outlines of counterfaces, each with an arrow along its motion, below it where seen flat."""
     import pyvista
 
     size = _PLATE * float(np.max(np.ptp(grid.points, axis=0)))
-    for face in flat_faces(history, number):
-        outline = _outline(face, size, is_solid(history))
-        plotter.add_mesh(outline, name=f"plate {face.number}", color=palette.BLACK, line_width=2.0, **_FLAT)
+    for face in faces_at(history, number, 0.5e-3 * size):
+        pieces = [pyvista.lines_from_points(1e3 * line) for line in _near(face, grid, size) if len(line) > 1]
+        if pieces:
+            look = {"color": palette.BLACK, "line_width": 2.0 if face.is_flat or not is_solid(history) else 1.0}
+            plotter.add_mesh(pyvista.merge(pieces), name=f"plate {face.number}", **look, **_FLAT)
         _, along = split_along(
             history["counterface_displacement"].values[:, face.number],
             history["counterface_normal"].values[face.number],
@@ -271,16 +273,12 @@ def _draw_plates(plotter: Any, history: xr.Dataset, number: int, grid: pyvista.U
             plotter.add_mesh(arrow, name=f"arrow {face.number}", color=palette.BLACK, **_FLAT)
 
 
-def _outline(face: FlatFace, size: float, solid: bool) -> pyvista.PolyData:
-    """Return the outline of a flat counterface with sides of a length [mm], in 2D a line."""
-    import pyvista
-
-    centre = 1e3 * face.centre
-    if not solid:
-        along = 0.5 * size * np.array([face.normal[1], -face.normal[0], 0.0])
-        return pyvista.Line(centre - along, centre + along)
-    plane = pyvista.Plane(center=centre, direction=face.normal, i_size=size, j_size=size)
-    return plane.extract_feature_edges(boundary_edges=True)
+def _near(face: Face, grid: pyvista.UnstructuredGrid, size: float) -> list[Floats]:
+    """Return the lines of a counterface; a curved one in 2D as far as the body reaches, within a size [mm]."""
+    if face.is_flat or face.surface.shape[1] > 1:
+        return face.outline
+    along = np.array([face.normal[1], -face.normal[0], 0.0])
+    return [line[np.abs((1e3 * line - grid.center) @ along) <= 0.5 * size] for line in face.outline]
 
 
 def contact_levels(history: xr.Dataset, patch: ContactPatch, step: int) -> tuple[Floats, Floats]:
