@@ -161,18 +161,28 @@ class ConvergenceError(FingerslipError):
         What to try.
     problem : str, optional
         What was not solved.
+    position : tuple of float, optional
+        Where the node is at rest [m].
     """
 
     def __init__(  # noqa: PLR0917
-        self, time: float, node: int, residual: float, tolerance: float, advice: str, problem: str = "contact"
+        self,
+        time: float,
+        node: int,
+        residual: float,
+        tolerance: float,
+        advice: str,
+        problem: str = "contact",
+        position: tuple[float, ...] = (),
     ) -> None:
-        self.time, self.node, self.residual = time, node, residual
+        self.time, self.node, self.residual, self.position = time, node, residual, position
         self.tolerance, self.advice, self.problem = tolerance, advice, problem
-        super().__init__(time, node, residual, tolerance, advice, problem)
+        super().__init__(time, node, residual, tolerance, advice, problem, position)
 
     def __str__(self) -> str:
+        place = f" at ({', '.join(f'{1e3 * value:.4g}' for value in self.position)}) mm" if self.position else ""
         return (
-            f"{self.problem} at t = {self.time:.6g} s, node {self.node}: residual {self.residual:.2e}, "
+            f"{self.problem} at t = {self.time:.6g} s, node {self.node}{place}: residual {self.residual:.2e}, "
             f"needs <= {self.tolerance:.0e}; {self.advice}"
         )
 
