@@ -23,6 +23,7 @@ from fingerslip.history import is_solid, nearest_record, nearest_snapshot, site_
 from fingerslip.report import colours as palette
 from fingerslip.report.figures import style
 from fingerslip.report.figures.patches import fill_states, slide_moments
+from fingerslip.report.labels import of_histories
 from fingerslip.report.scene.names import Scalar
 from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.report.scene.scene import (
@@ -332,7 +333,7 @@ def reference_nodes_figure(history: xr.Dataset, events: Events = style.NO_EVENTS
     panels[0].set_ylim(*((-reach, 0.1 * reach) if plate.sum() < 0.0 else (-0.1 * reach, reach)))
     keys: dict[str, Artist] = {
         "displacement": Line2D([], [], color=palette.BLUE),
-        "plate": Line2D([], [], color=palette.BLACK, linestyle=":", linewidth=1.0),
+        of_histories("plate", [history]): Line2D([], [], color=palette.BLACK, linestyle=":", linewidth=1.0),
         "acceleration (without the jerk at the start)": Line2D([], [], color=palette.ORANGE, linewidth=0.9),
     }
     style.add_legend(figure, keys | (style.event_keys([events.slip]) if window else {}))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -22,6 +23,7 @@ from fingerslip.history import sites_of_kinds
 from fingerslip.report import colours as palette
 from fingerslip.report.figures import style
 from fingerslip.report.figures.bodies import add_stress_bar, draw_contact, frame_times, has_pictures
+from fingerslip.report.labels import of_histories
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import (
     Events,
@@ -40,6 +42,7 @@ from fingerslip.slip.windows import EVENTS, split_along
 Floats = NDArray[np.float64]
 
 _ROUNDING = 1e-16
+_LETTERS = 10  # of the label beside the stimulus, which is low
 _KEYS_ROOM = 1.75  # of the largest value, so that keys above lines cover none
 # Windows in which spikes are counted: their length [s], and at least so many records.
 _WINDOW, _RECORDS_A_WINDOW = 0.05, 10.0
@@ -106,7 +109,8 @@ def draw_stimulus(axes: Axes, history: xr.Dataset, times: Floats) -> None:
     towards, along = split_along(displacement, normal)
     axes.plot(times, 1e3 * towards, color=palette.BLACK, label="press")
     axes.plot(times, 1e3 * np.linalg.norm(along, axis=1), color=palette.BLACK, linestyle="--", label="slide")
-    axes.set_ylabel("plate [mm]")
+    label = of_histories("plate [mm]", [history])
+    axes.set_ylabel(label if len(label) <= _LETTERS else label.replace(" ", "\n"))
     axes.set_ylim(top=_KEYS_ROOM * axes.get_ylim()[1])
     style.add_keys_inside(axes, loc="upper left", ncols=2)
 
@@ -136,7 +140,8 @@ def energy_figure(history: xr.Dataset, title: str = "") -> Figure:
     scale, unit = _scale(work, "J")
     for name, (label, colour) in _LARGE_ENERGIES.items():
         if name != "viscous_dissipation" or (name in history and history[name].values.any()):
-            large.plot(time.values, scale * history[name].values, color=colour, label=label)
+            words = of_histories(label, [history])
+            large.plot(time.values, scale * history[name].values, color=colour, label=words)
     for name, (label, colour) in _SMALL_ENERGIES.items():
         share = np.abs(history[name].values) / (work or 1.0)
         small.semilogy(time.values, np.maximum(share, _ROUNDING), color=colour, linewidth=1.0, label=label)
@@ -207,7 +212,7 @@ _NODES_SHOWN = 9
 def slip_maps_figure(histories: Mapping[str, xr.Dataset], events: Mapping[str, Events]) -> Figure:
     """Draw stick and slip along the surface over time, a panel for each run."""
     times = style.shown_times(histories.values())
-    labels = (times[0].label, "position along the plate [mm]")
+    labels = (times[0].label, of_histories("position along the plate [mm]", histories.values()))
     figure, panels = style.run_panels(tuple(histories), "Stick and slip along the contact", labels)
     for axes, (name, history), time in zip(panels, histories.items(), times, strict=True):
         draw_states(axes, history, time)
@@ -253,9 +258,8 @@ def _borders(centres: Floats) -> Floats:
 def contact_displacement_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, title: str = "") -> Figure:
     """Draw the displacement of contact nodes along the plate against the plate's own."""
     labels = ("time [s]", "displacement since the slide began [mm]")
-    figure, (axes,) = style.figure_grid(
-        1, 1, (6.6, 3.6), style.join_title("Contact nodes against the plate", title), labels
-    )
+    heading = style.join_title(of_histories("Contact nodes against the plate", [history]), title)
+    figure, (axes,) = style.figure_grid(1, 1, (6.6, 3.6), heading, labels)
     window, tangent = slide_window(history), slide_tangent(history)
     touching = np.flatnonzero(history["contact_state"].values[window.first] != OPEN) if window else np.empty(0, int)
     if window is None or touching.size == 0:
@@ -271,13 +275,15 @@ def contact_displacement_figure(history: xr.Dataset, events: Events = style.NO_E
     plate = 1e3 * history["counterface_displacement"].values[window.records, 0] @ tangent
     for displacement, position in zip((skin - skin[0]).T, positions, strict=True):
         axes.plot(times, displacement, color=colours.to_rgba(np.array(position)), linewidth=1.2)
-    axes.plot(times, plate - plate[0], color=palette.BLACK, linestyle=(0, (5, 2)), linewidth=1.6, label="plate")
+    look: dict[str, Any] = {"color": palette.BLACK, "linestyle": (0, (5, 2)), "linewidth": 1.6}
+    axes.plot(times, plate - plate[0], label=of_histories("plate", [history]), **look)
     top = 1.25 * float(np.abs(skin - skin[0]).max())
     axes.set_ylim(*((-top, 0.08 * top) if plate[-1] < plate[0] else (-0.08 * top, top)))
     events_read = events.displacement
     axes.set_xlim(times[0], style.shown_until([window], [events_read]))
     style.add_keys_inside(axes, loc="upper left")
-    figure.colorbar(colours, ax=axes, label="position of the node\nalong the plate [mm]", pad=0.02)
+    label = of_histories("position of the node\nalong the plate [mm]", [history])
+    figure.colorbar(colours, ax=axes, label=label, pad=0.02)
     style.mark_events(axes, events_read)
     style.name_events(axes, None, events_read)
     return figure
@@ -291,7 +297,8 @@ _NOTE_HEIGHTS = {"A": 0.6, "B": 0.3}
 @style.with_style
 def acceleration_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, title: str = "") -> Figure:
     """Draw the tangential acceleration at the recorded receptor types, for both edges of the contact."""
-    labels, kinds = ("time [s]", "acceleration along the plate [m/s²]"), _recorded_kinds(history)
+    labels = ("time [s]", of_histories("acceleration along the plate [m/s²]", [history]))
+    kinds = _recorded_kinds(history)
     figure, panels = style.figure_grid(
         len(kinds), 1, (6.8, 1.45), style.join_title("Acceleration at the receptors", title), labels
     )
@@ -313,7 +320,8 @@ def acceleration_overview_figure(
     """Draw the signal that acceleration peaks are read from, a panel for each run."""
     settings = settings or PeakSettings()
     title = f"Largest acceleration at {' and '.join(settings.kinds)}"
-    figure, panels = style.run_panels(tuple(histories), title, ("time [s]", "acceleration along the plate [m/s²]"))
+    labels = ("time [s]", of_histories("acceleration along the plate [m/s²]", histories.values()))
+    figure, panels = style.run_panels(tuple(histories), title, labels)
     events_read = [events.get(name, style.NO_EVENTS).acceleration for name in histories]
     for axes, history, events_of_run in zip(panels, histories.values(), events_read, strict=True):
         _draw_peak_signal(axes, history, settings)

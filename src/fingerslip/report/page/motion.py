@@ -21,6 +21,7 @@ from fingerslip.history import is_solid, nearest_record, sites_of_kinds
 from fingerslip.report import colours as palette
 from fingerslip.report.figures.bodies import extent
 from fingerslip.report.figures.signals import PRESSED
+from fingerslip.report.labels import of_histories
 from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.report.scene.scene import CORNERS, field_limits, region_names, soft_regions, upright
 from fingerslip.sites import RECEPTOR_KINDS
@@ -94,6 +95,7 @@ def run_motion(history: xr.Dataset, events: Events, title: str) -> dict[str, Any
     return {
         "title": title,
         "solid": is_solid(history),
+        "mapLabel": of_histories("stick and slip along plate [mm]", [history]),
         "slide": None if window is None else window.start,
         "events": [
             {

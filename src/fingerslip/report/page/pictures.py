@@ -26,7 +26,7 @@ from fingerslip.report.figures import bodies, markers, patches, signals, study
 from fingerslip.report.figures.composed import composed_figure
 from fingerslip.report.figures.specimens import mesh_figure, receptor_positions, section_figure
 from fingerslip.report.figures.style import is_held, looking
-from fingerslip.report.labels import path_label
+from fingerslip.report.labels import of_histories, path_label
 from fingerslip.report.page.page import Picture
 from fingerslip.report.prose import prose
 from fingerslip.report.tables.runs import differing_paths
@@ -185,7 +185,7 @@ def _check_dimension(name: str, kind: FigureKind, histories: Iterable[xr.Dataset
 def run_pictures(run: RunSubject) -> list[Picture]:
     """Return the pictures that show a run in detail."""
     return [
-        Picture(f"{run.name}-{name}", RUN_FIGURES[name].caption, draw(run))
+        Picture(f"{run.name}-{name}", of_histories(RUN_FIGURES[name].caption, [run.history]), draw(run))
         for name, draw in _DRAW_RUNS.items()
         if _is_on_page(RUN_FIGURES[name], [run.history])
     ]
@@ -202,7 +202,7 @@ def model_pictures(run: RunSubject, mesh: skfem.Mesh) -> list[Picture]:
     if has_markers(history):
         figures["markers"] = markers.marker_places_figure(marker_tracks(history), title)
     return [
-        Picture(f"{name}-{run.name}", prose("captions", name, {"title": title}), figure)
+        Picture(f"{name}-{run.name}", of_histories(prose("captions", name, {"title": title}), [history]), figure)
         for name, figure in figures.items()
     ]
 
@@ -232,6 +232,7 @@ def hero_pictures(content: ReportContent) -> list[Picture]:
     spikes = available_spikes(subject.history, subject.afferents)
     along = "" if is_solid(history) else prose("captions", "answer-along")
     caption = prose("captions", "answer-spikes" if spikes else "answer", {"along": along})
+    caption = of_histories(caption, [history])
     return [*swept, Picture("answer", caption, composed_figure(history, run.events, spikes, subject.title))]
 
 
@@ -260,7 +261,7 @@ def overview_pictures(content: ReportContent) -> list[Picture]:
     if are_held(subject.histories) or len(histories) < 2:
         return []
     return [
-        Picture(name, STUDY_FIGURES[name].caption, draw(subject))
+        Picture(name, of_histories(STUDY_FIGURES[name].caption, histories), draw(subject))
         for name, draw in _DRAW_STUDIES.items()
         if _is_on_page(STUDY_FIGURES[name], histories)
     ]

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from fingerslip.contact.states import OPEN, SLIP, STICK
@@ -30,7 +31,9 @@ COLOUR_MAP = palette.FIELD_MAP
 OF_CELLS = ("von_mises", "strain_energy_density")
 #: Nodes of a cell of a section that are its corners.
 CORNERS = {"Q4": 4, "T3": 3, "T6": 3}
-_BAR = {"width": 0.4, "height": 0.1, "position_x": 0.04, "position_y": 0.02}
+_BAR = {"width": 0.4, "height": 0.12, "position_x": 0.04, "position_y": 0.02}
+# Labels of a bar at most.
+_LABELS = 5
 _BAR_FONTS = {"title_font_size": 18, "label_font_size": 16}
 _DIRECTIONS: Mapping[Camera, tuple[tuple[float, float, float], tuple[float, float, float]]] = {
     "side": ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0)),
@@ -134,6 +137,7 @@ def draw_scene(plotter: Any, history: xr.Dataset, number: int, options: SceneOpt
         if border is not None and border.n_cells:
             lines = border.extract_feature_edges(feature_edges=False, manifold_edges=False, non_manifold_edges=False)
             plotter.add_mesh(lines, name=f"border {name}", color=palette.LAYER_LINE, line_width=1.5, **_FLAT)
+    _label_bars(plotter, limits[1])
     time = float(history["snapshot_time"][number])
     if options.plate:
         _draw_plates(plotter, history, number, grid, flat=options.camera in {"side", "front"} or not is_solid(history))
@@ -219,13 +223,27 @@ def _look(name: str, history: xr.Dataset, options: SceneOptions, limits: tuple[f
     bar = {
         "title": SCALARS[options.scalar][0],
         "color": palette.BLACK,
-        "fmt": "%.3g",
-        "n_labels": 4,
+        "fmt": "%.4g",
         **_BAR,
         **_BAR_FONTS,
     }
     look = {**shared, "scalars": options.scalar, "clim": limits, "cmap": COLOUR_MAP, "ambient": 0.65, "diffuse": 0.4}
     return look | ({"scalar_bar_args": bar} if options.written else {"show_scalar_bar": False})
+
+
+def _label_bars(plotter: Any, top: float) -> None:
+    """Put round numbers on bars of colours from 0 to `top`."""
+    from vtkmodules.vtkCommonCore import vtkDoubleArray
+
+    for bar in plotter.scalar_bars.values():
+        labels = vtkDoubleArray()
+        values: Floats = np.asarray(MaxNLocator(_LABELS, steps=[1, 2, 5, 10]).tick_values(0.0, top))
+        for value in values[values <= top]:
+            labels.InsertNextValue(float(value))
+        bar.SetCustomLabels(labels)
+        bar.SetUseCustomLabels(True)
+        # An empty line below the title keeps it off the labels.
+        bar.SetTitle(f"{bar.GetTitle().rstrip()}\n ")
 
 
 def field_limits(history: xr.Dataset, options: SceneOptions) -> tuple[float, float]:

@@ -80,7 +80,7 @@ class Plots {
     this.width = this.canvas.clientWidth || 500;
     const measure = this.canvas.getContext("2d");
     measure.font = FONT;
-    const rows = [...(run.solid ? [] : [{ label: "stick and slip along plate [mm]", lines: [], map: true, height: 130 }]),
+    const rows = [...(run.solid ? [] : [{ label: run.mapLabel, lines: [], map: true, height: 130 }]),
       ...run.panels.map((panel) => ({ ...panel, height: 112 }))];
     let top = names;
     for (const row of rows) {
