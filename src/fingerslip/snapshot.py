@@ -119,6 +119,14 @@ def curved_points(history: xr.Dataset, depth: float) -> Floats:
     return np.concatenate(points)
 
 
+def curved_outlines(history: xr.Dataset) -> tuple[Floats, ...]:
+    """Return the lines (n, 2) [m] of the curved counterfaces of a section, at the start."""
+    if "counterface_outline" not in history.coords:
+        return ()
+    outlines = history["counterface_outline"].values[:, :, 0]
+    return tuple(line for number, line in enumerate(outlines) if _centre_of_flat(history, number, 0) is None)
+
+
 def _centre_of_flat(history: xr.Dataset, counterface: int, step: int) -> Floats | None:
     """Return the middle (3,) of a flat counterface's contact candidates, on it [m]; None for any other."""
     extent = float(np.linalg.norm(np.ptp(history["node_position"].values, axis=0)))

@@ -196,7 +196,7 @@ def model_pictures(run: RunSubject, mesh: skfem.Mesh) -> list[Picture]:
     history, title = run.history, run.title
     figures: dict[str, Figure] = {}
     if not is_solid(history):
-        figures["section"] = section_figure(mesh, receptor_positions(history), title=title)
+        figures["section"] = section_figure(mesh, receptor_positions(history), title, history)
     elif history.sizes.get("snapshot_time", 0):
         figures["scene"] = bodies.scene_figure(history, title)
     if has_markers(history):
