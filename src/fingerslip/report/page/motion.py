@@ -20,7 +20,7 @@ from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.history import is_solid, nearest_record, sites_of_kinds
 from fingerslip.report import colours as palette
 from fingerslip.report.figures.bodies import extent
-from fingerslip.report.figures.signals import PRESSED
+from fingerslip.report.figures.signals import HAS_SLIPPED, PRESSED, SLIPS, slipped_share
 from fingerslip.report.labels import of_histories
 from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.report.scene.scene import CORNERS, field_limits, region_names, soft_regions, upright
@@ -129,10 +129,11 @@ def _panels(history: xr.Dataset, records: NDArray[np.intp], arrays: Arrays) -> l
     """Return the panels of signals; their values are added to the arrays."""
     forces = contact_forces(history)
     signals: dict[str, dict[str, tuple[Floats, str]]] = {
-        "force [N]": {"normal": (forces.normal, palette.BLUE), "tangential": (forces.friction, palette.VERMILLION)},
+        "force [N]": {"normal": (forces.normal, palette.BLACK), "tangential": (forces.friction, palette.GREY)},
         "ratio, fraction": {
-            "tangential / normal force": (forces.ratio(PRESSED), palette.BLUE),
-            "slipping area fraction": (slipping_fraction(history).values, palette.ORANGE),
+            "tangential / normal force": (forces.ratio(PRESSED), palette.BLACK),
+            HAS_SLIPPED: (slipped_share(history), palette.ORANGE),
+            SLIPS: (slipping_fraction(history).values, palette.GREY),
         },
     }
     if not is_solid(history) and sites_of_kinds(history, RECEPTOR_KINDS).size:

@@ -199,10 +199,12 @@ def test_a_composed_figure_of_a_study_with_several_runs_says_which_it_shows(fini
     write_figure(finished, FigureChoice("composed"))
     write_figure(finished, FigureChoice("composed", run=RUN), finished / "other.pdf")
     write_figure(finished / RUN, FigureChoice("composed"))
+    write_figure(finished, FigureChoice("spikes"))
     assert drawn == [
         (f"composed-{MIDDLE}.pdf", "friction coefficient 0.4"),
         ("other.pdf", "friction coefficient 0.2"),
         ("composed.pdf", ""),
+        (f"spikes-{MIDDLE}.pdf", "friction coefficient 0.4"),
     ]
 
 
@@ -233,7 +235,8 @@ RUN, MIDDLE = "friction_coefficient-0.2", "friction_coefficient-0.4"
         ("", FigureChoice("latency", style="poster"), None, "--style: got 'poster', needs one of page, paper, slides"),
         ("", FigureChoice("latency", form="gif"), None, "--format: got 'gif', needs one of pdf, svg, png"),
         ("", FigureChoice("latency", path="mesh.size"), None, "--over: 'mesh.size' is not swept"),
-        ("", FigureChoice("forces"), None, "this kind shows one run of"),
+        ("", FigureChoice("spikes", times=("1 s",)), None, "--time: got it with --kind spikes, needs one of composed"),
+        ("", FigureChoice("slip-maps", times=("1 s",)), None, "--time: got it with --kind slip-maps, needs one of"),
         ("", FigureChoice("forces", run="x"), None, "--run: 'x' is not there"),
         (
             "",
@@ -243,7 +246,7 @@ RUN, MIDDLE = "friction_coefficient-0.2", "friction_coefficient-0.4"
         ),
         ("", FigureChoice("latency", run="x"), None, "--run: got 'x' with --kind latency, needs a kind that shows one"),
         ("..", FigureChoice("latency"), None, "holds no study"),
-        (RUN, FigureChoice("forces", times=("99 s",)), None, "--time: got 99 s, needs a time of the run, 0 to"),
+        (RUN, FigureChoice("composed", times=("99 s",)), None, "--time: got 99 s, needs a time of the run, 0 to"),
         (RUN, FigureChoice("forces", run="x"), None, "--run: got 'x' with the folder of a run, needs the folder of"),
         (RUN, FigureChoice("detector"), None, "has no hold before its slide, needs markers at rest first; write hold"),
         (RUN, FigureChoice("film"), "film.avi", "--output: got '.*film.avi', needs a name that ends in .mp4"),
