@@ -17,6 +17,7 @@ from matplotlib.patches import Rectangle
 from matplotlib.transforms import Bbox
 from mpl_toolkits.mplot3d import Axes3D
 from numpy.typing import NDArray
+from scipy.spatial.distance import cdist
 
 from fingerslip.history import sites_of_kinds
 from fingerslip.report.colours import BLACK, GREY, RECEPTOR_COLOURS, RECEPTOR_MARKS, REGION_COLOURS, region_colours
@@ -149,7 +150,8 @@ def section_figure(
     labels, heading = ("x [mm]", "y [mm]"), join_title("Section", title)
     figure, (whole, close) = figure_grid(2, 2, (4.6, 3.5), heading, labels, share="none", widths=(1.75, 1.0))
     points = mesh.p.T[:, :2]
-    lowest, colours = points[np.argmin(points[:, 1])], region_colours(tuple(mesh.subdomains or {}))
+    heights = points[:, 1] if not curved else cdist(points, np.concatenate(curved)).min(axis=1)
+    lowest, colours = points[np.argmin(heights)], region_colours(tuple(mesh.subdomains or {}))
     corners = mesh.t.T[:, : 4 if mesh.t.shape[0] in (4, 9) else 3]
     regions: Mapping[str, NDArray[np.int64]] = mesh.subdomains or {"body": np.arange(mesh.t.shape[1])}
     for axes, line, size in ((whole, 0.12, 1.6), (close, 0.3, 5.0)):
@@ -171,7 +173,7 @@ def section_figure(
     if curved:
         whole.dataLim = Bbox(1e3 * np.array([points.min(axis=0), points.max(axis=0)]))
     whole.autoscale_view()
-    # The skin round the lowest point, and a frame around that part in the whole.
+    # The skin round the lowest point, or where the counterface is nearest, and a frame around that part in the whole.
     left, bottom, width = 1e3 * (lowest[0] - _ZOOM_WIDTH / 2), 1e3 * (lowest[1] - 0.06 * _ZOOM_WIDTH), 1e3 * _ZOOM_WIDTH
     close.set(xlim=(left, left + width), ylim=(bottom, bottom + 1.1 * width))
     close.set_title("close view of the framed part")
