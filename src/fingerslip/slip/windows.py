@@ -110,7 +110,7 @@ EVENTS: Mapping[str, str] = {
 }
 #: What stands below tables that have the second of them.
 NOTICED_NOTE = (
-    "48 %, in files noticed: of the contact has slipped; people notice when about as much is slipping"
+    "48 % (noticed in files) of the contact has slipped; people notice when about as much is slipping"
     " (Barrea et al. 2018)."
 )
 #: The events that every reading gives; figures mark these.
