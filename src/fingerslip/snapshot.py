@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from fingerslip.history import is_solid, nearest_record
 
@@ -161,6 +160,8 @@ def _moved_surface(history: xr.Dataset, counterface: int, step: int) -> Floats:
     points = in_space(history["counterface_outline"].values[counterface])
     body = str(history["counterface_rigid_body"].values[counterface])
     if body:
+        from scipy.spatial.transform import Rotation  # what reads results needs it for these alone
+
         number = int(np.flatnonzero(history["rigid_body"].values == body)[0])
         centre = in_space(history["rigid_body_centre"].values)[number]
         turn = history["rigid_body_rotation"].values[step, number]

@@ -150,7 +150,7 @@ def write_mesh(mesh: skfem.Mesh, path: str | Path) -> None:
 
     A ``.msh`` file is of version 2.2, with regions and boundaries as physical groups that Gmsh shows; other formats
     hold them as cell data that :func:`read_mesh` and scikit-fem read back. For ParaView these have the number of the
-    ``region``, -1 for none, and for each boundary a field such as ``boundary skin`` that is 1 on its points.
+    ``region``, -1 for none, and for each boundary a field such as ``boundary_skin`` that is 1 on its points.
 
     Parameters
     ----------
@@ -188,7 +188,7 @@ def _with_fields(mesh: skfem.Mesh) -> meshio.Mesh:
     for name, facets in (mesh.boundaries or {}).items():
         on_boundary = np.zeros(len(data.points), dtype=np.int32)
         on_boundary[mesh.facets[:, np.asarray(facets)]] = 1
-        data.point_data[f"boundary {name}"] = on_boundary
+        data.point_data[f"boundary_{name.replace(' ', '_')}"] = on_boundary
     return data
 
 

@@ -411,4 +411,4 @@ def test_regions_and_boundaries_are_plain_fields_for_other_programs(suffix, tmp_
     data = meshio.read(tmp_path / f"mesh{suffix}")
     heights = mesh.p[1, mesh.t].mean(axis=0)
     np.testing.assert_array_equal(data.cell_data["region"][0], (heights > 0.5e-3).astype(int))
-    np.testing.assert_array_equal(data.point_data["boundary bottom"], data.points[:, 1] < 1e-9)
+    np.testing.assert_array_equal(data.point_data["boundary_bottom"], data.points[:, 1] < 1e-9)

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from fingerslip.contact.states import OPEN, SLIP, STICK
@@ -233,6 +232,7 @@ def _look(name: str, history: xr.Dataset, options: SceneOptions, limits: tuple[f
 
 def _label_bars(plotter: Any, top: float) -> None:
     """Put round numbers on bars of colours from 0 to `top`."""
+    from matplotlib.ticker import MaxNLocator
     from vtkmodules.vtkCommonCore import vtkDoubleArray
 
     for bar in plotter.scalar_bars.values():
