@@ -77,6 +77,8 @@ MODEL = fs.Model(
     time=fs.TimeStepping(5e-3),
 )
 TWO_SIDED = MODEL.mesh.with_boundaries({"both": np.concatenate([MODEL.mesh.boundaries[s] for s in ("bottom", "top")])})
+_X, _Y = MODEL.mesh.p
+RIDGED = dataclasses.replace(MODEL.mesh, doflocs=np.array([_X, _Y + 1e-4 * (_Y == 0) * np.sin(1e3 * np.pi * _X) ** 2]))
 FAR = dataclasses.replace(PLATE, counterface=fs.Plane(normal=(0, 1), offset=-1e-3), search_distance=5e-3)
 WEAKENING = dataclasses.replace(PLATE, friction=fs.StaticKinetic(0.6, 0.4, 1e-3), rigid_body="block")
 RINGING: dict[str, object] = {
@@ -101,6 +103,8 @@ RINGING: dict[str, object] = {
          ["contacts.0: never touches 'bottom', which is 1 mm away", "comes 0.2 mm nearer"]),
         ({"mesh": box("Q4", np.linspace(0.0, 10e-3, 9), np.linspace(0.0, 4e-3, 5))},
          ["contacts.0: 9 nodes of 'bottom' are in reach", "take smaller elements there"]),
+        # All 21 nodes are in reach, but only every second one is the tip of a ridge.
+        ({"mesh": RIDGED}, ["touches first it turns by 23 degrees", "take smaller elements there"]),
         (RINGING, ["contacts.0.friction: falls from static to kinetic on 'block'", "write a damping"]),
         ({"supports": {}}, ["supports: there are none", "support a boundary"]),
         ({"materials": {"bulk": fs.Elastic(136.0, 0.3, 1000.0)}}, ["materials.bulk: a modulus of 136 Pa", "136e3"]),
