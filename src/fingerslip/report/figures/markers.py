@@ -182,7 +182,7 @@ def noise_figure(tracks: xr.Dataset, frame: NDArray[np.uint8] | None = None) -> 
     """Draw the markers where they rest, coloured by their noise there, on the first frame."""
     from fingerslip.vision.tracking.track import noise_at_rest
 
-    figure, (axes,) = figure_grid(1, 1, (6.0, 4.4), "Noise at rest", ("x [px]", "y [px]"))
+    figure, (axes,) = figure_grid(1, 1, (6.4, 5.4), "Noise at rest", ("x [px]", "y [px]"))
     name = "image_position" if "image_position" in tracks else "position"
     rest = tracks[name].values[: max(int(tracks.attrs.get("rest_frames", 1)), 1)]
     seen_once = np.isfinite(rest).all(axis=2).any(axis=0)
@@ -194,12 +194,17 @@ def noise_figure(tracks: xr.Dataset, frame: NDArray[np.uint8] | None = None) -> 
     drawn.set_facecolor("none")
     drawn.set_edgecolor(None)  # type: ignore[arg-type]
     figure.colorbar(drawn, ax=axes, label="standard deviation [px]", shrink=0.8)
-    for (x, y), number in zip(places, tracks["marker"].values[seen_once], strict=True):
-        axes.annotate(str(number), (x, y), xytext=(4, 4), textcoords="offset points", fontsize=5.5, color=ORANGE)
+    still = tracks["still"].values[seen_once] if "still" in tracks else np.zeros(len(places))
+    for (x, y), number, rests in zip(places, tracks["marker"].values[seen_once], still, strict=True):
+        colour = VERMILLION if rests else ORANGE
+        axes.annotate(str(number), (x, y), xytext=(4, 4), textcoords="offset points", fontsize=5.5, color=colour)
     axes.set_aspect("equal")
     axes.grid(visible=False)
-    if frame is None:
-        axes.invert_yaxis()
+    # Only where markers are, so that their numbers can be read.
+    (left, top), (right, bottom) = places.min(axis=0), places.max(axis=0)
+    margin = _MARGIN * max(right - left, bottom - top, 1.0)
+    axes.set_xlim(left - margin, right + margin)
+    axes.set_ylim(bottom + margin, top - margin)
     return figure
 
 
@@ -221,6 +226,7 @@ def jump_figure(tracks: xr.Dataset) -> Figure:
     return figure
 
 
+_MARGIN = 0.08  # around the markers, of their extent
 _TITLES = {"internal": "internal markers, from inside", "external": "external markers, from below"}
 _MILLIMETRES = 1e3
 
