@@ -129,3 +129,9 @@ def test_simulating_says_them_and_which_plate_never_touched(caplog: pytest.LogCa
         fs.simulate(dataclasses.replace(MODEL, **changes, time=fs.TimeStepping(0.1, end=0.2)))
     assert "supports: there are none" in caplog.text
     assert "contacts.0: never touches 'bottom'; the smallest gap is" in caplog.text
+
+
+def test_a_plate_that_waits_at_the_boundary_is_no_mistake(caplog: pytest.LogCaptureFixture) -> None:
+    with caplog.at_level(logging.WARNING, logger="fingerslip.dynamics"):
+        fs.simulate(dataclasses.replace(MODEL, programme=(fs.Hold(20e-3),)))
+    assert "the smallest gap" not in caplog.text
