@@ -137,6 +137,11 @@ def _results_table(runs: tuple[RunResult, RunResult]) -> Table:
 def export_result(target: Path, kind: str, output: Path | None = None) -> Path:
     """Write a result for other programs, whole or not at all."""
     # Data frames and the formats are slow to load: what is wrong with the result is said before.
+    tracks = target if target.suffix == ".nc" else target / "tracks.nc"
+    if tracks.is_file():
+        return _export_tracks(tracks, kind, output or tracks.parent / f"export-{kind}")
+    if target.is_file():
+        raise InputError(f"export {target}", "is a file", "needs the folder of a run or of a study, or tracks.nc")
     folder = output or target / f"export-{kind}"
     if read_manifest(target).get("runs"):
         study = open_study(target)
@@ -147,6 +152,16 @@ def export_result(target: Path, kind: str, output: Path | None = None) -> Path:
     from fingerslip.export.formats import export_history
 
     return export_history(read_history(target / HISTORY), folder, kind)
+
+
+def _export_tracks(path: Path, kind: str, folder: Path) -> Path:
+    from fingerslip.export.formats import export_tables
+    from fingerslip.vision.tracks import read_tracks, tracks_table
+
+    tracks = read_tracks(path)
+    frame, unit = tracks_table(tracks), tracks["position"].attrs["units"]
+    frame.attrs["units"] = {"time_s": "s", **{f"{axis}_{unit}": unit for axis in tracks["axis"].values}}
+    return export_tables({"tracks": frame}, folder, kind)
 
 
 Method = Literal["auto", "linear", "morris", "sobol", "surrogate"]
