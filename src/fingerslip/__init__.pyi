@@ -135,7 +135,7 @@ from .study.definition.spec import read_study as read_study
 from .study.scripted import OpenedStudy as OpenedStudy, open_study as open_study
 from .study.fit import Posterior as Posterior, fit as fit
 from .study.running.runner import StudyFailedError as StudyFailedError, run_study as run_study
-from .study.scripted import Study as Study
+from .study.scripted import Study as Study, study_model as study_model
 from .model.timing import Adaptive as Adaptive, QuasiStatic as QuasiStatic, TimeStepping as TimeStepping
 from .version import __version__ as __version__
 from .vision.cameras.camera import Camera as Camera, Pose as Pose, true_tracks as true_tracks

@@ -10,7 +10,7 @@ import typer
 
 def export(
     target: Annotated[
-        Path, typer.Argument(metavar="RESULT", help="Folder of a run, or of a study for a table of its runs.")
+        Path, typer.Argument(metavar="RESULT", help="Folder of a run, of a study for a table of its runs, or tracks.")
     ],
     kind: Annotated[
         str, typer.Option("--format", metavar="FORMAT", help="csv, json, mat, nwb, parquet or vtu.")

@@ -17,8 +17,9 @@ def track(
     ],
     *,
     rest: Annotated[int, typer.Option(metavar="FRAMES", min=1, help="Frames at rest at the beginning.")] = 30,
-    out: Annotated[
-        Path | None, typer.Option(metavar="FOLDER", help="Where to write; else VIDEO with the ending _tracks.")
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", "--out", metavar="FOLDER", help="Folder; else VIDEO with the ending _tracks."),
     ] = None,
     tracking: Any,
     fields: Annotated[
@@ -33,5 +34,5 @@ def track(
     from fingerslip.report.page.tracking import track_video
 
     with screen_progress(quiet) as progress:
-        lines = list(track_video(video, out, {**tracking, "rest_frames": rest}, progress.say, fields=fields))
+        lines = list(track_video(video, output, {**tracking, "rest_frames": rest}, progress.say, fields=fields))
     typer.echo("\n".join(lines))

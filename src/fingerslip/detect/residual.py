@@ -26,6 +26,7 @@ from fingerslip.errors import InputError
 from fingerslip.parameters import NonNegativeNumber, Number, parameters
 from fingerslip.vision.fields import fit_rigid_motions
 from fingerslip.vision.tracking.layouts import nearest_neighbours
+from fingerslip.vision.tracking.rest import FEWEST, STIRRED, rest_length
 from fingerslip.vision.tracking.tracker import SeenMarkers
 
 if TYPE_CHECKING:
@@ -39,10 +40,7 @@ RIGHT = ((0.0, 0.0), (0.05, 0.25), (0.1, 406 / 416), (0.2, 400 / 406), (0.5, 359
 #: The same of gross slip.
 GROSS_RIGHT = 361 / 362
 
-_FEWEST = 5  # frames and markers without which there is no rest and no pattern
 _MOST = 100  # frames that are taken for rest
-# Rest ends where markers leave it by so many times their noise, and by this share of the distance between them.
-_STIRRED, _STIR = 3.0, 0.02
 # The first motion is one of so many times the noise, and of this share of the distance between markers.
 _CLEAR, _FIRST = 10.0, 0.05
 _WINDOW = 5  # frames over which markers spring back
@@ -108,15 +106,15 @@ class ResidualDetector(FrameByFrame[ResidualFinding]):
         self._history: deque[tuple[float, Floats]] = deque(maxlen=_MOST)  # times and positions (n, 2)
 
     def _is_rest_over(self, positions: Floats) -> bool:
-        return _rest_length(positions) < len(positions)
+        return rest_length(positions) < len(positions)
 
     def _begin(self, positions: Floats) -> None:
-        positions = positions[: _rest_length(positions)]
+        positions = positions[: rest_length(positions)]
         visible: NDArray[np.bool_] = np.asarray(np.isfinite(positions).all(axis=2))
         self._chosen: NDArray[np.bool_] = visible.mean(axis=0) >= 0.5
-        if self._chosen.sum() < _FEWEST:
+        if self._chosen.sum() < FEWEST:
             fault = f"{self._chosen.sum()} markers are seen in half of the frames at rest"
-            raise InputError("frames", fault, f"needs {_FEWEST}", "begin where the sensor rests and is seen")
+            raise InputError("frames", fault, f"needs {FEWEST}", "begin where the sensor rests and is seen")
         positions, visible = positions[:, self._chosen], visible[:, self._chosen]
         rest = np.nanmean(positions, axis=0)
         self._weights = neighbour_weights(rest)
@@ -164,7 +162,7 @@ class ResidualDetector(FrameByFrame[ResidualFinding]):
     def _start(self, time: float, moved: Floats, displacement: float) -> None:
         """See whether the markers begin to move, and in which pattern, by their displacements (n, 2)."""
         self._first.append(moved)
-        if displacement <= _STIRRED * self._jitter:
+        if displacement <= STIRRED * self._jitter:
             self._stirred = None
         elif self._stirred is None:
             self._stirred = time
@@ -207,16 +205,16 @@ class ResidualDetector(FrameByFrame[ResidualFinding]):
         self._history.append((time, position))
         if not self._is_moving:
             return
-        newest = [places for _, places in self._history][-_FEWEST:]
-        if len(newest) == _FEWEST and _rms(np.stack(newest) - self._rest) < 0.5 * self._clear:
+        newest = [places for _, places in self._history][-FEWEST:]
+        if len(newest) == FEWEST and _rms(np.stack(newest) - self._rest) < 0.5 * self._clear:
             self._end(time, self._rest)  # back where it began
             return
         if time - self._clear_since < _STILL:
             return
         recent = np.stack([places for then, places in self._history if time - then <= _STILL])
         earlier, later = np.array_split(recent, 2)
-        is_still = _rms(recent - recent.mean(axis=0)) < _STIRRED * self._jitter
-        if is_still and len(recent) >= _FEWEST and _rms(later.mean(axis=0) - earlier.mean(axis=0)) < self._jitter:
+        is_still = _rms(recent - recent.mean(axis=0)) < STIRRED * self._jitter
+        if is_still and len(recent) >= FEWEST and _rms(later.mean(axis=0) - earlier.mean(axis=0)) < self._jitter:
             self._end(time, recent.mean(axis=0))
 
     def _end(self, time: float, rest: Floats) -> None:
@@ -254,22 +252,9 @@ def _log_odds(chance: float) -> float:
 def frames_at_rest(tracks: xr.Dataset) -> int:
     """Return in how many frames at their start the markers of tracks rest; at least five."""
     position = markers_of(tracks, "internal")["position"].values
-    if len(position) <= _FEWEST:
-        raise InputError("tracks", f"have {len(position)} frames", f"needs more than {_FEWEST} at rest")
-    return min(_rest_length(position), _MOST)
-
-
-def _rest_length(position: Floats) -> int:
-    """Return in how many of the first frames the markers (n_frames, n_markers, 2) rest, as they do in five or more."""
-    at_rest: Floats = np.ma.masked_invalid(position[:_FEWEST]).mean(axis=0).filled(np.nan)
-    is_seen = np.isfinite(at_rest).all(axis=1)
-    if len(position) <= _FEWEST or is_seen.sum() < _FEWEST:
-        return len(position)
-    spacing = float(np.median(nearest_neighbours(at_rest[is_seen])[1]))
-    stirred = np.sqrt(np.ma.masked_invalid(((position - at_rest) ** 2).sum(axis=2)).mean(axis=1))
-    limit = max(_STIRRED * float(stirred[:_FEWEST].mean()), _STIR * spacing)
-    later = np.flatnonzero((stirred[_FEWEST:] > limit).filled(False))
-    return max(_FEWEST, _FEWEST + int(later[0]) - 2) if later.size else len(position)
+    if len(position) <= FEWEST:
+        raise InputError("tracks", f"have {len(position)} frames", f"needs more than {FEWEST} at rest")
+    return min(rest_length(position), _MOST)
 
 
 def detect_residual(tracks: xr.Dataset, settings: ResidualSettings | None = None) -> list[ResidualFinding]:

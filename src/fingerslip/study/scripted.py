@@ -26,11 +26,14 @@ from fingerslip.study.definition.spec import Study as Definition
 from fingerslip.study.running.progress import StudyProgress, progress_on_screen
 from fingerslip.study.running.runner import run_plans
 from fingerslip.study.shipped import example_path
+from fingerslip.study.storage.reporting import warn_of_resolution
 from fingerslip.study.storage.store import stored_study
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
+
+    from fingerslip.model.model import Model
 
 
 @dataclass(frozen=True, repr=False)
@@ -288,7 +291,8 @@ class Study:
         if isinstance(progress, bool):
             progress = progress_on_screen() if progress else StudyProgress()
         plan = self._plan(results)
-        run_plans([plan], workers=workers, force=force, progress=progress, scheduler=scheduler)
+        (result,) = run_plans([plan], workers=workers, force=force, progress=progress, scheduler=scheduler)
+        warn_of_resolution(result)
         return open_study(plan.folder)
 
     def save(self, path: str | Path) -> Path:
@@ -309,6 +313,48 @@ class Study:
         rows = "".join(f"<tr><td>{html.escape(path)}</td><td>{html.escape(words)}</td></tr>" for path, words in swept)
         head = "<tr><th>value</th><th>in the runs</th></tr>"
         return f"<b>Study: {html.escape(title)}</b><table>{head}{rows}</table>"
+
+
+def study_model(study: str | Path | Mapping[str, Any] | Definition | Study, run: str | None = None) -> Model:
+    """Make the model of a run of a study, to be simulated or stepped from Python.
+
+    Parameters
+    ----------
+    study : path, mapping or Study
+        Whatever :class:`Study` starts from: a study file, the name of a shipped study, plain data, or a study.
+    run : str, optional
+        Name of the run, such as ``friction_coefficient-0.4``; not needed where there is only one.
+
+    Returns
+    -------
+    Model
+        The model, with its mesh built or read.
+
+    Raises
+    ------
+    InputError
+        For all mistakes in the study, and for a run that it does not have.
+
+    Examples
+    --------
+    Step a TacTip on a plate::
+
+        model = fs.study_model("tactip_slide")
+        with fs.Simulation(model) as sim:
+            seen = sim.step()
+    """
+    # What builds meshes and models is slow to load.
+    from fingerslip.study.running.build import build_model
+
+    source = Study(study)
+    plan = plan_mapping(source.mapping, source.source, Path(source.folder_name))
+    names = [element.name for element in plan.runs]
+    if run is None and len(names) == 1:
+        return build_model(plan.runs[0])
+    if run not in names:
+        fault = "is missing" if run is None else f"{run!r} is not a run of {plan.source}"
+        raise InputError("study_model.run", fault, f"needs one of {', '.join(names)}")
+    return build_model(plan.runs[names.index(run)])
 
 
 def _file(base: str | os.PathLike[str]) -> Path:

@@ -57,6 +57,8 @@ def overlay_frames(
 ) -> Iterator[Frame]:
     """Yield frames with a circle at each marker that is seen, an arrow at it, time and count, in colours of rings.
 
+    Those that do not move with their neighbours (`still`) are white.
+
     Where `marked`, (n_times, n_markers), is given, markers are red where it is true and blue elsewhere.
 
     Circles of markers whose quality is below 0.6 are thin. What tracks say of a frame (`frame_state`) is written, and
@@ -74,11 +76,14 @@ def overlay_frames(
         raise InputError("arrows", f"got shape {vectors.shape}", f"needs {position.shape}, as the positions have")
     radii = tracks["radius"].values if "radius" in tracks else np.full(count, _RADIUS)
     rings = tracks["ring"].values if "ring" in tracks.coords else np.zeros(count, dtype=int)
+    still = tracks["still"].values if "still" in tracks else np.zeros(count, dtype=int)
     states = tracks["frame_state"].values if "frame_state" in tracks else np.full(len(position), FINE)
 
     def draw(number: int, pen: _Pen) -> str:
         for marker in np.flatnonzero(seen[number]):
             colour = RING_COLOURS[int(rings[marker]) % len(RING_COLOURS)]
+            if still[marker]:
+                colour = _WHITE
             if marked is not None:
                 colour = _ABOVE if marked[number, marker] else _ALONG
             bold = 2 if quality[number, marker] >= _DOUBTFUL else 1

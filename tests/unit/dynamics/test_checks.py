@@ -85,6 +85,8 @@ SLAB_OF_9, SLAB_OF_21 = (
     for count in (9, 21)
 )
 TWO_SIDED = MODEL.mesh.with_boundaries({"both": np.concatenate([MODEL.mesh.boundaries[s] for s in ("bottom", "top")])})
+_X, _Y = MODEL.mesh.p
+RIDGED = dataclasses.replace(MODEL.mesh, doflocs=np.array([_X, _Y + 1e-4 * (_Y == 0) * np.sin(1e3 * np.pi * _X) ** 2]))
 FAR = dataclasses.replace(PLATE, counterface=fs.Plane(normal=(0, 1), offset=-1e-3), search_distance=5e-3)
 WEAKENING = dataclasses.replace(PLATE, friction=fs.StaticKinetic(0.6, 0.4, 1e-3), rigid_body="block")
 RINGING: dict[str, object] = {
@@ -109,6 +111,8 @@ RINGING: dict[str, object] = {
          ["contacts.0: never touches 'bottom', which is 1 mm away", "comes 0.2 mm nearer"]),
         ({"mesh": box("Q4", np.linspace(0.0, 10e-3, 9), np.linspace(0.0, 4e-3, 5))},
          ["contacts.0: 9 nodes of 'bottom' are in reach", "take smaller elements there"]),
+        # All 21 nodes are in reach, but only every second one is the tip of a ridge.
+        ({"mesh": RIDGED}, ["touches first it turns by 23 degrees", "take smaller elements there"]),
         (SLAB_OF_9, ["contacts.0: 18 nodes of 'bottom' are in reach of the counterface, 9 along the slide, and fewer"]),
         (SLAB_OF_21, []),
         (RINGING, ["contacts.0.friction: falls from static to kinetic on 'block'", "write a damping"]),
@@ -135,3 +139,9 @@ def test_simulating_says_them_and_which_plate_never_touched(caplog: pytest.LogCa
         fs.simulate(dataclasses.replace(MODEL, **changes, time=fs.TimeStepping(0.1, end=0.2)))
     assert "supports: there are none" in caplog.text
     assert "contacts.0: never touches 'bottom'; the smallest gap is" in caplog.text
+
+
+def test_a_plate_that_waits_at_the_boundary_is_no_mistake(caplog: pytest.LogCaptureFixture) -> None:
+    with caplog.at_level(logging.WARNING, logger="fingerslip.dynamics"):
+        fs.simulate(dataclasses.replace(MODEL, programme=(fs.Hold(20e-3),)))
+    assert "the smallest gap" not in caplog.text

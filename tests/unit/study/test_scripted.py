@@ -57,6 +57,27 @@ def test_a_study_starts_from_a_mapping_a_file_or_another_study_and_is_saved_as_o
     assert fs.read_study(saved).sweep == {"contact.friction_coefficient": (0.1, 0.2)}
 
 
+def test_running_warns_of_what_is_too_coarse(write_study, tmp_path, monkeypatch):
+    monkeypatch.setattr("fingerslip.study.storage.reporting.resolution_warnings", lambda runs: [f"coarse: {len(runs)}"])
+    path = write_study()
+    for run in (lambda: fs.run_study(path, results_dir=tmp_path, workers=1), lambda: fs.Study(path).run(tmp_path)):
+        with pytest.warns(UserWarning, match="^coarse: 3$") as caught:
+            run()
+        assert caught[0].filename == __file__
+
+
+def test_a_run_of_a_study_makes_a_model(write_study):
+    path = write_study()
+    model = fs.study_model(path, "friction_coefficient-0.4")
+    assert model.contacts[0].friction.coefficient == 0.4
+    assert fs.study_model(fs.Study(path, sweep={})).mesh.p.shape == model.mesh.p.shape
+    runs = ", ".join(f"friction_coefficient-{friction}" for friction in FRICTIONS)
+    for run, fault in ((None, "is missing"), ("fast", f"'fast' is not a run of {path}")):
+        with pytest.raises(InputError) as caught:
+            fs.study_model(path, run)
+        assert str(caught.value) == f"study_model.run: {fault}, needs one of {runs}"
+
+
 def test_studies_show_themselves_and_are_found_by_name(write_study):
     assert fs.Study("wang2014_table2").mapping["title"]
     assert repr(fs.Study("latency_sensitivity")).startswith("<Study 'What moves the latency of slip': contact.friction")

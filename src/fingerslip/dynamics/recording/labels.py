@@ -105,6 +105,7 @@ def _edge_distances(model: Model, system: System) -> Array:
 
 # Share of the largest energy that steps may make without a warning; that of the shipped studies is below 1e-4.
 _MADE_ENERGY = 0.01
+_ZERO_GAP = 1e-9  # m
 
 _logger = logging.getLogger("fingerslip.dynamics")
 
@@ -118,7 +119,8 @@ def labelled_history(
     states, gaps = history["contact_state"].values, history["gap"].values
     for number, boundary in enumerate(history["counterface"].values):
         nodes = history["contact_counterface"].values == number
-        if nodes.any() and (states[:, nodes] == OPEN).all():
+        # What starts at a gap of zero may wait for a command that closes it.
+        if nodes.any() and (states[:, nodes] == OPEN).all() and gaps[:, nodes].min() > _ZERO_GAP:
             repair = "let it start nearer, move it further, or turn its normal towards the body"
             gap = millimetres(float(gaps[:, nodes].min()))
             _logger.warning(

@@ -22,6 +22,8 @@ from fingerslip.units import millimetres
 
 # The softest tissues and gels in use are above; what is below is a number without a unit, as in closed forms [Pa].
 _SOFTEST, _PURE = 1e3, 10.0
+# Largest angle between neighbouring facets of a tip that touches [degrees], and the gaps that count as one [m].
+_LARGEST_TURN, _SAME_GAP = 10, 1e-9
 
 
 def doubts(model: Model, checked_model: CheckedModel) -> tuple[str, ...]:
@@ -85,6 +87,23 @@ def _contacts(model: Model, checked_model: CheckedModel) -> Iterator[str]:
                 f"and fewer than {LEAST_ACROSS} across the contact are too coarse for the times of slip: "
                 "take smaller elements there"
             )
+        elif (turn := _turn_where_nearest(counterface, inwards, corners)) > _LARGEST_TURN:
+            yield (
+                f"{where}: where '{contact.boundary}' touches first it turns by {turn:.0f} degrees from one element to "
+                f"the next, and more than {_LARGEST_TURN} are too coarse for the times of slip: take smaller elements "
+                "there"
+            )
+
+
+def _turn_where_nearest(counterface: Counterface, inwards: NDArray[np.float64], corners: NDArray[np.float64]) -> float:
+    """Return the largest angle [degrees] between facets that share the corner nearest to a counterface.
+
+    Few nodes of a ridge touch, however many lie above the level to which the counterface comes.
+    """
+    gaps = np.array([counterface.gap(points.T) for points in corners.swapaxes(0, 1)])
+    # All facets of a flat boundary are nearest.
+    normals = np.unique(inwards[np.any(gaps < gaps.min() + _SAME_GAP, axis=0)].round(6), axis=0)
+    return float(np.degrees(np.arccos(np.clip((normals @ normals.T).min(), -1.0, 1.0))))
 
 
 def _along(motion: Motion, counterface: Counterface) -> NDArray[np.float64]:

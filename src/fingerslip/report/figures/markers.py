@@ -12,6 +12,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patheffects import withStroke
 from matplotlib.tri import Triangulation
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
@@ -147,7 +148,7 @@ def count_figure(tracks: xr.Dataset) -> Figure:
     from fingerslip.vision.tracking.track import seen_count
 
     labels = ("time [s]", "")
-    figure, (count, lost) = figure_grid(2, 1, (6.4, 1.9), "Markers that were seen", labels, share="x")
+    figure, (count, lost) = figure_grid(2, 1, _NARROW, "Markers that were seen", labels, share="x")
     time, n_markers = tracks["time"].values, tracks.sizes["marker"]
     count.plot(time, seen_count(tracks), color=BLUE, linewidth=1.0, drawstyle="steps-mid")
     count.axhline(n_markers, color=GREY, linewidth=0.8, linestyle="--")
@@ -182,7 +183,7 @@ def noise_figure(tracks: xr.Dataset, frame: NDArray[np.uint8] | None = None) -> 
     """Draw the markers where they rest, coloured by their noise there, on the first frame."""
     from fingerslip.vision.tracking.track import noise_at_rest
 
-    figure, (axes,) = figure_grid(1, 1, (6.0, 4.4), "Noise at rest", ("x [px]", "y [px]"))
+    figure, (axes,) = figure_grid(1, 1, (6.4, 5.4), "Noise at rest", ("x [px]", "y [px]"))
     name = "image_position" if "image_position" in tracks else "position"
     rest = tracks[name].values[: max(int(tracks.attrs.get("rest_frames", 1)), 1)]
     seen_once = np.isfinite(rest).all(axis=2).any(axis=0)
@@ -194,12 +195,26 @@ def noise_figure(tracks: xr.Dataset, frame: NDArray[np.uint8] | None = None) -> 
     drawn.set_facecolor("none")
     drawn.set_edgecolor(None)  # type: ignore[arg-type]
     figure.colorbar(drawn, ax=axes, label="standard deviation [px]", shrink=0.8)
-    for (x, y), number in zip(places, tracks["marker"].values[seen_once], strict=True):
-        axes.annotate(str(number), (x, y), xytext=(4, 4), textcoords="offset points", fontsize=5.5, color=ORANGE)
+    outline = [withStroke(linewidth=1.5, foreground="white")]
+    still = tracks["still"].values[seen_once] if "still" in tracks else np.zeros(len(places))
+    for (x, y), number, rests in zip(places, tracks["marker"].values[seen_once], still, strict=True):
+        colour = VERMILLION if rests else BLACK
+        axes.annotate(
+            str(number),
+            (x, y),
+            xytext=(3, 3),
+            textcoords="offset points",
+            fontsize=7,
+            color=colour,
+            path_effects=outline,
+        )
     axes.set_aspect("equal")
     axes.grid(visible=False)
-    if frame is None:
-        axes.invert_yaxis()
+    # Only where markers are, so that their numbers can be read.
+    (left, top), (right, bottom) = places.min(axis=0), places.max(axis=0)
+    margin = _MARGIN * max(right - left, bottom - top, 1.0)
+    axes.set_xlim(left - margin, right + margin)
+    axes.set_ylim(bottom + margin, top - margin)
     return figure
 
 
@@ -209,7 +224,7 @@ def jump_figure(tracks: xr.Dataset) -> Figure:
     from fingerslip.vision.tracking.track import jumps
 
     labels = ("displacement between frames beyond the neighbours' [px]", "marker-frames")
-    figure, (axes,) = figure_grid(1, 1, (6.4, 2.6), "Jumps", labels)
+    figure, (axes,) = figure_grid(1, 1, _NARROW, "Jumps", labels)
     sizes = jumps(tracks)
     sizes = sizes[np.isfinite(sizes)]
     if not sizes.size:
@@ -221,6 +236,8 @@ def jump_figure(tracks: xr.Dataset) -> Figure:
     return figure
 
 
+_NARROW = (4.6, 2.0)  # inch: a panel whose letters can be read on a telephone
+_MARGIN = 0.08  # around the markers, of their extent
 _TITLES = {"internal": "internal markers, from inside", "external": "external markers, from below"}
 _MILLIMETRES = 1e3
 

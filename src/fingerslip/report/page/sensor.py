@@ -115,6 +115,11 @@ def _summary(tracks: xr.Dataset) -> Table:
         ("frames", tracks.sizes["time"], ""),
         ("frame rate", float(tracks.attrs["frame_rate"]), "1/s"),
         ("markers", tracks.sizes["marker"], ""),
+        (
+            "markers that do not move with their neighbours",
+            int(tracks["still"].sum()) if "still" in tracks else None,
+            "",
+        ),
         ("fewest markers in a frame", int(count.min()), ""),
         ("marker-frames with a position", 100.0 * seen_share(tracks), "%"),
         ("intervals in which a marker was lost", len(lost_intervals(tracks)), ""),

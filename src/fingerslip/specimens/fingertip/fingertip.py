@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, ClassVar
 
-from fingerslip.errors import InputError
+from fingerslip.errors import InputError, did_you_mean
 from fingerslip.materials.choice import kept_values
 from fingerslip.mesh.source import MeshSource
 from fingerslip.parameters import as_mapping, parameters
@@ -206,8 +206,12 @@ def preset(name: str) -> Fingertip:
     Raises
     ------
     InputError
-        Where no preset has that name.
+        Where no preset of a fingertip has that name; the model of a sensor :func:`~fingerslip.study_model` makes.
     """
+    if name not in PRESETS.names:
+        studies = "other specimens stand in studies: fs.study_model makes their models"
+        repair = did_you_mean(name, PRESETS.names) or studies
+        raise InputError("preset", f"'{name}' is no fingertip", f"needs one of {', '.join(PRESETS.names)}", repair)
     return PRESETS.read(name)
 
 

@@ -16,6 +16,7 @@ from fingerslip.mesh.io import write_mesh
 from fingerslip.mesh.source import MeshFile
 from fingerslip.model.timing import Adaptive, QuasiStatic
 from fingerslip.results import REPEAT, SAMPLE
+from fingerslip.slip.measures import resolution_warnings
 from fingerslip.specimens.choice import SPECIMENS, preset_names, presets_of
 from fingerslip.specimens.protocol import Specimen
 from fingerslip.storage.files import writing
@@ -59,6 +60,8 @@ def check_plans(plans: Sequence[Plan]) -> Table:
             doubts += [f"{name}: {doubt}" for doubt in job.doubts]
         rows += [(name, sample.name, f"refused: {sample.reason}", 0, 0, 0, 0.0) for sample in refused]
         doubts += [f"{name}: {warning}" for warning in refinement_warnings(plan)]
+        measured = resolution_warnings({title: result.numbers for title, result in finished.items()})
+        doubts += [f"{name}: {warning.rstrip('.')}" for warning in measured]
         job_groups += groups([job for job in jobs if job.run.name not in finished])
     warnings = list(dict.fromkeys(doubts))
     title = "Checked: no mistakes found" + f", {len(warnings)} warning{'s' * (len(warnings) != 1)}" * bool(warnings)

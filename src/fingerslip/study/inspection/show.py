@@ -139,6 +139,11 @@ def export_result(
 ) -> Path:
     """Write a result for other programs, whole or not at all; say how large text is, and what spikes are not."""
     # Data frames and the formats are slow to load: what is wrong with the result is said before.
+    tracks = target if target.suffix == ".nc" else target / "tracks.nc"
+    if tracks.is_file():
+        return _export_tracks(tracks, kind, output or tracks.parent / f"export-{kind}")
+    if target.is_file():
+        raise InputError(f"export {target}", "is a file", "needs the folder of a run or of a study, or tracks.nc")
     folder = output or target / f"export-{kind}"
     if read_manifest(target).get("runs"):
         study = open_study(target)
@@ -154,6 +159,16 @@ def export_result(
     for note in export_notes(history, kind):
         say(note)
     return export_history(history, folder, kind)
+
+
+def _export_tracks(path: Path, kind: str, folder: Path) -> Path:
+    from fingerslip.export.formats import export_tables
+    from fingerslip.vision.tracks import read_tracks, tracks_table
+
+    tracks = read_tracks(path)
+    frame, unit = tracks_table(tracks), tracks["position"].attrs["units"]
+    frame.attrs["units"] = {"time_s": "s", **{f"{axis}_{unit}": unit for axis in tracks["axis"].values}}
+    return export_tables({"tracks": frame}, folder, kind)
 
 
 Method = Literal["auto", "linear", "morris", "sobol", "surrogate"]

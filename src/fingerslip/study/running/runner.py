@@ -72,7 +72,8 @@ def run_study(
     """Run a study.
 
     Runs that are finished with the same inputs are not computed again, so an interrupted study continues where
-    it stopped. Nothing is written before all inputs are checked.
+    it stopped. Nothing is written before all inputs are checked. A warning says what is too coarse for the
+    times of slip.
 
     Parameters
     ----------
@@ -105,7 +106,9 @@ def run_study(
     """
     require_kind(path, (str, os.PathLike), "the path of a study file", "study")
     plans = plan_studies([path], results_dir)
-    return run_plans(plans, workers=workers, force=force, progress=progress, scheduler=scheduler)[0]
+    (result,) = run_plans(plans, workers=workers, force=force, progress=progress, scheduler=scheduler)
+    reporting.warn_of_resolution(result)
+    return result
 
 
 def run_plans(

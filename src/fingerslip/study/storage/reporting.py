@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import time
+import warnings
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,7 +26,7 @@ from fingerslip.report.tables.parameters import NOT_USED, ShownValue
 from fingerslip.report.tables.runs import events_table
 from fingerslip.report.tables.samples import sample_tables
 from fingerslip.results import HISTORY, RUN, RunResult, StudyResult
-from fingerslip.slip.measures import caveats
+from fingerslip.slip.measures import caveats, resolution_warnings
 from fingerslip.slip.windows import slide_window
 from fingerslip.specimens.choice import SPECIMENS
 from fingerslip.specimens.protocol import ModelUse, Specimen
@@ -228,6 +229,12 @@ def study_tables(study: StudyResult) -> tuple[Table, ...]:
     said = caveats({run_title(run, run.name): run.numbers for run in study.runs})
     first = dataclasses.replace(tables[0], note="\n".join(filter(None, (tables[0].note, *said))))
     return (first, *tables[1:])
+
+
+def warn_of_resolution(study: StudyResult) -> None:
+    """Warn the caller's caller, as Python does, of what is too coarse for the times of slip."""
+    for warning in resolution_warnings({run_title(run, run.name): run.numbers for run in study.runs}):
+        warnings.warn(warning, stacklevel=3)
 
 
 def report_again(folder: str | Path) -> tuple[Table, ...]:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from fingerslip.errors import FingerslipError
 from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole, read_calibration
 from fingerslip.vision.tracking.layouts import LayoutName, expected_displacement, nearest_neighbours
+from fingerslip.vision.tracking.rest import FEWEST, rest_length, still_markers
 from fingerslip.vision.tracking.tracker import MarkerTracker, SeenMarkers
 from fingerslip.vision.tracks import make_tracks, seen
 from fingerslip.vision.video import (
@@ -35,6 +36,7 @@ _OFTEN = 0.1
 # Blobs like markers that may be visible, in shares of the markers, before it is said.
 _MORE = 1.25
 _DARK = 16.0  # mean grey level at rest: below it frames use less than a sixteenth of their levels
+_LISTED = 12  # markers that a warning names
 _SATURATED = 0.5  # share of the pixels at rest
 
 
@@ -92,6 +94,7 @@ def track_markers(
     xarray.Dataset
         Tracks in pixels, see :mod:`fingerslip.vision.tracks`, with also ``reference`` (marker, axis), the mean position
         in the rest frames; ``rest_noise`` (marker, axis), the standard deviation there; ``radius`` (marker);
+        ``still`` (marker), 1 where a marker does not move with its neighbours;
         ``frame_state`` (time): 0 fine, 1 dark, 2 overexposed, 3 duplicated; ``visible`` (time), how many markers were
         seen or would have been, blobs like them included; and with a calibration ``image_position``. The attribute
         ``layout`` is the arrangement.
@@ -106,7 +109,7 @@ def track_markers(
     -----
     TrackingWarning
         Where the tracks are marked for a reason: frames or markers are missing, frames are dark, overexposed or
-        duplicated, or the sensor moved while it should have rested.
+        duplicated, markers do not move with their neighbours, or the sensor moved while it should have rested.
 
     Examples
     --------
@@ -137,6 +140,7 @@ _OF_VIDEOS: Mapping[str, tuple[tuple[str, ...], str, str]] = {
     "rest_noise": (("marker", "axis"), "px", "standard deviation of the position at rest"),
     "radius": (("marker",), "px", "radius of the markers at rest"),
     "frame_state": (("time",), "", ", ".join(f"{number} {state}" for number, state in enumerate(STATES))),
+    "still": (("marker",), "", "1 where a marker does not move with its neighbours: a reflection"),
     "visible": (("time",), "", "markers that were seen, and blobs like them that no marker has"),
     "image_position": (("time", "marker", "axis"), "px", "position in the frames, with the lens's distortion"),
 }
@@ -204,12 +208,24 @@ def tracks_of(
         warnings.simplefilter("ignore", RuntimeWarning)  # of markers that were not seen at rest
         values["reference"] = np.nanmean(position[:rest_frames], axis=0)
         values["rest_noise"] = np.nanstd(position[:rest_frames], axis=0, ddof=1)
+    still = still_markers(position, np.asarray(values["reference"]))
+    values["still"] = still.astype(np.int8)
+    _say_still(tracks, np.flatnonzero(still))
     if lens is not None:
         values["image_position"] = image_position
     for name, array in values.items():
         dims, unit, meaning = _OF_VIDEOS[name]
         tracks[name] = (dims, array, {"units": unit, "long_name": meaning} if unit else {"long_name": meaning})
     return tracks
+
+
+def _say_still(tracks: xr.Dataset, still: NDArray[np.intp]) -> None:
+    """Add to the warnings of tracks which markers do not move with their neighbours."""
+    if still.size:
+        numbers = ", ".join(map(str, still[:_LISTED])) + ", ..." * (still.size > _LISTED)
+        fault = f"{still.size} of {tracks.sizes['marker']} markers do not move with their neighbours ({numbers})"
+        text = f"{tracks.attrs['source']}: {fault}: reflections, or pins that are clamped; a mask leaves them out"
+        tracks.attrs["warnings"] = "\n".join(filter(None, (tracks.attrs["warnings"], text)))
 
 
 def _complaints(tracker: MarkerTracker, rows: Sequence[SeenMarkers], position: Floats, broken: str) -> Iterator[str]:
@@ -236,12 +252,24 @@ def _complaints(tracker: MarkerTracker, rows: Sequence[SeenMarkers], position: F
     visible, followed = float(np.median([row.visible for row in rows])), position.shape[1]
     if visible > _MORE * followed:
         yield f"{name}: {followed} markers are followed, where {visible:.0f} blobs like them are visible in most frames"
-    # How far the markers move together, in the frames that show all of them.
-    whole = position[:rest][np.isfinite(position[:rest]).all(axis=(1, 2))]
-    middles = np.median(whole - whole.mean(axis=0), axis=1) if len(whole) > 1 else np.zeros((1, 2))
-    moved = float(np.linalg.norm(np.ptp(middles, axis=0)))
+    moved = _moved_at_rest(position[:rest])
     if moved > _MOVED:
-        yield f"{name}: the sensor moved by {moved:.1f} px in the {rest} rest frames; the reference is no rest"
+        still = rest_length(position)
+        repair = f"it rests in {still}: --rest {still}" if FEWEST < still < rest else "let it rest before it moves"
+        fault = f"the sensor moved by {moved:.1f} px in the {rest} rest frames; the reference is no rest"
+        yield f"{name}: {fault}; {repair}"
+
+
+def _moved_at_rest(position: Floats) -> float:
+    """Return how far the markers (n_frames, n_markers, 2) move together, in the frames that show half of them."""
+    visible = np.isfinite(position).all(axis=2)
+    shown = position[visible.mean(axis=1) > 0.5][:, visible.any(axis=0)]
+    if len(shown) <= 1:
+        return 0.0
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # of markers that no such frame shows
+        middles = np.nanmedian(shown - np.nanmean(shown, axis=0), axis=1)
+    return float(np.linalg.norm(np.ptp(middles, axis=0)))
 
 
 @dataclass(frozen=True)

@@ -75,6 +75,11 @@ def test_every_value_of_the_preset_has_a_source_and_it_says_what_it_does_not_cla
     assert "no dimension" in PRESETS.header(name)["claims_not"]
 
 
+def test_a_preset_of_a_sensor_names_the_way_to_its_model():
+    with pytest.raises(fs.InputError, match=r"no fingertip, needs one of .*; other specimens .* fs\.study_model"):
+        fs.preset("tactip-ridged-2d")
+
+
 def test_study_overrides_merge_deeply():
     assert fs.fingertip_from({"preset": NAME}, "x") == fs.preset(NAME)
     assert from_mapping(fs.Fingertip, as_mapping(fs.preset(NAME)), "x") == fs.preset(NAME)

@@ -62,9 +62,11 @@ def test_time_is_that_of_what_is_to_do_and_the_first_mistake_of_any_study_is_tol
     assert check_plans(plan_studies([write_study()])).note.startswith("3 runs, about 3.0 min")
     fs.run_study(write_study(), results_dir=tmp_path / "results", workers=1)
     path = write_study(block_values() | {"sweep": {"contact.friction_coefficient": [0.4, 0.8]}})
+    monkeypatch.setattr("fingerslip.study.inspection.check.resolution_warnings", lambda runs: [f"coarse: {[*runs]}."])
     table = check_plans(plan_studies([path], tmp_path / "results"))
     assert [row[2] for row in table.rows] == ["finished", "to do"]
     assert table.note.startswith("2 runs, about 1.0 min")
+    assert "WARNING: block.yaml: coarse: ['friction_coefficient-0.4']." in table.note
     good, bad = write_study(), write_study(changed("contact.boundary", "pulp"), name="bad")
     with pytest.raises(fs.InputError, match=r"bad\.yaml.*boundary 'pulp' not in mesh"):
         check_plans(plan_studies([good, bad]))

@@ -1,8 +1,10 @@
 """Presets, studies and results as tables, two runs side by side, what moves results, and results for other programs."""
 
+import numpy as np
 import pandas as pd
 import pytest
 import yaml
+from scipy.io import loadmat
 
 import fingerslip as fs
 from fingerslip.specimens.choice import preset_names
@@ -19,6 +21,7 @@ from fingerslip.study.storage import reporting
 from fingerslip.study.storage.store import RunConvergence
 from fingerslip.tables.table import Measured, Missing
 from fingerslip.uncertainty import Convergence, Series
+from fingerslip.vision.tracks import make_tracks, write_tracks
 from unit.study.block import FRICTIONS, NAMES, block_values, finger_values
 
 
@@ -225,3 +228,20 @@ def test_elementary_effects_and_predictions(write_study):
         predict_table(folder, ["x"], ["overall_slip"])
     with pytest.raises(fs.InputError, match=r"time\.step: does not differ between the runs"):
         predict_table(folder, [*AT, "time.step=1 ms"], ["overall_slip"])
+
+
+@pytest.mark.parametrize("target", [".", "tracks.nc"])
+def test_tracks_are_exported_as_a_table(tmp_path, target):
+    write_tracks(make_tracks(np.ones((2, 3, 2)), [0.0, 0.1], units="px"), tmp_path / "tracks.nc")
+    for kind in ("csv", "json", "mat"):
+        written = export_result(tmp_path / target, kind)
+        assert written == tmp_path / f"export-{kind}"
+    assert loadmat(written / "tracks.mat")["tracks"]["x_px"][0, 0].shape == (6, 1)
+
+
+def test_a_file_that_is_no_result_is_refused(tmp_path):
+    (tmp_path / "a.yaml").touch()
+    with pytest.raises(
+        fs.InputError, match=r"a\.yaml: is a file, needs the folder of a run or of a study, or tracks\.nc"
+    ):
+        export_result(tmp_path / "a.yaml", "mat")

@@ -19,6 +19,7 @@ from fingerslip.errors import InputError
 from fingerslip.vision.cameras.camera import Camera, Pose, true_tracks
 from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole, pinhole_for_view, write_calibration
 from fingerslip.vision.cameras.pixel import LAMPS, MOULDED, PixelCamera, SensorNoise, frames_of
+from fingerslip.vision.tracking.rest import still_markers
 from fingerslip.vision.tracking.track import (
     Lost,
     MarkerTracker,
@@ -221,6 +222,24 @@ def test_what_is_wrong_with_frames_is_said_and_marked(change: Callable[[list], l
         assert np.isnan(tracks["position"].values[12]).all() == ("duplicated" not in words)
         assert tracks["quality"].values[12].max() <= 0.5
         assert np.isfinite(tracks["position"].values[13:]).all()
+
+
+def test_rest_that_ends_early_names_how_many_frames_rest() -> None:
+    frames = [np.roll(frame, max(number - 7, 0), axis=1) for number, frame in enumerate(still())]
+    with pytest.warns(TrackingWarning, match=r"moved by 2\.0 px in the 10 rest frames; .*; it rests in 6: --rest 6$"):
+        follow(frames)
+
+
+def test_markers_that_do_not_move_with_their_neighbours_are_named() -> None:
+    rows = np.stack(np.meshgrid(np.arange(6.0), np.arange(6.0)), axis=-1).reshape(-1, 2) * 20.0
+    position = rows + np.linspace(0.0, 8.0, 30)[:, None, None] * (1.0, 0.0)
+    # Of three reflections side by side one is lost for a while, and a marker at the rim moves by half.
+    position[:, [0, 1, 6]] = rows[[0, 1, 6]]
+    position[10:20, 1] = np.nan
+    position[:, 35] = rows[35] + 0.5 * (position[:, 35] - rows[35])
+    assert np.flatnonzero(still_markers(position, rows)).tolist() == [0, 1, 6]
+    assert not still_markers(rows + 0.1 * (position - rows), rows).any()
+    assert not still_markers(position[:, :4], rows[:4]).any()
 
 
 @pytest.mark.slow
