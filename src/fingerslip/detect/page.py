@@ -79,6 +79,11 @@ class SlipClip:
         return slides_of(self.findings)
 
     @property
+    def warnings(self) -> tuple[str, ...]:
+        """What is wrong with its tracks."""
+        return tuple(filter(None, str(self.tracks.attrs.get("warnings", "")).split("\n")))
+
+    @property
     def residual(self) -> Sequence[ResidualFinding]:
         """The findings, where they say what each marker does; else none."""
         return [entry for entry in self.findings if isinstance(entry, ResidualFinding)]
@@ -181,8 +186,7 @@ def slip_report(clip: SlipClip) -> Report:
     has_reasons = bool(clip.residual)
     colours = " Red markers have left the pattern, blue ones go with it." if has_reasons else ""
     timeline = Picture("timeline", "Dashed: slip begins. Full line: it is gross. Grey: presses.", timeline_figure(clip))
-    warnings = tuple(filter(None, str(clip.tracks.attrs.get("warnings", "")).split("\n")))
-    hero, sections = [], [ReportSection("When", (), (slide_table(clip),), warnings=warnings)]
+    hero, sections = [], [ReportSection("When", (), (slide_table(clip),), warnings=clip.warnings)]
     if clip.frames is not None:
         caption = f"Frames of the video; lines lead from where each marker rested.{colours}"
         hero.append(Picture("moments", caption, stills_figure(clip)))

@@ -259,6 +259,12 @@ def frames_at_rest(tracks: xr.Dataset) -> int:
     return min(_rest_length(position), _MOST)
 
 
+def first_motion(tracks: xr.Dataset, rest_frames: int) -> int | None:
+    """Return the first of so many frames at rest in which the markers of tracks move, if they do in one."""
+    length = _rest_length(markers_of(tracks, "internal")["position"].values[:rest_frames])
+    return length if length < rest_frames else None
+
+
 def _rest_length(position: Floats) -> int:
     """Return in how many of the first frames the markers (n_frames, n_markers, 2) rest, as they do in five or more."""
     at_rest: Floats = np.ma.masked_invalid(position[:_FEWEST]).mean(axis=0).filled(np.nan)

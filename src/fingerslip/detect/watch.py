@@ -14,7 +14,14 @@ from threadpoolctl import threadpool_limits
 from fingerslip.detect.labels import Onsets
 from fingerslip.detect.model_file import read_detector
 from fingerslip.detect.recordings import TRACK_FILES, read_any_tracks
-from fingerslip.detect.training import TIME_ERROR, Detector, check_tracks_fit
+from fingerslip.detect.training import (
+    TIME_ERROR,
+    Detector,
+    check_rate_fits,
+    check_tracks_fit,
+    frame_rate_of,
+    rate_fault,
+)
 from fingerslip.errors import InputError
 from fingerslip.storage.files import check_replaceable
 from fingerslip.tables.table import Table
@@ -22,6 +29,8 @@ from fingerslip.vision.sources import dropped_frames, live_frames
 from fingerslip.vision.video import open_frames
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from fingerslip.detect.live import Finding, LiveDetector
     from fingerslip.detect.residual import ResidualDetector
     from fingerslip.vision.tracking.tracker import MarkerTracker
@@ -50,12 +59,16 @@ def run_detector(
             tracks = read_any_tracks(source)
         else:
             frames = open_frames(source, tracking.get("frame_rate"), tracking.get("channel", "grey"))
+            if trained:
+                check_rate_fits(trained, frames.frame_rate, str(source))
             tracker = _tracker(trained, tracking, rest_frames or 10, frames.name)
             lens = lens_of(tracking.get("calibration"), frames)
             rows, broken = follow_video(frames, tracker)
             tracks, note = tracks_of(tracker, rows, frames.frame_rate, lens, broken), "Latency with the tracker."
             seconds = np.array([row.seconds for row in rows])
         if trained:
+            check_rate_fits(trained, frame_rate_of(tracks["time"].values), str(source))
+            tracks = tracks.assign_attrs(warnings="\n".join(_warnings(tracks, trained)))
             findings: Sequence[Finding] = list(run_on_tracks(trained, tracks))
         else:
             findings = detect_residual(tracks, ResidualSettings(rest_frames=rest_frames or frames_at_rest(tracks)))
@@ -66,7 +79,21 @@ def run_detector(
     error = trained.provenance.get(TIME_ERROR, ()) if trained else ()
     clip = SlipClip(source.name, tracks, findings, latency, frames, error)
     page = write_slip_page(clip, output)
-    return [slide_table(clip), latency], [*answer_of(clip), f"page: {page}"]
+    warnings = [f"warning: {text}" for text in clip.warnings]
+    return [slide_table(clip), latency], [*warnings, *answer_of(clip), f"page: {page}"]
+
+
+def _warnings(tracks: xr.Dataset, trained: Detector) -> Iterator[str]:
+    """Yield what is wrong with tracks, and with their rest for a trained detector."""
+    from fingerslip.detect.residual import first_motion
+
+    if tracks.attrs.get("warnings"):
+        yield str(tracks.attrs["warnings"])
+    rest_frames = trained.features.motion.rest_frames
+    first = first_motion(tracks, rest_frames)
+    if first is not None:
+        fault = f"the markers move from frame {first} on, and the detector takes {rest_frames} frames for rest"
+        yield f"{fault}: its times mean nothing; begin the recording earlier, or train with fewer --rest-frames"
 
 
 def watch_camera(
@@ -87,7 +114,11 @@ def watch_camera(
         for time, frame in live_frames(camera, tracking.get("channel", "grey")):
             for seen in tracker.take(frame, time):
                 live = live or _detector_for(trained, tracker)
-                for finding in live.take(seen):
+                new = live.take(seen)
+                fault = _rate_fault(trained, new) if trained and not findings else ""
+                if fault:
+                    tell(f"warning: camera {camera} {fault}: times of slip mean nothing")
+                for finding in new:
                     for event in _new_events(findings[-1].onsets if findings else Onsets(None, None), finding):
                         tell(event)
                     findings.append(replace(finding, seconds=finding.seconds + seen.seconds))
@@ -114,6 +145,11 @@ def _detector_for(trained: Detector | None, tracker: MarkerTracker) -> LiveDetec
         return ResidualDetector(ResidualSettings(tracker.rest_frames))
     check_tracks_fit(trained, tracker.at_rest)
     return LiveDetector(trained, tracker.reference.ring)
+
+
+def _rate_fault(trained: Detector, findings: Sequence[Finding]) -> str:
+    """Say how the frame rate of a camera, by its first findings, differs from that of a detector."""
+    return rate_fault(trained, frame_rate_of(np.array([finding.time for finding in findings])))
 
 
 def _new_events(before: Onsets, finding: Finding) -> Iterator[str]:

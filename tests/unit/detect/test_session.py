@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from fingerslip.detect import page
 from fingerslip.detect.evaluation.scores import Estimate, event_scores_of, frame_scores_of
@@ -49,6 +50,25 @@ def test_a_detector_keeps_its_features_and_runs_on_both_files(stored, trials, tm
     made = read_detector(stored)
     assert (made.classifier, made.features.sets) == ("logistic:speed+rings", ("speed", "rings"))
     assert made.names[0].startswith("speed/")
+
+
+@pytest.mark.slow
+def test_a_recording_at_another_rate_is_refused_and_one_that_moves_at_rest_is_warned_of(
+    stored: Path, trials: TrialSet, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(page, "write_slip_page", lambda *_: None)
+    tracks = trials.tracks(trials.names[0])
+
+    def lines(recording: xr.Dataset) -> str:
+        write_tracks_csv(recording, tmp_path / "tracks.csv")
+        return "\n".join(run_detector(tmp_path / "tracks.csv", str(stored), {}, None, tmp_path / "page")[1])
+
+    for factor in (2.0, 0.5):
+        other = tracks.assign_coords(time=tracks["time"].values * factor)
+        with pytest.raises(InputError, match=rf"has {30 / factor:g} frames/s, the detector learned from 30 frames/s"):
+            lines(other)
+    assert "warning" not in lines(tracks.assign_coords(time=tracks["time"].values * 1.05))
+    assert "and the detector takes 20 frames for rest: its times" in lines(tracks.isel(time=slice(12, None)))
 
 
 @pytest.mark.slow

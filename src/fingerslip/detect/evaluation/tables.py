@@ -114,7 +114,8 @@ def event_table(scores: Mapping[str, EventScores], note: str = "", title: str = 
 def unseen_tables(result: Unseen) -> list[Table]:
     """Return the tables of what was found: onsets in both readings, classes and confusion of all frames."""
     frames = {"all frames": frame_scores_of(result.matrices)}
-    note = "Single frames: the first frame that is more likely slip than not, without smoothing or guarantee."
+    warning = f"Warning: the data set {result.rate_fault}. " if result.rate_fault else ""
+    note = f"{warning}Single frames: the first that is more likely slip than not, without smoothing or guarantee."
     return [event_table(result.scores, note), *frame_tables(frames)]
 
 
