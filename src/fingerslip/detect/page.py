@@ -24,7 +24,7 @@ from fingerslip.report.figures.markers import SHOWN_UNITS
 from fingerslip.report.figures.style import add_legend, figure_grid, picture_bytes, say, show_picture, with_style
 from fingerslip.report.page.page import Picture, Report, ReportSection, write_page
 from fingerslip.storage.files import check_replaceable, new_folder, write_text
-from fingerslip.tables.table import Column, Missing, Table, to_csv
+from fingerslip.tables.table import Cell, Column, Missing, Table, to_csv
 from fingerslip.version import __version__
 from fingerslip.vision.fields import rest_positions
 from fingerslip.vision.overlay import overlay_frames
@@ -41,6 +41,7 @@ _PICTURES = 45  # of a clip at most
 _CLIPS = 4
 _FILE = "slip.csv"
 _PRESS = "#e3e3e3"
+_NEW_REST: Mapping[str, Any] = {"color": GREY, "linestyle": (0, (1, 1.5)), "linewidth": 1.4}
 _LINES: Mapping[str, tuple[str, Literal["--", "-"]]] = {
     "slip begins": (ORANGE, "--"),
     "gross slip begins": (VERMILLION, "-"),
@@ -59,6 +60,10 @@ _WHAT_IT_NEEDS = (
 )
 
 
+_SURE_OF_TRAINED = (
+    "Sure: the probability that the detector itself gives, at most 99 %; how often it is right on trials that it has "
+    "not seen, fingerslip detect evaluate says."
+)
 _SURE = "Sure: in how many tested clips slip had begun when as many markers had left the pattern; none was real."
 
 
@@ -127,14 +132,17 @@ def write_slip_page(clip: SlipClip, folder: Path) -> Path:
 
 def slide_table(clip: SlipClip) -> Table:
     """Return what happened from rest to rest."""
-    rows = []
+    rows: list[tuple[Cell, ...]] = []
     for slide in clip.slides:
-        times = [Missing.NO_EVENT if time is None else time for time in vars(slide.onsets).values()]
-        what = "press, not judged" if slide.is_press else "slide"
-        rows.append((slide.start, slide.end, what, *times, _sureness(clip, slide)))
+        no_event = Missing.NOT_JUDGED if slide.is_press else Missing.NO_EVENT
+        times = [no_event if time is None else time for time in vars(slide.onsets).values()]
+        # A detector that knows no rests does not know when a slide begins.
+        start = slide.start if clip.residual else None
+        sure = no_event if slide.is_press else _sureness(clip, slide)
+        rows.append((start, slide.end, "press" if slide.is_press else "slide", *times, sure))
     seconds = [Column(name, "s", digits=3) for name in ("begins", "ends", "slip", "gross slip")]
     columns = (*seconds[:2], Column("what"), *seconds[2:], Column("sure", "%"))
-    note = _SURE if clip.residual and rows else ""
+    note = (_SURE if clip.residual else _SURE_OF_TRAINED) if rows else ""
     return Table("What happened from rest to rest" if rows else "The markers never moved", columns, tuple(rows), note)
 
 
@@ -244,10 +252,12 @@ def timeline_figure(clip: SlipClip) -> Figure:
     if rows:
         unit, scale = SHOWN_UNITS[str(clip.tracks["position"].attrs["units"])]
         # Where the markers rest again, displacements begin anew.
-        ends = {slide.end for slide in clip.slides}
+        ends = {slide.end for slide in clip.slides if slide.end is not None}
         moved = [np.nan if entry.time in ends else scale * entry.displacement for entry in rows]
         panels[0].plot(time, moved, color=BLUE, linewidth=1.2)
         panels[0].set_ylabel(f"displaced [{unit}]")
+        for end in ends:
+            panels[0].axvline(end, **_NEW_REST)
         panels[1].plot(time, [100 * entry.share for entry in rows], color=BLACK, linewidth=1.0)
         panels[1].axhline(100 * ResidualSettings().share, color=GREY, linewidth=0.8, linestyle=":")
         panels[1].set_ylabel("left pattern [%]")
@@ -267,6 +277,8 @@ def timeline_figure(clip: SlipClip) -> Figure:
         for (name, (colour, dash)), times in zip(_LINES.items(), seen, strict=True)
         if any(time is not None for time in times)
     }
+    if rows and any(slide.end is not None for slide in clip.slides):
+        keys["new rest: displaced from there on"] = Line2D([], [], **_NEW_REST)
     if any(slide.is_press for slide in clip.slides):
         keys["press, not judged"] = Patch(color=_PRESS)
     add_legend(figure, keys)

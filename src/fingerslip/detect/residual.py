@@ -24,6 +24,7 @@ from fingerslip.detect.labels import Onsets
 from fingerslip.detect.live import Finding, FrameByFrame, frames_of, run_live
 from fingerslip.errors import InputError
 from fingerslip.parameters import NonNegativeNumber, Number, parameters
+from fingerslip.tables.table import Missing
 from fingerslip.vision.fields import fit_rigid_motions
 from fingerslip.vision.tracking.layouts import nearest_neighbours
 from fingerslip.vision.tracking.tracker import SeenMarkers
@@ -82,6 +83,12 @@ class ResidualFinding(Finding):
     residual: Floats = field(repr=False)
     displacement: float  # root mean square since rest, in the unit of the positions
     slides: tuple[Slide, ...]  # so far
+
+    @property
+    def no_event(self) -> Missing:
+        """Why an event has no time so far: of presses nothing is said."""
+        is_judged = not self.slides or any(not slide.is_press for slide in self.slides)
+        return Missing.NO_EVENT if is_judged else Missing.NOT_JUDGED
 
 
 class ResidualDetector(FrameByFrame[ResidualFinding]):

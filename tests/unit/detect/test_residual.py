@@ -10,6 +10,7 @@ import xarray as xr
 
 from fingerslip.detect import page
 from fingerslip.detect.evaluation.inquiries import disturb
+from fingerslip.detect.live import findings_table
 from fingerslip.detect.model_file import write_detector
 from fingerslip.detect.page import SlipClip, answer_of, slide_table, slip_report, write_slip_page
 from fingerslip.detect.residual import ResidualSettings, detect_residual, frames_at_rest, slides_of
@@ -19,7 +20,7 @@ from fingerslip.detect.trials import Trial
 from fingerslip.detect.watch import watch_camera
 from fingerslip.errors import InputError
 from fingerslip.report.page.page import render_page
-from fingerslip.tables.table import Column, Table
+from fingerslip.tables.table import Column, Missing, Table
 from fingerslip.vision.tracks import make_tracks
 from fingerslip.vision.video import Frames
 from problems import clips
@@ -86,7 +87,9 @@ def test_a_press_is_not_judged_and_a_slide_behind_it_is():
     assert second.onsets.incipient == pytest.approx(130 / 30, abs=0.3)
     assert second.onsets.gross is None
     assert findings[-1].onsets == second.onsets
-    line = page.timeline_figure(clip_of(moved(press + slide))).axes[0].lines[0]
+    figure = page.timeline_figure(clip_of(moved(press + slide)))
+    assert "new rest: displaced from there on" in [text.get_text() for text in figure.legends[0].texts]
+    line = figure.axes[0].lines[0]
     assert np.isnan(np.asarray(line.get_ydata())).sum() == sum(slide.end is not None for slide in (first, second))
 
 
@@ -195,6 +198,11 @@ def test_pages_without_a_video_without_a_slide_and_of_trained_detectors():
         assert len(report.sections) == sections
         assert "<html" in render_page(report)
     assert answer_of(trained)[0] == answer_of(slid)[0]
+    (row,) = slide_table(trained).rows
+    assert row[0] is None, "it does not know when the slide began"
+    assert "the probability that the detector itself gives" in slide_table(trained).note
+    assert slide_table(press).rows[0][2:] == ("press", *[Missing.NOT_JUDGED] * 3)
+    assert findings_table(press.findings, "", "").rows[0][1] is Missing.NOT_JUDGED
 
 
 def replace_kind(finding):
