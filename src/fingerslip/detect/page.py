@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -193,7 +193,9 @@ def slip_report(clip: SlipClip) -> Report:
     """Return the page."""
     has_reasons = bool(clip.residual)
     colours = " Red markers have left the pattern, blue ones go with it." if has_reasons else ""
-    timeline = Picture("timeline", "Dashed: slip begins. Full line: it is gross. Grey: presses.", timeline_figure(clip))
+    timeline = Picture(
+        "timeline", "Dashed: slip begins. Full line: it is gross. Grey: presses.", timeline_figure(timeline_of(clip))
+    )
     hero, sections = [], [ReportSection("When", (), (slide_table(clip),), warnings=clip.warnings)]
     if clip.frames is not None:
         caption = f"Frames of the video; lines lead from where each marker rested.{colours}"
@@ -244,49 +246,73 @@ def tested_table() -> Table:
     return Table("Error rates", (*map(Column, names), *times), tuple(TESTED), note)
 
 
+@dataclass(frozen=True)
+class Timeline:
+    """What a detector finds over time; displacements and shares only of one that looks at each marker."""
+
+    name: str  # of the clip
+    time: Floats  # (n_times,) [s]
+    sure: Floats  # (n_times,), probability of slip [%]
+    slides: tuple[Slide, ...]
+    displacement: Floats = field(default_factory=lambda: np.zeros(0))  # (n_times,) or none, root mean square
+    left: Floats = field(default_factory=lambda: np.zeros(0))  # (n_times,) or none, markers that left the pattern [%]
+    unit: str = ""  # of displacements
+
+
+def timeline_of(clip: SlipClip) -> Timeline:
+    """Return what was found in a clip over time."""
+    unit, scale = SHOWN_UNITS[str(clip.tracks["position"].attrs["units"])]
+    return Timeline(
+        name=clip.name,
+        time=np.array([entry.time for entry in clip.findings]),
+        sure=100.0 / (1.0 + np.exp(-np.clip([entry.slip for entry in clip.findings], -50, 50))),
+        slides=clip.slides,
+        displacement=np.array([scale * entry.displacement for entry in clip.residual]),
+        left=np.array([100 * entry.share for entry in clip.residual]),
+        unit=unit,
+    )
+
+
 @with_style
-def timeline_figure(clip: SlipClip) -> Figure:
+def timeline_figure(line: Timeline) -> Figure:
     """Draw how far markers moved, how many left the pattern and how sure slip is, over time, with all events."""
-    rows, time = clip.residual, np.array([entry.time for entry in clip.findings])
-    figure, panels = figure_grid(3 if rows else 1, 1, (7.2, 1.35), f"Slip in {clip.name}", ("time [s]", ""), share="x")
+    rows, time = line.displacement.size, line.time
+    figure, panels = figure_grid(3 if rows else 1, 1, (7.2, 1.35), f"Slip in {line.name}", ("time [s]", ""), share="x")
     if rows:
-        unit, scale = SHOWN_UNITS[str(clip.tracks["position"].attrs["units"])]
         # Where the markers rest again, displacements begin anew.
-        ends = {slide.end for slide in clip.slides if slide.end is not None}
-        moved = [np.nan if entry.time in ends else scale * entry.displacement for entry in rows]
-        panels[0].plot(time, moved, color=BLUE, linewidth=1.2)
-        panels[0].set_ylabel(f"displaced [{unit}]")
+        ends = [slide.end for slide in line.slides if slide.end is not None]
+        panels[0].plot(time, np.where(np.isin(time, ends), np.nan, line.displacement), color=BLUE, linewidth=1.2)
+        panels[0].set_ylabel(f"displaced [{line.unit}]")
         for end in ends:
             panels[0].axvline(end, **_NEW_REST)
-        panels[1].plot(time, [100 * entry.share for entry in rows], color=BLACK, linewidth=1.0)
+        panels[1].plot(time, line.left, color=BLACK, linewidth=1.0)
         panels[1].axhline(100 * ResidualSettings().share, color=GREY, linewidth=0.8, linestyle=":")
         panels[1].set_ylabel("left pattern [%]")
         panels[1].set_ylim(-4, 104)
-    chance = 1.0 / (1.0 + np.exp(-np.clip([entry.slip for entry in clip.findings], -50, 50)))
-    panels[-1].fill_between(time, 100 * chance, color=SKY, linewidth=0)
+    panels[-1].fill_between(time, line.sure, color=SKY, linewidth=0)
     panels[-1].set_ylim(0, 104)
     panels[-1].set_ylabel("sure of slip [%]")
     for axes in panels:
-        _mark_events(axes, clip)
-        for slide in clip.slides:
+        _mark_events(axes, line.slides)
+        for slide in line.slides:
             if slide.is_press:
                 axes.axvspan(slide.start, time[-1] if slide.end is None else slide.end, color=_PRESS, zorder=0)
-    seen = [[slide.onsets.incipient for slide in clip.slides], [slide.onsets.gross for slide in clip.slides]]
+    seen = [[slide.onsets.incipient for slide in line.slides], [slide.onsets.gross for slide in line.slides]]
     keys: dict[str, Artist] = {
         name: Line2D([], [], color=colour, linestyle=dash)
         for (name, (colour, dash)), times in zip(_LINES.items(), seen, strict=True)
         if any(time is not None for time in times)
     }
-    if rows and any(slide.end is not None for slide in clip.slides):
+    if rows and any(slide.end is not None for slide in line.slides):
         keys["new rest: displaced from there on"] = Line2D([], [], **_NEW_REST)
-    if any(slide.is_press for slide in clip.slides):
+    if any(slide.is_press for slide in line.slides):
         keys["press, not judged"] = Patch(color=_PRESS)
     add_legend(figure, keys)
     return figure
 
 
-def _mark_events(axes: Axes, clip: SlipClip) -> None:
-    for slide in clip.slides:
+def _mark_events(axes: Axes, slides: Sequence[Slide]) -> None:
+    for slide in slides:
         for when, (colour, dash) in zip((slide.onsets.incipient, slide.onsets.gross), _LINES.values(), strict=True):
             if when is not None:
                 axes.axvline(when, color=colour, linestyle=dash, linewidth=1.4)
@@ -326,7 +352,7 @@ def map_figure(clip: SlipClip) -> Figure:
     look: dict[str, Any] = {"cmap": "RdBu_r", "norm": LogNorm(0.1, 10.0), "interpolation": "nearest"}
     drawn = axes.imshow(np.maximum(left, 1e-3), aspect="auto", extent=extent, **look)
     axes.grid(visible=False)
-    _mark_events(axes, clip)
+    _mark_events(axes, clip.slides)
     figure.colorbar(drawn, ax=axes, label="residual over limit", extend="both", pad=0.01)
     return figure
 

@@ -87,7 +87,7 @@ def test_a_press_is_not_judged_and_a_slide_behind_it_is():
     assert second.onsets.incipient == pytest.approx(130 / 30, abs=0.3)
     assert second.onsets.gross is None
     assert findings[-1].onsets == second.onsets
-    figure = page.timeline_figure(clip_of(moved(press + slide)))
+    figure = page.timeline_figure(page.timeline_of(clip_of(moved(press + slide))))
     assert "new rest: displaced from there on" in [text.get_text() for text in figure.legends[0].texts]
     line = figure.axes[0].lines[0]
     assert np.isnan(np.asarray(line.get_ydata())).sum() == sum(slide.end is not None for slide in (first, second))

@@ -140,7 +140,7 @@ def _save(subject: StudySubject | RunSubject, path: Path, choice: FigureChoice) 
 def _detector_figure(subject: RunSubject) -> Figure:
     """Draw what the detector that ships finds in the markers of a run from the hold before its slide on."""
     from fingerslip.detect.live import findings_table
-    from fingerslip.detect.page import SlipClip, timeline_figure
+    from fingerslip.detect.page import SlipClip, timeline_figure, timeline_of
     from fingerslip.detect.residual import ResidualSettings, detect_residual, frames_at_rest
     from fingerslip.report.figures.style import limit_to_slides, mark_panels, with_style
 
@@ -150,7 +150,8 @@ def _detector_figure(subject: RunSubject) -> Figure:
         raise InputError("figure: the run", fault, "needs markers at rest first", mend)
     tracks = marker_tracks(history).sel(time=slice(holds[0][0], None))
     findings = detect_residual(tracks, ResidualSettings(rest_frames=frames_at_rest(tracks)))
-    figure = timeline_figure(SlipClip(subject.title or "the run", tracks, findings, findings_table(findings, "", "")))
+    clip = SlipClip(subject.title or "the run", tracks, findings, findings_table(findings, "", ""))
+    figure = timeline_figure(timeline_of(clip))
     limit_to_slides(figure.axes[0], {"": history}, {"": subject.events}, marked=[subject.events.slip])
     with_style(mark_panels)(figure.axes, history, subject.events.slip)
     return figure
