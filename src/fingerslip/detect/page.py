@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from fingerslip.detect.live import Finding
 from fingerslip.detect.residual import ResidualFinding, ResidualSettings, Slide, slides_of
-from fingerslip.detect.timeline import Timeline, mark_events, timeline_figure
+from fingerslip.detect.timeline import Timeline, mark_events, timeline_figure, write_timeline
 from fingerslip.report.colours import BLACK, SKY, VERMILLION
 from fingerslip.report.figures.markers import SHOWN_UNITS
 from fingerslip.report.figures.style import figure_grid, picture_bytes, say, show_picture, with_style
@@ -67,6 +67,8 @@ class SlipClip:
     latency: Table
     frames: Frames | None = None  # of the video, where there is one
     time_error: Sequence[float] = ()  # median, 5 % and 95 % of the error of the time of slip, where it is known [s]
+    source: str = ""  # its file
+    detector: str = ""  # what looked at it
 
     @property
     def slides(self) -> tuple[Slide, ...]:
@@ -116,6 +118,7 @@ def write_slip_page(clip: SlipClip, folder: Path) -> Path:
         write_text(partial / _FILE, to_csv(replace(table, columns=with_units)))
         if clip.frames is not None:
             write_tracks(clip.tracks, partial / "tracks.nc")
+        write_timeline(timeline_of(clip), partial, {"source": clip.source, "detector": clip.detector})
         write_page(slip_report(clip), partial / "slip.html")
     return folder / "slip.html"
 

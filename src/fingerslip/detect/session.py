@@ -186,6 +186,7 @@ def evaluate_classifiers(
     ]
     if output is not None:
         from fingerslip.detect.evaluation.page import Judged, write_evaluation
+        from fingerslip.detect.evaluation.stored import write_judged
 
         output_tables(tables, output)
         judged = {
@@ -193,6 +194,7 @@ def evaluate_classifiers(
             for name, entry in all_frames.items()
         }
         labels = {name: onsets[name] for name in trials.names}
+        write_judged(judged, labels, output)
         write_evaluation(tables, judged, labels, output / "evaluation.html", f"Evaluation on {trials.title}")
     run.parts.remove()
     return tables

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -14,12 +15,18 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from fingerslip.detect.figures import CLIP
+from fingerslip.detect.labels import Onsets
 from fingerslip.detect.residual import ResidualSettings, Slide
+from fingerslip.errors import DamagedError, shorten
 from fingerslip.report.colours import BLACK, BLUE, GREY, ORANGE, SKY, VERMILLION
 from fingerslip.report.figures.style import add_legend, figure_grid, with_style
+from fingerslip.storage.files import csv_text, read_json, write_json, write_text
+from fingerslip.version import __version__
 
 Floats = NDArray[np.float64]
 
+_TABLE, _REPAIR = "timeline.csv", "run fingerslip detect run again"
 _PRESS = "#e3e3e3"
 _NEW_REST: Mapping[str, Any] = {"color": GREY, "linestyle": (0, (1, 1.5)), "linewidth": 1.4}
 _LINES: Mapping[str, tuple[str, Literal["--", "-"]]] = {
@@ -39,6 +46,30 @@ class Timeline:
     displacement: Floats = field(default_factory=lambda: np.zeros(0))  # (n_times,) or none, root mean square
     left: Floats = field(default_factory=lambda: np.zeros(0))  # (n_times,) or none, markers that left the pattern [%]
     unit: str = ""  # of displacements
+
+
+def write_timeline(line: Timeline, folder: Path, origin: Mapping[str, str]) -> None:
+    """Write what was found over time into a folder: a table, and what it is of with where that comes from."""
+    columns = {"time [s]": line.time, "sure of slip [%]": line.sure}
+    if line.displacement.size:
+        columns |= {f"displaced [{line.unit}]": line.displacement, "left pattern [%]": line.left}
+    rows = np.column_stack(list(columns.values())).tolist()
+    write_text(folder / _TABLE, csv_text([list(columns), *([f"{value:.10g}" for value in row] for row in rows)]))
+    slides = [{**vars(slide), "onsets": vars(slide.onsets)} for slide in line.slides]
+    described = {"name": line.name, "unit": line.unit, "slides": slides, **origin, "fingerslip": __version__}
+    write_json(folder / CLIP, described)
+
+
+def read_timeline(folder: Path) -> Timeline:
+    """Read back what was found over time."""
+    described = read_json(folder / CLIP, _REPAIR)
+    try:
+        columns = np.loadtxt(folder / _TABLE, delimiter=",", skiprows=1, ndmin=2).T
+        slides = tuple(Slide(**{**entry, "onsets": Onsets(**entry["onsets"])}) for entry in described["slides"])
+        time, sure, displacement, left = [*columns, *[np.zeros(0)] * 4][:4]
+        return Timeline(described["name"], time, sure, slides, displacement, left, described["unit"])
+    except (OSError, ValueError, KeyError, TypeError, IndexError) as error:
+        raise DamagedError(str(folder / _TABLE), f"cannot be read ({shorten(str(error))})", _REPAIR) from error
 
 
 @with_style

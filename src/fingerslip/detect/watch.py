@@ -77,7 +77,7 @@ def run_detector(
     name = "the detector that ships" if trained is None else trained.classifier
     latency = findings_table(timed, f"{source.name} with {name}", note)
     error = trained.provenance.get(TIME_ERROR, ()) if trained else ()
-    clip = SlipClip(source.name, tracks, findings, latency, frames, error)
+    clip = SlipClip(source.name, tracks, findings, latency, frames, error, str(source.resolve()), detector)
     page = write_slip_page(clip, output)
     warnings = [f"warning: {text}" for text in clip.warnings]
     return [slide_table(clip), latency], [*warnings, *answer_of(clip), f"page: {page}"]

@@ -15,11 +15,13 @@ from fingerslip.detect.model_file import write_detector
 from fingerslip.detect.page import SlipClip, answer_of, slide_table, slip_report, write_slip_page
 from fingerslip.detect.residual import ResidualSettings, detect_residual, frames_at_rest, slides_of
 from fingerslip.detect.synthetic import SyntheticSensor, SyntheticSlide, synthetic_trial
+from fingerslip.detect.timeline import read_timeline
 from fingerslip.detect.training import train
 from fingerslip.detect.trials import Trial
 from fingerslip.detect.watch import watch_camera
 from fingerslip.errors import InputError
 from fingerslip.report.page.page import render_page
+from fingerslip.study.inspection.views import FigureChoice, kinds_text, write_figure
 from fingerslip.tables.table import Column, Missing, Table
 from fingerslip.vision.tracks import make_tracks
 from fingerslip.vision.video import Frames
@@ -176,7 +178,25 @@ def test_the_page_says_when_and_how_sure_and_shows_it(tmp_path, monkeypatch):
     assert known.endswith("on the trials that set its threshold: 12 ms (1 to 50).")
     assert list(clip.moments) == ["at rest", "slip begins", "between", "gross slip begins"]
     text = write_slip_page(clip, tmp_path / "page").read_text()
-    assert sorted(entry.name for entry in (tmp_path / "page").iterdir()) == ["slip.csv", "slip.html", "tracks.nc"]
+    assert sorted(entry.name for entry in (tmp_path / "page").iterdir()) == [
+        "clip.json",
+        "slip.csv",
+        "slip.html",
+        "timeline.csv",
+        "tracks.nc",
+    ]
+    assert kinds_text(tmp_path / "page").startswith("slip-timeline: ")
+    assert kinds_text(tmp_path / "page").count("\n") == 0
+    drawn, line = page.timeline_of(clip), read_timeline(tmp_path / "page")
+    assert (line.name, line.unit, line.slides) == (drawn.name, drawn.unit, drawn.slides)
+    assert line.displacement == pytest.approx(drawn.displacement)
+    for form in ("png", "pdf", "svg"):
+        choice = FigureChoice("slip-timeline", form=form)
+        assert write_figure(tmp_path / "page", choice).name == f"slip-timeline.{form}"
+    with pytest.raises(InputError, match="--kind: got 'events', needs one of slip-timeline"):
+        write_figure(tmp_path / "page", FigureChoice("events"))
+    with pytest.raises(InputError, match="has no figure confusion, needs the folder that fingerslip detect evaluate"):
+        write_figure(tmp_path / "page", FigureChoice("confusion"))
     header = (tmp_path / "page" / "slip.csv").read_text().splitlines()[0]
     assert header == "begins [s],ends [s],what,slip [s],gross slip [s],sure [%]"
     for section in ("When", "Timeline", "Which markers", "The moments around", "How it was found", "Speed"):

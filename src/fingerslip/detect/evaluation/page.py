@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -38,22 +38,15 @@ class Judged:
     events: Mapping[str, Onsets]  # onsets found, by trial
 
 
+Draw = Callable[[Mapping[str, Judged], Mapping[str, Onsets]], Figure]
+
+
 def write_evaluation(
     tables: Sequence[Table], judged: Mapping[str, Judged], labels: Mapping[str, Onsets], path: Path, title: str
 ) -> None:
     """Write the page of an evaluation."""
-    pictures = (
-        Picture(
-            "confusion",
-            "Frames by true class, in per cent of each row.",
-            confusion_figure({name: entry.matrix for name, entry in judged.items()}),
-        ),
-        Picture("roc", "Slip found over false alarms, frame by frame, as the threshold falls.", roc_figure(judged)),
-        Picture("calibration", "How often frames slip that are said to.", calibration_figure(judged)),
-        Picture("leads", "Share of the trials that had at least this lead.", leads_figure(judged, labels)),
-        Picture("trials", "Onsets of slip found in each trial, beside the labels.", trials_figure(judged, labels)),
-    )
-    sections = (ReportSection("Figures", pictures=pictures), ReportSection("Tables", tables=tuple(tables)))
+    pictures = [Picture(kind, caption, draw(judged, labels)) for kind, (caption, draw) in FIGURES.items()]
+    sections = (ReportSection("Figures", pictures=tuple(pictures)), ReportSection("Tables", tables=tuple(tables)))
     report = Report(title, sections, {"fingerslip": __version__}, "How well is slip found in trials not seen?")
     write_page(report, path)
 
@@ -157,3 +150,19 @@ def trials_figure(judged: Mapping[str, Judged], labels: Mapping[str, Onsets]) ->
     axes.set_ylim(len(trials) - 0.5, -0.5)
     add_legend(figure, keys)
     return figure
+
+
+#: Figures of an evaluation by their kind: caption, and what draws them of what is said and of the labels.
+FIGURES: Mapping[str, tuple[str, Draw]] = {
+    "confusion": (
+        "Frames by true class, in per cent of each row.",
+        lambda judged, _: confusion_figure({name: entry.matrix for name, entry in judged.items()}),
+    ),
+    "roc": (
+        "Slip found over false alarms, frame by frame, as the threshold falls.",
+        lambda judged, _: roc_figure(judged),
+    ),
+    "calibration": ("How often frames slip that are said to.", lambda judged, _: calibration_figure(judged)),
+    "leads": ("Share of the trials that had at least this lead.", leads_figure),
+    "trials": ("Onsets of slip found in each trial, beside the labels.", trials_figure),
+}

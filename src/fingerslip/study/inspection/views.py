@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fingerslip.detect.figures import OF_CLIPS, OF_EVALUATIONS, check_kind, draw, kinds_of
 from fingerslip.errors import InputError, ResultError
 from fingerslip.history import is_solid, phase_times, read_history
 from fingerslip.marker_tracks import marker_tracks
@@ -57,10 +58,12 @@ class FigureChoice:
     film: Mapping[str, Any] = dataclasses.field(default_factory=dict)
 
 
-def kinds_text() -> str:
-    """Return the kinds of figures with what they show, in lines."""
+def kinds_text(target: Path | None = None) -> str:
+    """Return the kinds of figures with what they show, in lines: those of a folder, or all."""
+    of_detector = {**OF_EVALUATIONS, **OF_CLIPS} if target is None else kinds_of(target)
     others = {DETECTOR: "what the detector that ships finds in a sensor's markers", FILM: "a film, as MP4"}
-    every = {**OF_STUDIES, **_OF_REACTIONS, **OF_RUNS, **others}
+    of_study = {**OF_STUDIES, **_OF_REACTIONS, **OF_RUNS, **others}
+    every = of_detector if target and of_detector else {**of_study, **of_detector}
     return "\n".join(f"{name}: {words}" for name, words in every.items())
 
 
@@ -74,14 +77,18 @@ def film_size(text: str) -> tuple[int, int]:
 
 def write_figure(target: Path, choice: FigureChoice, output: Path | None = None) -> Path:
     """Write a figure or a film of stored results."""
+    check_kind(target, choice.kind)
+    of_detector = kinds_of(target)
     allowed = {
-        "--kind": (choice.kind, (*_OF_WHOLE, *OF_RUNS, DETECTOR, FILM)),
+        "--kind": (choice.kind, tuple(of_detector) or (*_OF_WHOLE, *OF_RUNS, DETECTOR, FILM)),
         "--style": (choice.style, STYLES),
         "--format": (choice.form, FORMATS),
     }
     for option, (value, names) in allowed.items():
         if value not in names:
             raise InputError(f"figure: {option}", f"got '{value}'", f"needs one of {', '.join(names)}")
+    if of_detector:
+        return _save_of_detector(target, choice, output)
     if choice.kind in _OF_WHOLE and choice.run:
         fault = f"got '{choice.run}' with --kind {choice.kind}"
         raise InputError("figure: --run", fault, "needs a kind that shows one run", "leave it out: all runs are shown")
@@ -104,6 +111,19 @@ def write_figure(target: Path, choice: FigureChoice, output: Path | None = None)
         _write_film(subject, path, choice)
     else:
         _save(subject, path, choice)
+    return path
+
+
+def _save_of_detector(target: Path, choice: FigureChoice, output: Path | None) -> Path:
+    """Write a figure of an evaluation of detectors, or of a clip that one ran on."""
+    for option, value in {"--run": choice.run, "--over": choice.path, "--time": choice.times}.items():
+        if value:
+            raise InputError(f"figure: {option}", f"does not fit --kind {choice.kind}", "needs none", "leave it out")
+    from fingerslip.report.figures.style import looking, save_figure
+
+    path = output or target / f"{choice.kind}.{choice.form}"
+    with looking(choice.style):
+        save_figure(draw(target, choice.kind), path)
     return path
 
 
