@@ -148,7 +148,8 @@ def chosen_frames(
     for number, frames, count in wanted:
         if len(frames) < sampling.least * count:
             fault = f"has {len(frames)} frames of {CLASSES[number]} where {count} are sampled"
-            raise InputError(f"trial {trial}", fault, "needs more", "leave the trial out, or sample fewer frames")
+            repair = "leave the trial out, sample fewer with --samples, or need a smaller share of them with --least"
+            raise InputError(f"trial {trial}", fault, f"needs {sampling.least:.0%} of them", repair)
         pieces.append(draw.choice(frames, min(count, len(frames)), replace=False))
     return np.sort(np.concatenate(pieces))
 

@@ -125,14 +125,16 @@ def collect_trials(
 
 def train_detector(dataset: Path, output: Path, classifier: str, choices: Choices) -> str:
     """Train a detector on what is no test trial of the benchmark, write it, and return what was done."""
-    detector = choices.train(open_trials(dataset), classifier)
+    folder = open_trials(dataset)
+    detector = choices.train(folder, classifier)
     write_detector(detector, output)
     promise = "no guarantee on false alarms: too few trials"
     calibration = detector.calibration
     if calibration.trials:
         promise = f"false alarms <= {100 * calibration.share:g} % by {calibration.trials} trials"
     trials, samples = detector.provenance["trials"], detector.provenance["samples"]
-    return f"{output}: {classifier}, {trials} trials, {samples} samples, {promise}"
+    tests = ", ".join(benchmark_test_trials(folder.names, choices.seed))
+    return f"{output}: {classifier}, {trials} trials, {samples} samples, {promise}\ntest trials, not seen: {tests}"
 
 
 def evaluate_classifiers(
