@@ -307,8 +307,7 @@ def run(
         print_tables([watch_camera(camera, detector, tracking, rest_frames, partial(typer.echo, err=as_json))], as_json)
         return
     path = Path(source)
-    folder = output or path.with_name(f"{path.stem}_slip")
-    tables, lines = run_detector(path, detector, tracking, rest_frames, folder)
+    tables, lines = run_detector(path, detector, tracking, rest_frames, output)
     print_tables(tables, as_json)
     typer.echo("\n".join(lines), err=as_json)
 

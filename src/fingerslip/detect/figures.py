@@ -6,13 +6,16 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fingerslip.errors import InputError
+from fingerslip.errors import InputError, ResultError
+from fingerslip.storage.files import read_json
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 #: Files of an evaluation and of a clip that their figures are drawn of.
 JUDGED, CLIP = "judged.npz", "clip.json"
+#: How a damaged folder of a clip is mended.
+AGAIN = "run fingerslip detect run again"
 #: Kinds of figures of an evaluation, and of a clip that a detector ran on, with what they show.
 OF_EVALUATIONS: Mapping[str, str] = {
     "confusion": "frames by true class and by the class found, of each classifier",
@@ -46,6 +49,15 @@ def check_kind(folder: Path, kind: str) -> None:
             raise InputError(
                 f"figure: {folder}", f"has no figure {kind}", f"needs the folder that {verb} wrote", "name that one"
             )
+
+
+def origin_of(folder: Path) -> dict[str, str]:
+    """Return the source and the detector of what a folder holds; nothing where that is not known."""
+    try:
+        described = read_json(folder / CLIP, AGAIN)
+        return {name: str(described[name]) for name in ("source", "detector")}
+    except (OSError, ResultError, KeyError):
+        return {}
 
 
 def draw(folder: Path, kind: str) -> Figure:

@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from fingerslip.detect.figures import CLIP
+from fingerslip.detect.figures import AGAIN, CLIP
 from fingerslip.detect.labels import Onsets
 from fingerslip.detect.residual import ResidualSettings, Slide
 from fingerslip.errors import DamagedError, shorten
@@ -26,7 +26,7 @@ from fingerslip.version import __version__
 
 Floats = NDArray[np.float64]
 
-_TABLE, _REPAIR = "timeline.csv", "run fingerslip detect run again"
+_TABLE = "timeline.csv"
 _PRESS = "#e3e3e3"
 _NEW_REST: Mapping[str, Any] = {"color": GREY, "linestyle": (0, (1, 1.5)), "linewidth": 1.4}
 _LINES: Mapping[str, tuple[str, Literal["--", "-"]]] = {
@@ -62,14 +62,14 @@ def write_timeline(line: Timeline, folder: Path, origin: Mapping[str, str]) -> N
 
 def read_timeline(folder: Path) -> Timeline:
     """Read back what was found over time."""
-    described = read_json(folder / CLIP, _REPAIR)
+    described = read_json(folder / CLIP, AGAIN)
     try:
         columns = np.loadtxt(folder / _TABLE, delimiter=",", skiprows=1, ndmin=2).T
         slides = tuple(Slide(**{**entry, "onsets": Onsets(**entry["onsets"])}) for entry in described["slides"])
         time, sure, displacement, left = [*columns, *[np.zeros(0)] * 4][:4]
         return Timeline(described["name"], time, sure, slides, displacement, left, described["unit"])
     except (OSError, ValueError, KeyError, TypeError, IndexError) as error:
-        raise DamagedError(str(folder / _TABLE), f"cannot be read ({shorten(str(error))})", _REPAIR) from error
+        raise DamagedError(str(folder / _TABLE), f"cannot be read ({shorten(str(error))})", AGAIN) from error
 
 
 @with_style

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from fingerslip.detect.figures import origin_of
 from fingerslip.detect.labels import Onsets
 from fingerslip.detect.model_file import read_detector
 from fingerslip.detect.recordings import TRACK_FILES, read_any_tracks
@@ -23,7 +24,7 @@ from fingerslip.detect.training import (
     rate_fault,
 )
 from fingerslip.errors import InputError
-from fingerslip.storage.files import check_replaceable
+from fingerslip.storage.files import check_replaceable, folder_beside
 from fingerslip.tables.table import Table
 from fingerslip.vision.sources import dropped_frames, live_frames
 from fingerslip.vision.video import open_frames
@@ -40,11 +41,13 @@ RESIDUAL = "residual"
 
 
 def run_detector(
-    source: Path, detector: str, tracking: Mapping[str, Any], rest_frames: int | None, output: Path
+    source: Path, detector: str, tracking: Mapping[str, Any], rest_frames: int | None, output: Path | None = None
 ) -> tuple[list[Table], list[str]]:
     """Run a detector on tracks or a video, write its page, and return its events, its latency and what to say."""
     trained = None if detector == RESIDUAL else read_detector(detector)
+    output = output or folder_beside(source, "slip", lambda folder: origin_of(folder).get("source", ""))
     check_replaceable(output, "slip.csv")
+    before = origin_of(output)
     if not source.exists():
         raise InputError(str(source), "is not there", "needs a video, a folder of images, or tracks (.nc, .csv)")
     # What computes and draws is slow to import.
@@ -79,8 +82,10 @@ def run_detector(
     error = trained.provenance.get(TIME_ERROR, ()) if trained else ()
     clip = SlipClip(source.name, tracks, findings, latency, frames, error, str(source.resolve()), detector)
     page = write_slip_page(clip, output)
-    warnings = [f"warning: {text}" for text in clip.warnings]
-    return [slide_table(clip), latency], [*warnings, *answer_of(clip), f"page: {page}"]
+    lines = [*(f"warning: {text}" for text in clip.warnings), *answer_of(clip), f"page: {page}"]
+    if before:
+        lines.append(f"replaced: what the detector {before['detector']} found in {Path(before['source']).name}")
+    return [slide_table(clip), latency], lines
 
 
 def _warnings(tracks: xr.Dataset, trained: Detector) -> Iterator[str]:

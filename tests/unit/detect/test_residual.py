@@ -18,12 +18,12 @@ from fingerslip.detect.synthetic import SyntheticSensor, SyntheticSlide, synthet
 from fingerslip.detect.timeline import read_timeline
 from fingerslip.detect.training import train
 from fingerslip.detect.trials import Trial
-from fingerslip.detect.watch import watch_camera
+from fingerslip.detect.watch import run_detector, watch_camera
 from fingerslip.errors import InputError
 from fingerslip.report.page.page import render_page
 from fingerslip.study.inspection.views import FigureChoice, kinds_text, write_figure
 from fingerslip.tables.table import Column, Missing, Table
-from fingerslip.vision.tracks import make_tracks
+from fingerslip.vision.tracks import make_tracks, write_tracks, write_tracks_csv
 from fingerslip.vision.video import Frames
 from problems import clips
 from unit.detect.conftest import MOTION, SAMPLING
@@ -203,6 +203,18 @@ def test_the_page_says_when_and_how_sure_and_shows_it(tmp_path, monkeypatch):
         assert f">{section}</h2>" in text
     assert text.count("image/webp") == 2
     assert answer in text
+
+
+@pytest.mark.slow
+def test_a_page_is_not_written_over_that_of_another_recording_and_says_what_it_replaces(tmp_path):
+    write_tracks(trial().tracks, tmp_path / "slide.nc")
+    write_tracks_csv(trial().tracks, tmp_path / "slide.csv")
+    folders = {"slide.nc": "slide_slip", "slide.csv": "slide-csv_slip"}
+    for name, folder in folders.items():
+        lines = run_detector(tmp_path / name, "residual", {}, None)[1]
+        assert lines[-1] == f"page: {tmp_path / folder / 'slip.html'}"
+    lines = run_detector(tmp_path / "slide.nc", "residual", {}, None)[1]
+    assert lines[-1] == "replaced: what the detector residual found in slide.nc"
 
 
 @pytest.mark.slow
