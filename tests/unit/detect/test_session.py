@@ -19,7 +19,7 @@ from fingerslip.detect.session import Choices, evaluate_classifiers, score_onset
 from fingerslip.detect.trials import TrialSet
 from fingerslip.detect.watch import run_detector
 from fingerslip.errors import InputError
-from fingerslip.tables.table import Missing, Table, to_markdown
+from fingerslip.tables.table import Missing, Table, texts, to_csv, to_mapping, to_markdown
 from fingerslip.vision.tracks import write_tracks_csv
 
 CHOICES = Choices(rest_frames=20, window=5, samples="20,6,2,20")
@@ -110,7 +110,12 @@ def test_labels_of_a_users_own_are_read(trials_folder: Path, trials: TrialSet, t
 def test_scores_are_tables() -> None:
     scores = {"a": frame_scores_of(np.array([[[8, 2, 0], [0, 9, 1], [0, 0, 10]]] * 3))}
     table = accuracy_table(scores, {"a": Estimate(1.0)}, "3 trials.")
-    assert table.rows[0] == ("a", "0.900 [0.900, 0.900]", "1.000", 1.0 - 0.9, "0.967 [0.967, 0.967]")
+    shown = ["a", "0.900 [0.900, 0.900]", "1.000", "0.100", "0.967 [0.967, 0.967]"]
+    assert texts(table) == [shown]
+    head, row = to_csv(table).splitlines()
+    assert head.startswith("classifier,by trial,by trial low,by trial high,by sample,by sample low,")
+    assert all(0.0 <= float(cell) <= 1.0 for cell in row.split(",")[1:] if cell)
+    assert to_mapping(table)["rows"][0][1] == pytest.approx({"value": 0.9, "low": 0.9, "high": 0.9})
     assert table.note.startswith("3 trials.")
     classes, confusion = frame_tables(scores)
     assert [row[:2] for row in classes.rows] == [("a", name) for name in CLASSES]
@@ -124,7 +129,7 @@ def test_events_have_a_column_for_each_classifier() -> None:
     table = event_table({"a": scores, "b": scores}, "Note.")
     rows = {row[0]: row[1] for row in table.rows}
     assert rows["missed"] == "0"
-    assert rows["onset error [s]"] == "0.200"
+    assert str(rows["onset error [s]"]) == "0.200"
     assert rows["median delay [frames]"] == "2.000"
     assert rows["lead of 95 % of trials [s]"] is Missing.NOT_DEFINED
     assert rows["gross onset error [s]"] is Missing.NOT_DEFINED
