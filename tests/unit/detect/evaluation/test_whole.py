@@ -8,6 +8,7 @@ import pytest
 from fingerslip.detect.evaluation.page import FIGURES, Judged, write_evaluation
 from fingerslip.detect.evaluation.stored import read_judged, write_judged
 from fingerslip.detect.evaluation.whole import SHIPS, slips_of
+from fingerslip.detect.figures import draw
 from fingerslip.detect.labels import Onsets
 from fingerslip.detect.session import Choices, evaluate_whole
 from fingerslip.detect.synthetic import SyntheticSensor, SyntheticSlide, synthetic_trial
@@ -76,6 +77,9 @@ def test_an_evaluation_has_a_page(tmp_path):
     ]
     assert read["forest"].matrix.tolist() == judged["forest"].matrix.tolist()
     assert [line.partition(":")[0] for line in kinds_text(tmp_path).splitlines()] == list(FIGURES)
+    confusion, trials = (draw(tmp_path, kind) for kind in ("confusion", "trials"))
+    assert confusion.axes[1].get_title("left") == "time threshold"
+    assert trials.axes[0].get_xlim()[0] < 1.0, "a bar does not begin on the axis"
     for kind in FIGURES:
         assert write_figure(tmp_path, FigureChoice(kind, form="svg")).stat().st_size > 5_000
     with pytest.raises(InputError, match="figure: --run: does not fit --kind roc"):
