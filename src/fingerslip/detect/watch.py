@@ -84,7 +84,7 @@ def run_detector(
     page = write_slip_page(clip, output)
     lines = [*(f"warning: {text}" for text in clip.warnings), *answer_of(clip), f"page: {page}"]
     if before:
-        lines.append(f"replaced: what the detector {before['detector']} found in {Path(before['source']).name}")
+        lines.append(f"replaced: what {before['detector']} found in {Path(before['source']).name}")
     return [slide_table(clip), latency], lines
 
 

@@ -214,7 +214,9 @@ def test_a_page_is_not_written_over_that_of_another_recording_and_says_what_it_r
         lines = run_detector(tmp_path / name, "residual", {}, None)[1]
         assert lines[-1] == f"page: {tmp_path / folder / 'slip.html'}"
     lines = run_detector(tmp_path / "slide.nc", "residual", {}, None)[1]
-    assert lines[-1] == "replaced: what the detector residual found in slide.nc"
+    assert lines[-1] == "replaced: what residual found in slide.nc"
+    write_tracks(trial().tracks.assign_attrs(warnings="cut: ends after 9 of 20 frames"), tmp_path / "cut.nc")
+    assert run_detector(tmp_path / "cut.nc", "residual", {}, None)[1][0] == "warning: cut: ends after 9 of 20 frames"
 
 
 @pytest.mark.slow
