@@ -63,9 +63,28 @@ def unknown_name(where: str, name: str, names: Iterable[str]) -> InputError:
     )
 
 
+def most_similar(name: str, names: Iterable[str], count: int = 6) -> list[str]:
+    """Return so many names at most, those that are most like one first.
+
+    Examples
+    --------
+    >>> most_similar("slied.yaml", ["a.yaml", "block.yaml", "slide.yaml"], 1)
+    ['slide.yaml']
+    """
+    likeness = {known: difflib.SequenceMatcher(None, known.casefold(), name.casefold()).ratio() for known in names}
+    return sorted(likeness, key=lambda known: (-likeness[known], known))[:count]
+
+
 def did_you_mean(name: str, names: Iterable[str]) -> str:
-    """Return the question after the most similar of some names, whatever their case; empty where none is similar."""
+    """Return the question after the most similar of some names, whatever their case; empty where none is similar.
+
+    Where several begin with all of the name, the question is after each.
+    """
     by_lower = {known.casefold(): known for known in names}
+    longer = [known for lower, known in by_lower.items() if name and lower.startswith(name.casefold())]
+    if len(longer) > 1:
+        names_of_all = "' or '".join(sorted(longer))
+        return f"did you mean '{names_of_all}'?"
     near = difflib.get_close_matches(name.casefold(), by_lower, n=1)
     return f"did you mean '{by_lower[near[0]]}'?" if near else ""
 
@@ -142,18 +161,28 @@ class ConvergenceError(FingerslipError):
         What to try.
     problem : str, optional
         What was not solved.
+    position : tuple of float, optional
+        Where the node is at rest [m].
     """
 
     def __init__(  # noqa: PLR0917
-        self, time: float, node: int, residual: float, tolerance: float, advice: str, problem: str = "contact"
+        self,
+        time: float,
+        node: int,
+        residual: float,
+        tolerance: float,
+        advice: str,
+        problem: str = "contact",
+        position: tuple[float, ...] = (),
     ) -> None:
-        self.time, self.node, self.residual = time, node, residual
+        self.time, self.node, self.residual, self.position = time, node, residual, position
         self.tolerance, self.advice, self.problem = tolerance, advice, problem
-        super().__init__(time, node, residual, tolerance, advice, problem)
+        super().__init__(time, node, residual, tolerance, advice, problem, position)
 
     def __str__(self) -> str:
+        place = f" at ({', '.join(f'{1e3 * value:.4g}' for value in self.position)}) mm" if self.position else ""
         return (
-            f"{self.problem} at t = {self.time:.6g} s, node {self.node}: residual {self.residual:.2e}, "
+            f"{self.problem} at t = {self.time:.6g} s, node {self.node}{place}: residual {self.residual:.2e}, "
             f"needs <= {self.tolerance:.0e}; {self.advice}"
         )
 

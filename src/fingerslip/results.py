@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NotRequired
 import pydantic
 from typing_extensions import TypedDict
 
-from fingerslip.errors import DamagedError, ResultError
+from fingerslip.errors import DamagedError, ResultError, most_similar
 from fingerslip.slip import measures
 from fingerslip.slip.events import Events, events_from_mapping, events_mapping, find_slip
 from fingerslip.slip.front import EdgeContact, edge_contact
@@ -257,10 +257,17 @@ def unchecked_result(folder: Path) -> RunResult:
     return _read_result(folder)[0]
 
 
+def other_folders(folder: Path) -> str:
+    """Say what to do where a folder of results is not there: which folders beside it have a similar name."""
+    beside = [str(other) for other in folder.parent.glob("*") if other.is_dir()]
+    near = most_similar(str(folder), beside, 3)
+    return f"{_REPAIR}, or name {' or '.join(near)}" if near else _REPAIR
+
+
 def _read_result(folder: Path) -> tuple[RunResult, dict[str, str]]:
     """Return the result of a finished run, and the checksums of its files."""
-    fault = "holds no finished run" if folder.is_dir() else "is not there"
-    missing = ResultError(f"{folder}: {fault}; {_REPAIR}")
+    fault, repair = ("holds no finished run", _REPAIR) if folder.is_dir() else ("is not there", other_folders(folder))
+    missing = ResultError(f"{folder}: {fault}; {repair}")
     try:
         values = read_json(folder / RESULT, _REPAIR, _STORED)
     except (FileNotFoundError, NotADirectoryError):

@@ -127,6 +127,10 @@ def parse_quantity(text: str, si: str, *, example: str = "", where: str = "quant
         # GPa where GPa/m is due keeps its prefix.
         whole = f"{unit}/{si.partition('/')[2]}"
         repair = f"write for example '{shorten(number)} {whole if _factor(whole, si) else unit_example}'"
+        # Another unit would be another magnitude where only capitals are wrong.
+        for other, (dimension, _) in _FACTORS.items():
+            if other.casefold() == unit.casefold() and dimension == si:
+                repair = f"did you mean '{shorten(number)} {other}'?"
         raise InputError(where, f"got '{text_shown}'", f"needs a unit of [{si}]", repair)
     value = _scale(number, factor)
     if not math.isfinite(value) or (value == 0.0 and _NOT_ZERO.match(number)):

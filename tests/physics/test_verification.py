@@ -27,7 +27,16 @@ LONG = {
     *("halved-step", "viscous-hertz", "sliding-block", "condensed-2d", "friction-tangents"),
     *("controlled-oscillator", "hht-order", "relaxation", "ciavarella-jaeger", "cattaneo", "hht-damping", "rod"),
     *("viscous-vibration", "slip-weakening", "rolling-cylinder", "cylinder-on-incline"),
-    *("ball-between-plates", "rigid-pads", "no-creep", "hertz-line", "element-errors-2d", "patch", "free-block"),
+    *(
+        "ball-between-plates",
+        "rigid-pads",
+        "no-creep",
+        "hertz-line",
+        "element-errors-2d",
+        "patch",
+        "free-block",
+        "objectivity",
+    ),
 }
 MARKED = [
     pytest.param(each, id=each.name, marks=[pytest.mark.slow] * (each.slow or each.name in LONG)) for each in PROBLEMS

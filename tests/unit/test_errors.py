@@ -24,6 +24,7 @@ CASES = [
     ResultError("x: cannot be written"),
     InputError("x.yaml: depth", "got 1 s", "needs a unit of [m]", line=7),
     TruncatedVideoError("slide.avi", 30, 60),
+    ConvergenceError(0.5, 7, 1e-3, 1e-9, "use a smaller step", "contact", (1e-3, 2e-3)),
 ]
 
 
@@ -35,6 +36,7 @@ TEXTS = [
     "x: cannot be written",
     "x.yaml: depth: got 1 s, needs a unit of [m] (line 7)",
     "slide.avi: ends after 30 of 60 frames; copy or record it again",
+    "contact at t = 0.5 s, node 7 at (1, 2) mm: residual 1.00e-03, needs <= 1e-09; use a smaller step",
 ]
 
 

@@ -51,6 +51,7 @@ def test_what_is_formatted_is_parsed_back_with_six_digits_and_in_si_with_all(val
         ("1.5", "'1.5' has no unit, needs a unit of [m]; write '1.5 mm' or '1.5 m'"),
         ("3 kg", "got '3 kg', needs a unit of [m]; write for example '3 mm'"),
         ("3 furlongz", "got '3 furlongz', needs a unit of [m]; write for example '3 mm'"),
+        ("3 MM", "got '3 MM', needs a unit of [m]; did you mean '3 mm'?"),
         ("1,5 mm", "got '1,5 mm', needs a decimal point, not a comma; write '1.5 mm'"),
         ("mm", "'mm' is not a quantity, needs a number and a unit such as '1.5 mm'"),
         ("", "'' is not a quantity, needs a number and a unit such as '1.5 mm'"),

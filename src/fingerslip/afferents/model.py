@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Annotated, Protocol
 
@@ -43,7 +43,7 @@ class AfferentModel(Protocol):
 
     @property
     def stimulus(self) -> str:
-        """Name of what it responds to, one of :data:`~fingerslip.afferents.signals.STIMULI`."""
+        """What it responds to: one of :data:`~fingerslip.afferents.signals.STIMULI`, or its rate ``NAME_rate``."""
 
     @property
     def highest_frequency(self) -> float:
@@ -65,6 +65,8 @@ class Spikes:
         Spike times of each [s].
     start, end : float
         Between which times was looked [s].
+    beyond : mapping of str to float, optional
+        Types whose model responds to higher frequencies than the records resolve, and how high these go [Hz].
     """
 
     names: tuple[str, ...]
@@ -72,6 +74,7 @@ class Spikes:
     times: tuple[Array, ...]
     start: float
     end: float
+    beyond: Mapping[str, float] = field(default_factory=dict)
 
     def to_dataframe(self) -> pd.DataFrame:
         """Return a row for each spike: `site`, `kind` and `time` [s]."""
@@ -135,14 +138,24 @@ def spikes_of(history: xr.Dataset, models: Mapping[str, AfferentModel]) -> Spike
     BandwidthWarning
         Where a model responds to higher frequencies than the records resolve.
     """
+    if not isinstance(models, Mapping):
+        fault, repair = f"got a {type(models).__name__}", "write {'SA-I': model}"
+        raise InputError("models", fault, "needs a model by the name of each receptor type", repair)
     for kind, model in models.items():
-        if model.stimulus not in STIMULI:
-            allowed = f"needs one of {', '.join(STIMULI)}"
+        for name in ("stimulus", "highest_frequency", "spikes"):
+            if not hasattr(model, name):
+                needed = "needs stimulus, highest_frequency [Hz] and spikes(times, values)"
+                raise InputError(f"{kind}.{name}", "is missing", needed, f"write {name} into the class of the model")
+        if model.stimulus.removesuffix("_rate") not in STIMULI:
+            allowed = f"needs one of {', '.join(STIMULI)}, or the rate of one, such as speed_rate"
             raise InputError(f"{kind}.stimulus", f"'{model.stimulus}' is not known", allowed)
     stimuli = receptor_stimuli(history, tuple(models))
     times, available = stimuli["time"].values, stimuli["site_kind"].values
     result: dict[int, Array] = {}
-    for kind in dict.fromkeys(str(name) for name in available):
+    recorded = dict.fromkeys(map(str, available))
+    resolved = record_bandwidth(history)
+    beyond = {kind: high for kind in recorded if (high := models[kind].highest_frequency) > resolved}
+    for kind in recorded:
         model, rows = models[kind], np.flatnonzero(available == kind)
         values = stimuli[model.stimulus].values[:, rows]
         # Values that are not known would give no spikes.
@@ -159,7 +172,8 @@ def spikes_of(history: xr.Dataset, models: Mapping[str, AfferentModel]) -> Spike
         result |= {int(row): train[train <= times[-1]] for row, train in zip(rows, trains, strict=True)}
     order = sorted(result)
     names, kinds = (tuple(str(labels[row]) for row in order) for labels in (stimuli["site"].values, available))
-    return Spikes(names, kinds, tuple(result[row] for row in order), float(times[0]), float(times[-1]))
+    trains_by_row = tuple(result[row] for row in order)
+    return Spikes(names, kinds, trains_by_row, float(times[0]), float(times[-1]), beyond)
 
 
 def spike_places(spikes: Spikes, history: xr.Dataset) -> Array:
@@ -199,6 +213,19 @@ def left_out_afferents(spikes: Spikes, history: xr.Dataset) -> str:
     return f"{', '.join(absent)} left out: vibrations need finer steps, and a body with damping" if absent else ""
 
 
+#: What figures and files say of all spikes that the project's models make.
+ASSUMED = "thresholds are assumed: counts are no result"
+
+
+def spike_notes(spikes: Spikes, history: xr.Dataset) -> tuple[str, ...]:
+    """Say which types are left out, and which respond to more than the records resolve."""
+    notes = [note] if (note := left_out_afferents(spikes, history)) else []
+    if spikes.beyond:
+        types = ", ".join(f"{kind} ({highest:.0f} Hz)" for kind, highest in spikes.beyond.items())
+        notes.append(f"{types} respond to more than the {record_bandwidth(history):.3g} Hz that records resolve")
+    return tuple(notes)
+
+
 _Positive = Annotated[float, pydantic.Field(gt=0)]
 
 # Steps of the membrane are at most these shares of its time constant and of the rest after a spike.
@@ -220,7 +247,7 @@ class IntegrateAndFire:
     Parameters
     ----------
     stimulus : str
-        What it responds to, one of :data:`~fingerslip.afferents.signals.STIMULI`.
+        What it responds to: one of :data:`~fingerslip.afferents.signals.STIMULI`, or its rate ``NAME_rate``.
     least_steady : float, optional
         Least steady stimulus at which it fires [SI unit of the stimulus]; None where it does not respond to that.
     least_rate : float, optional
@@ -310,8 +337,8 @@ def human_afferents() -> Mapping[str, IntegrateAndFire]:
     return MappingProxyType({kind: AFFERENTS.read(kind.lower()) for kind in RECEPTOR_KINDS})
 
 
-# Records per period of the highest frequency of a motion: at ten, rates of vibrations err by some per cent.
-_RECORDS_A_PERIOD, _RECORDS_OF_BANDWIDTH = 10.0, 20.0
+# Vibrations of up to so many times what records resolve still have rates that err by some per cent.
+_OF_BANDWIDTH = 2.0
 
 
 def resolved_afferents(
@@ -319,11 +346,12 @@ def resolved_afferents(
 ) -> dict[str, AfferentModel]:
     """Return the models, those of the human fingertip or others, whose stimulus a history resolves.
 
-    Strain is slow where slip is. Models of motion, such as those of FA-II, need ten records a period of their highest
-    frequency, and a body with damping: without it, it chatters as no tissue does.
+    Strain is slow where slip is. Models of motion, such as those of FA-II, need records that resolve half of their
+    highest frequency, and a body with damping: without it, it chatters as no tissue does. :func:`spike_notes` names
+    every type beyond the records.
     """
     damped = any(np.any(history[name].values) for name in ("damping_dissipation", "viscous_dissipation"))
-    highest = record_bandwidth(history) * _RECORDS_OF_BANDWIDTH / _RECORDS_A_PERIOD if damped else 0.0
+    highest = _OF_BANDWIDTH * record_bandwidth(history) if damped else 0.0
     every = human_afferents() if models is None else models
     return {
         kind: model

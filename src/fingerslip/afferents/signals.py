@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 
@@ -102,8 +103,8 @@ STIMULI: Mapping[str, tuple[str, str, Callable[[xr.Dataset], Array]]] = {
     "speed": ("m/s", "speed of the tissue", _length("velocity")),
     "acceleration": ("m/s^2", "acceleration of the tissue", _length("acceleration")),
 }
-#: Those that are motions, in which vibrations are.
-MOTIONS = ("speed", "acceleration")
+#: Those that are motions, in which vibrations are, with their rates.
+MOTIONS = ("speed", "acceleration", "speed_rate", "acceleration_rate")
 
 
 ORDER = 3  # of low passes and high passes
@@ -198,6 +199,18 @@ def warn_beyond(history: xr.Dataset, highest: float, what: str) -> None:
     """Warn where a question asks for a higher frequency [Hz] than the records resolve."""
     bandwidth = record_bandwidth(history)
     if highest > bandwidth:
-        step = 1.0 / (_STEPS_A_PERIOD * highest)
-        resolved = f"the records resolve {bandwidth:.3g} Hz; a step of {step:.1g} s would do"
+        resolved = f"the records resolve {bandwidth:.3g} Hz; a step of {step_text(highest)} would do"
         warnings.warn(f"{what} reaches {highest:g} Hz, and {resolved}", BandwidthWarning, stacklevel=3)
+
+
+def step_text(highest: float) -> str:
+    """Write the longest step that resolves a frequency [Hz], rounded down.
+
+    Examples
+    --------
+    >>> step_text(324.0)
+    '0.15 ms'
+    """
+    step = 1e3 / (_STEPS_A_PERIOD * highest)
+    unit = 10.0 ** (math.floor(math.log10(step)) - 1)
+    return f"{math.floor(step / unit * (1.0 + 1e-9)) * unit:.2g} ms"

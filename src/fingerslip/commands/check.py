@@ -13,6 +13,7 @@ def check(studies: Studies, results: Results = Path("results"), as_json: AsJson 
 
     plans = plan_studies(studies, results)
     # What builds meshes and models is slow to load: mistakes in the files are said before.
-    from fingerslip.study.inspection.check import check_plans
+    from fingerslip.study.inspection.check import check_plans, fold_samples
 
-    print_tables([check_plans(plans)], as_json)
+    table = check_plans(plans)
+    print_tables([table if as_json else fold_samples(table)], as_json)

@@ -22,4 +22,4 @@ def export(
     """Write a result for pandas, R, MATLAB, ParaView or as spikes for NWB: tables, one MATLAB file, or snapshots."""
     from fingerslip.study.inspection.show import export_result
 
-    typer.echo(str(export_result(target, kind, output)))
+    typer.echo(str(export_result(target, kind, output, lambda text: typer.echo(text, err=True))))

@@ -185,7 +185,7 @@ class Cylinder(_Round):
     radius : float
         Radius [m].
     normal : tuple of float
-        Direction in which it presses, towards the deformable body; any length but zero [-].
+        Direction in which it presses, towards the deformable body; any length but zero [-]. Without it y.
     centre : tuple of float, optional
         A point of its axis at the start [m]. Without it the cylinder is below the middle of the boundary and just
         touches it.
@@ -196,6 +196,8 @@ class Cylinder(_Round):
     axis: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
+        if self.axis is not None and len(self.axis) == 3 and self.normal == (0.0, 1.0):
+            object.__setattr__(self, "normal", (0.0, 1.0, 0.0))  # the default in 3D
         super().__post_init__()
         if (self.axis is None) != (self.dim == 2):
             raise InputError("axis", f"got {self.axis}", "needs a direction in 3D and none in 2D")

@@ -258,5 +258,7 @@ def _histories(outcome: Outcome, watch: Stopwatch) -> tuple[xr.Dataset, ...]:
     attributes = {**outcome.attributes, "n_simulated_together": len(outcome.steppers)}
     with watch.part("recording"):
         values = [recorder.values() for recorder in outcome.recorders]
-    pairs = zip(values, outcome.steppers, strict=True)
-    return tuple(labelled_history(each, stepper, attributes, watch) for each, stepper in pairs)
+    parts = zip(values, outcome.steppers, outcome.recorders, strict=True)
+    return tuple(
+        labelled_history(each, stepper, attributes | recorder.attributes, watch) for each, stepper, recorder in parts
+    )

@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 from scipy.io import savemat
 
-from fingerslip.afferents.model import available_spikes
+from fingerslip.afferents.model import ASSUMED, available_spikes, spike_notes
 from fingerslip.errors import InputError
 from fingerslip.export.paraview import write_paraview
 from fingerslip.export.spikes import write_history_nwb
@@ -235,6 +235,24 @@ def export_tables(tables: _Tables, folder: str | Path, kind: str) -> Path:
     with _export(Path(folder), kind) as partial:
         _OF_TABLES[kind](tables, partial)
     return Path(folder)
+
+
+# Measured bytes of a value as text in CSV, and how many of them are written in a second.
+_BYTES, _A_SECOND = 24.0, 4e5
+_LARGE = 2e7  # bytes that are worth saying before
+
+
+def export_notes(history: xr.Dataset, kind: str) -> tuple[str, ...]:
+    """Return what to know before an export: how large a text file gets, and what the spikes are not."""
+    notes = []
+    values = sum(history[name].size for name in VARIABLES if name in history and history[name].dims[0] == "time")
+    if kind == "csv" and values * _BYTES > _LARGE:
+        seconds = values / _A_SECOND
+        size = f"about {values * _BYTES / 1e6:.0f} MB of text, about {seconds:.0f} s"
+        notes.append(f"writing {size}; --format parquet is smaller and faster")
+    if kind not in ("vtu", "nwb") and (spikes := available_spikes(history)) is not None:
+        notes.append("spikes: " + "; ".join((*spike_notes(spikes, history), ASSUMED)))
+    return tuple(notes)
 
 
 @contextlib.contextmanager

@@ -15,7 +15,7 @@ from fingerslip.errors import ResultError
 from fingerslip.history import full_tensors, is_solid, nearest_record, site_kinds
 from fingerslip.mesh.mixed import is_degenerate
 from fingerslip.sites import RECEPTOR_KINDS
-from fingerslip.snapshot import Snapshot, flat_faces, in_space, read_snapshot
+from fingerslip.snapshot import Snapshot, faces_at, in_space, read_snapshot
 from fingerslip.storage.files import csv_text, write_text
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ def write_paraview(history: xr.Dataset, folder: Path) -> None:
     touch `contact_pressure`, `friction_traction`, `gap`, `slip_distance` and `contact_state` (0 open, 1 stick, 2 slip;
     elsewhere no number); on its cells strain energy density, von Mises stress, the tensors `stress` [Pa] and `strain`
     [-] at their centres (:func:`~fingerslip.export.paraview.cell_tensors`), and the number of the region, whose names
-    are in ``regions.csv``. ``counterfaces.pvd`` has the flat counterfaces, ``sites.pvd`` the recorded sites with the
+    are in ``regions.csv``. ``counterfaces.pvd`` has the counterfaces, ``sites.pvd`` the recorded sites with the
     number of their kind. ``show.py``, loaded by File > Load State, shows all of them. Lengths are in metres, points are
     reference positions, and the script warps them by `displacement`.
     """
@@ -80,13 +80,19 @@ def write_paraview(history: xr.Dataset, folder: Path) -> None:
 
 
 def write_series(folder: Path, name: str, snapshots: Iterable[Snapshot]) -> None:
-    """Write snapshots as a collection ``names.pvd`` and a numbered file ``name_0000.vtu`` for each."""
+    """Write snapshots as a collection ``names.pvd`` and a numbered file ``name_0000.vtu`` for each that has points.
+
+    Readers of VTK fail on files without points; without any snapshot there is no collection.
+    """
     entries, kind, blocks = [], name.removesuffix("s"), _Blocks()
     for number, snapshot in enumerate(snapshots):
+        if not len(snapshot.points):
+            continue
         file = f"{kind}_{number:04d}.vtu"
         (folder / file).write_bytes(_vtu(snapshot, blocks))
         entries.append(f'    <DataSet timestep="{snapshot.time:.9g}" file="{file}"/>\n')
-    write_text(folder / f"{name}.pvd", _HEADER + "".join(entries) + _FOOTER)
+    if entries:
+        write_text(folder / f"{name}.pvd", _HEADER + "".join(entries) + _FOOTER)
 
 
 class _Blocks:
@@ -175,23 +181,22 @@ def _body(history: xr.Dataset, number: int) -> Snapshot:
 
 
 def _faces(history: xr.Dataset, number: int) -> Snapshot:
-    """Return the flat counterfaces as squares, in 2D as lines."""
+    """Return the counterfaces as surfaces of quadrilaterals, in 2D as lines."""
     half_side = _HALF_SIDE * float(np.ptp(history["node_position"].values, axis=0).max())
-    faces, solid, corners = flat_faces(history, number), is_solid(history), []
-    for face in faces:
-        if solid:
-            along = np.cross(face.normal, np.eye(3)[np.argmin(np.abs(face.normal))])
-            along /= np.linalg.norm(along)
-            across = np.cross(face.normal, along)
-            ends = [-along - across, along - across, along + across, across - along]
-        else:
-            along = np.array([face.normal[1], -face.normal[0], 0.0])
-            ends = [-along, along]
-        corners += [face.centre + half_side * end for end in ends]
-    points, (kind, n_corners) = np.reshape(corners, (-1, 3)), (_QUAD, 4) if solid else (_LINE, 2)
-    numbers = np.array([face.number for face in faces], dtype=np.int64)
-    cells = np.arange(len(points)).reshape(-1, n_corners)
-    return Snapshot(_time(history, number), kind, points, cells, {}, {"counterface": numbers})
+    points, cells, numbers, count = [np.empty((0, 3))], [], [], 0
+    for face in faces_at(history, number, half_side):
+        nodes = count + np.arange(face.surface[..., 0].size).reshape(face.surface.shape[:2])
+        corners = [nodes[:-1], nodes[1:]]
+        if is_solid(history):
+            corners = [nodes[:-1, :-1], nodes[1:, :-1], nodes[1:, 1:], nodes[:-1, 1:]]
+        cells.append(np.stack([corner.ravel() for corner in corners], axis=1))
+        numbers.append(np.full(len(cells[-1]), face.number, dtype=np.int64))
+        points.append(face.surface.reshape(-1, 3))
+        count += nodes.size
+    kind, n_corners = (_QUAD, 4) if is_solid(history) else (_LINE, 2)
+    fields = {"counterface": np.concatenate([np.empty(0, dtype=np.int64), *numbers])}
+    nodes = np.concatenate([np.empty((0, n_corners), dtype=np.int64), *cells])
+    return Snapshot(_time(history, number), kind, np.concatenate(points), nodes, {}, fields)
 
 
 def _sites(history: xr.Dataset, number: int) -> Snapshot:
@@ -227,9 +232,11 @@ if (folder / "sites.pvd").is_file():
     sites = simple.Show(warped("sites"), view)
     sites.PointSize = 6.0
     simple.ColorBy(sites, ("POINTS", "kind"))
-plate = simple.Show(simple.PVDReader(registrationName="counterfaces", FileName=str(folder / "counterfaces.pvd")), view)
-plate.Opacity = 0.4
-plate.LineWidth = 2.0
+if (folder / "counterfaces.pvd").is_file():
+    reader = simple.PVDReader(registrationName="counterfaces", FileName=str(folder / "counterfaces.pvd"))
+    faces = simple.Show(reader, view)
+    faces.Opacity = 0.4
+    faces.LineWidth = 2.0
 simple.GetAnimationScene().UpdateAnimationUsingDataTimeSteps()
 view.ResetCamera()
 simple.Render()

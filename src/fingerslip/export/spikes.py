@@ -8,18 +8,24 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fingerslip.afferents.model import Spikes, left_out_afferents, resolved_spikes, spike_places
+import numpy as np
+
+from fingerslip.afferents.model import Spikes, resolved_spikes, spike_notes, spike_places
 from fingerslip.afferents.signals import record_bandwidth
 from fingerslip.errors import InputError
 from fingerslip.slip.events import find_events
-from fingerslip.slip.windows import EVENTS
+from fingerslip.slip.windows import EVENTS, slide_window
 from fingerslip.snapshot import in_space
 from fingerslip.storage.files import digest, new_file
+from fingerslip.units import millimetres
 from fingerslip.version import __version__
 
 if TYPE_CHECKING:
     import xarray as xr
 
+_KEYWORDS = "simulation, fingertip, slip, tactile afferents"
+_MODELS = "models of afferents whose thresholds are assumed: counts are no result"
+_HUMAN = f"leaky integrate-and-fire {_MODELS}; time constants of Saal et al. (2017)"
 _ABOUT = f"Simulated by fingerslip {__version__}: a finite-element model and models of afferents, not a recording."
 
 
@@ -36,7 +42,8 @@ def neo_block(spikes: Spikes, history: xr.Dataset | None = None) -> Any:
     Returns
     -------
     neo.Block
-        One segment with a spike train for each afferent, in seconds, annotated with `kind`.
+        One segment with a spike train for each afferent, in seconds, annotated with `kind`. Its time of writing is the
+        start of the session, which files of NWB need.
 
     Raises
     ------
@@ -53,6 +60,7 @@ def neo_block(spikes: Spikes, history: xr.Dataset | None = None) -> Any:
     neo = _optional("neo", "neo")
     block, segment = neo.Block(name="fingerslip", description=_ABOUT), neo.Segment(name="run")
     block.segments.append(segment)
+    block.annotate(session_start_time=dt.datetime.now(dt.UTC))
     span = {"units": "s", "t_start": spikes.start, "t_stop": spikes.end}
     for name, kind, times in zip(spikes.names, spikes.kinds, spikes.times, strict=True):
         segment.spiketrains.append(neo.SpikeTrain(times, name=name, kind=kind, **span))
@@ -67,7 +75,12 @@ def neo_block(spikes: Spikes, history: xr.Dataset | None = None) -> Any:
 
 
 def write_nwb(
-    spikes: Spikes, path: str | Path, history: xr.Dataset | None = None, *, start: dt.datetime | None = None
+    spikes: Spikes,
+    path: str | Path,
+    history: xr.Dataset | None = None,
+    *,
+    start: dt.datetime | None = None,
+    models: str = _MODELS,
 ) -> Path:
     """Write spikes as a file of Neurodata Without Borders, whole or not at all.
 
@@ -82,6 +95,8 @@ def write_nwb(
         epochs, and each unit has the place of its receptor.
     start : datetime, optional
         What the file calls the start of the session, which it must; without it the time at which it is written.
+    models : str, optional
+        What the file says of the models of afferents.
 
     Returns
     -------
@@ -100,22 +115,22 @@ def write_nwb(
         session_description=_ABOUT,
         identifier=digest(list(spikes.names), *spikes.times),
         session_start_time=start or dt.datetime.now(dt.UTC),
-        keywords=["simulation", "fingertip", "slip", "tactile afferents"],
-        data_collection="No tissue was recorded from: thresholds of the models of afferents are assumed.",
-        notes="" if history is None else _notes(spikes, history),
+        # Keywords proper are a list, which Neo cannot read.
+        data_collection=f"No tissue was recorded from. Spikes come from {models}. Keywords: {_KEYWORDS}.",
+        **({} if history is None else _about_run(spikes, history)),
     )
     places = None if history is None else in_space(spike_places(spikes, history))
     file.add_unit_column("site", "name of the receptor")
     file.add_unit_column("kind", "type of afferent")
     if places is not None:
-        file.add_unit_column("position", "place of the receptor at rest [m]: along the slide, up, across")
+        file.add_unit_column("position", f"place of the receptor at rest [m]: {_AXES}")
     for number, (name, kind, times) in enumerate(zip(spikes.names, spikes.kinds, spikes.times, strict=True)):
         where = {} if places is None else {"position": places[number]}
         file.add_unit(spike_times=times, obs_intervals=[[spikes.start, spikes.end]], site=name, kind=kind, **where)
     if history is not None:
         for name, unit, values in _signals(history):
             times = history["time"].values
-            about = "of a counterface, simulated: along the slide, up, across"
+            about = f"{_MEANINGS[name.partition('_')[0]]}, simulated: {_AXES}"
             file.add_stimulus(pynwb.TimeSeries(name=name, data=values, unit=unit, timestamps=times, description=about))
         for first, last, words in _epochs(history):
             file.add_epoch(first, last, [words])
@@ -124,11 +139,34 @@ def write_nwb(
     return Path(path)
 
 
+_AXES = "x, y (in 3D z); the description of the experiment says which way the counterface slides"
+_MEANINGS = {"force": "force of the counterface on the body", "displacement": "displacement of the counterface"}
+
+
+def _about_run(spikes: Spikes, history: xr.Dataset) -> dict[str, str]:
+    """Return what a file says of the run: which it is, what was done, and notes."""
+    frictions = zip(history["counterface"].values, history["counterface_friction_coefficient"].values, strict=True)
+    said = [f"Friction coefficient at {name}: {friction:.3g}." for name, friction in frictions]
+    if (window := slide_window(history)) is not None:
+        path = history["counterface_displacement"].values[[window.first, window.last], 0]
+        travel = path[1] - path[0]
+        direction = ", ".join(f"{share:.2g}" for share in travel / (np.linalg.norm(travel) or 1.0) + 0.0)
+        said.append(f"The counterface slides towards ({direction}).")
+    if "depth" in history.attrs:
+        said.append(f"Forces are those of a section {millimetres(float(history.attrs['depth']))} deep, no finger's.")
+    phases = zip(*(history[f"phase_{name}"].values for name in ("kind", "start", "end")), strict=True)
+    about = {
+        "experiment_description": " ".join(said),
+        "protocol": ", ".join(f"{kind} {first:.4g} to {last:.4g} s" for kind, first, last in phases),
+        "notes": _notes(spikes, history),
+    }
+    return about | ({"session_id": str(history.attrs["run"])} if "run" in history.attrs else {})
+
+
 def _notes(spikes: Spikes, history: xr.Dataset) -> str:
     """Say what the records resolve, which afferents are left out for that, and when the contact slips."""
     notes = [f"The records resolve {record_bandwidth(history):.3g} Hz."]
-    if left_out := left_out_afferents(spikes, history):
-        notes.append(f"{left_out}.")
+    notes += [f"{note}." for note in spike_notes(spikes, history)]
     if slip := [f"{name.replace('_', '-')} at {time:.4g} s" for name, time in _slip_times(history).items()]:
         notes.append(f"Slip: {', '.join(slip)}.")
     return " ".join(notes)
@@ -137,7 +175,7 @@ def _notes(spikes: Spikes, history: xr.Dataset) -> str:
 def write_history_nwb(history: xr.Dataset, folder: Path) -> None:
     """Write the spikes that the human afferents of a history whose stimulus it resolves have into ``spikes.nwb``."""
     _optional("pynwb", "PyNWB")
-    write_nwb(resolved_spikes(history), folder / "spikes.nwb", history)
+    write_nwb(resolved_spikes(history), folder / "spikes.nwb", history, models=_HUMAN)
 
 
 def _signals(history: xr.Dataset) -> Iterator[tuple[str, str, Any]]:

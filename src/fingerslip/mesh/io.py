@@ -149,7 +149,8 @@ def write_mesh(mesh: skfem.Mesh, path: str | Path) -> None:
     """Write a mesh with its named groups, in the format that the file's suffix names.
 
     A ``.msh`` file is of version 2.2, with regions and boundaries as physical groups that Gmsh shows; other formats
-    hold them as cell data that :func:`read_mesh` and scikit-fem read back.
+    hold them as cell data that :func:`read_mesh` and scikit-fem read back. For ParaView these have the number of the
+    ``region``, -1 for none, and for each boundary a field such as ``boundary_skin`` that is 1 on its points.
 
     Parameters
     ----------
@@ -172,10 +173,23 @@ def write_mesh(mesh: skfem.Mesh, path: str | Path) -> None:
         if sign:
             allowed = f"needs names without {sign[0]!r} in {file.suffix}"
             raise MeshError(str(file), f"has the name {shorten(repr(name))}", allowed, "rename it")
-    data = _narrow(_physical(file, mesh) if file.suffix == ".msh" else to_meshio(mesh))
+    data = _narrow(_physical(file, mesh) if file.suffix == ".msh" else _with_fields(mesh))
     if mesh.dim() == 2:
         data.points = np.column_stack([data.points[:, :2], np.zeros(len(data.points))])
     write_file(file, data, ".msh, .vtu, .xdmf")
+
+
+def _with_fields(mesh: skfem.Mesh) -> meshio.Mesh:
+    """Return a mesh as scikit-fem writes it, with fields of regions and boundaries that other programs can show."""
+    data, regions = to_meshio(mesh), np.full(mesh.nelements, -1, dtype=np.int32)
+    for number, cells in enumerate((mesh.subdomains or {}).values()):
+        regions[cells] = number
+    data.cell_data["region"] = [regions]
+    for name, facets in (mesh.boundaries or {}).items():
+        on_boundary = np.zeros(len(data.points), dtype=np.int32)
+        on_boundary[mesh.facets[:, np.asarray(facets)]] = 1
+        data.point_data[f"boundary_{name.replace(' ', '_')}"] = on_boundary
+    return data
 
 
 def _raw(file: Path, kind: str, points: Floats, data: meshio.Mesh) -> _Raw:
@@ -365,7 +379,7 @@ def _narrow(data: meshio.Mesh) -> meshio.Mesh:
                 cells.append((kind, block.data[rows][:, columns]))
                 for name, arrays in data.cell_data.items():
                     fields[name].append(arrays[number][rows])
-    return meshio.Mesh(data.points, cells, cell_data=fields, field_data=data.field_data)
+    return meshio.Mesh(data.points, cells, data.point_data, cell_data=fields, field_data=data.field_data)
 
 
 def _counter_clockwise(data: meshio.Mesh) -> Integers:

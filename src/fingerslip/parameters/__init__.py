@@ -89,7 +89,18 @@ def parameters(cls: type[T]) -> type[T]:
 
 def kinds_of(union: Any) -> dict[str, type]:
     """Return the members of a union of classes by the keys that study files name them by: the names in snake case."""
-    return {re.sub(r"(?<!^)(?=[A-Z])", "_", kind.__name__).lower(): kind for kind in get_args(union)}
+    return {key_of(kind): kind for kind in get_args(union)}
+
+
+def key_of(kind: type) -> str:
+    """Return the name of a class in snake case.
+
+    Examples
+    --------
+    >>> key_of(NotImplementedError)
+    'not_implemented_error'
+    """
+    return re.sub(r"(?<!^)(?=[A-Z])", "_", kind.__name__).lower()
 
 
 def one_of(union: Any, what: str, name: str, words: str) -> Choice:

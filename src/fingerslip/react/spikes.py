@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy import signal
 
 from fingerslip.afferents.model import AFFERENTS, IntegrateAndFire
-from fingerslip.afferents.signals import STIMULI, BandwidthWarning
+from fingerslip.afferents.signals import STIMULI, BandwidthWarning, step_text
 from fingerslip.dynamics.steering.steering import Observation
 from fingerslip.history import VARIABLES
 from fingerslip.react.moment import Alarm, Moment
@@ -49,7 +49,7 @@ class SpikeWatch:
         longest = 1.0 / (_STEPS_A_PERIOD * self._model.highest_frequency)
         if moment.time - self._began > longest * (1.0 + 1e-6) and not self._has_warned:
             text = f"{self._kind} responds to {self._model.highest_frequency:g} Hz, which needs steps of"
-            warnings.warn(f"{text} {longest:.1g} s", BandwidthWarning, stacklevel=2)
+            warnings.warn(f"{text} {step_text(self._model.highest_frequency)}", BandwidthWarning, stacklevel=2)
         self._has_warned = True
         self._arrivals.extend(self._stream.advance(moment.time, stimulus))
         while self._arrivals and self._arrivals[0] < self._arrivals[-1] - self._window:

@@ -51,6 +51,9 @@ STUDY_FIGURES: Mapping[str, FigureKind] = {name: FigureKind(**row) for name, row
 OF_RUNS: Mapping[str, str] = {name: kind.words for name, kind in RUN_FIGURES.items() if kind.words}
 OF_STUDIES: Mapping[str, str] = {name: kind.words for name, kind in STUDY_FIGURES.items() if kind.words}
 
+#: Those of them that have pictures at times.
+TIMED = ("composed", "deformed", "slip-frames")
+
 
 @dataclass(frozen=True)
 class StudySubject:

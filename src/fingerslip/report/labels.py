@@ -2,14 +2,48 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from fingerslip.results import RunResult
 from fingerslip.units import split_quantity, without_rounding
 
+if TYPE_CHECKING:
+    import xarray as xr
+
+# What texts call counterfaces, by their shapes; those of several kinds or of the user's own are counterfaces.
+_SHAPES = {"plane": "plate", "cylinder": "cylinder", "sphere": "ball"}
+_SHAPE_PATH = re.compile(r"contacts?\.(?:\d+\.)?counterface\.(\w+)")
 _NAMES = {"youngs modulus": "Young's modulus", "poisson ratio": "Poisson's ratio"}
 # What these groups hold is named with them: a speed is that of the slide.
 _NAMED_WITH = ("press", "hold", "slide", "lift")
+
+
+def with_counterface(text: str, shapes: Iterable[str]) -> str:
+    """Return a text that says plate with the word for counterfaces of these shapes.
+
+    Examples
+    --------
+    >>> with_counterface("work of the plate", ["sphere"]), with_counterface("the plate's way", ["sphere", "plane"])
+    ('work of the ball', "the counterface's way")
+    """
+    words = {_SHAPES.get(shape, "counterface") for shape in shapes} or {"plate"}
+    return re.sub(r"\bplate\b", words.pop() if len(words) == 1 else "counterface", text)
+
+
+def of_histories(text: str, histories: Iterable[xr.Dataset]) -> str:
+    """Return a text that says plate with the word for the counterfaces of histories; old ones do not tell it."""
+    told = [
+        history.coords["counterface_shape"].values for history in histories if "counterface_shape" in history.coords
+    ]
+    return with_counterface(text, [str(shape) for shapes in told for shape in shapes])
+
+
+def of_runs(text: str, runs: Iterable[RunResult]) -> str:
+    """Return a text that says plate with the word for the counterfaces of runs."""
+    found = [_SHAPE_PATH.match(path) for run in runs for path in run.all_values]
+    return with_counterface(text, [match[1] for match in found if match])
 
 
 def path_label(path: str) -> str:

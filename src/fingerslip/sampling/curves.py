@@ -131,7 +131,7 @@ def read_measurement(path: Path, settings: FitSettings) -> Measurement:
     for pattern, deviation in ((settings.over, None), *settings.columns.items()):
         names = [pattern] if pattern in columns else fnmatch.filter(columns, pattern)
         if not names:
-            repair = f"it has {shorten(', '.join(columns))}"
+            repair = f"write the first line as {_header(settings)}; it has {shorten(', '.join(columns))}"
             raise InputError(str(path), f"has no column '{pattern}'", "needs it, as the block fit says", repair)
         for name in names if deviation is not None else ():
             deviations.setdefault(name, _deviation(pattern, deviation))
@@ -148,6 +148,13 @@ def read_measurement(path: Path, settings: FitSettings) -> Measurement:
         raise InputError(f"{path}: column '{settings.over}'", "is the same in every row", "needs positions that differ")
     spreads = np.array(list(deviations.values()))[:, None]
     return Measurement(settings.over, positions, tuple(deviations), np.array(values), spreads)
+
+
+def _header(settings: FitSettings) -> str:
+    """Return the first line that a file of measurements needs, as an example."""
+    shown = {"m": "mm"}
+    units = {settings.over: OVER[settings.over]} | {name: column_unit(name) for name in settings.columns}
+    return ",".join(f"{name} [{shown.get(unit, unit)}]" if unit else name for name, unit in units.items())
 
 
 def _require_commas(path: Path) -> None:

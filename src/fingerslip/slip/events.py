@@ -46,11 +46,11 @@ class SlipEvents:
     incipient : float, optional
         Incipient slip: the edge of the contact slips.
     noticed : float, optional
-        Noticed slip: 48 % of the contact slips, the fraction at which people notice it.
+        Noticed slip: 48 % of the contact has slipped; people notice when about as much is slipping.
     three_quarter : float, optional
-        Three-quarter slip: three quarters of the contact slip.
+        Three-quarter slip: three quarters of the contact have slipped.
     overall : float, optional
-        Overall slip: the whole contact slips.
+        Overall slip: the whole contact has slipped.
     recorded : bool, optional
         Whether the history holds the signals that this reading needs; without them no event is known.
     """

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fingerslip.contact.rows import nodes_along
 from fingerslip.contact.states import OPEN, STICK
 from fingerslip.history import phase_times
 from fingerslip.model.timing import LARGEST_SHARE, LEAST_ACROSS, LEAST_STEPS
@@ -167,9 +168,12 @@ def _peaks_before_overall(_history: xr.Dataset, slip: Found) -> Number:
 
 
 def _nodes_across(history: xr.Dataset, window: SlideWindow) -> Number:
-    """Return how many nodes lie across the contact when the slide begins: in 3D across a disk of as many."""
-    nodes = float((history["contact_state"].values[window.first] != OPEN).sum())
-    return nodes if history.sizes["component"] == 2 else float(2.0 * np.sqrt(nodes / np.pi))
+    """Return how many nodes lie across the contact when the slide begins: in 3D along the slide, of one counterface."""
+    touching = history["contact_state"].values[window.first] != OPEN
+    if history.sizes["component"] == 2:
+        return float(touching.sum())
+    touching &= history["contact_counterface"].values == 0
+    return float(nodes_along(history["contact_position"].values[touching], windows.slide_tangent(history)))
 
 
 def _largest_step_share(history: xr.Dataset, window: SlideWindow) -> Number:

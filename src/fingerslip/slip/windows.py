@@ -109,7 +109,10 @@ EVENTS: Mapping[str, str] = {
     "overall": "overall",
 }
 #: What stands below tables that have the second of them.
-NOTICED_NOTE = "48 %, in files noticed: the share of the contact that slips when people notice it (Barrea et al. 2018)."
+NOTICED_NOTE = (
+    "48 % (noticed in files) of the contact has slipped; people notice when about as much is slipping"
+    " (Barrea et al. 2018)."
+)
 #: The events that every reading gives; figures mark these.
 MAIN_EVENTS = ("incipient", "three_quarter", "overall")
 #: The time from incipient to overall slip.

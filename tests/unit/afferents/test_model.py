@@ -1,5 +1,7 @@
 """Spikes of a history by models of one's own and of the project."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -15,7 +17,7 @@ from fingerslip.afferents.model import (
     resolved_afferents,
     spikes_of,
 )
-from fingerslip.afferents.signals import STIMULI, BandwidthWarning
+from fingerslip.afferents.signals import STIMULI, BandwidthWarning, warn_beyond
 from fingerslip.sites import RECEPTOR_KINDS
 from problems.pushed import push_and_slide
 
@@ -59,7 +61,20 @@ def test_models_of_the_project_fire_and_say_what_the_step_does_not_resolve(histo
         "the model of SA-I reaches 101",
         "the model of FA-I reaches 117",
     }
+    assert found.beyond == {"SA-I": 101.0, "FA-I": 117.0}, "figures and files say it too"
     assert all(np.all(np.diff(own) > 0.0) for own in found.times)
+
+
+def test_a_step_that_would_do_is_rounded_down(history):
+    with pytest.warns(BandwidthWarning, match=r"324 Hz, .* a step of 0\.15 ms would do"):
+        warn_beyond(history, 324.0, "the model of FA-II")
+
+
+def test_a_model_may_respond_to_the_rate_of_a_stimulus(history):
+    fast = Once()
+    fast.stimulus = "equivalent_strain_rate"
+    steady, changing = (spikes_of(history, {"SA-I": model}).times[0][0] for model in (Once(), fast))
+    assert changing < steady
 
 
 @pytest.mark.parametrize(
@@ -99,6 +114,11 @@ def test_a_stimulus_that_is_not_known_and_a_model_that_forgets_a_receptor_are_re
     for model, message in ((tickled, "'tickle' is not known"), (forgetful, "gave 1 arrays, needs 2, one a receptor")):
         with pytest.raises(fs.InputError, match=message):
             spikes_of(history, {"SA-I": model})
+    silent = SimpleNamespace(stimulus="strain", spikes=None)
+    with pytest.raises(fs.InputError, match=r"SA-I.highest_frequency: is missing, needs .* \[Hz\] .*; write highest_f"):
+        spikes_of(history, {"SA-I": silent})
+    with pytest.raises(fs.InputError, match=r"models: got a list, needs a model by the name of each .*; write"):
+        spikes_of(history, [Once()])
     with pytest.raises(fs.InputError, match="least_steady"):
         afferent(least_steady=None)
 

@@ -146,7 +146,7 @@ def test_records_resolve_a_twentieth_of_their_rate_and_a_question_beyond_is_warn
     assert record_bandwidth(records(2.5e-3)) == pytest.approx(20.0)
     assert record_bandwidth(xr.Dataset(coords={"time": [0.0]})) == 0.0
     assert record_bandwidth(xr.Dataset(coords={"time": [0.0, 1e-3, 1.1e-2]})) == pytest.approx(5.0)
-    message = r"the question reaches 50 Hz, and the records resolve 20 Hz; a step of 0.001 s"
+    message = r"the question reaches 50 Hz, and the records resolve 20 Hz; a step of 1 ms"
     with pytest.warns(BandwidthWarning, match=message):
         warn_beyond(records(2.5e-3), 50.0, "the question")
     warn_beyond(records(2.5e-3), 19.0, "the question")

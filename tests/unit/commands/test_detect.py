@@ -93,6 +93,7 @@ def test_every_action_has_help_and_a_file_in_the_place_of_the_output_is_told_at_
         assert "Usage" in invoke("detect", action, "--help").output
 
 
+@pytest.mark.slow
 def test_trials_of_a_study_are_simulated(invoke, folder, monkeypatch):
     asked = []
 

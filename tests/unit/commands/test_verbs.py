@@ -156,6 +156,7 @@ def test_partial_tracks_are_called_so(invoke, tmp_path):
     assert "These tracks are partial." in (tmp_path / "there" / "quality.html").read_text()
 
 
+@pytest.mark.slow
 def test_a_broken_mp4_is_one_line(tmp_path):
     # FFmpeg would add lines of its own on the process's standard error, which only another process shows.
     (tmp_path / "cut.mp4").write_bytes(b"\x00\x00\x00\x18ftypmp42\x00\x00\x00\x00mp42isom" + bytes(range(256)) * 9)

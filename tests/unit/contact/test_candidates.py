@@ -12,6 +12,7 @@ from fingerslip.contact.candidates import (
 )
 from fingerslip.contact.counterfaces import Cylinder, Plane, tangent_lengths
 from fingerslip.contact.friction import Anisotropic, Conditions, Coulomb
+from fingerslip.contact.rows import nodes_along
 from fingerslip.errors import InputError, SlipOutsideContactError
 
 POSITIONS = np.array([[-2.0, 0.4], [-1.0, 0.1], [0.0, 0.0], [1.0, 0.1], [2.0, 0.4], [0.0, 3.0]])
@@ -112,3 +113,25 @@ def test_outsiders_that_touch_are_refused_with_their_position_and_a_remedy():
         check_outsiders(np.array([0.1, -1e-6]), np.array([0, 4]), POSITIONS[[0, 4]], 0.25, **search)
     check_outsiders(np.array([0.1, 0.0]), np.array([0, 4]), POSITIONS[[0, 4]], 0.25, **search)
     check_outsiders(np.zeros(0), np.zeros(0, dtype=int), np.zeros((0, 2)), 0.25, **search)
+
+
+GRID = np.stack(np.meshgrid(np.linspace(0.0, 8.0, 17), 0.0, [0.0, 5.0]), axis=-1).reshape(-1, 3)
+EVEN = np.stack(np.meshgrid(np.arange(20.0), 0.0, np.arange(20.0)), axis=-1).reshape(-1, 3)
+UNEVEN = EVEN + np.random.default_rng(3).uniform(-0.25, 0.25, EVEN.shape) * [1.0, 0.0, 1.0]
+
+
+@pytest.mark.parametrize(
+    ("positions", "direction", "rows"),
+    [
+        (GRID, (1, 0, 0), (17, 17)),
+        (GRID, (0, 0, 1), (1, 2)),
+        (GRID[:, [2, 1, 0]], (0, 0, 1), (17, 17)),
+        (GRID[(GRID[:, 0] < 2.1) | (GRID[:, 0] > 5.9)], (1, 0, 0), (10, 10)),  # between ridges nothing touches
+        (UNEVEN, (1, 0, 0), (18, 24)),
+        (UNEVEN, (0.6, 0, 0.8), (26, 34)),
+        (GRID[:1], (1, 0, 0), (1, 1)),
+        (GRID[:0], (1, 0, 0), (0, 0)),
+    ],
+)
+def test_nodes_are_counted_along_the_slide(positions, direction, rows):
+    assert rows[0] <= nodes_along(positions, np.array(direction, dtype=float)) <= rows[1]

@@ -85,7 +85,7 @@ BETWEEN = "radius: got 0.4 mm, needs more than the 0.5 mm to the nearest node"
     [
         *((lambda n=n: Plane(normal=n), "normal: got .*, needs two or three components, not all zero")
           for n in ((0.0, 0.0), (1.0,), (0.0, 0.0, 0.0, 1.0))),
-        (lambda: Cylinder(1.0, (0.0, 1.0), axis=(1.0, 0.0, 0.0)), "axis"),
+        (lambda: Cylinder(1.0, (1.0, 1.0), axis=(1.0, 0.0, 0.0)), "axis"),
         (lambda: Cylinder(1.0, (0.0, 1.0), centre=(0.0, 0.0, 0.0)), "centre"),
         *((lambda a=a: Cylinder(1.0, (0.0, 0.0, 1.0), axis=a), "axis") for a in (None, (0.0, 0.0, 1.0), (1.0, 0.0))),
         (lambda: Cylinder(0.4e-3, (0.0, 1.0)).at_start(np.array([[0.0, 0.0], [1e-3, 0.0]])), BETWEEN),
@@ -134,3 +134,7 @@ def test_a_rotated_compliance_gives_the_same_energy(dim):
     spread = np.einsum("cij,ci->cj", frames, local).ravel()
     turned = rotate_compliance(compliance, frames)
     assert local.ravel() @ turned @ local.ravel() == pytest.approx(spread @ compliance @ spread, rel=1e-12)
+
+
+def test_a_cylinder_in_3d_presses_along_y_by_default():
+    assert Cylinder(1.0, axis=(0.0, 0.0, 1.0)) == Cylinder(1.0, (0.0, 1.0, 0.0), axis=(0.0, 0.0, 1.0))

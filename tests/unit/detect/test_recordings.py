@@ -161,6 +161,7 @@ def test_the_layout_is_found_by_itself(tmp_path):
         assert inspect.signature(function).parameters["layout"].default == "auto"
 
 
+@pytest.mark.slow
 def test_what_is_wrong_with_a_video_is_said_and_kept(recordings, tmp_path):
     film(recordings / "early.mkv", INNER, dict.fromkeys(range(6), 3))
     (tmp_path / "table.csv").write_text("file\nearly.mkv\n")

@@ -108,6 +108,7 @@ def test_onsets_are_read_with_and_without_smoothing_and_slip_that_never_comes_is
     assert found.matrices[:, 1:].sum() == 0
 
 
+@pytest.mark.slow
 def test_transfer_tells_the_onsets_of_each_indentation(detector, others, tmp_path):
     write_detector(detector, tmp_path / "detector")
     slides = synthetic_slides((3e-3, 4e-3), directions=1, repeats=1, seed=9, travel=8e-3)

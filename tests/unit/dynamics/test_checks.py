@@ -76,6 +76,14 @@ MODEL = fs.Model(
     programme=(fs.Press(0.2e-3, 1e-3), fs.Hold(1e-3), fs.Slide(0.4e-3, 1e-3)),
     time=fs.TimeStepping(5e-3),
 )
+SLAB_OF_9, SLAB_OF_21 = (
+    {
+        "mesh": box("H8", np.linspace(0.0, 10e-3, count), np.array([0.0, 2e-3]), np.linspace(0.0, 4e-3, 5)),
+        "formulation": "solid",
+        "contacts": (dataclasses.replace(PLATE, counterface=fs.Plane(normal=(0, 0, 1))),),
+    }
+    for count in (9, 21)
+)
 TWO_SIDED = MODEL.mesh.with_boundaries({"both": np.concatenate([MODEL.mesh.boundaries[s] for s in ("bottom", "top")])})
 FAR = dataclasses.replace(PLATE, counterface=fs.Plane(normal=(0, 1), offset=-1e-3), search_distance=5e-3)
 WEAKENING = dataclasses.replace(PLATE, friction=fs.StaticKinetic(0.6, 0.4, 1e-3), rigid_body="block")
@@ -101,6 +109,8 @@ RINGING: dict[str, object] = {
          ["contacts.0: never touches 'bottom', which is 1 mm away", "comes 0.2 mm nearer"]),
         ({"mesh": box("Q4", np.linspace(0.0, 10e-3, 9), np.linspace(0.0, 4e-3, 5))},
          ["contacts.0: 9 nodes of 'bottom' are in reach", "take smaller elements there"]),
+        (SLAB_OF_9, ["contacts.0: 18 nodes of 'bottom' are in reach of the counterface, 9 along the slide, and fewer"]),
+        (SLAB_OF_21, []),
         (RINGING, ["contacts.0.friction: falls from static to kinetic on 'block'", "write a damping"]),
         ({"supports": {}}, ["supports: there are none", "support a boundary"]),
         ({"materials": {"bulk": fs.Elastic(136.0, 0.3, 1000.0)}}, ["materials.bulk: a modulus of 136 Pa", "136e3"]),

@@ -78,6 +78,10 @@ MODELS = [
       "contacts": contact(boundary="skin", counterface=fs.Plane(normal=(1, 0, 1))),
       "programme": (fs.Press(2e-4, 1e-3),)},
      "meets 3 nodes of 'skin', all on a line, needs to meet more than an edge; .* with the normal of one of its sides"),
+    ({"mesh": CUBE, "formulation": "solid", "depth": 1.0, "contacts": contact(counterface=fs.Cylinder(8e-3))},
+     r"counterface.axis: is missing, needs a direction in 3D; write for example normal: \[0, 1, 0\] and axis: \["),
+    ({"contacts": contact(counterface=fs.Cylinder(8e-3, axis=(0, 0, 1)))},
+     r"counterface.axis: got \(0.0, 0.0, 1.0\), needs a direction in 3D and none in 2D"),
     (plane(normal=(0, 0, 1)), "contacts.0.counterface.normal: got 3 components, needs 2"),
     ({"contacts": contact(counterface=fs.Plane(offset=-1e-3), clearance=0.2e-3)},
      "contacts.0.clearance: got 0.2 mm for a counterface whose start is given, needs a counterface without"),
@@ -88,6 +92,8 @@ MODELS = [
      "programme: presses 4.5 mm deep, needs less than the 4 mm between the contact and what the supports hold"),
     ({"contacts": contact(programme=(fs.Press(2e-3, 1e-3), fs.Lift(1e-3, 1e-3), fs.Press(3e-3, 1e-3)))},
      "contacts.0.programme: presses 4 mm deep"),
+    ({"programme": (fs.Press(4.5e-3, 1e-3),), "contacts": contact(boundary="right", counterface=fs.Plane((0, 1)))},
+     r"0.counterface.normal: presses along \(0, 1\) while 'right' faces \(1, 0\), .* write normal: \[-1, 0\]$"),
     ({"programme": (fs.Press(4.2e-3, 1e-3),), "contacts": contact(clearance=0.1e-3)}, "presses 4.1 mm deep"),
     (
         {

@@ -1,6 +1,8 @@
 """Snapshots with contact, counterfaces, sites and tensors as files for ParaView, and as other programs read them."""
 
 import ast
+import subprocess
+import sys
 from xml.etree import ElementTree as ET
 
 import meshio
@@ -93,7 +95,7 @@ def test_plates_in_space_are_squares(tmp_path):
     write_paraview(fs.simulate(model), tmp_path)
     plate = meshio.read(tmp_path / "counterface_0001.vtu")
     assert plate.cells[0].type == "quad"
-    sides = np.linalg.norm(np.diff(plate.points[[0, 1, 2, 3, 0]], axis=0), axis=1)
+    sides = np.linalg.norm(np.diff(plate.points[plate.cells[0].data[0][[0, 1, 2, 3, 0]]], axis=0), axis=1)
     assert np.ptp(sides) < 1e-12
     assert not (tmp_path / "sites.pvd").exists()
 
@@ -152,3 +154,64 @@ def test_without_recorded_tensors_none_are_written(pushed, tmp_path):
     write_paraview(pushed.drop_vars(["snapshot_stress", "snapshot_strain"]), tmp_path)
     written = set(meshio.read(tmp_path / "body_0001.vtu").cell_data)
     assert written == {"strain_energy_density", "von_mises", "region"}
+
+
+READ = """
+import pathlib, pyvista
+for path in pathlib.Path(".").glob("*.vtu"):
+    assert pyvista.read(path).n_cells, path
+"""
+AXES = np.linspace(-4e-3, 4e-3, 7)
+SQUARE = box("Q4", AXES, np.linspace(0.0, 4e-3, 4))
+CUBE = box("H8", AXES, AXES, np.linspace(0.0, 4e-3, 4))
+
+
+def pressed(mesh, counterface):
+    dim = mesh.dim()
+    model = push_and_slide(
+        mesh=mesh,
+        formulation="solid" if dim == 3 else "plane_strain",
+        depth=1.0 if dim == 3 else 10e-3,
+        supports={"top": ("x", "y", "z")[:dim]},
+        contacts=(fs.Contact("bottom", counterface, fs.Coulomb(0.4)),),
+        programme=(fs.Press(0.2e-3, 5e-3), fs.Slide(0.2e-3, 5e-3)),
+        record=fs.Recording(snapshots_every=0.04),
+    )
+    return fs.simulate(model)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("mesh", "counterface"),
+    [
+        (SQUARE, fs.Cylinder(5e-3)),
+        (SQUARE, fs.Plane((0.1, 1.0))),
+        (CUBE, fs.Cylinder(5e-3, (0.0, 0.0, 1.0), axis=(0.0, 1.0, 0.0))),
+        (CUBE, fs.Sphere(5e-3)),
+    ],
+)
+def test_every_file_is_read_by_vtk_and_has_the_counterface_where_it_is(mesh, counterface, tmp_path):
+    history = pressed(mesh, counterface)
+    fs.write_history(history, tmp_path / "history.nc")
+    history = fs.read_history(tmp_path / "history.nc")
+    write_paraview(history, tmp_path)
+    # VTK ends the process on a damaged file.
+    subprocess.run([sys.executable, "-c", READ], cwd=tmp_path, check=True)
+    placed = counterface.at_start(history["node_position"].values[bottom(mesh)])
+    for number in range(history.sizes["snapshot_time"]):
+        points = meshio.read(tmp_path / f"counterface_{number:04d}.vtu").points[:, : mesh.dim()]
+        step = int(np.abs(history["time"].values - history["snapshot_time"].values[number]).argmin())
+        gaps = placed.gap(points - history["counterface_displacement"].values[step, 0])
+        np.testing.assert_allclose(gaps, 0.0, atol=1e-9)
+
+
+def bottom(mesh):
+    return np.unique(mesh.facets[:, mesh.boundaries["bottom"]])
+
+
+@pytest.mark.slow
+def test_a_round_counterface_of_an_old_history_has_no_files(tmp_path):
+    history = pressed(SQUARE, fs.Cylinder(5e-3))
+    write_paraview(history.drop_dims(["outline_row", "outline_column"]).drop_vars("counterface_shape"), tmp_path)
+    assert not list(tmp_path.glob("counterface*"))
+    assert (tmp_path / "body.pvd").is_file()

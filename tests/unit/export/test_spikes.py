@@ -86,6 +86,34 @@ def test_a_block_of_neo_has_trains_signals_and_slip_events(felt):
     assert len(fs.neo_block(SPIKES).segments[0].events) == 0
 
 
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:AnnotationSeries is deprecated:UserWarning", "ignore::FutureWarning")
+def test_neo_writes_a_block_as_nwb_and_reads_the_files_of_this_package(felt, tmp_path):
+    pytest.importorskip("pynwb")
+    io = pytest.importorskip("neo.io")
+    felt = felt.assign_attrs(run="study/run", depth=1e-3)
+    fs.write_nwb(SPIKES, tmp_path / "ours.nwb", felt, start=START)
+    io.NWBIO(str(tmp_path / "neos.nwb"), "w").write_all_blocks([fs.neo_block(SPIKES, felt)])
+    for name in ("ours", "neos"):
+        (block,) = io.NWBIO(str(tmp_path / f"{name}.nwb"), "r").read_all_blocks()
+        trains = [train for segment in block.segments for train in segment.spiketrains]
+        assert sorted(train.size for train in trains) == [0, 1, 2], name
+
+
+def test_a_file_of_nwb_says_which_run_it_is_of(felt, tmp_path):
+    pynwb = pytest.importorskip("pynwb")
+    path = fs.write_nwb(SPIKES, tmp_path / "a.nwb", felt.assign_attrs(run="study/run", depth=1e-3), models="my models")
+    with pynwb.NWBHDF5IO(str(path), "r") as stream:
+        file = stream.read()
+        assert file.session_id == "study/run"
+        assert file.protocol.startswith("press 0 to 1 s, slide 1 to ")
+        assert "my models" in file.data_collection
+        (name,) = felt["counterface"].values
+        for words in (f"Friction coefficient at {name}: ", "slides towards (", "a section 1 mm deep, no finger's"):
+            assert words in file.experiment_description
+        assert "force of the counterface on the body" in file.stimulus[f"force_{name}"].description
+
+
 @pytest.mark.parametrize(
     ("spikes", "message"),
     [

@@ -400,3 +400,15 @@ def test_numbers_that_do_not_fit_together_are_named(tmp_path, points, nodes, mes
     meshio.write(tmp_path / "bad.vtu", meshio.Mesh(points, [("triangle", [nodes])]))
     with pytest.raises(MeshError, match=rf"bad\.vtu: {message}"):
         read_file(tmp_path / "bad.vtu", "needs a mesh file")
+
+
+@pytest.mark.parametrize("suffix", [".vtu", ".xdmf"])
+def test_regions_and_boundaries_are_plain_fields_for_other_programs(suffix, tmp_path):
+    axes = np.linspace(0.0, 1e-3, 3)
+    regions = {"low": lambda x: x[1] < 0.5e-3, "high": lambda x: x[1] > 0.5e-3}
+    mesh = box("Q4", axes, axes, regions=regions)
+    write_mesh(mesh, tmp_path / f"mesh{suffix}")
+    data = meshio.read(tmp_path / f"mesh{suffix}")
+    heights = mesh.p[1, mesh.t].mean(axis=0)
+    np.testing.assert_array_equal(data.cell_data["region"][0], (heights > 0.5e-3).astype(int))
+    np.testing.assert_array_equal(data.point_data["boundary_bottom"], data.points[:, 1] < 1e-9)

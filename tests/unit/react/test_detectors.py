@@ -113,7 +113,7 @@ def test_alarm_comes_with_the_spike_that_fills_the_window():
 
 def test_steps_that_are_too_long_for_the_afferents_are_warned_of():
     detectors = {"few": SpikeCount(count=2)}
-    with Grasp(held(30.0, 4e-3), SKIN, detectors) as grasp, pytest.warns(BandwidthWarning, match="0.0004 s"):
+    with Grasp(held(30.0, 4e-3), SKIN, detectors) as grasp, pytest.warns(BandwidthWarning, match="0.42 ms"):
         assert grasp.open_loop.times.size > 1
 
 

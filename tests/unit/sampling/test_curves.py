@@ -41,7 +41,8 @@ def test_columns_are_read_in_si_and_patterns_name_several(tmp_path: Path) -> Non
 @pytest.mark.parametrize(
     ("heading", "rows", "columns", "said"),
     [
-        ("x [mm],normal_force [N]", 6, None, "has no column 'depth', needs it, as the block fit says; it has x"),
+        ("x [mm],normal_force [N]", 6, None, "has no column 'depth', needs it, as the block fit says; .*; it has x"),
+        ("Displacement (mm),Force (N)", 6, None, r"as depth \[mm\],normal_force \[N\]; it has Displ"),
         (f"{DEPTHS},force [N]", 6, None, "has no column 'normal_force', needs it"),
         (f"{DEPTHS},normal_force", 6, None, r"column 'normal_force': has no unit, needs a unit of \[N\]; write it"),
         ("depth [kg],normal_force [N]", 6, None, r"column 'depth': has the unit \[kg\], needs a unit of \[m\]"),

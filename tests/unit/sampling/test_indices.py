@@ -93,6 +93,7 @@ def test_choices_are_values_like_others() -> None:
         surrogate.predict({"a.0": 0.5, "word": "middle"})
 
 
+@pytest.mark.slow
 def test_other_samples_go_through_a_surrogate() -> None:
     study = study_of(lambda x: 3.0 * x[0] + x[1] * x[1], 2, "latin_hypercube", 30)
     (found,) = surrogate_indices(study, "y")

@@ -163,6 +163,7 @@ def test_order_and_limit_of_a_known_dependence_are_found_and_written_with_tables
     assert all((folder / "history.nc").is_file() for level in folders.values() for folder in level)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("called", "reports")
 def test_an_added_measure_gets_its_sizes_its_order_and_its_uncertainty(write_study, monkeypatch):
     added = Measure("last", "last slip", lambda history: find_events(history).overall, Unit("s"))

@@ -83,7 +83,7 @@ def test_studies_show_themselves_and_are_found_by_name(write_study):
         ),
         (lambda _: fs.Study("nothing").check(), "nothing: is not there"),
         (lambda _: fs.open_study(3), "open_study: got 3, needs the path of a folder"),
-        (lambda _: fs.open_study("nothing"), "nothing: holds no results of a study"),
+        (lambda _: fs.open_study("nothing"), "nothing: is not there; run the study again"),
     ],
 )
 def test_what_is_no_study_is_refused(write_study, ask, message):
@@ -162,7 +162,9 @@ def test_the_ridged_sensor_in_space_is_meshed_in_the_sizes_of_its_studies():
     assert build_mesh(run).nelements > 100_000
 
 
-@pytest.mark.parametrize("template", TEMPLATES)
+@pytest.mark.parametrize(
+    "template", [pytest.param(name, marks=[pytest.mark.slow] * (name == "fit")) for name in TEMPLATES]
+)
 def test_templates_are_studies_that_editors_can_check_and_can_be_run_as_they_are(tmp_path, template):
     written = new_study(tmp_path / "mine", template)
     assert written == tmp_path / "mine.yaml"

@@ -451,4 +451,8 @@ def _failure(
     if too_far is not None:
         advice = f"{too_far}; {advice}"
     error = np.inf if solved is None else _error(stepper, iterate, solved)
-    return ConvergenceError(start.time, int(worst) // system.space.dim, error, _TOLERANCE, advice, _PROBLEM)
+    node = int(worst) // system.space.dim
+    # Unknowns behind those of the nodes are those of rigid bodies.
+    positions = system.space.positions
+    position = tuple(map(float, positions[node])) if 0 <= node < len(positions) else ()
+    return ConvergenceError(start.time, node, error, _TOLERANCE, advice, _PROBLEM, position)

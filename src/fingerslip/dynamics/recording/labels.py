@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.contact.outlines import counterface_outlines
 from fingerslip.contact.states import OPEN
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
 from fingerslip.dynamics.system.bodies import body_centres, phase_table
@@ -21,6 +22,7 @@ from fingerslip.fe.recovery import stress_components
 from fingerslip.fe.space import cell_nodes, free_edge_distances
 from fingerslip.history import COORDINATES, make_history
 from fingerslip.model.model import Model
+from fingerslip.parameters import key_of
 from fingerslip.units import millimetres
 
 if TYPE_CHECKING:
@@ -57,6 +59,11 @@ def record_coordinates(model: Model, system: System, times: Array, snapshot_time
         "rigid_body_centre": body_centres(model)[0],
         "support": np.array(list(model.supports), dtype=str),
         "counterface_normal": np.reshape([counterface.unit_normal for counterface in counterfaces], (-1, dim)),
+        "counterface_shape": np.array([key_of(type(counterface)) for counterface in counterfaces], dtype=str),
+        "counterface_outline": counterface_outlines(
+            system.counterfaces.shapes, candidates, float(np.ptp(positions, axis=0).max())
+        ),
+        "counterface_rigid_body": np.array([contact.rigid_body or "" for contact in model.contacts], dtype=str),
         "counterface_friction_coefficient": np.array(
             [element.friction.coefficient for element in model.contacts], dtype=float
         ),

@@ -99,6 +99,8 @@ class Recorder:
         self._has_warned, self._completed = False, (-1, -1)
         snapshots = snapshot_steps(times, model.record.snapshots_every)
         self._snapshots = SnapshotRecords(system, self._recoveries, self._viscous, snapshots)
+        # What a history says of a section, whose forces are those of its depth [m].
+        self.attributes: dict[str, object] = {"depth": model.depth} if space.dim == 2 else {}
         self.coordinates = record_coordinates(model, system, times, times[snapshots])
         candidates = len(system.candidates.nodes)
         shapes = record_shapes(model, self._size, len(snapshots), len(space.positions), candidates)

@@ -220,7 +220,7 @@ class Simulation:
     def history(self) -> xr.Dataset:
         """Return the history so far."""
         self._loop.finish()
-        attributes = {**self._integrator.attributes, "n_simulated_together": 1}
+        attributes = {**self._integrator.attributes, "n_simulated_together": 1, **self._recorder.attributes}
         if self._residual is not None:
             self._residual.warn(self._model.basis or ReducedBasis())
             attributes |= self._residual.attributes

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.contact.candidates import Candidates, automatic_penalty, find_candidates
-from fingerslip.contact.counterfaces import Counterface
+from fingerslip.contact.counterfaces import Counterface, Cylinder
 from fingerslip.dynamics.recording.steps import record_bytes, require_record_memory
 from fingerslip.dynamics.system.bodies import (
     Motion,
@@ -60,6 +60,8 @@ Array = NDArray[np.float64]
 _SEARCH = 1.5
 # The mean of the unit normals of facets is shorter where they go round the body, and says no direction.
 _ONE_SIDED = 0.1
+#: Least cosine between the normals of a counterface and of a facet, inwards, that faces it.
+FACED = 0.25
 
 # Of the soft thickness. A mean strain of a half is small in no sense (the published press is less than a third); one
 # of 99 % leaves nothing that could be a body.
@@ -196,14 +198,23 @@ def _check_contacts(model: Model, space: Space) -> None:
     for number, contact in enumerate(model.contacts):
         where, law = f"contacts.{number}", contact.friction
         if contact.counterface.dim != space.dim:
-            fault = f"got {contact.counterface.dim} components"
-            raise InputError(f"{where}.counterface.normal", fault, f"needs {space.dim}")
+            raise _other_dimension(f"{where}.counterface", contact.counterface, space.dim)
         if space.dim not in law.dims:
             fault = f"got {type(law).__name__} in {space.dim} dimensions"
             raise InputError(f"{where}.friction", fault, f"needs {' or '.join(map(str, law.dims))}")
         if contact.drive and not make_scheme(model.time).inertia_factor:
             fault = "got a force that drives a counterface in a model without inertia"
             raise InputError(f"{where}.drive", fault, "needs prescribed motion", "take TimeStepping")
+
+
+def _other_dimension(where: str, counterface: Counterface, dim: int) -> InputError:
+    """Return the error of a counterface of another dimension than the mesh."""
+    if not isinstance(counterface, Cylinder):
+        return InputError(f"{where}.normal", f"got {counterface.dim} components", f"needs {dim}")
+    if dim == 2:
+        return InputError(f"{where}.axis", f"got {counterface.axis}", "needs a direction in 3D and none in 2D")
+    repair = "write for example normal: [0, 1, 0] and axis: [0, 0, 1], perpendicular to it"
+    return InputError(f"{where}.axis", "is missing", "needs a direction in 3D", repair)
 
 
 def _check_initial_velocity(model: Model, space: Space) -> None:
@@ -363,6 +374,7 @@ def _check_depth(
             f"the {thickness * 1e3:.4g} mm between the contact and what the supports hold",
         )
         if depth > _WHOLE_SHARE * thickness:
+            _require_facing(model, number, counterface)
             raise InputError(
                 where, f"presses {depth * 1e3:.4g} mm deep", f"needs less than {between}", "press less deep"
             )
@@ -372,3 +384,17 @@ def _check_depth(
                 "take kinematics 'finite'",
                 *(where, depth * 1e3, 100 * depth / thickness, between),
             )
+
+
+def _require_facing(model: Model, number: int, counterface: Counterface) -> None:
+    """Refuse a counterface that presses along its boundary, not into it, as where a mesh lies in another direction."""
+    boundary = model.contacts[number].boundary
+    inwards = inward_normals(model, boundary)[0].mean(axis=0)
+    length = float(np.linalg.norm(inwards))
+    if length < _ONE_SIDED or inwards @ counterface.unit_normal >= FACED * length:
+        return
+    normal = direction_text(inwards)
+    along = direction_text(counterface.unit_normal)
+    fault = f"presses along {along} while '{boundary}' faces {direction_text(-inwards)}"
+    place = f"contacts.{number}.counterface.normal"
+    raise InputError(place, fault, f"needs a normal into the body, {normal}", f"write normal: [{normal[1:-1]}]")

@@ -6,9 +6,13 @@ from collections.abc import Iterator
 from itertools import chain
 
 import numpy as np
+from numpy.typing import NDArray
 
+from fingerslip.contact.counterfaces import Counterface, sliding_direction
 from fingerslip.contact.friction import StaticKinetic
-from fingerslip.dynamics.system.checks import CheckedModel, direction_text, inward_normals
+from fingerslip.contact.rows import nodes_along
+from fingerslip.dynamics.system.bodies import Motion
+from fingerslip.dynamics.system.checks import FACED, CheckedModel, direction_text, inward_normals
 from fingerslip.dynamics.system.scheme import make_scheme
 from fingerslip.fe.space import boundary_nodes
 from fingerslip.model.model import Model
@@ -18,8 +22,6 @@ from fingerslip.units import millimetres
 
 # The softest tissues and gels in use are above; what is below is a number without a unit, as in closed forms [Pa].
 _SOFTEST, _PURE = 1e3, 10.0
-# Least cosine between the normals of a counterface and of a facet, inwards, that faces it.
-_FACED = 0.25
 
 
 def doubts(model: Model, checked_model: CheckedModel) -> tuple[str, ...]:
@@ -55,31 +57,43 @@ def _contacts(model: Model, checked_model: CheckedModel) -> Iterator[str]:
         where = f"contacts.{number}"
         inwards, corners = inward_normals(model, contact.boundary)
         faced = np.sum(inwards * counterface.normals(corners.mean(axis=1).T), axis=1)
-        if faced.mean() < -_FACED:
+        if faced.mean() < -FACED:
             fault = "its normal points away from the body, which is inside it"
             yield f"{where}.counterface: {fault}: write {direction_text(-counterface.unit_normal)}"
             continue
         if model.is_loaded:
             continue
-        gaps = counterface.gap(checked_model.space.positions[boundary_nodes(checked_model.space, contact.boundary)])
+        points = checked_model.space.positions[boundary_nodes(checked_model.space, contact.boundary)]
+        gaps = counterface.gap(points)
         approach = float(np.max(motion.positions @ counterface.unit_normal))
         reached = int((gaps < approach).sum())
-        near = np.any([counterface.gap(points.T) < approach for points in corners.swapaxes(0, 1)], axis=0)
-        across = reached if checked_model.space.dim == 2 else 2.0 * np.sqrt(reached / np.pi)
+        near = np.any([counterface.gap(corner.T) < approach for corner in corners.swapaxes(0, 1)], axis=0)
+        across = reached if points.shape[1] == 2 else nodes_along(points[gaps < approach], _along(motion, counterface))
         if not reached:
             yield (
                 f"{where}: never touches '{contact.boundary}', which is {millimetres(float(gaps.min()))} away while "
                 f"the counterface comes {millimetres(max(approach, 0.0))} nearer: press deeper, or start nearer"
             )
-        elif faced[near].max(initial=-1.0) < _FACED:
+        elif faced[near].max(initial=-1.0) < FACED:
             fault = f"its normal {direction_text(counterface.unit_normal)} runs along '{contact.boundary}'"
             normal = direction_text(inwards[near].mean(axis=0))
             yield f"{where}.counterface: {fault} and meets only an edge: take the normal {normal}"
         elif across < LEAST_ACROSS:
+            rows = f"{across} along the slide, " if points.shape[1] == 3 else ""
             yield (
-                f"{where}: {reached} nodes of '{contact.boundary}' are in reach of the counterface, and fewer than "
-                f"{LEAST_ACROSS} across the contact are too coarse for the times of slip: take smaller elements there"
+                f"{where}: {reached} nodes of '{contact.boundary}' are in reach of the counterface, {rows}"
+                f"and fewer than {LEAST_ACROSS} across the contact are too coarse for the times of slip: "
+                "take smaller elements there"
             )
+
+
+def _along(motion: Motion, counterface: Counterface) -> NDArray[np.float64]:
+    """Return the unit direction (dim,) in which a counterface travels furthest along its surface."""
+    normal = counterface.unit_normal
+    travel = motion.positions - np.outer(motion.positions @ normal, normal)
+    furthest = travel[np.linalg.norm(travel, axis=1).argmax()]
+    length = np.linalg.norm(furthest)
+    return np.asarray(furthest / length) if length > 0.0 else sliding_direction(normal)
 
 
 def _friction(model: Model) -> Iterator[str]:

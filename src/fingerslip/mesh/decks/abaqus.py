@@ -52,6 +52,7 @@ _KINDS: Mapping[str, tuple[str, int]] = MappingProxyType(
         r"T[23]D3|B[23]2": ("line3", 3),
     }
 )
+_LETTERS = frozenset("EHILMNOPRSTVW")
 _DEEPEST = 8  # files that include each other
 
 
@@ -207,7 +208,9 @@ class _Body:
 
     def _add_elements(self, keyword: Keyword, scope: str) -> None:
         name, first, labels = keyword.option("TYPE").upper(), self.count, self.elements.labels[scope]
-        kinds = [kind for start, kind in _KINDS.items() if re.fullmatch(rf"(?:{start})[A-Z]*5?", name)]
+        matches = [(kind, match[1]) for start, kind in _KINDS.items() if (match := _type_match(start, name))]
+        kinds = [kind for kind, _ in matches]
+        _check_letters(keyword, name, [letters for _, letters in matches])
         if not kinds:
             self.left_out[f"elements {name}"] += 1
             for line, fields in keyword.data:
@@ -339,6 +342,20 @@ class _Body:
         keys = (*self.nodes.sets, *self.elements.sets, *self.surfaces)
         scopes = {home for home, name in keys if name == entry.name.casefold()}
         return f"{self.instances[scope][0]}.{entry.name}" if scope and len(scopes) > 1 else entry.name
+
+
+def _type_match(start: str, name: str) -> re.Match[str] | None:
+    """Match a type of element that begins so; the last group has the letters behind."""
+    return re.fullmatch(rf"(?:{start.replace('(', '(?:')})([A-Z]*)5?", name)
+
+
+def _check_letters(keyword: Keyword, name: str, endings: Sequence[str]) -> None:
+    """Refuse a type of element that ends in letters which none has."""
+    for letters in endings:
+        if len(set(letters) & _LETTERS) < len(letters):
+            near = name[: name.rindex(letters)]
+            needed = f"needs {near} with letters such as {near}R, {near}H or {near}RH"
+            raise keyword.error(f"has elements of the type {name}, which is not known", needed)
 
 
 def _refuse_system(keyword: Keyword, _scope: str) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,6 +25,7 @@ from fingerslip.units import LengthUnit, metres
 
 # Densities of soft matter and of bone [kg/m^3]: others are left as the program's default, in models without inertia.
 _DENSITIES, _USUAL = (100.0, 20000.0), 1000.0
+_SOFTEST = 10.0  # of materials that are meant [Pa]
 _SHOWN = frozenset({"law", "youngs_modulus", "poisson_ratio", "c10", "c01", "bulk_modulus", "terms"})
 _YOUNG = MappingProxyType({"neo-Hookean": NeoHookean, "isotropic elastic": Elastic})
 
@@ -65,7 +67,16 @@ def read_materials(path: str | Path, unit: LengthUnit | None = None) -> dict[str
     ...     read_materials(file.name, "mm")["pad"].youngs_modulus
     50000.0
     '''
-    return file_materials(Path(path), unit).laws
+    materials = file_materials(Path(path), unit)
+    if materials.doubtful:
+        regions = ", ".join(materials.doubtful)
+        warnings.warn(
+            f"{path}: names no units, and in metres moduli or densities of {regions} are none of a tissue: "
+            "give the unit of its lengths, such as unit='mm'",
+            UserWarning,
+            stacklevel=2,
+        )
+    return materials.laws
 
 
 @dataclass(frozen=True)
@@ -75,6 +86,7 @@ class FileMaterials:
     laws: dict[str, AnyMaterial]  # by regions
     refused: tuple[str, ...]  # in words those that have no law here
     assumed: tuple[str, ...]  # in words what the file does not say
+    doubtful: tuple[str, ...]  # regions whose numbers show that a file without a unit is in another than metres
 
 
 def file_materials(file: Path, given: LengthUnit | None) -> FileMaterials:
@@ -83,7 +95,7 @@ def file_materials(file: Path, given: LengthUnit | None) -> FileMaterials:
         fault = "is no file of FEBio" if file.is_file() else "no such file"
         raise MeshError(str(file), fault, "needs a file that ends in .feb")
     laws: dict[str, AnyMaterial] = {}
-    refused, unweighed = [], []
+    refused, unweighed, doubtful = [], [], []
     content = read_content(file)
     materials = content.root.findall("Material/material")
     tags = {tag.get(key): tag for tag in materials for key in ("id", "name") if tag.get(key)}
@@ -100,12 +112,15 @@ def file_materials(file: Path, given: LengthUnit | None) -> FileMaterials:
             kind = "none" if tag is None else tag.get("type", "of no type")
             refused.append(f"the material of {region} ({kind}: {error.found})")
             continue
-        if tag is not None and not _is_of_tissue(density * _number(tag, "density", 0.0)):
+        written = 0.0 if tag is None else density * _number(tag, "density", 0.0)
+        if tag is not None and not _is_of_tissue(written):
             unweighed.append(region)
+        if said is None and given is None and (laws[region].stiffness < _SOFTEST or 0.0 < written < _DENSITIES[0]):
+            doubtful.append(region)
     assumed = [f"the file names no units, so moduli are taken in N/{unit}^2"] if said is None and laws else []
     if unweighed:
         assumed.append(f"{_USUAL:g} kg/m^3 for {', '.join(unweighed)}, whose density is none of a tissue")
-    return FileMaterials(laws, tuple(refused), tuple(assumed))
+    return FileMaterials(laws, tuple(refused), tuple(assumed), tuple(doubtful))
 
 
 def _is_of_tissue(density: float) -> bool:

@@ -23,6 +23,7 @@ from fingerslip.history import is_solid, nearest_record, nearest_snapshot, site_
 from fingerslip.report import colours as palette
 from fingerslip.report.figures import style
 from fingerslip.report.figures.patches import fill_states, slide_moments
+from fingerslip.report.labels import of_histories
 from fingerslip.report.scene.names import Scalar
 from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.report.scene.scene import (
@@ -43,12 +44,13 @@ from fingerslip.slip import (
     slide_window,
 )
 from fingerslip.slip.windows import EVENTS, MAIN_EVENTS
-from fingerslip.snapshot import flat_faces
+from fingerslip.snapshot import curved_points, faces_at
 
 Floats = NDArray[np.float64]
 
 _SKIN_WIDTH = 3.2
 _MARGIN = 0.06
+_CURVED = 0.2  # of the largest extent of the body: how far below its contact a curved counterface is seen
 _MOVES = 1e-3  # share of its way from which on a plate is drawn as one that slides
 
 
@@ -153,10 +155,17 @@ def _draw_sections(
     return figure, panels
 
 
+def extent(history: xr.Dataset) -> tuple[Floats, Floats]:
+    """Return two corners (dim,) [mm] around the body at all snapshots, and a part of curved counterfaces."""
+    moving = history["node_position"].values + history["snapshot_displacement"].values
+    depth = _CURVED * float(np.ptp(history["node_position"].values, axis=0).max())
+    points = np.concatenate([moving.reshape(-1, moving.shape[-1]), curved_points(history, depth)])
+    return 1e3 * points.min(axis=0), 1e3 * points.max(axis=0)
+
+
 def section_frame(history: xr.Dataset) -> tuple[Floats, Floats]:
     """Return two corners (2,) [mm] around a section and its plate at all snapshots: panels compare, no film jumps."""
-    moving = history["node_position"].values + history["snapshot_displacement"].values
-    low, high = 1e3 * np.array([[part.min(), part.max()] for part in np.moveaxis(moving, -1, 0)]).T
+    low, high = extent(history)
     margin = _MARGIN * (high - low).max()
     return low - margin * np.array([1.0, 2.5]), high + margin
 
@@ -245,10 +254,10 @@ def _draw_skin(axes: Axes, history: xr.Dataset, number: int, points: Floats) -> 
 
 def _draw_plates(axes: Axes, history: xr.Dataset, number: int) -> None:
     left, right = axes.get_xlim()
-    for face in flat_faces(history, number):
+    for face in faces_at(history, number, 1e-3 * (right - left)):
         along = np.array([face.normal[1], -face.normal[0]])
-        ends = 1e3 * face.centre[:2] + (right - left) * np.array([[-1.0], [1.0]]) * along
-        axes.plot(ends[:, 0], ends[:, 1], color=palette.BLACK, linewidth=1.4, zorder=3)
+        for line in face.outline:
+            axes.plot(*1e3 * line[:, :2].T, color=palette.BLACK, linewidth=1.4, zorder=3)
         travel = history["counterface_displacement"].values[:, face.number] @ along
         largest = travel[np.abs(travel).argmax()]
         sign = float(np.sign(np.round(largest, 9)))
@@ -324,7 +333,7 @@ def reference_nodes_figure(history: xr.Dataset, events: Events = style.NO_EVENTS
     panels[0].set_ylim(*((-reach, 0.1 * reach) if plate.sum() < 0.0 else (-0.1 * reach, reach)))
     keys: dict[str, Artist] = {
         "displacement": Line2D([], [], color=palette.BLUE),
-        "plate": Line2D([], [], color=palette.BLACK, linestyle=":", linewidth=1.0),
+        of_histories("plate", [history]): Line2D([], [], color=palette.BLACK, linestyle=":", linewidth=1.0),
         "acceleration (without the jerk at the start)": Line2D([], [], color=palette.ORANGE, linewidth=0.9),
     }
     style.add_legend(figure, keys | (style.event_keys([events.slip]) if window else {}))

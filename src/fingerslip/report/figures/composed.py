@@ -11,14 +11,22 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import ConnectionPatch
 
-from fingerslip.afferents.model import Spikes, left_out_afferents
+from fingerslip.afferents.model import Spikes
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.history import is_solid, nearest_record, nearest_snapshot
 from fingerslip.report.colours import GREY
 from fingerslip.report.figures import style
 from fingerslip.report.figures.bodies import add_stress_bar, draw_contact, has_pictures
 from fingerslip.report.figures.patches import slide_moments
-from fingerslip.report.figures.signals import draw_forces, draw_raster, draw_ratios, draw_states, draw_stimulus
+from fingerslip.report.figures.signals import (
+    add_spike_notes,
+    draw_forces,
+    draw_raster,
+    draw_ratios,
+    draw_states,
+    draw_stimulus,
+    limit_to_slide,
+)
 from fingerslip.slip import Events
 from fingerslip.slip.windows import EVENTS
 
@@ -29,12 +37,18 @@ _PICTURES_SHOWN = 5
 
 @style.with_style
 def composed_figure(
-    history: xr.Dataset, events: Events = style.NO_EVENTS, spikes: Spikes | None = None, title: str = ""
+    history: xr.Dataset,
+    events: Events = style.NO_EVENTS,
+    spikes: Spikes | None = None,
+    title: str = "",
+    times_shown: Sequence[float] = (),
+    *,
+    assumed: bool = False,
 ) -> Figure:
     """Draw stimulus, pictures of the contact, stick and slip, rasters and forces, all over the same time."""
     times, is_flat = history["time"].values, not is_solid(history)
     kinds = tuple(dict.fromkeys(spikes.kinds)) if spikes else ()
-    moments = picture_times(history, events) if has_pictures(history) else []
+    moments = picture_times(history, events, times_shown) if has_pictures(history) else []
     heights = [_STIMULUS, _PICTURES, *[_STATES] * is_flat, *[_RASTER] * len(kinds), _SERIES, _SERIES]
     heights = [height for height in heights if moments or height != _PICTURES]
     shown = "Stimulus, contact, afferents and forces" if kinds else "Stimulus, contact and forces"
@@ -51,11 +65,12 @@ def composed_figure(
     if is_flat:
         draw_states(others[0], history, style.ShownTime(times))
         others[0].set_ylabel("contact\n[mm]")
+        # In the corner that is open while the press begins.
+        keys = style.state_keys((OPEN, STICK, SLIP))
+        style.add_keys_inside(others[0], handles=list(keys.values()), labels=list(keys), loc="upper left")
     for axes, kind in zip(others[is_flat:], kinds, strict=True):
         assert spikes is not None  # kinds are theirs
         draw_raster(axes, spikes, history, kind)
-    if spikes and kinds:
-        style.name_panel(others[is_flat], left_out_afferents(spikes, history), 1)
     draw_forces(forces, history, times)
     draw_ratios(ratios, history, times)
     ratios.set_ylabel("ratio,\nfraction")
@@ -65,20 +80,22 @@ def composed_figure(
         else:  # what leads from the pictures to their times is there
             style.add_keys_inside(axes, ncols=2)
     ratios.set_xlim(times[0], times[-1])
-    style.limit_to_slides(ratios, {title: history}, {title: events}, before=np.inf)
+    limit_to_slide(ratios, history)
     seen = times <= ratios.get_xlim()[1]
     draw_stimulus(stimulus, history.isel(time=seen), times[seen])
     style.mark_panels([stimulus, *others, forces, ratios], history, events.slip, names=tuple(EVENTS))
     style.letter_panels([*lettered, *others, forces, ratios])
-    style.add_legend(figure, style.state_keys((OPEN, STICK, SLIP) if is_flat else (STICK, SLIP)))
+    style.add_legend(figure, {} if is_flat else style.state_keys((STICK, SLIP)))
+    if spikes and kinds:
+        add_spike_notes(ratios, spikes, history, assumed=assumed)
     return figure
 
 
-def picture_times(history: xr.Dataset, events: Events) -> list[float]:
-    """Return the times of pictures [s]: the middle of the press, and evenly from the start of the slide on."""
+def picture_times(history: xr.Dataset, events: Events, wanted: Sequence[float] = ()) -> list[float]:
+    """Return the times of pictures [s]: those wanted, or mid press and evenly from the slide's start on."""
     moments = slide_moments(history, events, _PICTURES_SHOWN - 1)
     nearest, name = (nearest_record, "time") if is_solid(history) else (nearest_snapshot, "snapshot_time")
-    numbers = [nearest(history, float(moment)) for moment in (0.5 * moments[0], *moments)]
+    numbers = [nearest(history, float(moment)) for moment in wanted or (0.5 * moments[0], *moments)]
     return [float(history[name].values[number]) for number in dict.fromkeys(numbers)]
 
 

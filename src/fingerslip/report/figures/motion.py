@@ -33,6 +33,7 @@ from fingerslip.report.figures.style import (
     show_picture,
     with_style,
 )
+from fingerslip.report.labels import of_histories
 from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.report.scene.scene import check_options, field_limits
 from fingerslip.report.scene.viewer import stills
@@ -105,7 +106,7 @@ def _draw_frame(
     panels: list[Axes] = list(grid[1].subgridspec(rows, 1).subplots(sharex=True, squeeze=False)[:, 0])
     if rows == 2:
         draw_states(panels[0], history, ShownTime(times))
-        panels[0].set_ylabel("position along plate [mm]")
+        panels[0].set_ylabel(of_histories("position along plate [mm]", [history]))
     draw_ratios(panels[-1], history, times)
     panels[-1].legend(loc="upper left")
     panels[-1].set(xlim=(0.0, float(times[-1])), ylim=(0.0, 1.35), xlabel="time [s]")

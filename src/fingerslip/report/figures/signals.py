@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -14,17 +15,20 @@ from matplotlib.colors import BoundaryNorm, ListedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from fingerslip.afferents.model import Spikes, left_out_afferents, spike_places
+from fingerslip.afferents.model import ASSUMED, Spikes, spike_notes, spike_places
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.history import sites_of_kinds
 from fingerslip.report import colours as palette
 from fingerslip.report.figures import style
 from fingerslip.report.figures.bodies import add_stress_bar, draw_contact, frame_times, has_pictures
+from fingerslip.report.labels import of_histories
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import (
     Events,
+    EventSettings,
     PeakSettings,
     PeakTable,
     acceleration_peaks,
@@ -33,18 +37,24 @@ from fingerslip.slip import (
     receptor_signals,
     slide_tangent,
     slide_window,
+    slipped_fraction,
     slipping_fraction,
 )
 from fingerslip.slip.windows import EVENTS, split_along
+from fingerslip.units import millimetres
 
 Floats = NDArray[np.float64]
 
 _ROUNDING = 1e-16
+_LETTERS = 10  # of the label beside the stimulus, which is low
 _KEYS_ROOM = 1.75  # of the largest value, so that keys above lines cover none
 # Windows in which spikes are counted: their length [s], and at least so many records.
-_WINDOW, _RECORDS_A_WINDOW = 0.05, 10.0
+_WINDOW, _RECORDS_A_WINDOW = 0.01, 10.0
 # Below this share of the largest normal force the ratio of the forces is rounding.
 PRESSED = 0.02
+#: What slips, and what has slipped as the events count it, of which their lines are levels.
+SLIPS = "slips now"
+HAS_SLIPPED = f"has slipped by more than {1e6 * EventSettings().slip_tolerance:g} \N{MICRO SIGN}m"
 _LARGE_ENERGIES: Mapping[str, tuple[str, str]] = {
     "external_work": ("work of the plate", palette.BLACK),
     "strain_energy": ("strain energy", palette.BLUE),
@@ -62,10 +72,10 @@ _SMALL_ENERGIES: Mapping[str, tuple[str, str]] = {
 
 @style.with_style
 def force_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, title: str = "") -> Figure:
-    """Draw normal and tangential force, their ratio and the slipping area fraction, and the body beside."""
+    """Draw normal and tangential force, their ratio and the area that has slipped, and the body beside."""
     time = style.shown_time(history)
     moments = frame_times(history, events, ("overall",)) if has_pictures(history) else {}
-    columns, heading = 2 if moments else 1, style.join_title("Forces and slipping area", title)
+    columns, heading = 2 if moments else 1, style.join_title("Forces and slipped area", title)
     size, labels = (6.6 / columns, 2.1), (time.label, "")
     figure, every = style.figure_grid(2 * columns, columns, size, heading, labels, share="none")
     panels = every[::columns]
@@ -95,9 +105,14 @@ def draw_forces(axes: Axes, history: xr.Dataset, times: Floats) -> None:
     """Draw normal and tangential force."""
     forces = contact_forces(history)
     scale, unit = _scale(float(np.abs(forces.normal).max()), "N")
-    axes.plot(times, scale * forces.normal, color=palette.BLUE, label="normal force")
-    axes.plot(times, scale * forces.friction, color=palette.VERMILLION, label="tangential force")
-    axes.set_ylabel(f"force [{unit}]")
+    axes.plot(times, scale * forces.normal, color=palette.BLACK, label="normal force")
+    axes.plot(times, scale * forces.friction, color=palette.BLACK, linestyle="--", label="tangential force")
+    axes.set_ylabel(f"force{_of_depth(history)} [{unit}]")
+
+
+def _of_depth(history: xr.Dataset) -> str:
+    """Say of a section how deep it is, whose forces no finger has."""
+    return f" of {millimetres(float(history.attrs['depth']))}\ndepth" if "depth" in history.attrs else ""
 
 
 def draw_stimulus(axes: Axes, history: xr.Dataset, times: Floats) -> None:
@@ -106,15 +121,17 @@ def draw_stimulus(axes: Axes, history: xr.Dataset, times: Floats) -> None:
     towards, along = split_along(displacement, normal)
     axes.plot(times, 1e3 * towards, color=palette.BLACK, label="press")
     axes.plot(times, 1e3 * np.linalg.norm(along, axis=1), color=palette.BLACK, linestyle="--", label="slide")
-    axes.set_ylabel("plate [mm]")
+    label = of_histories("plate [mm]", [history])
+    axes.set_ylabel(label if len(label) <= _LETTERS else label.replace(" ", "\n"))
     axes.set_ylim(top=_KEYS_ROOM * axes.get_ylim()[1])
+    axes.yaxis.set_major_locator(MaxNLocator(4))
     style.add_keys_inside(axes, loc="upper left", ncols=2)
 
 
 @style.with_style
 def force_overview_figure(histories: Mapping[str, xr.Dataset], events: Mapping[str, Events]) -> Figure:
-    """Draw tangential over normal force and the slipping area fraction, a panel for each run."""
-    title, times = "Tangential over normal force and slipping area", style.shown_times(histories.values())
+    """Draw tangential over normal force and the area that has slipped, a panel for each run."""
+    title, times = "Tangential over normal force and slipped area", style.shown_times(histories.values())
     figure, panels = style.run_panels(tuple(histories), title, (times[0].label, "ratio, fraction"))
     for axes, (name, history), time in zip(panels, histories.items(), times, strict=True):
         draw_ratios(axes, history, time.values)
@@ -136,7 +153,8 @@ def energy_figure(history: xr.Dataset, title: str = "") -> Figure:
     scale, unit = _scale(work, "J")
     for name, (label, colour) in _LARGE_ENERGIES.items():
         if name != "viscous_dissipation" or (name in history and history[name].values.any()):
-            large.plot(time.values, scale * history[name].values, color=colour, label=label)
+            words = of_histories(label, [history])
+            large.plot(time.values, scale * history[name].values, color=colour, label=words)
     for name, (label, colour) in _SMALL_ENERGIES.items():
         share = np.abs(history[name].values) / (work or 1.0)
         small.semilogy(time.values, np.maximum(share, _ROUNDING), color=colour, linewidth=1.0, label=label)
@@ -149,15 +167,22 @@ def energy_figure(history: xr.Dataset, title: str = "") -> Figure:
 
 
 def draw_ratios(axes: Axes, history: xr.Dataset, times: Floats) -> None:
-    """Draw the slipping area fraction, and tangential over normal force beside the friction coefficient."""
+    """Draw which share has slipped, as events count it, which slips, and tangential over normal force."""
     ratio = contact_forces(history).ratio(PRESSED)
     friction = float(history["counterface_friction_coefficient"].values[0])
-    axes.plot(
-        times, slipping_fraction(history).values, color=palette.ORANGE, linewidth=1.0, label="slipping area fraction"
-    )
-    axes.plot(times, ratio, color=palette.BLUE, label="tangential / normal force")
+    axes.plot(times, slipping_fraction(history).values, color=palette.ORANGE, linewidth=0.7, label=SLIPS)
+    axes.plot(times, slipped_share(history), color=palette.ORANGE, linewidth=2.0, label=HAS_SLIPPED)
+    axes.plot(times, ratio, color=palette.BLACK, label="tangential / normal force")
     axes.axhline(friction, color=palette.BLACK, linewidth=0.9, linestyle=(0, (1, 1.5)), label="friction coefficient")
     axes.set_ylim(-0.03, max(1.05, 1.1 * friction))
+
+
+def slipped_share(history: xr.Dataset) -> Floats:
+    """Return the share of the contact (n_times,) that has slipped, of which events are levels; NaN before the slide."""
+    share, window = np.full(history.sizes["time"], np.nan), slide_window(history)
+    if window is not None:
+        share[window.records] = slipped_fraction(history, window, EventSettings().slip_tolerance).values
+    return share
 
 
 def _scale(largest: float, unit: str) -> tuple[float, str]:
@@ -207,7 +232,7 @@ _NODES_SHOWN = 9
 def slip_maps_figure(histories: Mapping[str, xr.Dataset], events: Mapping[str, Events]) -> Figure:
     """Draw stick and slip along the surface over time, a panel for each run."""
     times = style.shown_times(histories.values())
-    labels = (times[0].label, "position along the plate [mm]")
+    labels = (times[0].label, of_histories("position along the plate [mm]", histories.values()))
     figure, panels = style.run_panels(tuple(histories), "Stick and slip along the contact", labels)
     for axes, (name, history), time in zip(panels, histories.items(), times, strict=True):
         draw_states(axes, history, time)
@@ -253,9 +278,8 @@ def _borders(centres: Floats) -> Floats:
 def contact_displacement_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, title: str = "") -> Figure:
     """Draw the displacement of contact nodes along the plate against the plate's own."""
     labels = ("time [s]", "displacement since the slide began [mm]")
-    figure, (axes,) = style.figure_grid(
-        1, 1, (6.6, 3.6), style.join_title("Contact nodes against the plate", title), labels
-    )
+    heading = style.join_title(of_histories("Contact nodes against the plate", [history]), title)
+    figure, (axes,) = style.figure_grid(1, 1, (6.6, 3.6), heading, labels)
     window, tangent = slide_window(history), slide_tangent(history)
     touching = np.flatnonzero(history["contact_state"].values[window.first] != OPEN) if window else np.empty(0, int)
     if window is None or touching.size == 0:
@@ -271,13 +295,15 @@ def contact_displacement_figure(history: xr.Dataset, events: Events = style.NO_E
     plate = 1e3 * history["counterface_displacement"].values[window.records, 0] @ tangent
     for displacement, position in zip((skin - skin[0]).T, positions, strict=True):
         axes.plot(times, displacement, color=colours.to_rgba(np.array(position)), linewidth=1.2)
-    axes.plot(times, plate - plate[0], color=palette.BLACK, linestyle=(0, (5, 2)), linewidth=1.6, label="plate")
+    look: dict[str, Any] = {"color": palette.BLACK, "linestyle": (0, (5, 2)), "linewidth": 1.6}
+    axes.plot(times, plate - plate[0], label=of_histories("plate", [history]), **look)
     top = 1.25 * float(np.abs(skin - skin[0]).max())
     axes.set_ylim(*((-top, 0.08 * top) if plate[-1] < plate[0] else (-0.08 * top, top)))
     events_read = events.displacement
     axes.set_xlim(times[0], style.shown_until([window], [events_read]))
     style.add_keys_inside(axes, loc="upper left")
-    figure.colorbar(colours, ax=axes, label="position of the node\nalong the plate [mm]", pad=0.02)
+    label = of_histories("position of the node\nalong the plate [mm]", [history])
+    figure.colorbar(colours, ax=axes, label=label, pad=0.02)
     style.mark_events(axes, events_read)
     style.name_events(axes, None, events_read)
     return figure
@@ -291,7 +317,8 @@ _NOTE_HEIGHTS = {"A": 0.6, "B": 0.3}
 @style.with_style
 def acceleration_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, title: str = "") -> Figure:
     """Draw the tangential acceleration at the recorded receptor types, for both edges of the contact."""
-    labels, kinds = ("time [s]", "acceleration along the plate [m/s²]"), _recorded_kinds(history)
+    labels = ("time [s]", of_histories("acceleration along the plate [m/s²]", [history]))
+    kinds = _recorded_kinds(history)
     figure, panels = style.figure_grid(
         len(kinds), 1, (6.8, 1.45), style.join_title("Acceleration at the receptors", title), labels
     )
@@ -313,7 +340,8 @@ def acceleration_overview_figure(
     """Draw the signal that acceleration peaks are read from, a panel for each run."""
     settings = settings or PeakSettings()
     title = f"Largest acceleration at {' and '.join(settings.kinds)}"
-    figure, panels = style.run_panels(tuple(histories), title, ("time [s]", "acceleration along the plate [m/s²]"))
+    labels = ("time [s]", of_histories("acceleration along the plate [m/s²]", histories.values()))
+    figure, panels = style.run_panels(tuple(histories), title, labels)
     events_read = [events.get(name, style.NO_EVENTS).acceleration for name in histories]
     for axes, history, events_of_run in zip(panels, histories.values(), events_read, strict=True):
         _draw_peak_signal(axes, history, settings)
@@ -400,29 +428,46 @@ def _area_keys() -> dict[str, Artist]:
 
 
 @style.with_style
-def spike_figure(spikes: Spikes, history: xr.Dataset, events: Events = style.NO_EVENTS, title: str = "") -> Figure:
+def spike_figure(
+    spikes: Spikes, history: xr.Dataset, events: Events = style.NO_EVENTS, title: str = "", *, assumed: bool = False
+) -> Figure:
     """Draw when afferents fire, a panel for each type with a row for each afferent, below what the plate does.
 
-    Rows are ordered by place along the slide. Mean rates are counted in windows of at least ten records.
+    Rows are ordered by place along the slide. Mean rates are counted in windows of at least ten records. `assumed`
+    thresholds of the models are said to be so.
     """
     kinds = tuple(dict.fromkeys(spikes.kinds))
     times, heading = history["time"].values, style.join_title("Spikes of afferents", title)
     figure, panels = style.figure_grid(len(kinds) + 2, 1, (6.8, 1.1), heading, ("time [s]", ""), share="x", full=True)
     stimulus, *rasters, rate = panels
     draw_stimulus(stimulus, history, times)
-    rates = spikes.rates(max(_WINDOW, _RECORDS_A_WINDOW * float(np.diff(times).max())))
+    window = max(_WINDOW, _RECORDS_A_WINDOW * float(np.diff(times).max()))
+    rates = spikes.rates(window)
+    edges = spikes.start + window * np.arange(rates.sizes["time"] + 1)
     for axes, kind in zip(rasters, kinds, strict=True):
         colour = palette.RECEPTOR_COLOURS.get(kind, palette.BLACK)
         draw_raster(axes, spikes, history, kind)
-        rate.step(rates["time"], rates.sel(kind=kind), where="mid", color=colour, linewidth=1.2, label=kind)
-    if left_out := left_out_afferents(spikes, history):
-        style.name_panel(rate, left_out, 1)
-    rate.set_ylabel("mean rate [1/s]")
+        rate.stairs(rates.sel(kind=kind), edges, color=colour, linewidth=1.2, label=kind)
+    add_spike_notes(rate, spikes, history, assumed=assumed)
+    rate.set_ylabel("mean rate\n[1/s]")
     rate.set_ylim(bottom=0.0)
     stimulus.set_xlim(spikes.start, spikes.end)
-    style.limit_to_slides(stimulus, {title: history}, {title: events}, before=np.inf)
+    limit_to_slide(stimulus, history)
     style.mark_panels(panels, history, events.slip)
     return figure
+
+
+def limit_to_slide(axes: Axes, history: xr.Dataset) -> None:
+    """Show a run from its start to the end of its slide; all of a run without one."""
+    window, times = slide_window(history), history["time"].values
+    axes.set_xlim(times[0], window.end if window else times[-1])
+
+
+def add_spike_notes(axes: Axes, spikes: Spikes, history: xr.Dataset, *, assumed: bool) -> None:
+    """Write below the axis of time what spikes are not."""
+    notes = (*spike_notes(spikes, history), *[ASSUMED] * assumed)
+    if notes:
+        style.note_below(axes, "Spikes: " + "; ".join(notes) + ".")
 
 
 def draw_raster(axes: Axes, spikes: Spikes, history: xr.Dataset, kind: str) -> None:
@@ -431,7 +476,7 @@ def draw_raster(axes: Axes, spikes: Spikes, history: xr.Dataset, kind: str) -> N
     rows = [row for row in along.argsort(kind="stable") if spikes.kinds[row] == kind]
     colour = palette.RECEPTOR_COLOURS.get(kind, palette.BLACK)
     axes.eventplot([spikes.times[row] for row in rows], colors=colour, linewidths=0.6, linelengths=0.8)
-    axes.set_ylabel(f"{len(rows)} {kind}\nby place", color=colour)
+    axes.set_ylabel(f"{len(rows)} {kind}\nby place{' x' * (history.sizes['component'] == 2)}", color=colour)
     axes.set_ylim(-0.8, len(rows) - 0.2)
     ends = (0, len(rows) - 1) if len(rows) > 1 else (0,)
     axes.set_yticks(ends, [f"{along[rows[end]]:.1f} mm".replace("-", "\N{MINUS SIGN}") for end in ends])

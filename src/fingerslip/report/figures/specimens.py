@@ -14,15 +14,19 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
+from matplotlib.transforms import Bbox
 from mpl_toolkits.mplot3d import Axes3D
 from numpy.typing import NDArray
+from scipy.spatial.distance import cdist
 
 from fingerslip.history import sites_of_kinds
 from fingerslip.report.colours import BLACK, GREY, RECEPTOR_COLOURS, RECEPTOR_MARKS, REGION_COLOURS, region_colours
 from fingerslip.report.figures.markers import ring_colours
 from fingerslip.report.figures.style import add_legend, figure_grid, join_title, layer_keys, with_style
+from fingerslip.report.labels import of_histories
 from fingerslip.report.scene.options import SceneOptions
 from fingerslip.report.scene.scene import CORNERS, check_options, region_names
+from fingerslip.snapshot import curved_outlines
 from fingerslip.specimens.fingertip import (
     REGIONS,
     Fingertip,
@@ -131,23 +135,33 @@ def mesh_figure(history: xr.Dataset, title: str = "") -> Figure:
     regions = {name: history["cell_region"].values == number for number, name in enumerate(region_names(history))}
     mesh = kind(np.ascontiguousarray(history["node_position"].values.T), np.ascontiguousarray(corners))
     cells = {name: np.flatnonzero(members) for name, members in regions.items()}
-    return section_figure(mesh.with_subdomains(cells), receptor_positions(history), title=title)
+    return section_figure(mesh.with_subdomains(cells), receptor_positions(history), title, history)
 
 
 @with_style
-def section_figure(mesh: skfem.Mesh, receptors: Mapping[str, Floats], title: str = "") -> Figure:
-    """Draw a section with its layers, elements, receptors (n, 2) [m] and the plate, and a close view of the skin."""
+def section_figure(
+    mesh: skfem.Mesh, receptors: Mapping[str, Floats], title: str = "", history: xr.Dataset | None = None
+) -> Figure:
+    """Draw a section with its layers, elements, receptors (n, 2) [m] and the plate, and a close view of the skin.
+
+    The counterfaces of a history are drawn as they are, where they are no plates.
+    """
+    curved = () if history is None else curved_outlines(history)
     labels, heading = ("x [mm]", "y [mm]"), join_title("Section", title)
     figure, (whole, close) = figure_grid(2, 2, (4.6, 3.5), heading, labels, share="none", widths=(1.75, 1.0))
     points = mesh.p.T[:, :2]
-    lowest, colours = points[np.argmin(points[:, 1])], region_colours(tuple(mesh.subdomains or {}))
+    heights = points[:, 1] if not curved else cdist(points, np.concatenate(curved)).min(axis=1)
+    lowest, colours = points[np.argmin(heights)], region_colours(tuple(mesh.subdomains or {}))
     corners = mesh.t.T[:, : 4 if mesh.t.shape[0] in (4, 9) else 3]
     regions: Mapping[str, NDArray[np.int64]] = mesh.subdomains or {"body": np.arange(mesh.t.shape[1])}
     for axes, line, size in ((whole, 0.12, 1.6), (close, 0.3, 5.0)):
         for name, cells in regions.items():
             colour, shapes = colours.get(name, REGION_COLOURS["tissue"]), _MILLIMETRES * points[corners[cells]]
             axes.add_collection(PolyCollection(shapes, facecolor=colour, edgecolor=_EDGE, linewidth=line))
-        axes.axhline(1e3 * lowest[1], color=BLACK, linewidth=1.6, zorder=3)
+        if not curved:
+            axes.axhline(1e3 * lowest[1], color=BLACK, linewidth=1.6, zorder=3)
+        for outline in curved:
+            axes.add_line(Line2D(*1e3 * outline.T, color=BLACK, linewidth=1.6, zorder=3))
         _draw_to_scale(axes)
         for kind, values in receptors.items():
             look: dict[str, Any] = {
@@ -156,8 +170,10 @@ def section_figure(mesh: skfem.Mesh, receptors: Mapping[str, Floats], title: str
                 "markeredgewidth": 0.15 * size / 2,
             }
             axes.plot(*1e3 * values.T, RECEPTOR_MARKS.get(kind, "x"), markersize=size, **look)
+    if curved:
+        whole.dataLim = Bbox(1e3 * np.array([points.min(axis=0), points.max(axis=0)]))
     whole.autoscale_view()
-    # The skin round the lowest point, and a frame around that part in the whole.
+    # The skin round the lowest point, or where the counterface is nearest, and a frame around that part in the whole.
     left, bottom, width = 1e3 * (lowest[0] - _ZOOM_WIDTH / 2), 1e3 * (lowest[1] - 0.06 * _ZOOM_WIDTH), 1e3 * _ZOOM_WIDTH
     close.set(xlim=(left, left + width), ylim=(bottom, bottom + 1.1 * width))
     close.set_title("close view of the framed part")
@@ -166,7 +182,13 @@ def section_figure(mesh: skfem.Mesh, receptors: Mapping[str, Floats], title: str
     for kind in receptors:
         mark, colour = RECEPTOR_MARKS.get(kind, "x"), RECEPTOR_COLOURS.get(kind, BLACK)
         keys[kind] = Line2D([], [], linestyle="", marker=mark, color=colour, markersize=5)
-    add_legend(figure, {**keys, "plate": Line2D([], [], color=BLACK, linewidth=1.6)})
+    add_legend(
+        figure,
+        {
+            **keys,
+            of_histories("plate", [history] if history is not None else []): Line2D([], [], color=BLACK, linewidth=1.6),
+        },
+    )
     return figure
 
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from fingerslip.published import PublishedSet, PublishedValue
-from fingerslip.report.labels import number_and_unit, path_label, run_title
+from fingerslip.report.labels import number_and_unit, of_runs, path_label, run_title
 from fingerslip.report.prose import prose
 from fingerslip.report.tables.compare import difference_from, span_of
 from fingerslip.report.tables.runs import differing_paths, time_digits
@@ -158,9 +158,8 @@ def _latencies(runs: Sequence[RunResult]) -> str:
     time = f"{' to '.join(dict.fromkeys(ends))} ms"
     if travels := _travels(runs, "latency_travel_m"):
         way = _span(travels, 2, "mm")
-        return (
-            f"From incipient slip on, the plate travels {way}, {time}{_speed(runs) or ' at the speed of this slide'}."
-        )
+        speed = _speed(runs) or " at the speed of this slide"
+        return of_runs(f"From incipient slip on, the plate travels {way}, {time}{speed}.", runs)
     return f"From incipient slip on, {time} are left to react{_speed(runs)}."
 
 

@@ -21,7 +21,7 @@ from fingerslip.report.citations import bibtex_entries
 from fingerslip.report.content import MOST_RUNS, ReportContent, RunPictures, RunSubject
 from fingerslip.report.figures.signals import energy_figure
 from fingerslip.report.figures.study import Pair, convergence_figure, paired_figure, time_into_slide
-from fingerslip.report.labels import run_title, swept_text
+from fingerslip.report.labels import of_histories, of_runs, run_title, swept_text
 from fingerslip.report.page.answer import answer, definitions
 from fingerslip.report.page.motion import run_motions
 from fingerslip.report.page.page import Picture, Report, ReportSection
@@ -96,7 +96,7 @@ def _results(content: ReportContent) -> Iterator[ReportSection]:
         "Slip events", (*counted, *text), tuple(events_table(runs, name) for name in recorded), warnings=tuple(warnings)
     )
     sentences = definitions(content.settings)
-    body = "".join(f"<p>{escape(sentences[name])}</p>" for name in (*recorded, "latency"))
+    body = "".join(f"<p>{escape(of_runs(sentences[name], runs))}</p>" for name in (*recorded, "latency"))
     yield ReportSection("How slip events are defined", body=body, folded=True)
     beside = [compare_table(runs, reference) for reference in content.references]
     beside += map(statements_table, content.references)
@@ -130,7 +130,7 @@ def _model(content: ReportContent) -> Iterator[ReportSection]:
     if histories := content.titled_histories():
         title, history = next(iter(histories.items()))
         more = "" if len(histories) == 1 else title
-        caption = prose("captions", "energy", {"run": f": {more}" if more else ""})
+        caption = of_histories(prose("captions", "energy", {"run": f": {more}" if more else ""}), [history])
         picture = Picture("energy-balance", caption, energy_figure(history, more))
         yield ReportSection("Energy balance", (), (energies_table(histories),), (picture,))
     yield uncertainty_section(content)

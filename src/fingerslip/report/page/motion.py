@@ -19,13 +19,15 @@ from numpy.typing import NDArray
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.history import is_solid, nearest_record, sites_of_kinds
 from fingerslip.report import colours as palette
-from fingerslip.report.figures.signals import PRESSED
+from fingerslip.report.figures.bodies import extent
+from fingerslip.report.figures.signals import HAS_SLIPPED, PRESSED, SLIPS, slipped_share
+from fingerslip.report.labels import of_histories
 from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.report.scene.scene import CORNERS, field_limits, region_names, soft_regions, upright
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import Events, contact_forces, receptor_signals, slide_tangent, slide_window, slipping_fraction
 from fingerslip.slip.windows import EVENTS
-from fingerslip.snapshot import flat_faces
+from fingerslip.snapshot import faces_at
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -40,6 +42,8 @@ _MOST_BYTES = 10_000_000
 _MOMENTS, _FRAMES, _SOLID_FRAMES = 300, 31, 16
 # Share of the frames that show what comes before the slide.
 _BEFORE = 0.25
+# Half the side of a plate over the largest extent of a solid.
+_HALF_SQUARE = 0.55
 # Types that a browser has arrays of, by their names in NumPy.
 _TYPES = ("u1", "i2", "u2", "u4", "f4")
 
@@ -91,6 +95,7 @@ def run_motion(history: xr.Dataset, events: Events, title: str) -> dict[str, Any
     return {
         "title": title,
         "solid": is_solid(history),
+        "mapLabel": of_histories("stick and slip along plate [mm]", [history]),
         "slide": None if window is None else window.start,
         "events": [
             {
@@ -124,10 +129,11 @@ def _panels(history: xr.Dataset, records: NDArray[np.intp], arrays: Arrays) -> l
     """Return the panels of signals; their values are added to the arrays."""
     forces = contact_forces(history)
     signals: dict[str, dict[str, tuple[Floats, str]]] = {
-        "force [N]": {"normal": (forces.normal, palette.BLUE), "tangential": (forces.friction, palette.VERMILLION)},
+        "force [N]": {"normal": (forces.normal, palette.BLACK), "tangential": (forces.friction, palette.GREY)},
         "ratio, fraction": {
-            "tangential / normal force": (forces.ratio(PRESSED), palette.BLUE),
-            "slipping area fraction": (slipping_fraction(history).values, palette.ORANGE),
+            "tangential / normal force": (forces.ratio(PRESSED), palette.BLACK),
+            HAS_SLIPPED: (slipped_share(history), palette.ORANGE),
+            SLIPS: (slipping_fraction(history).values, palette.GREY),
         },
     }
     if not is_solid(history) and sites_of_kinds(history, RECEPTOR_KINDS).size:
@@ -151,7 +157,11 @@ def _common_body(history: xr.Dataset, frames: Sequence[int], top: float) -> dict
     names = region_names(history)
     colours, tangent = palette.region_colours(names), slide_tangent(history)
     travel = history["counterface_displacement"].values[:, 0] @ tangent
+    low, high = extent(history)
+    half_side = 1e-3 * float((high - low).max()) * (_HALF_SQUARE if is_solid(history) else 1.0)
     return {
+        "low": low.tolist(),
+        "high": high.tolist(),
         "frames": [float(history["snapshot_time"].values[number]) for number in frames],
         "regions": [
             {"name": name, "colour": colours[name], "stiff": number not in soft_regions(history)}
@@ -163,8 +173,13 @@ def _common_body(history: xr.Dataset, frames: Sequence[int], top: float) -> dict
         "travels": float(np.sign(np.round(travel[np.abs(travel).argmax()], 9))),
         "plates": [
             [
-                {"centre": (1e3 * face.centre).tolist(), "normal": face.normal.tolist()}
-                for face in flat_faces(history, number)
+                {
+                    "centre": (1e3 * face.centre).tolist(),
+                    "normal": face.normal.tolist(),
+                    "flat": face.is_flat,
+                    "lines": [np.round(1e3 * line, 3).tolist() for line in face.outline],
+                }
+                for face in faces_at(history, number, half_side)
             ]
             for number in frames
         ],

@@ -17,6 +17,7 @@ from fingerslip.report.content import (
     RUN_FIGURES,
     STUDY_FIGURES,
     STYLES,
+    TIMED,
     FigureKind,
     ReportContent,
     RunPictures,
@@ -26,7 +27,7 @@ from fingerslip.report.figures import bodies, markers, patches, signals, study
 from fingerslip.report.figures.composed import composed_figure
 from fingerslip.report.figures.specimens import mesh_figure, receptor_positions, section_figure
 from fingerslip.report.figures.style import is_held, looking
-from fingerslip.report.labels import path_label
+from fingerslip.report.labels import of_histories, path_label
 from fingerslip.report.page.page import Picture
 from fingerslip.report.prose import prose
 from fingerslip.report.tables.runs import differing_paths
@@ -40,6 +41,18 @@ if TYPE_CHECKING:
 
 MARKER_KINDS = ("internal marker", "external marker")
 
+
+def _composed(run: RunSubject) -> Figure:
+    spikes = available_spikes(run.history, run.afferents)
+    assumed = run.afferents is None
+    return composed_figure(run.history, run.events, spikes, run.title, run.times, assumed=assumed)
+
+
+def _spikes(run: RunSubject) -> Figure:
+    spikes = resolved_spikes(run.history, run.afferents)
+    return signals.spike_figure(spikes, run.history, run.events, run.title, assumed=run.afferents is None)
+
+
 _DRAW_STUDIES: Mapping[str, Callable[[StudySubject], Figure]] = {
     "latency": lambda s: study.latency_figure(s.runs, s.path, s.reference),
     "events": lambda s: study.event_times_figure(s.runs, s.path, s.reference, s.starts or None),
@@ -51,7 +64,7 @@ _DRAW_STUDIES: Mapping[str, Callable[[StudySubject], Figure]] = {
     "acceleration-peaks": lambda s: signals.acceleration_overview_figure(s.histories, s.events, s.peaks),
 }
 _DRAW_RUNS: Mapping[str, Callable[[RunSubject], Figure]] = {
-    "composed": lambda r: composed_figure(r.history, r.events, available_spikes(r.history, r.afferents), r.title),
+    "composed": _composed,
     "deformed": lambda r: bodies.deformed_figure(r.history, r.events, r.options, r.times or None),
     "slip-map": lambda r: signals.slip_maps_figure({r.title: r.history}, {r.title: r.events}),
     "displacement": lambda r: signals.contact_displacement_figure(r.history, r.events, r.title),
@@ -65,7 +78,7 @@ _DRAW_RUNS: Mapping[str, Callable[[RunSubject], Figure]] = {
     "acceleration": lambda r: signals.acceleration_figure(r.history, r.events, r.title),
     "strain-energy-density": lambda r: signals.strain_energy_density_figure(r.history, r.events, r.title),
     "energy": lambda r: signals.energy_figure(r.history, r.title),
-    "spikes": lambda r: signals.spike_figure(resolved_spikes(r.history, r.afferents), r.history, r.events, r.title),
+    "spikes": _spikes,
     "mesh": lambda r: (bodies.scene_figure if is_solid(r.history) else mesh_figure)(r.history, r.title),
 }
 
@@ -113,7 +126,15 @@ def draw_of_study(name: str, subject: StudySubject) -> Figure:
 def draw_of_run(name: str, subject: RunSubject) -> Figure:
     """Draw a figure of a run."""
     _check_dimension(name, RUN_FIGURES[name], [subject.history])
+    check_times(name, subject.times)
     return _DRAW_RUNS[name](subject)
+
+
+def check_times(name: str, times: Sequence[object]) -> None:
+    """Refuse times for a figure that has no panels at times."""
+    if times and name not in TIMED:
+        needs, repair = f"needs one of {', '.join(TIMED)}", "leave the times out: this one has an axis of time"
+        raise InputError("figure: --time", f"got {len(times)} with --kind {name}", needs, repair)
 
 
 def draw(
@@ -139,7 +160,7 @@ def draw(
     title : str, optional
         What the title adds; figures for papers have none.
     times : sequence of float, optional
-        Times of the panels of ``deformed`` and ``slip-frames`` [s].
+        Times of the pictures of ``composed``, ``deformed`` and ``slip-frames`` [s].
     afferents : mapping of str to AfferentModel, optional
         Models by type of receptor, for ``spikes`` and ``composed``; else :func:`fingerslip.human_afferents`.
     style : {'page', 'paper', 'slides'}, optional
@@ -185,7 +206,7 @@ def _check_dimension(name: str, kind: FigureKind, histories: Iterable[xr.Dataset
 def run_pictures(run: RunSubject) -> list[Picture]:
     """Return the pictures that show a run in detail."""
     return [
-        Picture(f"{run.name}-{name}", RUN_FIGURES[name].caption, draw(run))
+        Picture(f"{run.name}-{name}", of_histories(RUN_FIGURES[name].caption, [run.history]), draw(run))
         for name, draw in _DRAW_RUNS.items()
         if _is_on_page(RUN_FIGURES[name], [run.history])
     ]
@@ -196,13 +217,13 @@ def model_pictures(run: RunSubject, mesh: skfem.Mesh) -> list[Picture]:
     history, title = run.history, run.title
     figures: dict[str, Figure] = {}
     if not is_solid(history):
-        figures["section"] = section_figure(mesh, receptor_positions(history), title=title)
+        figures["section"] = section_figure(mesh, receptor_positions(history), title, history)
     elif history.sizes.get("snapshot_time", 0):
         figures["scene"] = bodies.scene_figure(history, title)
     if has_markers(history):
         figures["markers"] = markers.marker_places_figure(marker_tracks(history), title)
     return [
-        Picture(f"{name}-{run.name}", prose("captions", name, {"title": title}), figure)
+        Picture(f"{name}-{run.name}", of_histories(prose("captions", name, {"title": title}), [history]), figure)
         for name, figure in figures.items()
     ]
 
@@ -232,7 +253,11 @@ def hero_pictures(content: ReportContent) -> list[Picture]:
     spikes = available_spikes(subject.history, subject.afferents)
     along = "" if is_solid(history) else prose("captions", "answer-along")
     caption = prose("captions", "answer-spikes" if spikes else "answer", {"along": along})
-    return [*swept, Picture("answer", caption, composed_figure(history, run.events, spikes, subject.title))]
+    caption = of_histories(caption, [history])
+    return [
+        *swept,
+        Picture("answer", caption, composed_figure(history, run.events, spikes, subject.title, assumed=True)),
+    ]
 
 
 def swept_pictures(content: ReportContent, which: slice = slice(None)) -> list[Picture]:
@@ -260,7 +285,7 @@ def overview_pictures(content: ReportContent) -> list[Picture]:
     if are_held(subject.histories) or len(histories) < 2:
         return []
     return [
-        Picture(name, STUDY_FIGURES[name].caption, draw(subject))
+        Picture(name, of_histories(STUDY_FIGURES[name].caption, histories), draw(subject))
         for name, draw in _DRAW_STUDIES.items()
         if _is_on_page(STUDY_FIGURES[name], histories)
     ]

@@ -17,7 +17,7 @@ from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.slip.patch import Patch as ContactPatch
 from fingerslip.slip.patch import contact_patch
 from fingerslip.slip.windows import split_along
-from fingerslip.snapshot import FlatFace, flat_faces, in_space, read_snapshot
+from fingerslip.snapshot import Face, faces_at, in_space, read_snapshot
 
 if TYPE_CHECKING:
     import pyvista
@@ -30,7 +30,9 @@ COLOUR_MAP = palette.FIELD_MAP
 OF_CELLS = ("von_mises", "strain_energy_density")
 #: Nodes of a cell of a section that are its corners.
 CORNERS = {"Q4": 4, "T3": 3, "T6": 3}
-_BAR = {"width": 0.4, "height": 0.1, "position_x": 0.04, "position_y": 0.02}
+_BAR = {"width": 0.4, "height": 0.12, "position_x": 0.04, "position_y": 0.02}
+# Labels of a bar at most.
+_LABELS = 5
 _BAR_FONTS = {"title_font_size": 18, "label_font_size": 16}
 _DIRECTIONS: Mapping[Camera, tuple[tuple[float, float, float], tuple[float, float, float]]] = {
     "side": ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0)),
@@ -134,6 +136,7 @@ def draw_scene(plotter: Any, history: xr.Dataset, number: int, options: SceneOpt
         if border is not None and border.n_cells:
             lines = border.extract_feature_edges(feature_edges=False, manifold_edges=False, non_manifold_edges=False)
             plotter.add_mesh(lines, name=f"border {name}", color=palette.LAYER_LINE, line_width=1.5, **_FLAT)
+    _label_bars(plotter, limits[1])
     time = float(history["snapshot_time"][number])
     if options.plate:
         _draw_plates(plotter, history, number, grid, flat=options.camera in {"side", "front"} or not is_solid(history))
@@ -219,13 +222,28 @@ def _look(name: str, history: xr.Dataset, options: SceneOptions, limits: tuple[f
     bar = {
         "title": SCALARS[options.scalar][0],
         "color": palette.BLACK,
-        "fmt": "%.3g",
-        "n_labels": 4,
+        "fmt": "%.4g",
         **_BAR,
         **_BAR_FONTS,
     }
     look = {**shared, "scalars": options.scalar, "clim": limits, "cmap": COLOUR_MAP, "ambient": 0.65, "diffuse": 0.4}
     return look | ({"scalar_bar_args": bar} if options.written else {"show_scalar_bar": False})
+
+
+def _label_bars(plotter: Any, top: float) -> None:
+    """Put round numbers on bars of colours from 0 to `top`."""
+    from matplotlib.ticker import MaxNLocator
+    from vtkmodules.vtkCommonCore import vtkDoubleArray
+
+    for bar in plotter.scalar_bars.values():
+        labels = vtkDoubleArray()
+        values: Floats = np.asarray(MaxNLocator(_LABELS, steps=[1, 2, 5, 10]).tick_values(0.0, top))
+        for value in values[values <= top]:
+            labels.InsertNextValue(float(value))
+        bar.SetCustomLabels(labels)
+        bar.SetUseCustomLabels(True)
+        # An empty line below the title keeps it off the labels.
+        bar.SetTitle(f"{bar.GetTitle().rstrip()}\n ")
 
 
 def field_limits(history: xr.Dataset, options: SceneOptions) -> tuple[float, float]:
@@ -247,13 +265,15 @@ def field_limits(history: xr.Dataset, options: SceneOptions) -> tuple[float, flo
 
 
 def _draw_plates(plotter: Any, history: xr.Dataset, number: int, grid: pyvista.UnstructuredGrid, *, flat: bool) -> None:
-    """Draw the flat counterfaces as outlines, each with an arrow along its motion, below it where seen flat."""
+    """Draw the outlines of counterfaces, each with an arrow along its motion, below it where seen flat."""
     import pyvista
 
     size = _PLATE * float(np.max(np.ptp(grid.points, axis=0)))
-    for face in flat_faces(history, number):
-        outline = _outline(face, size, is_solid(history))
-        plotter.add_mesh(outline, name=f"plate {face.number}", color=palette.BLACK, line_width=2.0, **_FLAT)
+    for face in faces_at(history, number, 0.5e-3 * size):
+        pieces = [pyvista.lines_from_points(1e3 * line) for line in _near(face, grid, size) if len(line) > 1]
+        if pieces:
+            look = {"color": palette.BLACK, "line_width": 2.0 if face.is_flat or not is_solid(history) else 1.0}
+            plotter.add_mesh(pyvista.merge(pieces), name=f"plate {face.number}", **look, **_FLAT)
         _, along = split_along(
             history["counterface_displacement"].values[:, face.number],
             history["counterface_normal"].values[face.number],
@@ -271,16 +291,12 @@ def _draw_plates(plotter: Any, history: xr.Dataset, number: int, grid: pyvista.U
             plotter.add_mesh(arrow, name=f"arrow {face.number}", color=palette.BLACK, **_FLAT)
 
 
-def _outline(face: FlatFace, size: float, solid: bool) -> pyvista.PolyData:
-    """Return the outline of a flat counterface with sides of a length [mm], in 2D a line."""
-    import pyvista
-
-    centre = 1e3 * face.centre
-    if not solid:
-        along = 0.5 * size * np.array([face.normal[1], -face.normal[0], 0.0])
-        return pyvista.Line(centre - along, centre + along)
-    plane = pyvista.Plane(center=centre, direction=face.normal, i_size=size, j_size=size)
-    return plane.extract_feature_edges(boundary_edges=True)
+def _near(face: Face, grid: pyvista.UnstructuredGrid, size: float) -> list[Floats]:
+    """Return the lines of a counterface; a curved one in 2D as far as the body reaches, within a size [mm]."""
+    if face.is_flat or face.surface.shape[1] > 1:
+        return face.outline
+    along = np.array([face.normal[1], -face.normal[0], 0.0])
+    return [line[np.abs((1e3 * line - grid.center) @ along) <= 0.5 * size] for line in face.outline]
 
 
 def contact_levels(history: xr.Dataset, patch: ContactPatch, step: int) -> tuple[Floats, Floats]:

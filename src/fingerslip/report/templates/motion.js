@@ -80,7 +80,7 @@ class Plots {
     this.width = this.canvas.clientWidth || 500;
     const measure = this.canvas.getContext("2d");
     measure.font = FONT;
-    const rows = [...(run.solid ? [] : [{ label: "stick and slip along plate [mm]", lines: [], map: true, height: 130 }]),
+    const rows = [...(run.solid ? [] : [{ label: run.mapLabel, lines: [], map: true, height: 130 }]),
       ...run.panels.map((panel) => ({ ...panel, height: 112 }))];
     let top = names;
     for (const row of rows) {
@@ -219,10 +219,9 @@ class Plots {
 class Section {
   constructor(canvas, run) {
     Object.assign(this, { canvas, run });
-    const { body, points } = run;
-    const xs = [], ys = [];
-    for (let i = 0; i < points.length; i += 2) { xs.push(points[i] * body.unit); ys.push(points[i + 1] * body.unit); }
-    this.box = [xs, ys].flatMap((values) => [values.reduce((a, b) => Math.min(a, b)), values.reduce((a, b) => Math.max(a, b))]);
+    // Around the section at all times.
+    const { low, high } = run.body;
+    this.box = [low[0], high[0], low[1], high[1]];
   }
 
   at(frame, node) {
@@ -268,7 +267,8 @@ class Section {
     const skin = Array.from(this.run.skin, (node) => this.at(frame, node)).sort((a, b) => a[1] - b[1]);
     const low = skin.slice(0, Math.ceil(skin.length / 4)), middle = low.reduce((sum, one) => sum + one[0], 0) / low.length;
     const half = 0.11 * (this.box[1] - this.box[0]);
-    return [middle - half, middle + half, skin[0][1] - 0.18 * half, skin[0][1] + 0.95 * half];
+    const plate = this.run.body.plates[frame][0], [below, above] = plate && plate.normal[1] < 0 ? [0.75, 0.38] : [0.18, 0.95];
+    return [middle - half, middle + half, skin[0][1] - below * half, skin[0][1] + above * half];
   }
 
   cells(draw, frame, field, to) {
@@ -287,17 +287,23 @@ class Section {
   }
 
   plate(draw, plate, to, width) {
-    const along = [plate.normal[1], -plate.normal[0]], [x, y] = to(plate.centre);
+    const [x, y] = to(plate.centre);
     draw.strokeStyle = "#000";
     draw.lineWidth = 2;
-    draw.beginPath(); draw.moveTo(x - width * along[0], y + width * along[1]); draw.lineTo(x + width * along[0], y - width * along[1]); draw.stroke();
+    for (const line of plate.lines) {
+      draw.beginPath();
+      for (const point of line) draw.lineTo(...to(point));
+      draw.stroke();
+    }
     draw.lineWidth = 1;
     const { travels } = this.run.body;
     if (!travels) return;
-    const start = [width * 0.5 - travels * 34, y + 12], end = width * 0.5 + travels * 34;
+    // A flat one has its arrow in the middle of the picture, a curved one at its contact, on the side off the body.
+    const middle = plate.flat ? width * 0.5 : x, level = y + (plate.normal[1] < 0 ? -12 : 12);
+    const start = [middle - travels * 34, level], end = middle + travels * 34;
     draw.fillStyle = "#000";
-    draw.beginPath(); draw.moveTo(...start); draw.lineTo(end, start[1]); draw.stroke();
-    draw.beginPath(); draw.moveTo(end + travels * 7, start[1]); draw.lineTo(end, start[1] - 4); draw.lineTo(end, start[1] + 4); draw.fill();
+    draw.beginPath(); draw.moveTo(...start); draw.lineTo(end, level); draw.stroke();
+    draw.beginPath(); draw.moveTo(end + travels * 7, level); draw.lineTo(end, level - 4); draw.lineTo(end, level + 4); draw.fill();
   }
 
   skin(draw, frame, to, close) {

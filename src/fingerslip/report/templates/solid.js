@@ -42,14 +42,7 @@ class Solid {
     this.gl = canvas.getContext("webgl2", { antialias: true, preserveDrawingBuffer: true });
     if (this.gl) this.program = program(this.gl);
     this.normals = new Map();
-    const half = run.points.length / 3;
-    this.low = [Infinity, Infinity, Infinity];
-    this.high = [-Infinity, -Infinity, -Infinity];
-    for (let i = 0; i < half * 3; i++) {
-      const value = run.points[i] * run.body.unit;
-      this.low[i % 3] = Math.min(this.low[i % 3], value);
-      this.high[i % 3] = Math.max(this.high[i % 3], value);
-    }
+    Object.assign(this, { low: run.body.low, high: run.body.high });
     this.pointers(canvas, redraw);
   }
 
@@ -162,17 +155,16 @@ class Solid {
     return normals;
   }
 
-  // The plate as an outline, and an arrow along its slide.
+  // Counterfaces as outlines, and an arrow along the slide.
   outlines(frame) {
     const { body } = this.run, lines = [], half = 0.55 * Math.max(this.high[0] - this.low[0], this.high[2] - this.low[2]);
-    for (const { centre, normal } of body.plates[frame]) {
-      const along = body.slide, across = cross(normal, along);
-      const corner = (a, b) => centre.map((one, i) => one + half * (a * along[i] + b * across[i]));
-      for (const [p, q] of [[[-1, -1], [1, -1]], [[1, -1], [1, 1]], [[1, 1], [-1, 1]], [[-1, 1], [-1, -1]]]) lines.push(corner(...p), corner(...q));
-      if (body.travels) {
-        const tip = corner(0.95 * body.travels, 0.8);
-        lines.push(corner(0.35 * body.travels, 0.8), tip, corner(0.83 * body.travels, 0.88), tip, corner(0.83 * body.travels, 0.72), tip);
-      }
+    for (const plate of body.plates[frame]) {
+      for (const line of plate.lines) for (let i = 1; i < line.length; i++) lines.push(line[i - 1], line[i]);
+      if (!body.travels) continue;
+      const along = body.slide, across = cross(plate.normal, along);
+      const corner = (a, b) => plate.centre.map((one, i) => one + half * (a * along[i] + b * across[i]));
+      const tip = corner(0.95 * body.travels, 0.8);
+      lines.push(corner(0.35 * body.travels, 0.8), tip, corner(0.83 * body.travels, 0.88), tip, corner(0.83 * body.travels, 0.72), tip);
     }
     const places = new Float32Array(lines.flat());
     this.buffers({ place: [places, 3], normal: [places.slice(), 3], colour: [new Float32Array(places.length), 3],

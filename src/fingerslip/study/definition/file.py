@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from fingerslip.errors import InputError, Mistakes, shorten
+from fingerslip.errors import InputError, Mistakes, most_similar, shorten
 from fingerslip.parameters.dotted import known_part
 from fingerslip.parameters.fields import in_order
 from fingerslip.parameters.yaml_text import Document, parse_document, to_text
@@ -73,7 +73,21 @@ def _entries_of_run(text: str) -> dict[str, Any]:
     return content if len(content) == len(items) else {}
 
 
+# How files of meshes end, which are given in the place of a study.
+_MESHES = {".inp": "a deck of Abaqus", ".feb": "a file of FEBio"} | dict.fromkeys(
+    (".msh", ".vtu", ".vtk", ".xdmf", ".stl", ".bdf", ".med"), "a mesh"
+)
+
+
+def _refuse_mesh(path: Path) -> None:
+    kind = _MESHES.get(path.suffix.lower())
+    if kind is not None and path.is_file():
+        repair = "fingerslip new pad.yaml --template own-mesh writes a study that reads a mesh"
+        raise InputError(str(path), f"is {kind}", "needs a study file", repair)
+
+
 def _read_text(path: Path) -> str:
+    _refuse_mesh(path)
     name = path.name.encode(errors="surrogateescape")
     if name.decode(errors="replace").encode() != name:
         repair = "rename the file: results and reports are written under its name"
@@ -81,7 +95,7 @@ def _read_text(path: Path) -> str:
     try:
         return path.read_text(encoding="utf-8")
     except FileNotFoundError:
-        near = ", ".join(sorted(str(other) for other in path.parent.glob("*.yaml"))[:6])
+        near = ", ".join(most_similar(str(path), map(str, path.parent.glob("*.yaml"))))
         repair = f"in that folder: {near}" if near else ""
         raise InputError(str(path), "is not there", "needs a study file", repair) from None
     except IsADirectoryError:
@@ -114,6 +128,30 @@ def read_with_base(path: Path) -> dict[str, Any]:
         files.append(base)
         mappings.append(read_mapping(base))
     return functools.reduce(_merge, reversed(mappings))
+
+
+@contextlib.contextmanager
+def laws_of_base(path: Path, mapping: Mapping[str, Any]) -> Iterator[None]:
+    """Say of a constant that the law of a material does not have that the law comes from the base of a file."""
+    try:
+        yield
+    except InputError as error:
+        own = read_mapping(path)
+        raise Mistakes(_with_law(mistake, path, own, mapping) for mistake in error.all).error() from None
+
+
+def _with_law(mistake: InputError, path: Path, own: Mapping[str, Any], mapping: Mapping[str, Any]) -> InputError:
+    place = mistake.where.removeprefix(f"{path}: ").split(".")
+    if BASE not in own or mistake.found != "is not known" or len(place) != 3 or place[0] != "materials":
+        return mistake
+    written, merged = ((study.get("materials") or {}).get(place[1]) for study in (own, mapping))
+    if not isinstance(written, Mapping) or not isinstance(merged, Mapping):
+        return mistake
+    law = merged.get("law")
+    if law is None or "law" in written or place[2] not in written:
+        return mistake
+    repair = f"law: {law} comes from its base {own[BASE]}: write constants of that law, or change it there"
+    return InputError(mistake.where, mistake.found, mistake.allowed, repair, mistake.line)
 
 
 def _merge(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:

@@ -26,7 +26,7 @@ from fingerslip.slip.events import Events
 from fingerslip.specimens.protocol import Specimen
 from fingerslip.storage.files import digest
 from fingerslip.study.definition.expressions import derive
-from fingerslip.study.definition.file import line_numbers, read_with_base
+from fingerslip.study.definition.file import laws_of_base, line_numbers, read_with_base
 from fingerslip.study.definition.spec import NOT_OF_A_RUN, PlainStudy, Study, given_in
 from fingerslip.study.definition.sweep import combinations, drawn, scatter_values
 from fingerslip.units import without_rounding
@@ -131,7 +131,7 @@ def read_runs(path: str | Path) -> Plan:
     """Read a study file with its runs; errors as of :func:`~fingerslip.study.definition.spec.read_study`."""
     source = Path(path)
     mapping = read_with_base(source)
-    with line_numbers(source):
+    with line_numbers(source), laws_of_base(source, mapping):
         return expand_mapping(mapping, source)
 
 
@@ -139,7 +139,7 @@ def plan_study(path: str | Path, results_dir: str | Path = "results") -> Plan:
     """Read a study file as :func:`read_runs`, and check all that can be before anything runs."""
     source = Path(path)
     mapping = read_with_base(source)
-    with line_numbers(source):
+    with line_numbers(source), laws_of_base(source, mapping):
         return plan_mapping(mapping, source, Path(results_dir) / source.stem)
 
 

@@ -195,11 +195,11 @@ class RefinementSettings:
     alpha: tuple[NumericalDamping, ...] = (-0.05,)
 
     def __post_init__(self) -> None:
-        for name in ("mesh", "step", "penalty"):
+        for name, example in (("mesh", "[0.6667, 0.5]"), ("step", "[0.5, 0.25]"), ("penalty", "[4, 16]")):
             factors = getattr(self, name)
             if factors and len({1.0, *factors}) != 3:
                 fault = f"has {', '.join(f'{factor:g}' for factor in factors)}"
-                raise InputError(name, fault, "needs two different factors beside 1, or none", "write [0.6667, 0.5]")
+                raise InputError(name, fault, "needs two different factors beside 1, or none", f"write {example}")
 
 
 _ALPHA = -0.05

@@ -40,7 +40,7 @@ from fingerslip.specimens.choice import SPECIMENS, SpecimenChoice, check_mesh, g
 from fingerslip.specimens.fingertip.meshing.sources import MeshSizes
 from fingerslip.specimens.protocol import Specimen
 from fingerslip.study.definition.expressions import check_expression, check_names
-from fingerslip.study.definition.file import line_numbers, read_with_base
+from fingerslip.study.definition.file import laws_of_base, line_numbers, read_with_base
 from fingerslip.study.definition.settings import (
     CameraKind,
     CameraSettings,
@@ -357,7 +357,7 @@ def read_study(path: str | Path) -> Study:
     """
     path = Path(path)
     mapping = read_with_base(path)
-    with line_numbers(path):
+    with line_numbers(path), laws_of_base(path, mapping):
         return parse_study(mapping, path)
 
 

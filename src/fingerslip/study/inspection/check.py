@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
+import itertools
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -13,6 +15,7 @@ from fingerslip.errors import InputError
 from fingerslip.mesh.io import write_mesh
 from fingerslip.mesh.source import MeshFile
 from fingerslip.model.timing import Adaptive, QuasiStatic
+from fingerslip.results import REPEAT, SAMPLE
 from fingerslip.specimens.choice import SPECIMENS, preset_names, presets_of
 from fingerslip.specimens.protocol import Specimen
 from fingerslip.storage.files import writing
@@ -22,6 +25,9 @@ from fingerslip.study.running.build import Job, groups, inspect_mesh, prepare_sa
 from fingerslip.study.running.cost import compiling_seconds, estimated_seconds, process_bytes
 from fingerslip.tables.table import Column, Table
 from fingerslip.units import LengthUnit, metres
+
+# What numbers samples and repeats in the names of runs.
+_NUMBER = re.compile(rf"({SAMPLE}|{REPEAT})-\d+")
 
 _Row: TypeAlias = tuple[str, str, str, int, int, int | str, float]
 
@@ -58,6 +64,18 @@ def check_plans(plans: Sequence[Plan]) -> Table:
     title = "Checked: no mistakes found" + f", {len(warnings)} warning{'s' * (len(warnings) != 1)}" * bool(warnings)
     note = "\n".join((_note(rows, job_groups), *(f"WARNING: {warning}." for warning in warnings)))
     return Table(title, _COLUMNS, tuple(rows), note)
+
+
+def fold_samples(table: Table) -> Table:
+    """Return a table of checks with one row for all neighbouring samples, or repeats, that cost the same."""
+    rows: list[tuple[Any, ...]] = []
+    for _, alike in itertools.groupby(table.rows, lambda row: (_NUMBER.sub("", str(row[1])), row[0], row[2:])):
+        group = list(alike)
+        if _NUMBER.search(str(group[0][1])) and len(group) > 1:
+            study, name, *others = group[0]
+            group = [(study, f"{len(group)} runs: {name} to {group[-1][1]}", *others)]
+        rows += group
+    return dataclasses.replace(table, rows=tuple(rows))
 
 
 def _note(rows: Sequence[_Row], job_groups: Sequence[Sequence[Job]]) -> str:

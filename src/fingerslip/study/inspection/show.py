@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Literal
 
@@ -134,8 +134,10 @@ def _results_table(runs: tuple[RunResult, RunResult]) -> Table:
     return Table("Slip events and measures", columns, rows, note, marked)
 
 
-def export_result(target: Path, kind: str, output: Path | None = None) -> Path:
-    """Write a result for other programs, whole or not at all."""
+def export_result(
+    target: Path, kind: str, output: Path | None = None, say: Callable[[str], None] = lambda _: None
+) -> Path:
+    """Write a result for other programs, whole or not at all; say how large text is, and what spikes are not."""
     # Data frames and the formats are slow to load: what is wrong with the result is said before.
     folder = output or target / f"export-{kind}"
     if read_manifest(target).get("runs"):
@@ -144,9 +146,14 @@ def export_result(target: Path, kind: str, output: Path | None = None) -> Path:
 
         return export_tables({"runs": study.to_dataframe()}, folder, kind)
     read_stored_run(target)
-    from fingerslip.export.formats import export_history
+    from fingerslip.export.formats import export_history, export_notes
 
-    return export_history(read_history(target / HISTORY), folder, kind)
+    history = read_history(target / HISTORY)
+    # Which run it is, for formats that say so.
+    history.attrs["run"] = f"{target.resolve().parent.name}/{target.resolve().name}"
+    for note in export_notes(history, kind):
+        say(note)
+    return export_history(history, folder, kind)
 
 
 Method = Literal["auto", "linear", "morris", "sobol", "surrogate"]

@@ -14,11 +14,11 @@ from fingerslip.history import is_solid, phase_times, read_history
 from fingerslip.marker_tracks import marker_tracks
 from fingerslip.parameters import from_mapping
 from fingerslip.published import published_set
-from fingerslip.report.content import MOST_RUNS, OF_RUNS, OF_STUDIES, STYLES, RunSubject, StudySubject
+from fingerslip.report.content import MOST_RUNS, OF_RUNS, OF_STUDIES, STYLES, TIMED, RunSubject, StudySubject
 from fingerslip.report.labels import run_title
 from fingerslip.report.scene.options import SceneOptions, Served, require_free
 from fingerslip.report.tables.runs import swept_paths
-from fingerslip.results import HISTORY, RESULT, stored_result
+from fingerslip.results import HISTORY, RESULT, other_folders, stored_result
 from fingerslip.slip import find_events
 from fingerslip.slip.windows import LATENCY
 from fingerslip.study.inspection.show import sensitivities
@@ -30,8 +30,8 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-#: Formats of figures; the kind that is a film, the one that a detector draws, the one that every study has.
-FORMATS, FILM, DETECTOR, COMPOSED = ("pdf", "svg", "png"), "film", "detector", "composed"
+#: Formats of figures; the kind that is a film, the one that a detector draws, those that say their run.
+FORMATS, FILM, DETECTOR, TITLED = ("pdf", "svg", "png"), "film", "detector", ("composed", "spikes")
 # OpenCV brings an encoder for it, and browsers play it.
 _CODEC, _MP4 = "vp09", ".mp4"
 
@@ -56,6 +56,7 @@ class FigureChoice:
     times: Sequence[str] = ()  # times with their units
     options: Mapping[str, Any] = dataclasses.field(default_factory=dict)
     film: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+    dpi: int | None = None  # dots per inch of pixels
 
 
 def kinds_text(target: Path | None = None) -> str:
@@ -92,10 +93,10 @@ def write_figure(target: Path, choice: FigureChoice, output: Path | None = None)
     if choice.kind in _OF_WHOLE and choice.run:
         fault = f"got '{choice.run}' with --kind {choice.kind}"
         raise InputError("figure: --run", fault, "needs a kind that shows one run", "leave it out: all runs are shown")
-    runs = list(read_manifest(target).get("runs", {}))
-    if choice.kind == COMPOSED and not choice.run and len(runs) > 1:
-        # The figure and its file then say which one they show.
-        choice = dataclasses.replace(choice, run=runs[len(runs) // 2])
+    if choice.times and choice.kind not in TIMED:
+        needs = f"needs one of {', '.join(TIMED)}"
+        raise InputError("figure: --time", f"got it with --kind {choice.kind}", needs, "leave it out")
+    choice = with_run(target, choice)
     named = f"{choice.kind}-{choice.run}" if choice.run else choice.kind
     path = output or target / f"{named}{_MP4 if choice.kind == FILM else f'.{choice.form}'}"
     if choice.kind == FILM and path.suffix.lower() != _MP4:
@@ -123,8 +124,16 @@ def _save_of_detector(target: Path, choice: FigureChoice, output: Path | None) -
 
     path = output or target / f"{choice.kind}.{choice.form}"
     with looking(choice.style):
-        save_figure(draw(target, choice.kind), path)
+        save_figure(draw(target, choice.kind), path, choice.dpi)
     return path
+
+
+def with_run(target: Path, choice: FigureChoice) -> FigureChoice:
+    """Name the run of a figure that shows one: of several the one in the middle, which figure and file then say."""
+    runs = list(read_manifest(target).get("runs", {}))
+    if choice.kind in _OF_WHOLE or choice.run or len(runs) < 2:
+        return choice
+    return dataclasses.replace(choice, run=runs[len(runs) // 2])
 
 
 def _save_reactions(target: Path, path: Path, choice: FigureChoice) -> None:
@@ -139,7 +148,7 @@ def _save_reactions(target: Path, path: Path, choice: FigureChoice) -> None:
         needs = f"needs one of {', '.join(figures)}" if figures else "needs results of a study with the block reaction"
         raise InputError("figure: --kind", f"got '{choice.kind}', of which {target} has nothing", needs)
     with looking(choice.style):
-        save_figure(figures[choice.kind](reactions), path)
+        save_figure(figures[choice.kind](reactions), path, choice.dpi)
 
 
 def _save(subject: StudySubject | RunSubject, path: Path, choice: FigureChoice) -> None:
@@ -154,7 +163,7 @@ def _save(subject: StudySubject | RunSubject, path: Path, choice: FigureChoice) 
             figure = _detector_figure(subject)
         else:
             figure = draw_of_run(choice.kind, subject)
-        save_figure(figure, path)
+        save_figure(figure, path, choice.dpi)
 
 
 def _detector_figure(subject: RunSubject) -> Figure:
@@ -181,7 +190,8 @@ def _detector_figure(subject: RunSubject) -> Figure:
 def _study_subject(target: Path, choice: FigureChoice) -> StudySubject:
     if not read_manifest(target).get("runs"):
         needed = "this figure needs the folder of a study that fingerslip run wrote"
-        raise ResultError(f"{target}: holds no study; {needed}")
+        fault = f"holds no study; {needed}" if target.is_dir() else f"is not there; {other_folders(target)}"
+        raise ResultError(f"{target}: {fault}")
     study = read_results(target)
     paths = [path for path in swept_paths(study.runs) if len({str(run.swept.get(path)) for run in study.runs}) > 1]
     if choice.path and choice.path not in paths:
@@ -211,10 +221,6 @@ def _run_folder(target: Path, name: str) -> Path:
         return target
     if name and name not in names:
         raise InputError("figure: --run", f"'{name}' is not there", f"needs one of {', '.join(names)}")
-    if not name and len(names) > 1:
-        raise InputError(
-            "figure", f"this kind shows one run of {len(names)}", f"needs --run, one of {', '.join(names)}"
-        )
     return target / (name or names[0])
 
 
@@ -228,7 +234,7 @@ def _run_subject(folder: Path, choice: FigureChoice) -> RunSubject:
     )
     options = from_mapping(SceneOptions, {"written": False, **opened, **choice.options}, "figure")
     times = tuple(time_of_run(history, time, "figure: --time") for time in choice.times)
-    title = run_title(result, "") if choice.kind == COMPOSED and choice.run else ""
+    title = run_title(result, "") if choice.kind in TITLED and choice.run else ""
     return RunSubject(history, result.events, options, times, title=title)
 
 

@@ -34,6 +34,7 @@ from fingerslip.results import (
     RefusedRun,
     RunResult,
     StudyResult,
+    other_folders,
     result_of,
     stored_result,
     write_result,
@@ -323,6 +324,8 @@ def read_manifest(folder: Path) -> dict[str, Any]:
 def stored_manifest(folder: Path) -> dict[str, Any]:
     """Return what made the results of a study."""
     needed = f"{folder}: holds no results of a study; needs a folder that fingerslip run wrote"
+    if not folder.is_dir():
+        needed = f"{folder}: is not there; {other_folders(folder)}"
     try:
         return read_json(folder / MANIFEST, _REPAIR, _STORED)
     except (FileNotFoundError, NotADirectoryError):

@@ -202,6 +202,11 @@ def test_what_is_not_taken_is_listed_once(tmp_path, caplog):
             "nset=Corner, instance=Pad-2",
             "there is no instance 'pad-2', needs one of Pad-1, Stamp-1",
         ),
+        (
+            "type=CPE4RH",
+            "type=CPE4HX",
+            "has elements of the type CPE4HX, which is not known, needs CPE4 with",
+        ),
         ("name=Touch", "nam=Touch", r"\*Surface: has no name=, needs name= and a name"),
         ("*Solid Section, elset=_PickedSet2", "*Solid Section, elset=x", r"\*Solid section: has no set 'x'"),
         ("         10.,           0.,           0.\n", "10., 0.\n", "got '10., 0.', needs 3 numbers"),

@@ -1,5 +1,7 @@
 """Files of FEBio: they come with their regions, boundaries and materials; a damaged file is one error with its line."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -177,6 +179,14 @@ def test_every_material_is_a_law_or_is_listed(tmp_path, text, expected):
     else:
         assert rest == ("the material of Stamp (rigid body: has no law here)",)
         assert laws["Tissue"] == expected
+
+
+def test_a_file_in_millimetres_that_is_read_in_metres_is_warned_of(tmp_path):
+    text = re.sub(r' units="[^"]*"|<units>.*?</units>', "", FEBIO)
+    path = write(tmp_path / "pad.feb", text.replace(GEL, material("neo-Hookean", "<E>0.05</E><v>0.3</v>")))
+    with pytest.warns(UserWarning, match=r"names no units, .*Tissue.* none of a tissue: give the unit .*unit='mm'"):
+        read_materials(path)
+    assert read_materials(path, "mm")["Tissue"].youngs_modulus == pytest.approx(0.05e6)
 
 
 def test_a_file_of_another_program_has_no_materials(tmp_path):

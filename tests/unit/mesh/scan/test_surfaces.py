@@ -56,6 +56,7 @@ def test_loop_goes_around_the_hole_and_two_holes_that_meet_in_a_point_are_two_lo
     assert sorted(len(loop) for loop in boundary_loops(sheet)) == [4, 4, 20]
 
 
+@pytest.mark.slow
 def test_points_inside_are_told_and_outermost_drops_what_lies_inside():
     outer, inner = ellipsoid(), ellipsoid((3e-3, 3e-3, 3e-3))
     assert contains(outer, np.array([[11e-3, 0, 0], [0, 7.5e-3, 0], [0, 0, 7.5e-3]])).tolist() == [True, True, False]
@@ -122,6 +123,7 @@ def test_thin_neck_parts_in_two():
 WHOLE = ellipsoid()
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2**32 - 1), st.floats(0.0, 1.0))
 def test_any_turned_triangles_are_turned_back(seed, share):
     turned = np.random.default_rng(seed).random(len(WHOLE.triangles)) < share

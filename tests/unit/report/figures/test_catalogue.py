@@ -92,7 +92,7 @@ def test_a_history_is_drawn_by_name_with_its_events_or_those_that_are_given():
     for events, expected in ((None, made.EVENTS.slip.incipient), (fs.Events(slip=fs.SlipEvents(incipient=1.3)), 1.3)):
         figure = fs.draw(HISTORY, "forces", events=events, title="mine")
         assert expected in marked(panels(figure)[0])
-        assert figure.get_suptitle() == "Forces and slipping area: mine"
+        assert figure.get_suptitle() == "Forces and slipped area: mine"
     frames = fs.draw(block_history(), "slip-frames", times=(0.05, 0.1), style="paper")
     assert [title[:7] for title in titles(frames)] == ["0.050 s", "0.100 s"]
     assert frames.get_figwidth() == 7.2

@@ -18,7 +18,7 @@ from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.detect.evaluation.scores import Estimate
 from fingerslip.marker_tracks import filmed_tracks, marker_tracks
 from fingerslip.published import published_set
-from fingerslip.report.colours import STATE_COLOURS, STIFF_COLOUR
+from fingerslip.report.colours import RECEPTOR_COLOURS, STATE_COLOURS, STIFF_COLOUR
 from fingerslip.report.content import RunSubject, StudySubject
 from fingerslip.report.figures import bodies, composed, detectors, markers, patches, signals, specimens, study, style
 from fingerslip.report.page.pictures import draw_of_run, draw_of_study
@@ -224,13 +224,14 @@ FIGURES = {
     "composed": (
         of_run("composed", lambda: block_history("Q4"), AT_EVENTS, afferents=STRAIN_MODELS),
         ["0.00 s", "0.05 s", "0.10 s"],
-        {"plate [mm]", "contact\n[mm]", "1 FA-II\nby place", "force [N]", "ratio,\nfraction", "open", STRESS_BAR}),
+        {"plate [mm]", "contact\n[mm]", "1 FA-II\nby place x", "force of 1000 mm\ndepth [N]", "ratio,\nfraction",
+         STRESS_BAR}),
     "composed in 3D": (
         of_run("composed", block_history, LATER), ["0.03 s", "0.05 s", "0.06 s", "0.08 s", "0.09 s"],
         {"plate [mm]", "force [mN]", "ratio,\nfraction"}),
     "spikes": (
         of_run("spikes", lambda: block_history("Q4"), AT_EVENTS, afferents=STRAIN_MODELS), [],
-        {"plate [mm]", "1 FA-II\nby place", "mean rate [1/s]"}, [0.05, 0.06, 0.07, 0.1]),
+        {"plate [mm]", "1 FA-II\nby place x", "mean rate\n[1/s]"}, [0.05, 0.06, 0.07, 0.1]),
     "mesh": (
         of_run("mesh", lambda: block_history("Q4")), ["close view of the framed part"], {"skin", "tissue", "FA-II"}),
     "sensitivity": (
@@ -314,7 +315,7 @@ def test_ratio_reaches_the_friction_coefficient_and_is_left_out_while_hardly_any
 def test_the_stimulus_of_a_composed_figure_ends_where_its_axis_of_time_does():
     plate = panels(draw_of_run("composed", RunSubject(HISTORY, SLIPPED)))[0]
     last = plate.lines[0].get_xdata()[-1]
-    assert last <= plate.get_xlim()[1] < HISTORY["time"].values[-1]
+    assert last == pytest.approx(plate.get_xlim()[1]) == slide_window(HISTORY).end, "no shorter than the slide"
 
 
 def test_keys_of_ratios_cover_no_curve():
@@ -324,7 +325,7 @@ def test_keys_of_ratios_cover_no_curve():
     (keys,) = figure.legends
     lowest = min(axes.get_window_extent().y0 for axes in figure.axes)
     assert keys.get_window_extent().y1 < lowest
-    assert {"normal force", "tangential force", "slipping area fraction"} <= words(figure)
+    assert {"normal force", "tangential force", "slips now"} <= words(figure)
 
 
 def test_forces_have_the_body_beside_at_the_start_of_the_slide_and_at_overall_slip():
@@ -359,7 +360,6 @@ def test_pictures_of_a_run_are_led_to_their_times_on_one_axis_with_all_signals()
     )
     with style.looking("paper"):
         lettered = draw_of_run("composed", RunSubject(block_history("Q4"), AT_EVENTS))
-    assert [text.get_text() for text in lettered.legends[0].get_texts()] == ["open", "stick", "slip"]
     letters = [text for axes in panels(lettered) for text in texts(axes) if len(text) == 1]
     assert sorted(letters) == ["a", "b", "c", "d", "e"]
 
@@ -454,18 +454,46 @@ def test_every_type_has_its_raster_below_the_stimulus_with_rows_by_place_and_rat
     assert line(stimulus, "slide").get_ydata()[-1] == pytest.approx(1.0)
     assert line(stimulus, "press").get_ydata()[-1] == pytest.approx(0.5)
     assert [len(axes.collections) for axes in (slow, fast)] == [2, 1]
-    assert (slow.get_ylabel(), rates.get_ylabel()) == ("2 SA-I\nby place", "mean rate [1/s]")
+    assert (slow.get_ylabel(), rates.get_ylabel()) == ("2 SA-I\nby place x", "mean rate\n[1/s]")
     assert [label.get_text() for label in slow.get_yticklabels()] == ["\N{MINUS SIGN}2.0 mm", "4.0 mm"]
     np.testing.assert_allclose(np.concatenate([row.get_positions() for row in slow.collections]), [0.1, 0.2, 0.3])
     # Records of 10 ms resolve no rate of 20 a second in windows of less than 100 ms.
-    assert np.diff(rates.lines[0].get_xdata()) == pytest.approx(0.1)
-    (note,) = titles(figure)
-    assert note.startswith("FA-II left out: vibrations need finer steps")
-    figure = composed.composed_figure(history, spikes=fs.Spikes(names, kinds, times, 0.0, 0.5))
-    (said,) = [axes for axes in figure.axes if axes.get_title(loc="left") == note]
-    assert said.get_ylabel() == "2 SA-I\nby place", "above the rasters, not among the keys"
-    (keys,) = figure.legends
-    assert [text.get_text() for text in keys.get_texts()] == ["open", "stick", "slip"]
+    edges = rates.patches[0].get_data().edges
+    assert np.diff(edges) == pytest.approx(0.1)
+    assert edges[0] == 0.0
+    assert stimulus.get_xlim() == (0.0, pytest.approx(slide_window(history).end)), "all of the slide"
+    assert titles(figure) == [], "notes are no titles of panels"
+    felt = fs.Spikes(names, kinds, times, 0.0, 0.5, {"FA-I": 117.0})
+    for drawn in (
+        signals.spike_figure(felt, history, assumed=True),
+        composed.composed_figure(history, spikes=felt, assumed=True),
+    ):
+        (note,) = (text for axes in drawn.axes if "Spikes: " in (text := axes.get_xlabel().replace("\n", " ")))
+        assert "FA-II left out: vibrations need finer steps" in note
+        assert "FA-I (117 Hz) respond to more than the 5 Hz that records resolve" in note
+        assert note.endswith("counts are no result.")
+    (contact,) = (axes for axes in drawn.axes if axes.get_ylabel() == "contact\n[mm]")
+    assert [text.get_text() for text in contact.get_legend().get_texts()] == ["open", "stick", "slip"]
+    assert drawn.legends == []
+
+
+def test_the_lines_of_events_cross_the_share_that_has_slipped_at_their_levels():
+    axes = panels(signals.force_figure(HISTORY, EVENTS))[1]
+    slipped, slips = line(axes, signals.HAS_SLIPPED), line(axes, signals.SLIPS)
+    times = HISTORY["time"].values
+    for name, level in (("incipient", 0.1), ("noticed", 0.48), ("three_quarter", 0.75)):
+        share = np.interp(EVENTS.slip.time(name), times, slipped.get_ydata())
+        assert share == pytest.approx(level, abs=0.06), name
+    assert np.isnan(slipped.get_ydata()[0])
+    assert slips.get_linewidth() < slipped.get_linewidth()
+    receptors = set(RECEPTOR_COLOURS.values())
+    every = [each for axes in panels(signals.force_figure(HISTORY)) for each in axes.lines]
+    assert not receptors & {each.get_color() for each in every}, "a colour means one thing"
+
+
+def test_forces_of_a_section_say_how_deep_it_is():
+    figure = signals.force_figure(HISTORY.assign_attrs(depth=1e-3))
+    assert panels(figure)[0].get_ylabel().startswith("force of 1 mm\ndepth [")
 
 
 def diamonds(axes):

@@ -33,6 +33,7 @@ def test_a_section_shows_its_regions_and_boundaries_by_name():
         np.testing.assert_allclose(segments, expected)
 
 
+@pytest.mark.slow
 def test_a_solid_shows_half_of_its_regions_and_each_boundary(monkeypatch):
     monkeypatch.setattr(meshes, "_WINDOW", (250, 225))
     mesh = box("H8", *[np.linspace(0.0, 1.0, 3)] * 3, regions=HALVES)

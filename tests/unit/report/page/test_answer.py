@@ -40,6 +40,9 @@ def test_a_single_run_says_when_it_slips_and_how_long_there_is_to_react():
     assert said[0].startswith("The whole contact slips after 2.13 mm of travel, 0.710 s after the slide begins")
     assert said[1] == "From incipient slip on, the plate travels 1.10 mm, 610 ms at the speed of this slide."
     assert not any("react" in sentence for sentence in said)
+    round_face = {**values, "contact.counterface.cylinder.radius": "15 mm"}
+    said = answer(study(run("a", 1.71, numbers=numbers, values=round_face)), {"a": 1.0})
+    assert said[1].startswith("From incipient slip on, the cylinder travels 1.10 mm")
 
 
 def test_a_sweep_says_where_it_slips_first_and_last_and_the_trend():

@@ -153,3 +153,12 @@ def test_a_block_of_two_layers_has_its_faces_and_its_section_whose_vertices_move
     assert len(touching) == 25, "all corners of the face on the plate"
     assert {*surface.states[0]} <= {*history["contact_state"].values[-1], 255}
     assert surface.stress.max() <= history["snapshot_von_mises"].values[last].max() + 1e-9
+
+
+def test_the_view_is_around_the_body_at_all_times(plane):
+    body = run_motion(plane, Events(), "t")["body"]
+    moved = 1e3 * (plane["node_position"].values + plane["snapshot_displacement"].values)
+    assert moved[..., 0].max() > 1e3 * plane["node_position"].values[:, 0].max()
+    np.testing.assert_allclose(body["low"], moved.min(axis=(0, 1)))
+    np.testing.assert_allclose(body["high"], moved.max(axis=(0, 1)))
+    assert all(len(plates) == 1 and plates[0]["flat"] for plates in body["plates"])

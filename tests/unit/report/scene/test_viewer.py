@@ -27,6 +27,7 @@ def history():
     return block_history()
 
 
+@pytest.mark.slow
 def test_a_picture_shows_something_and_changes_with_what_is_shown(history):
     size = (160, 120)
     whole = viewer.still(history, options=SceneOptions(scalar="region"), size=size)

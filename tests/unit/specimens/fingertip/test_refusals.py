@@ -87,7 +87,7 @@ REFUSED = {
     ],
     overrides: [
         ({"preset": "wang2014-2"}, "study.fingertip.preset: 'wang2014-2' is not known.*did you mean 'wang2014-2d'?"),
-        ({"preset": "wang2014"}, "did you mean 'wang2014-[23]d'"),
+        ({"preset": "wang2014"}, "did you mean 'wang2014-2d' or 'wang2014-3d'"),
         ({}, "study.fingertip.preset: is missing, needs one of wang2014-2d"),
         ({"preset": NAME, "phalanx": {"variety": "flattened"}}, "phalanx.variety: is not known.*mean 'variant'"),
         ({"preset": NAME, "phalanx": {"variant": "flat"}}, "phalanx.variant: got 'flat'"),

@@ -53,6 +53,9 @@ def test_what_cannot_be_read_and_a_name_that_is_not_utf_8_are_refused(tmp_path):
         f"{'x' * 300}.yaml": "cannot be read",
         "gone.yaml": r"gone\.yaml: is not there, needs a study file; in that folder: .*x\.yaml",
     }
+    for name, kind in (("pad.inp", "a deck of Abaqus"), ("pad.feb", "a file of FEBio"), ("pad.vtu", "a mesh")):
+        (tmp_path / name).write_text("*Heading")
+        names[name] = f"is {kind}, needs a study file; fingerslip new pad.yaml --template own-mesh"
     if sys.platform == "linux":  # elsewhere names are Unicode
         bad = os.fsdecode(b"a\xff.yaml")
         (tmp_path / bad).write_text("time: {step: 1 ms}")
@@ -60,6 +63,13 @@ def test_what_cannot_be_read_and_a_name_that_is_not_utf_8_are_refused(tmp_path):
     for name, message in names.items():
         with pytest.raises(InputError, match=message):
             read_mapping(tmp_path / name)
+
+
+def test_files_with_the_most_similar_names_come_first(tmp_path):
+    for name in ("a.yaml", "b.yaml", "c.yaml", "d.yaml", "e.yaml", "f.yaml", "slide.yaml"):
+        (tmp_path / name).write_text("time: {step: 1 ms}")
+    with pytest.raises(InputError, match=r"slied\.yaml: is not there, .*; in that folder: [^,]*slide\.yaml"):
+        read_mapping(tmp_path / "slied.yaml")
 
 
 plain = st.recursive(
@@ -158,6 +168,19 @@ def test_what_is_not_written_comes_from_the_base_but_sweeps_and_lists_are_replac
 def test_a_base_that_is_none_is_refused(tmp_path, base, message):
     with pytest.raises(InputError, match=message):
         read_study(write(tmp_path, "own.yaml", {"base": base}))
+
+
+def test_a_constant_that_the_law_of_the_base_does_not_have_is_told_where_the_law_comes_from(tmp_path):
+    values = block_values()
+    (name,) = values["materials"]
+    terms = [{"modulus": "20 kPa", "exponent": 2}]
+    ogden = {"law": "ogden", "terms": terms, "bulk_modulus": "1 MPa", "density": "1000 kg/m^3"}
+    write(tmp_path, "pad.yaml", values | {"materials": {name: ogden}})
+    path = write(tmp_path, "own.yaml", {"base": "pad.yaml", "materials": {name: {"youngs_modulus": "100 kPa"}}})
+    message = rf"{name}.youngs_modulus: is not known, .*; law: ogden comes from its base pad.yaml: write .* \(line 4\)"
+    for read in (read_study, read_runs):
+        with pytest.raises(InputError, match=message):
+            read(path)
 
 
 @pytest.mark.slow

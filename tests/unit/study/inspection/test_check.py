@@ -17,9 +17,10 @@ from fingerslip.report.scene import viewer
 from fingerslip.results import result_of, write_result
 from fingerslip.study.definition.runs import plan_studies
 from fingerslip.study.inspection import views
-from fingerslip.study.inspection.check import check_plans, draw_specimen, save_mesh
+from fingerslip.study.inspection.check import check_plans, draw_specimen, fold_samples, save_mesh
 from fingerslip.study.inspection.views import FigureChoice, view_result, write_figure
 from fingerslip.study.running.cost import estimated_seconds
+from fingerslip.tables.table import Table
 from fingerslip.vision.video import video_info
 from unit.mesh.decks.texts import CAE, FEBIO
 from unit.report.scenes import block_history
@@ -198,10 +199,12 @@ def test_a_composed_figure_of_a_study_with_several_runs_says_which_it_shows(fini
     write_figure(finished, FigureChoice("composed"))
     write_figure(finished, FigureChoice("composed", run=RUN), finished / "other.pdf")
     write_figure(finished / RUN, FigureChoice("composed"))
+    write_figure(finished, FigureChoice("spikes"))
     assert drawn == [
         (f"composed-{MIDDLE}.pdf", "friction coefficient 0.4"),
         ("other.pdf", "friction coefficient 0.2"),
         ("composed.pdf", ""),
+        (f"spikes-{MIDDLE}.pdf", "friction coefficient 0.4"),
     ]
 
 
@@ -232,7 +235,8 @@ RUN, MIDDLE = "friction_coefficient-0.2", "friction_coefficient-0.4"
         ("", FigureChoice("latency", style="poster"), None, "--style: got 'poster', needs one of page, paper, slides"),
         ("", FigureChoice("latency", form="gif"), None, "--format: got 'gif', needs one of pdf, svg, png"),
         ("", FigureChoice("latency", path="mesh.size"), None, "--over: 'mesh.size' is not swept"),
-        ("", FigureChoice("forces"), None, "this kind shows one run of"),
+        ("", FigureChoice("spikes", times=("1 s",)), None, "--time: got it with --kind spikes, needs one of composed"),
+        ("", FigureChoice("slip-maps", times=("1 s",)), None, "--time: got it with --kind slip-maps, needs one of"),
         ("", FigureChoice("forces", run="x"), None, "--run: 'x' is not there"),
         (
             "",
@@ -242,7 +246,7 @@ RUN, MIDDLE = "friction_coefficient-0.2", "friction_coefficient-0.4"
         ),
         ("", FigureChoice("latency", run="x"), None, "--run: got 'x' with --kind latency, needs a kind that shows one"),
         ("..", FigureChoice("latency"), None, "holds no study"),
-        (RUN, FigureChoice("forces", times=("99 s",)), None, "--time: got 99 s, needs a time of the run, 0 to"),
+        (RUN, FigureChoice("composed", times=("99 s",)), None, "--time: got 99 s, needs a time of the run, 0 to"),
         (RUN, FigureChoice("forces", run="x"), None, "--run: got 'x' with the folder of a run, needs the folder of"),
         (RUN, FigureChoice("detector"), None, "has no hold before its slide, needs markers at rest first; write hold"),
         (RUN, FigureChoice("film"), "film.avi", "--output: got '.*film.avi', needs a name that ends in .mp4"),
@@ -329,3 +333,12 @@ def test_a_time_has_a_unit_and_lies_in_the_run(given, seconds):
     else:
         with pytest.raises(fs.InputError, match=f"^view: --time: .*{seconds}"):
             views.time_of_run(HISTORY, given, "view: --time")
+
+
+def test_samples_that_cost_the_same_are_one_row():
+    row = "a.yaml", "to do", 10, 20, 20, 1.0
+    names = [f"sample-{number}" for number in range(1, 31)]
+    rows = [(row[0], name, *row[1:]) for name in (*names, "mu-0.2", "mu-0.3")]
+    dear = ("a.yaml", "sample-31", "to do", 99, 20, 20, 1.0)
+    folded = fold_samples(Table("", (), (*rows, dear), ""))
+    assert [row[1] for row in folded.rows] == ["30 runs: sample-1 to sample-30", "mu-0.2", "mu-0.3", "sample-31"]

@@ -41,6 +41,7 @@ sweep: {reaction.opposite: [mirror, plate]}
 """)
 
 
+@pytest.mark.slow
 def test_a_plate_opposite_a_held_object_is_in_the_mesh_of_its_runs_alone(tmp_path):
     (tmp_path / "x.yaml").write_text(yaml.safe_dump(HELD))
     (plan,) = plan_studies([tmp_path / "x.yaml"])

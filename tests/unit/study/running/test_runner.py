@@ -365,6 +365,7 @@ def sampled(ranges, count=5):
     return block_values() | {"sweep": {}, "sample": {"count": count, "ranges": ranges}}
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("simulated", "reports")
 def test_samples_are_run_like_a_sweep_and_said_to_move_the_events(write_study, simulated):
     """The history that stands for the simulation slips as a whole at 1.4 s + 0.5 s times the friction."""

@@ -94,6 +94,7 @@ def test_finished_trials_are_kept_when_others_fail(half, made, tmp_path, monkeyp
     assert not Path(tmp_path / "again").exists()
 
 
+@pytest.mark.slow
 def test_who_makes_the_same_data_set_meanwhile_waits_for_it(half, made, tmp_path, monkeypatch):
     trials, _ = made
     work = tmp_path / "twice.unfinished"

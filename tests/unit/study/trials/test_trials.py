@@ -67,6 +67,7 @@ def test_there_are_the_320_trials_of_the_paper(study, runs):
     assert len({law.static for law in laws}) == 80
 
 
+@pytest.mark.slow
 def test_samples_fill_the_directions_and_without_them_every_run_goes_in_all(study, runs):
     with pytest.raises(InputError, match=r"sample\.count: got 81, needs a multiple of 8"):
         trial_plans(runs, study.trials, 81)

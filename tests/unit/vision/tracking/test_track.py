@@ -83,6 +83,7 @@ def test_tracks_are_the_truth_in_the_order_of_the_layout_and_can_be_written(clip
 
 
 # Along an axis, and along none of those of the layout; the others are in the slow tier.
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "eighth", [pytest.param(one, marks=[pytest.mark.slow] * (one not in (0, 3))) for one in range(8)]
 )
