@@ -23,14 +23,13 @@ def main() -> None:
     with (folder / "assumptions.csv").open(newline="", encoding="utf-8") as file:
         names, *rows = csv.reader(file)
     chosen = [("all together", rows[0]), *((row[1], row) for row in rows if row[0] == "trials alone of")]
-    drawn = [(words, dict(zip(names[_WORDS:], map(estimate, row[_WORDS:]), strict=True))) for words, row in chosen]
+    drawn = [(words, dict(zip(names[_WORDS::3], estimates(row[_WORDS:]), strict=True))) for words, row in chosen]
     save_figure(assumption_figure(drawn), target)
 
 
-def estimate(text: str) -> Estimate:
-    """Return an estimate from its text, such as '0.912 [0.894, 0.929]'."""
-    value, low, high = (float(one) for one in text.replace("[", "").replace("]", "").replace(",", "").split())
-    return Estimate(value, low, high)
+def estimates(cells: list[str]) -> list[Estimate]:
+    """Return estimates from their cells: value, low and high of one after the other."""
+    return [Estimate(*map(float, cells[first : first + 3])) for first in range(0, len(cells), 3)]
 
 
 if __name__ == "__main__":

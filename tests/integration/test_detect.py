@@ -2,6 +2,7 @@
 
 import re
 import shlex
+import textwrap
 from pathlib import Path
 
 import pytest
@@ -39,7 +40,7 @@ COMMANDS = re.findall(r"^ *\$ fingerslip (.*)$", PAGE.replace("\\\n", " "), re.M
 def test_ten_commands_make_a_detector(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "200")
-    (making,) = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+    making, submitting = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
     exec(compile(making, "tutorial-detector.md", "exec"), {})
     assert len(list(Path("recordings").glob("*.mkv"))) == 24
     assert len(COMMANDS) == 10
@@ -49,11 +50,13 @@ def test_ten_commands_make_a_detector(tmp_path, monkeypatch):
     assert "Accuracy on frames" in printed[2]
     assert len(list(Path("inquiry").glob("*.png"))) == 3
     assert "no guarantee" in printed[4]
+    assert printed[4].endswith("test trials, not seen: slide-0004, slide-0011\n")
     assert all("frames a second" in text for text in printed[5:7])
     assert "found before gross slip" in printed[8]
+    exec(compile(textwrap.dedent(submitting), "tutorial-detector.md", "exec"), {})
+    assert "onset error" in run(COMMANDS[9])
     trials = open_trials("trials")
     tests = benchmark_test_trials(trials.names)
-    assert "slide-0004" in tests, "the page runs the detector on a test trial"
     write_onsets({name: trials.onsets()[name] for name in tests}, "submission.csv")
     assert "0.000" in run(COMMANDS[9])
 

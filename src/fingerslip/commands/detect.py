@@ -73,6 +73,11 @@ def _print(tables: Sequence[Table], markdown: bool, as_json: bool, output: Path 
         print_tables(tables, as_json)
 
 
+def _say_where(lines: Sequence[str], aside: bool) -> None:
+    """Say where files are, on standard error where the tables are data."""
+    typer.echo("\n".join(lines), err=aside)
+
+
 def detect() -> None:
     """Find slip in marker tracks: data sets, training, evaluation, detectors that run, and scores of a benchmark."""
 
@@ -180,6 +185,8 @@ def evaluate(
         options: dict[str, Any] = {"folds": folds, "group": group, "leave_out": leave_out or (), "output": output}
         tables = evaluate_classifiers(dataset, classifier or (), choices, **options)
     _print(tables, markdown, as_json)
+    page = [] if whole else [f"page: {output / 'evaluation.html'}"]
+    _say_where([f"tables: {output}", *page], markdown or as_json)
 
 
 @with_options("choices", _choices)
@@ -205,6 +212,7 @@ def inquire(
     answers = asked(dataset, classifier, choices, Levels(lost, noise, slower))
     write_inquiry(answers, output)
     print_tables(answers.tables.values(), as_json)
+    _say_where([f"tables and figures: {output}"], as_json)
 
 
 def vary(
@@ -237,6 +245,7 @@ def vary(
     names, by, each = classifier or ("forest",), by or [], each or []
     variation = varied(dataset, names, choices, folds=folds, conditions=by, each=each, output=output)
     print_tables(variation.tables.values(), as_json)
+    _say_where([f"tables and figures: {output}"], as_json)
 
 
 def transfer(
@@ -258,6 +267,8 @@ def transfer(
         check_folder(output)
     tables = judge_detector(detector, dataset, labels)
     _print(tables, markdown, as_json, output)
+    if output is not None:
+        _say_where([f"tables: {output}"], markdown or as_json)
 
 
 @with_options("tracking", tracking_options)
@@ -289,15 +300,14 @@ def run(
     sticks. The clip has to begin at rest. Of a camera events are told as they come, until Ctrl-C. How long frames take
     is printed, too.
     """
-    from fingerslip.detect.session import run_detector, watch_camera
+    from fingerslip.detect.watch import run_detector, watch_camera
 
     if source.isdecimal() or "://" in source:
         camera = int(source) if source.isdecimal() else source
         print_tables([watch_camera(camera, detector, tracking, rest_frames, partial(typer.echo, err=as_json))], as_json)
         return
     path = Path(source)
-    folder = output or path.with_name(f"{path.stem}_slip")
-    tables, lines = run_detector(path, detector, tracking, rest_frames, folder)
+    tables, lines = run_detector(path, detector, tracking, rest_frames, output)
     print_tables(tables, as_json)
     typer.echo("\n".join(lines), err=as_json)
 

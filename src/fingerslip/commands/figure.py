@@ -13,7 +13,7 @@ from fingerslip.report.scene.names import CAMERAS, FIELDS, alternatives
 
 def figure(  # noqa: PLR0917  the options of a command line have no order
     target: Annotated[
-        Path, typer.Argument(metavar="RESULT", help="Folder of a study's results, or of a run.", show_default=False)
+        Path, typer.Argument(metavar="RESULT", help="Folder of a study, a run or a detector.", show_default=False)
     ],
     kind: Annotated[
         str, typer.Option(help="What is shown; 'list' prints all kinds.", autocompletion=figure_kinds)
@@ -41,7 +41,7 @@ def figure(  # noqa: PLR0917  the options of a command line have no order
     from fingerslip.study.inspection.views import FigureChoice, film_size, kinds_text, with_run, write_figure
 
     if kind == "list":
-        typer.echo(kinds_text())
+        typer.echo(kinds_text(target))
         return
     options: dict[str, Any] = {"scalar": field, "cut": cut, "camera": camera, "contact": contact}
     choice = FigureChoice(

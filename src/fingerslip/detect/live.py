@@ -44,6 +44,11 @@ class Finding:
     onsets: Onsets  # when each began, as far as it has
     seconds: float  # how long the frame took [s]
 
+    @property
+    def no_event(self) -> Missing:
+        """Why an event has no time so far."""
+        return Missing.NO_EVENT
+
 
 F = TypeVar("F", bound=Finding)
 
@@ -199,10 +204,10 @@ def latency_of(findings: Sequence[Finding]) -> Latency:
 
 def findings_table(findings: Sequence[Finding], title: str, note: str) -> Table:
     """Return what a detector found, and how long it took; the note says what is in that time."""
-    latency, onsets = latency_of(findings), findings[-1].onsets
+    latency, onsets, no_event = latency_of(findings), findings[-1].onsets, findings[-1].no_event
     rows: tuple[tuple[Cell, ...], ...] = (
-        ("slip begins [s]", Missing.NO_EVENT if onsets.incipient is None else f"{onsets.incipient:.4g}"),
-        ("gross slip begins [s]", Missing.NO_EVENT if onsets.gross is None else f"{onsets.gross:.4g}"),
+        ("slip begins [s]", no_event if onsets.incipient is None else f"{onsets.incipient:.4g}"),
+        ("gross slip begins [s]", no_event if onsets.gross is None else f"{onsets.gross:.4g}"),
         ("frames", str(latency.frames)),
         ("median latency [ms]", f"{1e3 * latency.median:.3g}"),
         ("latency of 95 % of frames below [ms]", f"{1e3 * latency.late:.3g}"),

@@ -18,7 +18,7 @@ from fingerslip.detect.classifiers import probabilities
 from fingerslip.detect.features import FeatureSettings, MotionSettings
 from fingerslip.detect.labels import CLASSES
 from fingerslip.detect.optional import optional
-from fingerslip.detect.training import Calibration, Detector, candidate_of_name
+from fingerslip.detect.training import Calibration, Detector, FrameRate, candidate_of_name
 from fingerslip.errors import DamagedError, InputError, shorten
 from fingerslip.storage.files import (
     check_replaceable,
@@ -75,6 +75,7 @@ def _description(detector: Detector) -> dict[str, Any]:
         "thresholds": vars(detector.thresholds),
         "calibration": vars(detector.calibration),
         "data": detector.data,
+        "frame_rate": detector.frame_rate,
         "provenance": dict(detector.provenance),
     }
     plain: dict[str, Any] = json.loads(json.dumps(description))
@@ -124,6 +125,8 @@ def _described_detector(path: Path, described: Mapping[str, Any]) -> Detector:
             thresholds=check(Thresholds, "thresholds"),
             calibration=check(Calibration, "calibration"),
             data=check(str, "data"),
+            # Older detectors do not say it.
+            frame_rate=check(FrameRate, "frame_rate") if "frame_rate" in described else None,
             provenance=check(dict[str, Any], "provenance"),
         )
         again = _description(detector) | {name: described[name] for name in ("fingerslip", "scikit_learn", "sha256")}
@@ -249,11 +252,12 @@ def _card(detector: Detector) -> str:
     if calibration.trials:
         like = f"if they are like the {calibration.trials} that set the threshold"
         promise = f"At most {100 * calibration.share:.3g} % of trials without slip raise a false alarm, {like}."
+    rate = "" if detector.frame_rate is None else f" at {detector.frame_rate:.4g} frames/s"
     seen = f"{len(detector.names)} features ({', '.join(detector.features.sets)})"
     lines = [
         f"# Slip detector: {detector.classifier}",
         "",
-        f"Made by fingerslip {__version__} for {detector.layout_in_words}.",
+        f"Made by fingerslip {__version__} for {detector.layout_in_words}{rate}.",
         f"It sees {seen}; the first {motion.rest_frames} frames are at rest.",
         f"Learned from {', '.join(f'{name} {value}' for name, value in detector.provenance.items())}.",
         f"Hash of the data set: `{detector.data}`.",

@@ -3,28 +3,25 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.artist import Artist
-from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from fingerslip.detect.live import Finding
 from fingerslip.detect.residual import ResidualFinding, ResidualSettings, Slide, slides_of
-from fingerslip.report.colours import BLACK, BLUE, GREY, ORANGE, SKY, VERMILLION
+from fingerslip.detect.timeline import Timeline, mark_events, timeline_figure, write_timeline
+from fingerslip.report.colours import BLACK, SKY, VERMILLION
 from fingerslip.report.figures.markers import SHOWN_UNITS
-from fingerslip.report.figures.style import add_legend, figure_grid, picture_bytes, say, show_picture, with_style
+from fingerslip.report.figures.style import figure_grid, picture_bytes, say, show_picture, with_style
 from fingerslip.report.page.page import Picture, Report, ReportSection, write_page
 from fingerslip.storage.files import check_replaceable, new_folder, write_text
-from fingerslip.tables.table import Column, Missing, Table, to_csv
+from fingerslip.tables.table import Cell, Column, Missing, Table, to_csv
 from fingerslip.version import __version__
 from fingerslip.vision.fields import rest_positions
 from fingerslip.vision.overlay import overlay_frames
@@ -40,12 +37,6 @@ _BEFORE, _AFTER = 0.5, 1.0  # seconds of a clip around a moment
 _PICTURES = 45  # of a clip at most
 _CLIPS = 4
 _FILE = "slip.csv"
-_PRESS = "#e3e3e3"
-_LINES: Mapping[str, tuple[str, Literal["--", "-"]]] = {
-    "slip begins": (ORANGE, "--"),
-    "gross slip begins": (VERMILLION, "-"),
-}
-
 _HOW = (
     "While all sticks, the markers of a sensor move in one pattern that grows: a rigid motion, and how the sensor "
     "yields to it. The pattern is that of the first motion from rest. A marker has left it where what is left of its "
@@ -59,6 +50,10 @@ _WHAT_IT_NEEDS = (
 )
 
 
+_SURE_OF_TRAINED = (
+    "Sure: the probability that the detector itself gives, at most 99 %; how often it is right on trials that it has "
+    "not seen, fingerslip detect evaluate says."
+)
 _SURE = "Sure: in how many tested clips slip had begun when as many markers had left the pattern; none was real."
 
 
@@ -72,11 +67,18 @@ class SlipClip:
     latency: Table
     frames: Frames | None = None  # of the video, where there is one
     time_error: Sequence[float] = ()  # median, 5 % and 95 % of the error of the time of slip, where it is known [s]
+    source: str = ""  # its file
+    detector: str = ""  # what looked at it
 
     @property
     def slides(self) -> tuple[Slide, ...]:
         """What happens from rest to rest; all that a detector without rests found is one slide."""
         return slides_of(self.findings)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What is wrong with its tracks."""
+        return tuple(filter(None, str(self.tracks.attrs.get("warnings", "")).split("\n")))
 
     @property
     def residual(self) -> Sequence[ResidualFinding]:
@@ -116,20 +118,24 @@ def write_slip_page(clip: SlipClip, folder: Path) -> Path:
         write_text(partial / _FILE, to_csv(replace(table, columns=with_units)))
         if clip.frames is not None:
             write_tracks(clip.tracks, partial / "tracks.nc")
+        write_timeline(timeline_of(clip), partial, {"source": clip.source, "detector": clip.detector})
         write_page(slip_report(clip), partial / "slip.html")
     return folder / "slip.html"
 
 
 def slide_table(clip: SlipClip) -> Table:
     """Return what happened from rest to rest."""
-    rows = []
+    rows: list[tuple[Cell, ...]] = []
     for slide in clip.slides:
-        times = [Missing.NO_EVENT if time is None else time for time in vars(slide.onsets).values()]
-        what = "press, not judged" if slide.is_press else "slide"
-        rows.append((slide.start, slide.end, what, *times, _sureness(clip, slide)))
+        no_event = Missing.NOT_JUDGED if slide.is_press else Missing.NO_EVENT
+        times = [no_event if time is None else time for time in vars(slide.onsets).values()]
+        # A detector that knows no rests does not know when a slide begins.
+        start = slide.start if clip.residual else None
+        sure = no_event if slide.is_press else _sureness(clip, slide)
+        rows.append((start, slide.end, "press" if slide.is_press else "slide", *times, sure))
     seconds = [Column(name, "s", digits=3) for name in ("begins", "ends", "slip", "gross slip")]
     columns = (*seconds[:2], Column("what"), *seconds[2:], Column("sure", "%"))
-    note = _SURE if clip.residual and rows else ""
+    note = (_SURE if clip.residual else _SURE_OF_TRAINED) if rows else ""
     return Table("What happened from rest to rest" if rows else "The markers never moved", columns, tuple(rows), note)
 
 
@@ -180,9 +186,10 @@ def slip_report(clip: SlipClip) -> Report:
     """Return the page."""
     has_reasons = bool(clip.residual)
     colours = " Red markers have left the pattern, blue ones go with it." if has_reasons else ""
-    timeline = Picture("timeline", "Dashed: slip begins. Full line: it is gross. Grey: presses.", timeline_figure(clip))
-    warnings = tuple(filter(None, str(clip.tracks.attrs.get("warnings", "")).split("\n")))
-    hero, sections = [], [ReportSection("When", (), (slide_table(clip),), warnings=warnings)]
+    timeline = Picture(
+        "timeline", "Dashed: slip begins. Full line: it is gross. Grey: presses.", timeline_figure(timeline_of(clip))
+    )
+    hero, sections = [], [ReportSection("When", (), (slide_table(clip),), warnings=clip.warnings)]
     if clip.frames is not None:
         caption = f"Frames of the video; lines lead from where each marker rested.{colours}"
         hero.append(Picture("moments", caption, stills_figure(clip)))
@@ -232,48 +239,18 @@ def tested_table() -> Table:
     return Table("Error rates", (*map(Column, names), *times), tuple(TESTED), note)
 
 
-@with_style
-def timeline_figure(clip: SlipClip) -> Figure:
-    """Draw how far markers moved, how many left the pattern and how sure slip is, over time, with all events."""
-    rows, time = clip.residual, np.array([entry.time for entry in clip.findings])
-    figure, panels = figure_grid(3 if rows else 1, 1, (7.2, 1.35), f"Slip in {clip.name}", ("time [s]", ""), share="x")
-    if rows:
-        unit, scale = SHOWN_UNITS[str(clip.tracks["position"].attrs["units"])]
-        # Where the markers rest again, displacements begin anew.
-        ends = {slide.end for slide in clip.slides}
-        moved = [np.nan if entry.time in ends else scale * entry.displacement for entry in rows]
-        panels[0].plot(time, moved, color=BLUE, linewidth=1.2)
-        panels[0].set_ylabel(f"displaced [{unit}]")
-        panels[1].plot(time, [100 * entry.share for entry in rows], color=BLACK, linewidth=1.0)
-        panels[1].axhline(100 * ResidualSettings().share, color=GREY, linewidth=0.8, linestyle=":")
-        panels[1].set_ylabel("left pattern [%]")
-        panels[1].set_ylim(-4, 104)
-    chance = 1.0 / (1.0 + np.exp(-np.clip([entry.slip for entry in clip.findings], -50, 50)))
-    panels[-1].fill_between(time, 100 * chance, color=SKY, linewidth=0)
-    panels[-1].set_ylim(0, 104)
-    panels[-1].set_ylabel("sure of slip [%]")
-    for axes in panels:
-        _mark_events(axes, clip)
-        for slide in clip.slides:
-            if slide.is_press:
-                axes.axvspan(slide.start, time[-1] if slide.end is None else slide.end, color=_PRESS, zorder=0)
-    seen = [[slide.onsets.incipient for slide in clip.slides], [slide.onsets.gross for slide in clip.slides]]
-    keys: dict[str, Artist] = {
-        name: Line2D([], [], color=colour, linestyle=dash)
-        for (name, (colour, dash)), times in zip(_LINES.items(), seen, strict=True)
-        if any(time is not None for time in times)
-    }
-    if any(slide.is_press for slide in clip.slides):
-        keys["press, not judged"] = Patch(color=_PRESS)
-    add_legend(figure, keys)
-    return figure
-
-
-def _mark_events(axes: Axes, clip: SlipClip) -> None:
-    for slide in clip.slides:
-        for when, (colour, dash) in zip((slide.onsets.incipient, slide.onsets.gross), _LINES.values(), strict=True):
-            if when is not None:
-                axes.axvline(when, color=colour, linestyle=dash, linewidth=1.4)
+def timeline_of(clip: SlipClip) -> Timeline:
+    """Return what was found in a clip over time."""
+    unit, scale = SHOWN_UNITS[str(clip.tracks["position"].attrs["units"])]
+    return Timeline(
+        name=clip.name,
+        time=np.array([entry.time for entry in clip.findings]),
+        sure=100.0 / (1.0 + np.exp(-np.clip([entry.slip for entry in clip.findings], -50, 50))),
+        slides=clip.slides,
+        displacement=np.array([scale * entry.displacement for entry in clip.residual]),
+        left=np.array([100 * entry.share for entry in clip.residual]),
+        unit=unit,
+    )
 
 
 @with_style
@@ -310,7 +287,7 @@ def map_figure(clip: SlipClip) -> Figure:
     look: dict[str, Any] = {"cmap": "RdBu_r", "norm": LogNorm(0.1, 10.0), "interpolation": "nearest"}
     drawn = axes.imshow(np.maximum(left, 1e-3), aspect="auto", extent=extent, **look)
     axes.grid(visible=False)
-    _mark_events(axes, clip)
+    mark_events(axes, clip.slides)
     figure.colorbar(drawn, ax=axes, label="residual over limit", extend="both", pad=0.01)
     return figure
 

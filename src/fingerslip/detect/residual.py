@@ -24,6 +24,7 @@ from fingerslip.detect.labels import Onsets
 from fingerslip.detect.live import Finding, FrameByFrame, frames_of, run_live
 from fingerslip.errors import InputError
 from fingerslip.parameters import NonNegativeNumber, Number, parameters
+from fingerslip.tables.table import Missing
 from fingerslip.vision.fields import fit_rigid_motions
 from fingerslip.vision.tracking.layouts import nearest_neighbours
 from fingerslip.vision.tracking.rest import FEWEST, STIRRED, rest_length
@@ -80,6 +81,12 @@ class ResidualFinding(Finding):
     residual: Floats = field(repr=False)
     displacement: float  # root mean square since rest, in the unit of the positions
     slides: tuple[Slide, ...]  # so far
+
+    @property
+    def no_event(self) -> Missing:
+        """Why an event has no time so far: of presses nothing is said."""
+        is_judged = not self.slides or any(not slide.is_press for slide in self.slides)
+        return Missing.NO_EVENT if is_judged else Missing.NOT_JUDGED
 
 
 class ResidualDetector(FrameByFrame[ResidualFinding]):
@@ -255,6 +262,12 @@ def frames_at_rest(tracks: xr.Dataset) -> int:
     if len(position) <= FEWEST:
         raise InputError("tracks", f"have {len(position)} frames", f"needs more than {FEWEST} at rest")
     return min(rest_length(position), _MOST)
+
+
+def first_motion(tracks: xr.Dataset, rest_frames: int) -> int | None:
+    """Return the first of so many frames at rest in which the markers of tracks move, if they do in one."""
+    length = rest_length(markers_of(tracks, "internal")["position"].values[:rest_frames])
+    return length if length < rest_frames else None
 
 
 def detect_residual(tracks: xr.Dataset, settings: ResidualSettings | None = None) -> list[ResidualFinding]:

@@ -45,6 +45,7 @@ class Samples:
     trials: tuple[str, ...]  # names of the trials
     ring: NDArray[np.intp]  # (n_markers,), ring of each internal marker
     rest_end: NDArray[np.float64]  # (n_trials,), time of the last frame at rest of each trial [s]
+    interval: NDArray[np.float64]  # (n_trials,), median time between the frames of each trial [s]
     filled: int = 0  # positions that were not seen in these trials, and filled
     unusable: int = 0  # frames with too few markers, which are not sampled
 
@@ -100,6 +101,7 @@ def trial_samples(name: str, motion: Motion, onsets: Onsets, settings: FeatureSe
         trials=(name,),
         ring=motion.ring,
         rest_end=motion.time[[settings.motion.rest_frames - 1]],
+        interval=np.atleast_1d(np.median(np.diff(motion.time))),
         filled=motion.filled,
         unusable=int((~motion.usable).sum()),
     )
@@ -114,7 +116,7 @@ def joined_samples(samples: Sequence[Samples]) -> Samples:
             raise InputError(f"trial {part.trials[0]}", fault, "needs the same markers and rings", repair)
     joined = {
         name: np.concatenate([getattr(part, name) for part in samples])
-        for name in ("values", "classes", "time", "rest_end")
+        for name in ("values", "classes", "time", "rest_end", "interval")
     }
     return Samples(
         **joined,
@@ -146,7 +148,8 @@ def chosen_frames(
     for number, frames, count in wanted:
         if len(frames) < sampling.least * count:
             fault = f"has {len(frames)} frames of {CLASSES[number]} where {count} are sampled"
-            raise InputError(f"trial {trial}", fault, "needs more", "leave the trial out, or sample fewer frames")
+            repair = "leave the trial out, sample fewer with --samples, or need a smaller share of them with --least"
+            raise InputError(f"trial {trial}", fault, f"needs {sampling.least:.0%} of them", repair)
         pieces.append(draw.choice(frames, min(count, len(frames)), replace=False))
     return np.sort(np.concatenate(pieces))
 

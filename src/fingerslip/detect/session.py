@@ -1,13 +1,12 @@
-"""What the command line asks for: data sets, detectors, evaluations as tables, and detectors at work on what is new."""
+"""What the command line asks for: data sets, detectors, and evaluations as tables."""
 
 from __future__ import annotations
 
-import contextlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -33,32 +32,15 @@ from fingerslip.detect.evaluation.tables import (
 from fingerslip.detect.features import MotionSettings
 from fingerslip.detect.labels import LabelSettings, Onsets, read_onsets
 from fingerslip.detect.model_file import read_detector, write_detector
-from fingerslip.detect.recordings import SLIP, TRACK_FILES, read_any_tracks, read_recording, recorded_trials
+from fingerslip.detect.recordings import SLIP, read_recording, recorded_trials
 from fingerslip.detect.samples import Sampling, benchmark_test_trials, grouped_folds, left_out
-from fingerslip.detect.training import (
-    TIME_ERROR,
-    Detector,
-    calibration_count,
-    candidate_of_name,
-    check_tracks_fit,
-    train,
-)
+from fingerslip.detect.training import Detector, calibration_count, candidate_of_name, train
 from fingerslip.detect.trials import TrialSet, condition_text, open_trials, write_trials
+from fingerslip.detect.watch import RESIDUAL
 from fingerslip.errors import InputError, shorten
-from fingerslip.storage.files import check_replaceable
 from fingerslip.tables.table import Column, Table
-from fingerslip.vision.sources import dropped_frames, live_frames
-from fingerslip.vision.video import open_frames
-
-if TYPE_CHECKING:
-    from fingerslip.detect.live import Finding, LiveDetector
-    from fingerslip.detect.residual import ResidualDetector
-    from fingerslip.vision.tracking.tracker import MarkerTracker
-
 
 _CALIBRATION = "Expected calibration error of the probability of slip in ten bins; Brier score over the three classes."
-#: Name of the detector that ships, where one is chosen.
-RESIDUAL = "residual"
 
 
 @dataclass(frozen=True)
@@ -143,14 +125,16 @@ def collect_trials(
 
 def train_detector(dataset: Path, output: Path, classifier: str, choices: Choices) -> str:
     """Train a detector on what is no test trial of the benchmark, write it, and return what was done."""
-    detector = choices.train(open_trials(dataset), classifier)
+    folder = open_trials(dataset)
+    detector = choices.train(folder, classifier)
     write_detector(detector, output)
     promise = "no guarantee on false alarms: too few trials"
     calibration = detector.calibration
     if calibration.trials:
         promise = f"false alarms <= {100 * calibration.share:g} % by {calibration.trials} trials"
     trials, samples = detector.provenance["trials"], detector.provenance["samples"]
-    return f"{output}: {classifier}, {trials} trials, {samples} samples, {promise}"
+    tests = ", ".join(benchmark_test_trials(folder.names, choices.seed))
+    return f"{output}: {classifier}, {trials} trials, {samples} samples, {promise}\ntest trials, not seen: {tests}"
 
 
 def evaluate_classifiers(
@@ -204,6 +188,7 @@ def evaluate_classifiers(
     ]
     if output is not None:
         from fingerslip.detect.evaluation.page import Judged, write_evaluation
+        from fingerslip.detect.evaluation.stored import write_judged
 
         output_tables(tables, output)
         judged = {
@@ -211,6 +196,7 @@ def evaluate_classifiers(
             for name, entry in all_frames.items()
         }
         labels = {name: onsets[name] for name in trials.names}
+        write_judged(judged, labels, output)
         write_evaluation(tables, judged, labels, output / "evaluation.html", f"Evaluation on {trials.title}")
     run.parts.remove()
     return tables
@@ -291,100 +277,6 @@ def score_onsets(dataset: Path, submission: Path, choices: Choices) -> Table:
         trials, submission, labels=choices.onsets(trials), seed=choices.seed, rest_frames=choices.rest_frames
     )
     return event_table({f"{submission.name}, {scores.trials} trials": scores}, title="Benchmark")
-
-
-def run_detector(
-    source: Path, detector: str, tracking: Mapping[str, Any], rest_frames: int | None, output: Path
-) -> tuple[list[Table], list[str]]:
-    """Run a detector on tracks or a video, write its page, and return its events, its latency and what to say."""
-    trained = None if detector == RESIDUAL else read_detector(detector)
-    check_replaceable(output, "slip.csv")
-    if not source.exists():
-        raise InputError(str(source), "is not there", "needs a video, a folder of images, or tracks (.nc, .csv)")
-    # What computes and draws is slow to import.
-    from fingerslip.detect.live import findings_table, run_on_tracks
-    from fingerslip.detect.page import SlipClip, answer_of, slide_table, write_slip_page
-    from fingerslip.detect.residual import ResidualSettings, detect_residual, frames_at_rest
-    from fingerslip.vision.tracking.track import follow_video, lens_of, tracks_of
-
-    frames, note, seconds = None, "Latency without the tracker. A first run compiles, too.", np.zeros(1)
-    with threadpool_limits(1):
-        if source.suffix in TRACK_FILES:
-            tracks = read_any_tracks(source)
-        else:
-            frames = open_frames(source, tracking.get("frame_rate"), tracking.get("channel", "grey"))
-            tracker = _tracker(trained, tracking, rest_frames or 10, frames.name)
-            lens = lens_of(tracking.get("calibration"), frames)
-            rows, broken = follow_video(frames, tracker)
-            tracks, note = tracks_of(tracker, rows, frames.frame_rate, lens, broken), "Latency with the tracker."
-            seconds = np.array([row.seconds for row in rows])
-        if trained:
-            findings: Sequence[Finding] = list(run_on_tracks(trained, tracks))
-        else:
-            findings = detect_residual(tracks, ResidualSettings(rest_frames=rest_frames or frames_at_rest(tracks)))
-    more = np.resize(seconds, len(findings)).tolist()
-    timed = [replace(entry, seconds=entry.seconds + tracked) for entry, tracked in zip(findings, more, strict=True)]
-    name = "the detector that ships" if trained is None else trained.classifier
-    latency = findings_table(timed, f"{source.name} with {name}", note)
-    error = trained.provenance.get(TIME_ERROR, ()) if trained else ()
-    clip = SlipClip(source.name, tracks, findings, latency, frames, error)
-    page = write_slip_page(clip, output)
-    return [slide_table(clip), latency], [*answer_of(clip), f"page: {page}"]
-
-
-def watch_camera(
-    camera: int | str,
-    detector: str,
-    tracking: Mapping[str, Any],
-    rest_frames: int | None,
-    tell: Callable[[str], object],
-) -> Table:
-    """Run a detector on a camera until it ends or is interrupted; tell each event as it comes, and return latencies."""
-    from fingerslip.detect.live import findings_table
-
-    trained = None if detector == RESIDUAL else read_detector(detector)
-    tracker = _tracker(trained, tracking, rest_frames or 30, f"camera {camera}")
-    live: LiveDetector | ResidualDetector | None = None
-    findings: list[Finding] = []
-    with threadpool_limits(1), contextlib.suppress(KeyboardInterrupt):
-        for time, frame in live_frames(camera, tracking.get("channel", "grey")):
-            for seen in tracker.take(frame, time):
-                live = live or _detector_for(trained, tracker)
-                for finding in live.take(seen):
-                    for event in _new_events(findings[-1].onsets if findings else Onsets(None, None), finding):
-                        tell(event)
-                    findings.append(replace(finding, seconds=finding.seconds + seen.seconds))
-    dropped = dropped_frames([finding.time for finding in findings])
-    return findings_table(findings, f"camera {camera}", f"Latency with the tracker; {dropped} frames were dropped.")
-
-
-def _tracker(trained: Detector | None, tracking: Mapping[str, Any], rest_frames: int, name: str) -> MarkerTracker:
-    """Return the tracker for a detector; a trained one says itself how many frames are at rest."""
-    from fingerslip.vision.tracking.tracker import MarkerTracker
-
-    search = {option: tracking[option] for option in ("n_markers", "layout", "mask", "bright") if option in tracking}
-    return MarkerTracker(
-        **search, rest_frames=trained.features.motion.rest_frames if trained else rest_frames, name=name
-    )
-
-
-def _detector_for(trained: Detector | None, tracker: MarkerTracker) -> LiveDetector | ResidualDetector:
-    """Return what takes the markers of a tracker that has found them."""
-    from fingerslip.detect.live import LiveDetector
-    from fingerslip.detect.residual import ResidualDetector, ResidualSettings
-
-    if trained is None:
-        return ResidualDetector(ResidualSettings(tracker.rest_frames))
-    check_tracks_fit(trained, tracker.at_rest)
-    return LiveDetector(trained, tracker.reference.ring)
-
-
-def _new_events(before: Onsets, finding: Finding) -> Iterator[str]:
-    """Yield in words what has begun since the finding before."""
-    for word, event in {"slip": "incipient", "gross slip": "gross"}.items():
-        began = getattr(finding.onsets, event)
-        if began is not None and getattr(before, event) is None:
-            yield f"{finding.time:.3f} s: {word} since {began:.3f} s"
 
 
 def _by_depth(result: Unseen, trials: TrialSet, onsets: Mapping[str, Onsets], rest_frames: int) -> list[Table]:

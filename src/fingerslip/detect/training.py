@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
+import pydantic
 from numpy.typing import NDArray
 
 from fingerslip.detect.alarms import (
@@ -30,12 +31,16 @@ from fingerslip.detect.labels import Onsets
 from fingerslip.detect.samples import PUBLISHED_SAMPLING, Samples, Sampling, held_out, samples_of
 from fingerslip.detect.trials import TrialSet, check_labels, layout_digest, layout_text
 from fingerslip.errors import InputError, shorten
+from fingerslip.parameters import Number
 
 if TYPE_CHECKING:
     import xarray as xr
 
 Floats = NDArray[np.float64]
 
+FrameRate = Annotated[Number, pydantic.Field(gt=0, allow_inf_nan=False)] | None
+#: Share by which the frame rate of a recording may differ from that of a detector.
+RATE_TOLERANCE = 0.1
 #: In the provenance of a detector: how far off its times are on the trials that set its threshold.
 TIME_ERROR = "time_error_s"
 
@@ -62,6 +67,7 @@ class Detector:
     thresholds: Thresholds = field(default_factory=Thresholds)
     calibration: Calibration = field(default_factory=Calibration)
     data: str = ""  # hash of the data set that it learned from
+    frame_rate: FrameRate = None  # median of the trials that it learned from [1/s], where it is known
     provenance: Mapping[str, Any] = field(default_factory=dict)
 
 
@@ -110,6 +116,7 @@ def train(
         layout_in_words=layout_text(inside),
         smoother=forward_filter(samples, onsets, settings.motion.window),
         data=trials.digest,
+        frame_rate=float(f"{1.0 / np.median(samples.interval):.6g}"),
         provenance={"trials": len(samples.trials), "samples": len(samples.classes), "seed": seed, "set": trials.title},
     )
     if not calibration:
@@ -192,3 +199,24 @@ def check_tracks_fit(detector: Detector, tracks: xr.Dataset) -> None:
             f"needs the markers that the detector learned from: {detector.layout_in_words}",
             "train a detector for this layout",
         )
+
+
+def rate_fault(detector: Detector, rate: float) -> str:
+    """Say how the frame rate of a recording [1/s] differs from that of a detector; nothing where it fits."""
+    if detector.frame_rate is None or not abs(rate / detector.frame_rate - 1.0) > RATE_TOLERANCE:
+        return ""
+    return f"has {rate:.4g} frames/s, the detector learned from {detector.frame_rate:.4g} frames/s"
+
+
+def check_rate_fits(detector: Detector, rate: float, where: str) -> None:
+    """Refuse a recording at another frame rate [1/s], of which velocities and times are not those that were learned."""
+    fault = rate_fault(detector, rate)
+    if fault:
+        allowed = f"needs that rate within {100 * RATE_TOLERANCE:.0f} %"
+        repair = "record at it, state the true rate of a video with --frame-rate, or train a detector at this one"
+        raise InputError(where, fault, allowed, repair)
+
+
+def frame_rate_of(time: Floats) -> float:
+    """Return the frame rate of a recording [1/s] by the times of its frames (n_times,) [s]; NaN of fewer than two."""
+    return float(1.0 / np.median(np.diff(time))) if len(time) > 1 else np.nan

@@ -24,7 +24,7 @@ import secrets
 import shutil
 import socket
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
@@ -196,6 +196,17 @@ def check_folder(folder: Path) -> None:
     """Refuse a file where a folder is to be written, before anything is computed for it."""
     if folder.exists() and not folder.is_dir():
         raise InputError(str(folder), "is a file", "needs a folder", "give another name")
+
+
+def folder_beside(path: Path, word: str, source_of: Callable[[Path], str]) -> Path:
+    """Return the folder beside a file for what is made of it.
+
+    Its name has the ending of the file, too, where that of another file is there, by what `source_of` says of a folder.
+    """
+    folder = path.with_name(f"{path.stem}_{word}")
+    if not folder.is_dir() or Path(source_of(folder)).name in ("", path.name):
+        return folder
+    return path.with_name(f"{path.name.replace('.', '-')}_{word}")
 
 
 def check_empty(folder: Path) -> None:

@@ -27,6 +27,19 @@ class Measured:
     uncertainty: float  # both in the unit of their column
 
 
+@dataclass(frozen=True)
+class Interval:
+    """A number with the ends of its interval: text for people, three columns in CSV."""
+
+    value: float  # all in the unit of their column
+    low: float | None = None
+    high: float | None = None
+
+    def __str__(self) -> str:
+        ends = "" if self.low is None else f" [{self.low:z.3f}, {self.high:z.3f}]"
+        return f"{self.value:z.3f}{ends}"
+
+
 class Missing(enum.Enum):
     """Why a cell has no value: what the cell shows, and what the legend below the table says."""
 
@@ -35,6 +48,7 @@ class Missing(enum.Enum):
     NOT_COMPARED = ("n/c", "not compared: nothing is published for it, or no run meets the conditions")
     NOT_DEFINED = ("n/a", "not applicable")
     NOT_STUDIED = ("n/s", "not studied")
+    NOT_JUDGED = ("n/j", "not judged")
 
     @property
     def shown(self) -> str:
@@ -47,7 +61,7 @@ class Missing(enum.Enum):
         return self.value[1]
 
 
-Cell = str | float | int | bool | Measured | Missing | None
+Cell = str | float | int | bool | Measured | Interval | Missing | None
 
 _TYPESET = (("^2", "²"), ("^3", "³"), ("um", "µm"))
 
@@ -150,9 +164,19 @@ def to_page(tables: Iterable[Table]) -> str:
 
 
 def to_csv(table: Table) -> str:
-    """Write a table as CSV with full precision; a missing value is an empty field, whatever the reason."""
-    names = [column.name for column in table.columns]
-    return csv_text([names, *([_exact(cell) for cell in row] for row in table.rows)])
+    """Write a table as CSV with full precision; a missing value is an empty field, whatever the reason.
+
+    A column with intervals has two more behind it, for their ends.
+    """
+    lines: list[list[str]] = [[] for _ in range(len(table.rows) + 1)]
+    for index, column in enumerate(table.columns):
+        cells = [row[index] for row in table.rows]
+        has_ends = any(isinstance(cell, Interval) for cell in cells)
+        lines[0] += [column.name, *([f"{column.name} low", f"{column.name} high"] if has_ends else [])]
+        for line, cell in zip(lines[1:], cells, strict=True):
+            ends = (cell.low, cell.high) if isinstance(cell, Interval) else (None, None)
+            line += [_exact(cell), *(map(_exact, ends) if has_ends else [])]
+    return csv_text(lines)
 
 
 def to_mapping(table: Table) -> dict[str, Any]:
@@ -171,6 +195,8 @@ def _plain(cell: Cell) -> Any:
             return {"missing": cell.meaning}
         case Measured():
             return {"value": _plain(cell.value), "uncertainty": _plain(cell.uncertainty)}
+        case Interval():
+            return {"value": cell.value, "low": cell.low, "high": cell.high}
         case float():
             # JSON has no word for what is no number.
             return float(cell) if math.isfinite(cell) else None
@@ -184,7 +210,7 @@ def _exact(cell: Cell) -> str:
             return ""
         case bool():
             return str(cell).lower()
-        case Measured():
+        case Measured() | Interval():
             return _exact(cell.value)
         case float():
             # Ten digits hide the rounding of sums of steps, which differs between machines.

@@ -23,6 +23,8 @@ def folder(tmp_path_factory):
 def test_from_trials_to_events_and_scores(invoke, folder):
     trained = invoke("detect", "train", folder, "--classifier", "logistic", *SETTINGS)
     assert "detector: logistic" in trained.output
+    tests = ", ".join(benchmark_test_trials(open_trials(folder).names))
+    assert trained.output.endswith(f"test trials, not seen: {tests}\n")
     for detector in ((), ("--detector", "detector")):
         ran = invoke("detect", "run", folder / "slide-0000" / "tracks.nc", *detector, "--output", "slip")
         assert "frames a second" in ran.output
@@ -46,6 +48,7 @@ def test_evaluation_prints_and_writes_tables(invoke, folder):
     assert "| classifier |" in found.output
     assert len(list(Path("tables").glob("*.csv"))) == 5
     assert Path("tables/evaluation.html").is_file()
+    assert found.stderr.splitlines()[-2:] == ["tables: tables", "page: tables/evaluation.html"]
     assert [path.name for path in Path.cwd().iterdir()] == ["tables"]
 
 
@@ -56,6 +59,7 @@ def test_an_inquiry_is_printed_and_written(invoke, folder):
     assert "Learning curve" in found.output
     assert "Robustness" in found.output
     assert len(list(Path("asked").glob("*.png"))) == 2
+    assert found.output.endswith("tables and figures: asked\n")
 
 
 @pytest.mark.parametrize(

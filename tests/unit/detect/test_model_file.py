@@ -52,10 +52,18 @@ def test_a_detector_says_the_same_after_it_was_read_back(name, trials, learned, 
 
 
 def test_the_card_says_what_it_is(folder, trials):
+    assert read_json(folder / "detector.json", "")["frame_rate"] == read_detector(folder).frame_rate == 30.0
     card = (folder / "README.md").read_text()
     assert "# Slip detector: time_threshold" in card
     assert "guarantees nothing" in card
     assert trials.digest in card
+
+
+def test_a_detector_without_a_frame_rate_is_read(folder):
+    described = read_json(folder / "detector.json", "")
+    del described["frame_rate"]
+    write_json(folder / "detector.json", described)
+    assert read_detector(folder).frame_rate is None
 
 
 def put(folder, content):
@@ -176,12 +184,12 @@ def _edited(described):
 @pytest.mark.slow
 def test_edited_descriptions_are_refused_or_read_as_they_are(folder):
     described = read_json(folder / "detector.json", "")
-    provenance = described["provenance"]
+    provenance, older = described["provenance"], described.keys() - {"frame_rate"}
     edited = list(_edited(described))
     assert len(edited) > 300
     for values, is_gone in edited:
         write_json(folder / "detector.json", values)
         # Where the data come from may be said in any words.
-        is_wrong = is_gone and values.get("provenance") == provenance
+        is_wrong = is_gone and values.get("provenance") == provenance and values.keys() != older
         with pytest.raises((InputError, ResultError)) if is_wrong else contextlib.suppress(InputError, ResultError):
             read_detector(folder)

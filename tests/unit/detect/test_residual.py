@@ -10,17 +10,20 @@ import xarray as xr
 
 from fingerslip.detect import page
 from fingerslip.detect.evaluation.inquiries import disturb
+from fingerslip.detect.live import findings_table
 from fingerslip.detect.model_file import write_detector
 from fingerslip.detect.page import SlipClip, answer_of, slide_table, slip_report, write_slip_page
 from fingerslip.detect.residual import ResidualSettings, detect_residual, frames_at_rest, slides_of
-from fingerslip.detect.session import watch_camera
 from fingerslip.detect.synthetic import SyntheticSensor, SyntheticSlide, synthetic_trial
+from fingerslip.detect.timeline import read_timeline
 from fingerslip.detect.training import train
 from fingerslip.detect.trials import Trial
+from fingerslip.detect.watch import run_detector, watch_camera
 from fingerslip.errors import InputError
 from fingerslip.report.page.page import render_page
-from fingerslip.tables.table import Column, Table
-from fingerslip.vision.tracks import make_tracks
+from fingerslip.study.inspection.views import FigureChoice, kinds_text, write_figure
+from fingerslip.tables.table import Column, Missing, Table
+from fingerslip.vision.tracks import make_tracks, write_tracks, write_tracks_csv
 from fingerslip.vision.video import Frames
 from problems import clips
 from unit.detect.conftest import MOTION, SAMPLING
@@ -86,7 +89,9 @@ def test_a_press_is_not_judged_and_a_slide_behind_it_is():
     assert second.onsets.incipient == pytest.approx(130 / 30, abs=0.3)
     assert second.onsets.gross is None
     assert findings[-1].onsets == second.onsets
-    line = page.timeline_figure(clip_of(moved(press + slide))).axes[0].lines[0]
+    figure = page.timeline_figure(page.timeline_of(clip_of(moved(press + slide))))
+    assert "new rest: displaced from there on" in [text.get_text() for text in figure.legends[0].texts]
+    line = figure.axes[0].lines[0]
     assert np.isnan(np.asarray(line.get_ydata())).sum() == sum(slide.end is not None for slide in (first, second))
 
 
@@ -173,13 +178,45 @@ def test_the_page_says_when_and_how_sure_and_shows_it(tmp_path, monkeypatch):
     assert known.endswith("on the trials that set its threshold: 12 ms (1 to 50).")
     assert list(clip.moments) == ["at rest", "slip begins", "between", "gross slip begins"]
     text = write_slip_page(clip, tmp_path / "page").read_text()
-    assert sorted(entry.name for entry in (tmp_path / "page").iterdir()) == ["slip.csv", "slip.html", "tracks.nc"]
+    assert sorted(entry.name for entry in (tmp_path / "page").iterdir()) == [
+        "clip.json",
+        "slip.csv",
+        "slip.html",
+        "timeline.csv",
+        "tracks.nc",
+    ]
+    assert kinds_text(tmp_path / "page").startswith("slip-timeline: ")
+    assert kinds_text(tmp_path / "page").count("\n") == 0
+    drawn, line = page.timeline_of(clip), read_timeline(tmp_path / "page")
+    assert (line.name, line.unit, line.slides) == (drawn.name, drawn.unit, drawn.slides)
+    assert line.displacement == pytest.approx(drawn.displacement)
+    for form in ("png", "pdf", "svg"):
+        choice = FigureChoice("slip-timeline", form=form)
+        assert write_figure(tmp_path / "page", choice).name == f"slip-timeline.{form}"
+    with pytest.raises(InputError, match="--kind: got 'events', needs one of slip-timeline"):
+        write_figure(tmp_path / "page", FigureChoice("events"))
+    with pytest.raises(InputError, match="has no figure confusion, needs the folder that fingerslip detect evaluate"):
+        write_figure(tmp_path / "page", FigureChoice("confusion"))
     header = (tmp_path / "page" / "slip.csv").read_text().splitlines()[0]
     assert header == "begins [s],ends [s],what,slip [s],gross slip [s],sure [%]"
     for section in ("When", "Timeline", "Which markers", "The moments around", "How it was found", "Speed"):
         assert f">{section}</h2>" in text
     assert text.count("image/webp") == 2
     assert answer in text
+
+
+@pytest.mark.slow
+def test_a_page_is_not_written_over_that_of_another_recording_and_says_what_it_replaces(tmp_path):
+    write_tracks(trial().tracks, tmp_path / "slide.nc")
+    write_tracks_csv(trial().tracks, tmp_path / "slide.csv")
+    folders = {"slide.nc": "slide_slip", "slide.csv": "slide-csv_slip"}
+    for name, folder in folders.items():
+        lines = run_detector(tmp_path / name, "residual", {}, None)[1]
+        assert lines[-1] == f"page: {tmp_path / folder / 'slip.html'}"
+    lines = run_detector(tmp_path / "slide.nc", "residual", {}, None)[1]
+    assert lines[-1] == "replaced: what residual found in slide.nc"
+    write_tracks(trial().tracks.assign_attrs(warnings="cut: ends after 9 of 20 frames"), tmp_path / "cut.nc")
+    assert run_detector(tmp_path / "cut.nc", "residual", {}, None)[1][0] == "warning: cut: ends after 9 of 20 frames"
 
 
 @pytest.mark.slow
@@ -195,6 +232,11 @@ def test_pages_without_a_video_without_a_slide_and_of_trained_detectors():
         assert len(report.sections) == sections
         assert "<html" in render_page(report)
     assert answer_of(trained)[0] == answer_of(slid)[0]
+    (row,) = slide_table(trained).rows
+    assert row[0] is None, "it does not know when the slide began"
+    assert "the probability that the detector itself gives" in slide_table(trained).note
+    assert slide_table(press).rows[0][2:] == ("press", *[Missing.NOT_JUDGED] * 3)
+    assert findings_table(press.findings, "", "").rows[0][1] is Missing.NOT_JUDGED
 
 
 def replace_kind(finding):

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from fingerslip.detect import page
 from fingerslip.detect.evaluation.scores import Estimate, event_scores_of, frame_scores_of
@@ -14,10 +15,11 @@ from fingerslip.detect.labels import CLASSES, Onsets, write_onsets
 from fingerslip.detect.live import Finding, findings_table
 from fingerslip.detect.model_file import read_detector
 from fingerslip.detect.samples import benchmark_test_trials
-from fingerslip.detect.session import Choices, evaluate_classifiers, run_detector, score_onsets, train_detector
+from fingerslip.detect.session import Choices, evaluate_classifiers, score_onsets, train_detector
 from fingerslip.detect.trials import TrialSet
+from fingerslip.detect.watch import run_detector
 from fingerslip.errors import InputError
-from fingerslip.tables.table import Missing, Table, to_markdown
+from fingerslip.tables.table import Missing, Table, texts, to_csv, to_mapping, to_markdown
 from fingerslip.vision.tracks import write_tracks_csv
 
 CHOICES = Choices(rest_frames=20, window=5, samples="20,6,2,20")
@@ -48,6 +50,25 @@ def test_a_detector_keeps_its_features_and_runs_on_both_files(stored, trials, tm
     made = read_detector(stored)
     assert (made.classifier, made.features.sets) == ("logistic:speed+rings", ("speed", "rings"))
     assert made.names[0].startswith("speed/")
+
+
+@pytest.mark.slow
+def test_a_recording_at_another_rate_is_refused_and_one_that_moves_at_rest_is_warned_of(
+    stored: Path, trials: TrialSet, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(page, "write_slip_page", lambda *_: None)
+    tracks = trials.tracks(trials.names[0])
+
+    def lines(recording: xr.Dataset) -> str:
+        write_tracks_csv(recording, tmp_path / "tracks.csv")
+        return "\n".join(run_detector(tmp_path / "tracks.csv", str(stored), {}, None, tmp_path / "page")[1])
+
+    for factor in (2.0, 0.5):
+        other = tracks.assign_coords(time=tracks["time"].values * factor)
+        with pytest.raises(InputError, match=rf"has {30 / factor:g} frames/s, the detector learned from 30 frames/s"):
+            lines(other)
+    assert "warning" not in lines(tracks.assign_coords(time=tracks["time"].values * 1.05))
+    assert "and the detector takes 20 frames for rest: its times" in lines(tracks.isel(time=slice(12, None)))
 
 
 @pytest.mark.slow
@@ -89,7 +110,12 @@ def test_labels_of_a_users_own_are_read(trials_folder: Path, trials: TrialSet, t
 def test_scores_are_tables() -> None:
     scores = {"a": frame_scores_of(np.array([[[8, 2, 0], [0, 9, 1], [0, 0, 10]]] * 3))}
     table = accuracy_table(scores, {"a": Estimate(1.0)}, "3 trials.")
-    assert table.rows[0] == ("a", "0.900 [0.900, 0.900]", "1.000", 1.0 - 0.9, "0.967 [0.967, 0.967]")
+    shown = ["a", "0.900 [0.900, 0.900]", "1.000", "0.100", "0.967 [0.967, 0.967]"]
+    assert texts(table) == [shown]
+    head, row = to_csv(table).splitlines()
+    assert head.startswith("classifier,by trial,by trial low,by trial high,by sample,by sample low,")
+    assert all(0.0 <= float(cell) <= 1.0 for cell in row.split(",")[1:] if cell)
+    assert to_mapping(table)["rows"][0][1] == pytest.approx({"value": 0.9, "low": 0.9, "high": 0.9})
     assert table.note.startswith("3 trials.")
     classes, confusion = frame_tables(scores)
     assert [row[:2] for row in classes.rows] == [("a", name) for name in CLASSES]
@@ -103,7 +129,7 @@ def test_events_have_a_column_for_each_classifier() -> None:
     table = event_table({"a": scores, "b": scores}, "Note.")
     rows = {row[0]: row[1] for row in table.rows}
     assert rows["missed"] == "0"
-    assert rows["onset error [s]"] == "0.200"
+    assert str(rows["onset error [s]"]) == "0.200"
     assert rows["median delay [frames]"] == "2.000"
     assert rows["lead of 95 % of trials [s]"] is Missing.NOT_DEFINED
     assert rows["gross onset error [s]"] is Missing.NOT_DEFINED

@@ -119,7 +119,7 @@ def test_transfer_tells_the_onsets_of_each_indentation(detector, others, tmp_pat
     assert [column.name for column in by_depth.columns] == ["event", "indentation: 3 mm", "indentation: 4 mm"]
     errors = {row[0]: row[1:] for row in by_depth.rows}["onset error [s]"]
     both = {row[0]: row[1] for row in whole.rows}["onset error [s]"]
-    assert np.mean([float(error) for error in errors]) == pytest.approx(float(both.split()[0]), abs=2e-3)
+    assert np.mean([error.value for error in errors]) == pytest.approx(both.value, abs=2e-3)
     assert len(judge_detector(str(tmp_path / "detector"), others.folder, "external_markers")) == len(judged) - 1
 
 

@@ -35,6 +35,7 @@ from fingerslip.detect.training import (
     frame_chances,
     frame_scores,
     largest_before,
+    rate_fault,
 )
 from fingerslip.detect.trials import TrialSet
 from fingerslip.errors import InputError
@@ -335,6 +336,7 @@ class Unseen:
     onsets: Mapping[str, Mapping[str, Onsets]]  # of every trial, by reading
     scores: Mapping[str, EventScores]  # by reading
     matrices: NDArray[np.intp]  # (n_trials, 3, 3), confusion of all frames
+    rate_fault: str = ""  # how the frame rate of the trials differs from that of the detector
 
 
 def on_unseen(detector: Detector, trials: TrialSet, onsets: Mapping[str, Onsets]) -> Unseen:
@@ -358,4 +360,4 @@ def on_unseen(detector: Detector, trials: TrialSet, onsets: Mapping[str, Onsets]
         results[READINGS[1]][name] = onsets_from(motion.time, alone)
     ends, frame = rest_ends(trials, trials.names, detector.features.motion.rest_frames)
     scores = {reading: event_scores_of(result, onsets, ends, frame=frame) for reading, result in results.items()}
-    return Unseen(results, scores, np.concatenate(matrices))
+    return Unseen(results, scores, np.concatenate(matrices), rate_fault(detector, 1.0 / frame))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -38,24 +38,22 @@ class Judged:
     events: Mapping[str, Onsets]  # onsets found, by trial
 
 
+Draw = Callable[[Mapping[str, Judged], Mapping[str, Onsets]], Figure]
+
+
 def write_evaluation(
     tables: Sequence[Table], judged: Mapping[str, Judged], labels: Mapping[str, Onsets], path: Path, title: str
 ) -> None:
     """Write the page of an evaluation."""
-    pictures = (
-        Picture(
-            "confusion",
-            "Frames by true class, in per cent of each row.",
-            confusion_figure({name: entry.matrix for name, entry in judged.items()}),
-        ),
-        Picture("roc", "Slip found over false alarms, frame by frame, as the threshold falls.", roc_figure(judged)),
-        Picture("calibration", "How often frames slip that are said to.", calibration_figure(judged)),
-        Picture("leads", "Share of the trials that had at least this lead.", leads_figure(judged, labels)),
-        Picture("trials", "Onsets of slip found in each trial, beside the labels.", trials_figure(judged, labels)),
-    )
-    sections = (ReportSection("Figures", pictures=pictures), ReportSection("Tables", tables=tuple(tables)))
+    pictures = [Picture(kind, caption, draw(judged, labels)) for kind, (caption, draw) in FIGURES.items()]
+    sections = (ReportSection("Figures", pictures=tuple(pictures)), ReportSection("Tables", tables=tuple(tables)))
     report = Report(title, sections, {"fingerslip": __version__}, "How well is slip found in trials not seen?")
     write_page(report, path)
+
+
+def _words(classifier: str) -> str:
+    """Return the name of a classifier in words."""
+    return classifier.replace("_", " ")
 
 
 def _keys(judged: Mapping[str, Judged]) -> dict[str, str]:
@@ -76,7 +74,8 @@ def confusion_figure(matrices: Mapping[str, NDArray[np.intp]]) -> Figure:
             axes.text(column, row, text, ha="center", va="center", color=colour, fontsize=8)
         axes.set_xticks(range(len(CLASSES)), _WORDS)
         axes.set_yticks(range(len(CLASSES)), _WORDS, rotation=90, va="center")
-        axes.set_title(name)
+        axes.tick_params(length=0)
+        axes.set_title(_words(name))
         axes.grid(visible=False)
     return figure
 
@@ -91,7 +90,7 @@ def roc_figure(judged: Mapping[str, Judged]) -> Figure:
         if len(np.unique(entry.slips)) > 1:
             false, right, _ = metrics.roc_curve(entry.slips, entry.slip)
             (line,) = axes.plot(false, right, color=colour)
-            keys[f"{name} ({metrics.auc(false, right):.3f})"] = line
+            keys[f"{_words(name)} ({metrics.auc(false, right):.3f})"] = line
     axes.plot([0, 1], [0, 1], color=GREY, linewidth=0.8, linestyle=":")
     axes.set_aspect("equal")
     add_legend(figure, keys)
@@ -110,7 +109,7 @@ def calibration_figure(judged: Mapping[str, Judged]) -> Figure:
         count = np.bincount(number, minlength=10)
         used = count > 0
         said, true = (np.bincount(number, values, 10)[used] / count[used] for values in (entry.slip, entry.slips))
-        (keys[name],) = axes.plot(said, true, "o-", color=colour, markersize=4)
+        (keys[_words(name)],) = axes.plot(said, true, "o-", color=colour, markersize=4)
     axes.plot([0, 1], [0, 1], color=GREY, linewidth=0.8, linestyle=":")
     axes.set_aspect("equal")
     add_legend(figure, keys)
@@ -127,7 +126,9 @@ def leads_figure(judged: Mapping[str, Judged], labels: Mapping[str, Onsets]) -> 
         pairs = [(labels[trial].gross, judged[name].events[trial].first) for trial in slips]
         leads = np.sort([gross - first for gross, first in pairs if gross is not None and first is not None])
         if len(leads):
-            (keys[name],) = axes.step(leads, 1.0 - np.arange(len(leads)) / len(pairs), where="pre", color=colour)
+            (keys[_words(name)],) = axes.step(
+                leads, 1.0 - np.arange(len(leads)) / len(pairs), where="pre", color=colour
+            )
     if not keys:
         say(axes, "no trial with gross slip in which slip was found")
     axes.set_ylim(0.0, 1.03)
@@ -145,15 +146,35 @@ def trials_figure(judged: Mapping[str, Judged], labels: Mapping[str, Onsets]) ->
     keys: dict[str, Artist] = {"incipient slip, label": Line2D([], [], color=SKY, linewidth=6)}
     for row, trial in enumerate(trials):
         onsets = labels[trial]
-        if onsets.incipient is not None and onsets.gross is not None:
-            axes.barh(row, onsets.gross - onsets.incipient, left=onsets.incipient, height=0.7, color=SKY)
+        if onsets.first is not None:
+            last = onsets.first if onsets.gross is None else onsets.gross
+            # The edge shows labels at which all slips at once, too.
+            axes.barh(row, last - onsets.first, left=onsets.first, height=0.7, color=SKY, edgecolor=SKY, linewidth=1.5)
     for number, (name, colour) in enumerate(_keys(judged).items()):
         times = [judged[name].events[trial].first for trial in trials]
         rows = [row for row, time in enumerate(times) if time is not None]
         marker = "osD^vP*X"[number % 8]
         look: dict[str, Any] = {"color": colour, "marker": marker, "s": 18, "zorder": 3}
-        keys[name] = axes.scatter([time for time in times if time is not None], rows, **look)
+        keys[_words(name)] = axes.scatter([time for time in times if time is not None], rows, **look)
+    axes.use_sticky_edges = False
+    axes.margins(x=0.04)
     axes.set_yticks(range(len(trials)), trials, fontsize=7)
     axes.set_ylim(len(trials) - 0.5, -0.5)
     add_legend(figure, keys)
     return figure
+
+
+#: Figures of an evaluation by their kind: caption, and what draws them of what is said and of the labels.
+FIGURES: Mapping[str, tuple[str, Draw]] = {
+    "confusion": (
+        "Frames by true class, in per cent of each row.",
+        lambda judged, _: confusion_figure({name: entry.matrix for name, entry in judged.items()}),
+    ),
+    "roc": (
+        "Slip found over false alarms, frame by frame, as the threshold falls.",
+        lambda judged, _: roc_figure(judged),
+    ),
+    "calibration": ("How often frames slip that are said to.", lambda judged, _: calibration_figure(judged)),
+    "leads": ("Share of the trials that had at least this lead.", leads_figure),
+    "trials": ("Onsets of slip found in each trial, beside the labels.", trials_figure),
+}

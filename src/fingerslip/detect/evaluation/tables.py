@@ -15,19 +15,16 @@ from fingerslip.detect.evaluation.scores import (
 )
 from fingerslip.detect.labels import CLASSES
 from fingerslip.storage.files import write_text, writing
-from fingerslip.tables.table import Cell, Column, Missing, Table, to_csv, to_page
+from fingerslip.tables.table import Cell, Column, Interval, Missing, Table, to_csv, to_page
 
 INTERVALS = "Brackets: the middle 95 % over trials drawn anew."
 _THREE_DIGITS = ("leakage", "calibration error", "Brier score", "unusable")
 
 
 def _cell(value: object) -> Cell:
-    """Return a value as a cell, an estimate with its interval: '0.912 [0.894, 0.929]'."""
+    """Return a value as a cell, an estimate with its interval."""
     if isinstance(value, Estimate):
-        if value.value is None:
-            return Missing.NOT_DEFINED
-        ends = "" if value.low is None else f" [{value.low:z.3f}, {value.high:z.3f}]"
-        return f"{value.value:z.3f}{ends}"
+        return Missing.NOT_DEFINED if value.value is None else Interval(value.value, value.low, value.high)
     return Missing.NOT_DEFINED if value is None else value  # type: ignore[return-value]
 
 
@@ -114,7 +111,8 @@ def event_table(scores: Mapping[str, EventScores], note: str = "", title: str = 
 def unseen_tables(result: Unseen) -> list[Table]:
     """Return the tables of what was found: onsets in both readings, classes and confusion of all frames."""
     frames = {"all frames": frame_scores_of(result.matrices)}
-    note = "Single frames: the first frame that is more likely slip than not, without smoothing or guarantee."
+    warning = f"Warning: the data set {result.rate_fault}. " if result.rate_fault else ""
+    note = f"{warning}Single frames: the first that is more likely slip than not, without smoothing or guarantee."
     return [event_table(result.scores, note), *frame_tables(frames)]
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.errors import FingerslipError
 from fingerslip.report.content import Film, ReportContent
 from fingerslip.report.figures import markers
 from fingerslip.report.figures.style import save_figure
@@ -22,7 +23,7 @@ from fingerslip.tables.table import Column, Table
 from fingerslip.version import __version__
 from fingerslip.vision.overlay import SHOWN_FIELDS, field_frames, overlay_frames
 from fingerslip.vision.tracking.track import jumps, lost_intervals, noise_at_rest, seen_count, seen_share
-from fingerslip.vision.tracks import write_tracks, write_tracks_csv
+from fingerslip.vision.tracks import read_tracks, write_tracks, write_tracks_csv
 from fingerslip.vision.video import STATES, Frames, write_video
 
 if TYPE_CHECKING:
@@ -59,6 +60,14 @@ def _film_pictures(content: ReportContent, film: Film) -> Iterator[Picture]:
 
 _LONGEST_LIST = 40
 _TRACKS = "tracks.nc"
+
+
+def source_of_tracking(folder: Path) -> str:
+    """Return of which video a folder has the tracks; empty where that is not known."""
+    try:
+        return str(read_tracks(folder / _TRACKS).attrs.get("source", ""))
+    except (OSError, FingerslipError):
+        return ""
 
 
 def write_tracking(tracks: xr.Dataset, frames: Frames, folder: str | Path, *, fields: xr.Dataset | None = None) -> Path:

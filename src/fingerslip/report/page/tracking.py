@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from fingerslip.storage.files import folder_beside
 from fingerslip.vision.video import open_frames
 
 
@@ -28,7 +29,7 @@ def track_video(
         # The lines below say the same.
         warnings.simplefilter("ignore", TrackingWarning)
         tracks = track_markers(video, **options)
-    from fingerslip.report.page.sensor import write_tracking
+    from fingerslip.report.page.sensor import source_of_tracking, write_tracking
     from fingerslip.vision.fields import marker_fields
     from fingerslip.vision.overlay import SHOWN_FIELDS
     from fingerslip.vision.tracking.track import seen_share
@@ -36,12 +37,14 @@ def track_video(
     rest = min(int(options["rest_frames"]), tracks.sizes["time"])
     computed = marker_fields(tracks, rest=rest) if fields else None
     tell(f"{video}: writing {tracks.sizes['time']} frames, overlay and page")
-    folder = write_tracking(tracks, frames, out or video.with_name(f"{video.stem}_tracks"), fields=computed)
+    folder = out or folder_beside(video, "tracks", source_of_tracking)
+    is_there = folder.exists()
+    write_tracking(tracks, frames, folder, fields=computed)
     for text in filter(None, str(tracks.attrs["warnings"]).split("\n")):
         yield f"warning: {text}"
     count, times = tracks.sizes["marker"], tracks.sizes["time"]
     partial = "partial tracks" if tracks.attrs["partial"] else "tracks"
     yield f"{partial} of {count} markers in {times} frames, {100 * seen_share(tracks):.2f} % of the positions found"
-    yield f"quality: {folder / 'quality.html'}"
+    yield f"quality: {folder / 'quality.html'}{', which was replaced' if is_there else ''}"
     if computed is not None:
         yield f"fields: {folder / 'fields.nc'}, fields.png, {', '.join(f'{name}.avi' for name in SHOWN_FIELDS)}"

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fingerslip.detect.figures import OF_CLIPS, OF_EVALUATIONS, check_kind, draw, kinds_of
 from fingerslip.errors import InputError, ResultError
 from fingerslip.history import is_solid, phase_times, read_history
 from fingerslip.marker_tracks import marker_tracks
@@ -58,10 +59,12 @@ class FigureChoice:
     dpi: int | None = None  # dots per inch of pixels
 
 
-def kinds_text() -> str:
-    """Return the kinds of figures with what they show, in lines."""
+def kinds_text(target: Path | None = None) -> str:
+    """Return the kinds of figures with what they show, in lines: those of a folder, or all."""
+    of_detector = {**OF_EVALUATIONS, **OF_CLIPS} if target is None else kinds_of(target)
     others = {DETECTOR: "what the detector that ships finds in a sensor's markers", FILM: "a film, as MP4"}
-    every = {**OF_STUDIES, **_OF_REACTIONS, **OF_RUNS, **others}
+    of_study = {**OF_STUDIES, **_OF_REACTIONS, **OF_RUNS, **others}
+    every = of_detector if target and of_detector else {**of_study, **of_detector}
     return "\n".join(f"{name}: {words}" for name, words in every.items())
 
 
@@ -75,14 +78,18 @@ def film_size(text: str) -> tuple[int, int]:
 
 def write_figure(target: Path, choice: FigureChoice, output: Path | None = None) -> Path:
     """Write a figure or a film of stored results."""
+    check_kind(target, choice.kind)
+    of_detector = kinds_of(target)
     allowed = {
-        "--kind": (choice.kind, (*_OF_WHOLE, *OF_RUNS, DETECTOR, FILM)),
+        "--kind": (choice.kind, tuple(of_detector) or (*_OF_WHOLE, *OF_RUNS, DETECTOR, FILM)),
         "--style": (choice.style, STYLES),
         "--format": (choice.form, FORMATS),
     }
     for option, (value, names) in allowed.items():
         if value not in names:
             raise InputError(f"figure: {option}", f"got '{value}'", f"needs one of {', '.join(names)}")
+    if of_detector:
+        return _save_of_detector(target, choice, output)
     if choice.kind in _OF_WHOLE and choice.run:
         fault = f"got '{choice.run}' with --kind {choice.kind}"
         raise InputError("figure: --run", fault, "needs a kind that shows one run", "leave it out: all runs are shown")
@@ -105,6 +112,19 @@ def write_figure(target: Path, choice: FigureChoice, output: Path | None = None)
         _write_film(subject, path, choice)
     else:
         _save(subject, path, choice)
+    return path
+
+
+def _save_of_detector(target: Path, choice: FigureChoice, output: Path | None) -> Path:
+    """Write a figure of an evaluation of detectors, or of a clip that one ran on."""
+    for option, value in {"--run": choice.run, "--over": choice.path, "--time": choice.times}.items():
+        if value:
+            raise InputError(f"figure: {option}", f"does not fit --kind {choice.kind}", "needs none", "leave it out")
+    from fingerslip.report.figures.style import looking, save_figure
+
+    path = output or target / f"{choice.kind}.{choice.form}"
+    with looking(choice.style):
+        save_figure(draw(target, choice.kind), path, choice.dpi)
     return path
 
 
@@ -149,8 +169,9 @@ def _save(subject: StudySubject | RunSubject, path: Path, choice: FigureChoice) 
 def _detector_figure(subject: RunSubject) -> Figure:
     """Draw what the detector that ships finds in the markers of a run from the hold before its slide on."""
     from fingerslip.detect.live import findings_table
-    from fingerslip.detect.page import SlipClip, timeline_figure
+    from fingerslip.detect.page import SlipClip, timeline_of
     from fingerslip.detect.residual import ResidualSettings, detect_residual, frames_at_rest
+    from fingerslip.detect.timeline import timeline_figure
     from fingerslip.report.figures.style import limit_to_slides, mark_panels, with_style
 
     history, holds = subject.history, phase_times(subject.history, "hold")
@@ -159,7 +180,8 @@ def _detector_figure(subject: RunSubject) -> Figure:
         raise InputError("figure: the run", fault, "needs markers at rest first", mend)
     tracks = marker_tracks(history).sel(time=slice(holds[0][0], None))
     findings = detect_residual(tracks, ResidualSettings(rest_frames=frames_at_rest(tracks)))
-    figure = timeline_figure(SlipClip(subject.title or "the run", tracks, findings, findings_table(findings, "", "")))
+    clip = SlipClip(subject.title or "the run", tracks, findings, findings_table(findings, "", ""))
+    figure = timeline_figure(timeline_of(clip))
     limit_to_slides(figure.axes[0], {"": history}, {"": subject.events}, marked=[subject.events.slip])
     with_style(mark_panels)(figure.axes, history, subject.events.slip)
     return figure

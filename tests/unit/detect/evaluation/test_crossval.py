@@ -54,7 +54,9 @@ def test_frames_of_known_trials_are_easier_for_a_classifier_that_learns_them_by_
     values = (key[trial, classes] + 0.05 * draw.normal(size=(1200, 4))).astype(np.float32)
     names = tuple(f"{name}/x/{number}" for name in ("displacement", "speed") for number in (0, 1))
     trials = tuple(f"t{number}" for number in range(20))
-    samples = Samples(values, classes, trial, 0.0 * trial, names, trials, np.zeros(2, dtype=np.intp), np.zeros(20))
+    samples = Samples(
+        values, classes, trial, 0.0 * trial, names, trials, np.zeros(2, dtype=np.intp), *np.zeros((2, 20))
+    )
     onsets, forest = dict.fromkeys(trials, Onsets(1.0, 2.0)), CLASSIFIERS["forest"]
     folds = [fit_fold(samples, onsets, forest, test, window=5) for test in grouped_folds(trials, 5, 0)]
     grouped, mixed = matrices_of(samples, [fold.frames for fold in folds]), frames_by_sample(samples, forest)

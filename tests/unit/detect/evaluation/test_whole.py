@@ -5,13 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fingerslip.detect.evaluation.page import Judged, write_evaluation
+from fingerslip.detect.evaluation.page import FIGURES, Judged, write_evaluation
+from fingerslip.detect.evaluation.stored import read_judged, write_judged
 from fingerslip.detect.evaluation.whole import SHIPS, slips_of
+from fingerslip.detect.figures import draw
 from fingerslip.detect.labels import Onsets
 from fingerslip.detect.session import Choices, evaluate_whole
 from fingerslip.detect.synthetic import SyntheticSensor, SyntheticSlide, synthetic_trial
 from fingerslip.detect.trials import TrialSet, write_trials
-from fingerslip.errors import InputError
+from fingerslip.errors import DamagedError, InputError
+from fingerslip.study.inspection.views import FigureChoice, kinds_text, write_figure
 from fingerslip.tables.table import Column, Table
 
 CHOICES = Choices("contact", rest_frames=20, window=5)
@@ -63,3 +66,24 @@ def test_an_evaluation_has_a_page(tmp_path):
     page = (tmp_path / "page.html").read_text()
     for name in ("confusion", "roc", "calibration", "leads", "trials"):
         assert f'id="{name}"' in page
+    (tmp_path / "page.html").rename(tmp_path / "evaluation.html")
+    with pytest.raises(InputError, match=r"has a page, but no judged.npz: an older version wrote it"):
+        kinds_text(tmp_path)
+    write_judged(judged, labels, tmp_path)
+    read, read_labels = read_judged(tmp_path)
+    assert read_labels == labels
+    assert [(name, entry.events) for name, entry in read.items()] == [
+        (name, entry.events) for name, entry in judged.items()
+    ]
+    assert read["forest"].matrix.tolist() == judged["forest"].matrix.tolist()
+    assert [line.partition(":")[0] for line in kinds_text(tmp_path).splitlines()] == list(FIGURES)
+    confusion, trials = (draw(tmp_path, kind) for kind in ("confusion", "trials"))
+    assert confusion.axes[1].get_title("left") == "time threshold"
+    assert trials.axes[0].get_xlim()[0] < 1.0, "a bar does not begin on the axis"
+    for kind in FIGURES:
+        assert write_figure(tmp_path, FigureChoice(kind, form="svg")).stat().st_size > 5_000
+    with pytest.raises(InputError, match="figure: --run: does not fit --kind roc"):
+        write_figure(tmp_path, FigureChoice("roc", run="a"))
+    (tmp_path / "judged.npz").write_bytes(b"no archive")
+    with pytest.raises(DamagedError, match="run fingerslip detect evaluate again"):
+        read_judged(tmp_path)

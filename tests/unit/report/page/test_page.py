@@ -3,6 +3,7 @@
 import base64
 import dataclasses
 import json
+import shutil
 
 import numpy as np
 import pytest
@@ -210,6 +211,10 @@ def test_folder_stands_beside_the_video_its_page_says_what_is_wrong_and_a_failur
         "tracks of 25 markers in 5 frames, 100.00 % of the positions found",
         f"quality: {tmp_path / 'a_tracks' / 'quality.html'}",
     ]
+    again = list(track_video(tmp_path / "a.mkv", None, {"rest_frames": 3}))
+    assert again[-1] == f"quality: {tmp_path / 'a_tracks' / 'quality.html'}, which was replaced"
+    other = shutil.copy(tmp_path / "a.mkv", tmp_path / "a.avi")
+    assert "a-avi_tracks" in list(track_video(other, None, {"rest_frames": 3}))[-1], "not over those of the other"
     tracks = fs.read_tracks(tmp_path / "a_tracks" / "tracks.nc")
     tracks.attrs |= {"partial": 1, "warnings": "something is odd"}
     page = render_page(quality_report(tracks, frames[0]))
@@ -218,7 +223,7 @@ def test_folder_stands_beside_the_video_its_page_says_what_is_wrong_and_a_failur
     broken = open_frames([*frames[:3], frames[3][:100]], 30.0)
     with pytest.raises(fs.InputError, match="frame 3"):
         write_tracking(tracks, broken, tmp_path / "out")
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.mkv", "a_tracks"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a-avi_tracks", "a.avi", "a.mkv", "a_tracks"]
 
 
 @pytest.mark.slow
