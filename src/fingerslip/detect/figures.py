@@ -1,63 +1,14 @@
-"""Figures of the folders that detectors write: an evaluation, and a clip."""
+"""Figures of the folders that detectors write."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fingerslip.errors import InputError, ResultError
-from fingerslip.storage.files import read_json
+from fingerslip.detect.folders import OF_CLIPS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-#: Files of an evaluation and of a clip that their figures are drawn of.
-JUDGED, CLIP = "judged.npz", "clip.json"
-#: How a damaged folder of a clip is mended.
-AGAIN = "run fingerslip detect run again"
-#: Kinds of figures of an evaluation, and of a clip that a detector ran on, with what they show.
-OF_EVALUATIONS: Mapping[str, str] = {
-    "confusion": "frames by true class and by the class found, of each classifier",
-    "roc": "slip found over false alarms, frame by frame",
-    "calibration": "how often frames slip over the probability that is said",
-    "leads": "share of the trials in which slip was found so long before gross slip",
-    "trials": "onsets of slip found in each trial, beside the labels",
-}
-OF_CLIPS: Mapping[str, str] = {"slip-timeline": "displacement, markers that left the pattern and slip over time"}
-_FOLDERS = {
-    JUDGED: (OF_EVALUATIONS, "fingerslip detect evaluate", "evaluation.html"),
-    CLIP: (OF_CLIPS, "fingerslip detect run", "slip.html"),
-}
-
-
-def kinds_of(folder: Path) -> Mapping[str, str]:
-    """Return the kinds of figures of a folder that a detector wrote, with what they show; none of any other folder."""
-    for file, (kinds, verb, page) in _FOLDERS.items():
-        if (folder / file).is_file():
-            return kinds
-        if (folder / page).is_file():
-            fault = f"has a page, but no {file}: an older version wrote it"
-            raise InputError(str(folder), fault, "needs it for figures", f"run {verb} again")
-    return {}
-
-
-def check_kind(folder: Path, kind: str) -> None:
-    """Refuse a kind of figure that other folders have than this one."""
-    for kinds, verb, _ in _FOLDERS.values():
-        if kind in kinds and kind not in kinds_of(folder):
-            raise InputError(
-                f"figure: {folder}", f"has no figure {kind}", f"needs the folder that {verb} wrote", "name that one"
-            )
-
-
-def origin_of(folder: Path) -> dict[str, str]:
-    """Return the source and the detector of what a folder holds; nothing where that is not known."""
-    try:
-        described = read_json(folder / CLIP, AGAIN)
-        return {name: str(described[name]) for name in ("source", "detector")}
-    except (OSError, ResultError, KeyError):
-        return {}
 
 
 def draw(folder: Path, kind: str) -> Figure:

@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from fingerslip.detect.figures import AGAIN, CLIP
+from fingerslip.detect.folders import AGAIN, CLIP
 from fingerslip.detect.labels import Onsets
 from fingerslip.detect.residual import ResidualSettings, Slide
 from fingerslip.errors import DamagedError, shorten

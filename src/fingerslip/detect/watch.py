@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from fingerslip.detect.figures import origin_of
+from fingerslip.detect.folders import origin_of
 from fingerslip.detect.labels import Onsets
 from fingerslip.detect.model_file import read_detector
 from fingerslip.detect.recordings import TRACK_FILES, read_any_tracks

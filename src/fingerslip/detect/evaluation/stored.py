@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from fingerslip.detect.evaluation.page import Judged
-from fingerslip.detect.figures import JUDGED
+from fingerslip.detect.folders import JUDGED
 from fingerslip.detect.labels import Onsets
 from fingerslip.errors import DamagedError, shorten
 from fingerslip.storage.files import new_file

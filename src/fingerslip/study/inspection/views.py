@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fingerslip.detect.figures import OF_CLIPS, OF_EVALUATIONS, check_kind, draw, kinds_of
+from fingerslip.detect.figures import draw
+from fingerslip.detect.folders import OF_CLIPS, OF_EVALUATIONS, check_kind, kinds_of
 from fingerslip.errors import InputError, ResultError
 from fingerslip.history import is_solid, phase_times, read_history
 from fingerslip.marker_tracks import marker_tracks
