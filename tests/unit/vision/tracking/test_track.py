@@ -39,6 +39,8 @@ from problems import clips
 REST, RATE = 10, 60.0
 SMALL = clips.with_look(clips.DEFAULT, shape=(360, 480))
 FIELD = clips.field(SMALL)
+# Markers that are made to part from their neighbours are told as ones that may be reflections.
+PARTED = pytest.mark.filterwarnings("ignore:.*do not move with their neighbours")
 
 
 @dataclass(frozen=True)
@@ -104,6 +106,7 @@ def test_bad_clip_is_kept(bright: bool) -> None:
     assert score.rms < 0.1
 
 
+@PARTED
 @pytest.mark.slow
 def test_markers_that_slip_past_their_neighbours_are_kept() -> None:
     """The rim slips by half the distance between markers, in jerks, and the middle sticks."""
@@ -115,6 +118,7 @@ def test_markers_that_slip_past_their_neighbours_are_kept() -> None:
     assert (score.swapped, score.kept) == (0, 1.0)
 
 
+@PARTED
 @pytest.mark.slow
 @pytest.mark.parametrize("layout", ["rings", pytest.param("hex", marks=pytest.mark.slow)])
 def test_halves_that_part_by_a_whole_distance_between_markers_are_kept(layout: str) -> None:
@@ -125,6 +129,7 @@ def test_halves_that_part_by_a_whole_distance_between_markers_are_kept(layout: s
     assert (score.swapped, score.kept) == (0, 1.0)
 
 
+@PARTED
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:.*not seen in more than a tenth:fingerslip.vision.tracking.track.TrackingWarning")
 @pytest.mark.parametrize(("radius", "share"), [pytest.param(9.0, 0.99, marks=pytest.mark.slow), (11.0, 0.97)])
