@@ -34,6 +34,9 @@ from fingerslip.sites import RECEPTOR_KINDS
 
 Array = NDArray[np.float64]
 
+# Longest delay of a spike behind its stimulus [s], far above that of any nerve.
+_DELAY = 1.0
+
 
 class AfferentModel(Protocol):
     """A model of an afferent: arrays in, spike times out.
@@ -168,12 +171,23 @@ def spikes_of(history: xr.Dataset, models: Mapping[str, AfferentModel]) -> Spike
         trains = model.spikes(times, values)
         if len(trains) != rows.size:
             raise InputError(f"{kind}.spikes", f"gave {len(trains)} arrays", f"needs {rows.size}, one a receptor")
+        _check_seconds(kind, trains, times)
         # What a delay carries past the last record is not observed.
         result |= {int(row): train[train <= times[-1]] for row, train in zip(rows, trains, strict=True)}
     order = sorted(result)
     names, kinds = (tuple(str(labels[row]) for row in order) for labels in (stimuli["site"].values, available))
     trains_by_row = tuple(result[row] for row in order)
     return Spikes(names, kinds, trains_by_row, float(times[0]), float(times[-1]), beyond)
+
+
+def _check_seconds(kind: str, trains: Sequence[Array], times: Array) -> None:
+    """Refuse spikes before the history, or later behind it than any delay carries them: of another unit."""
+    spikes = np.concatenate([times[:1], *trains])
+    latest = times[-1] + max(_DELAY, times[-1] - times[0])
+    if spikes.min() < times[0] or spikes.max() > latest:
+        fault = f"are at {spikes.min():g} to {spikes.max():g} s"
+        allowed = f"needs seconds of the history, {times[0]:g} to {times[-1]:g} s"
+        raise InputError(f"{kind}.spikes", fault, allowed, "give neither milliseconds nor numbers of samples")
 
 
 def spike_places(spikes: Spikes, history: xr.Dataset) -> Array:

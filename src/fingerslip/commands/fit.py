@@ -12,7 +12,7 @@ from fingerslip.commands.shared import AsJson, Quiet, Results, Workers, print_ta
 
 def fit(
     study: Annotated[Path, typer.Argument(metavar="STUDY", help="Study file with the blocks sample and fit.")],
-    data: Annotated[Path, typer.Argument(metavar="CSV", help="Measured curves; columns such as 'depth [mm]'.")],
+    data: Annotated[Path, typer.Argument(metavar="CSV", help="Measured curves; columns such as 'depth \\[mm]'.")],
     *,
     results: Results = Path("results"),
     workers: Workers = 2,

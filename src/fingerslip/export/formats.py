@@ -250,7 +250,7 @@ def export_notes(history: xr.Dataset, kind: str) -> tuple[str, ...]:
         seconds = values / _A_SECOND
         size = f"about {values * _BYTES / 1e6:.0f} MB of text, about {seconds:.0f} s"
         notes.append(f"writing {size}; --format parquet is smaller and faster")
-    if kind not in ("vtu", "nwb") and (spikes := available_spikes(history)) is not None:
+    if kind != "vtu" and (spikes := available_spikes(history)) is not None:
         notes.append("spikes: " + "; ".join((*spike_notes(spikes, history), ASSUMED)))
     return tuple(notes)
 

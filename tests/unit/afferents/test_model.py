@@ -108,10 +108,17 @@ def test_a_stimulus_that_is_not_known_and_a_model_that_forgets_a_receptor_are_re
         spikes_of(unknown, {"SA-I": Once()})
     with pytest.raises(fs.ResultError, match="has 1 values, needs two or more"):
         spikes_of(history.isel(time=[0]), {"SA-I": Once()})
-    tickled, forgetful = Once(), Once()
+    tickled, forgetful, hasty, in_samples = Once(), Once(), Once(), Once()
+    hasty.spikes = lambda times, _: [times[:1] - 0.1] * 2
+    in_samples.spikes = lambda *_: [np.array([10.0, 3000.0])] * 2
     tickled.stimulus = "tickle"
     forgetful.spikes = lambda times, _: [times[:1]]
-    for model, message in ((tickled, "'tickle' is not known"), (forgetful, "gave 1 arrays, needs 2, one a receptor")):
+    for model, message in (
+        (tickled, "'tickle' is not known"),
+        (forgetful, "gave 1 arrays, needs 2, one a receptor"),
+        (hasty, "needs seconds"),
+        (in_samples, "to 3000 s, needs seconds"),
+    ):
         with pytest.raises(fs.InputError, match=message):
             spikes_of(history, {"SA-I": model})
     silent = SimpleNamespace(stimulus="strain", spikes=None)

@@ -45,7 +45,7 @@ def test_a_section_of_a_finger_without_error_bars_says_all_that_is_no_result():
     )
     assert box["How sure"] == (
         "Numerical uncertainty is not known yet. Large strain or plane strain move overall slip of this finger by 0.2 "
-        "to 0.8 s. 2 values are assumed."
+        "to 0.8 s of 0.7 s at 1.5 mm and 3 mm/s. 2 values are assumed."
     )
     assert len(" ".join((*box, *box.values())).split()) <= 90
 
@@ -58,7 +58,8 @@ def test_what_was_studied_and_what_has_not_converged_is_named():
     assert "acceleration peaks" not in box["Do not quote"], "it has converged"
     assert (
         box["How sure"]
-        == "± is numerical error alone (time steps; 1 of 2 runs). Not converged, no number without ±: latency."
+        == "± is numerical error alone (time steps; 1 of 2 runs). Not converged in some run, quote it only "
+        "with its ±: latency."
     )
     again = quotable(content(dataclasses.replace(studied, convergence={"acceleration.incipient": AWAY})))
     assert "acceleration peaks" in again["Do not quote"]
