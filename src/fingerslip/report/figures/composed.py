@@ -65,9 +65,10 @@ def composed_figure(
     if is_flat:
         draw_states(others[0], history, style.ShownTime(times))
         others[0].set_ylabel("contact\n[mm]")
-        # In the corner that is open while the press begins.
+        # Below: what leads from the pictures to their times is above, and every corner of the panel has contact.
         keys = style.state_keys((OPEN, STICK, SLIP))
-        style.add_keys_inside(others[0], handles=list(keys.values()), labels=list(keys), loc="upper left")
+        below: dict[str, Any] = {"loc": "upper right", "bbox_to_anchor": (1.0, -0.06), "borderaxespad": 0.0}
+        others[0].legend(list(keys.values()), list(keys), ncols=3, **below)
     for axes, kind in zip(others[is_flat:], kinds, strict=True):
         assert spikes is not None  # kinds are theirs
         draw_raster(axes, spikes, history, kind)
