@@ -37,9 +37,13 @@ _STIFF = 1e3
 
 @dataclass(frozen=True)
 class Local:
-    """Displacements of a body in coordinates in which turned inclusions are not stretched."""
+    """Displacements of a body in coordinates in which turned inclusions are not stretched.
 
-    values: Array  # (n,), the displacement; of inclusions it does not count [m]
+    The displacement counts from the predictor of the step, as that of a body that has travelled far has few digits left
+    for what the step adds.
+    """
+
+    values: Array  # (n,), the displacement since the predictor; of inclusions it does not count [m]
     strained: Array  # (m, 3), the displacements d that deform inclusions [m]
     shift: Array  # (k, 3), mean displacements t of inclusions [m]
     turn: Array  # (k, 3), their rotation vectors phi since R_0 [rad]
@@ -73,24 +77,25 @@ class Inclusions:
         left[:, :, 2] *= np.linalg.det(left @ right)[:, None]
         return np.asarray(left @ right)
 
-    def local(self, displacement: Array, start: Array) -> Local:
-        """Return the coordinates of a displacement (n,) [m] from rotations R_0 (k, 3, 3)."""
+    def local(self, since: Array, predictor: Array, start: Array) -> Local:
+        """Return the coordinates of a displacement since a predictor, both (n,) [m], from rotations R_0 (k, 3, 3)."""
         if not self.owner.size:
-            return Local(displacement, *np.zeros((3, 0, 3)))
+            return Local(since, *np.zeros((3, 0, 3)))
+        displacement = predictor + since
         positions, turn = self.arms + self._read(displacement), self.rotations(displacement)
         shift = self.means @ positions
         strained = _turned_back(turn[self.owner], positions - shift[self.owner]) - self.arms
-        return Local(displacement, strained, shift, self._vectors(turn @ np.swapaxes(start, 1, 2)))
+        return Local(since, strained, shift, self._vectors(turn @ np.swapaxes(start, 1, 2)))
 
-    def displacement(self, flat: Array, start: Array) -> Array:
-        """Return the displacement (n,) [m] of coordinates (n + 3 m + 6 k,)."""
+    def since(self, flat: Array, predictor: Array, start: Array) -> Array:
+        """Return the displacement since a predictor, both (n,) [m], of coordinates (n + 3 m + 6 k,)."""
         if not self.owner.size:
             return flat
         sizes = 3 * np.array([len(self.arms), len(self._inertia), len(self._inertia)])
         values, *parts = np.split(flat, flat.size - np.cumsum(sizes[::-1])[::-1])
         strained, shift, turn = (part.reshape(-1, 3) for part in parts)
         arms = _turned((self._matrices(turn) @ start)[self.owner], self.arms + strained)
-        return self._written(values, arms + shift[self.owner] - self.arms)
+        return self._written(values, arms + shift[self.owner] - self.arms - self._read(predictor))
 
     def moved(self, local: Local, change: Array, start: Array) -> Array:
         """Return the coordinates (n + 3 m + 6 k,) after a linear change of displacements (n,) [m]."""

@@ -271,7 +271,9 @@ def _solve(factors: Factors, start: Prediction, watch: Stopwatch) -> tuple[_Iter
             # Nothing may hold the old factors while new ones are made: in 3D both would not fit into memory.
             mixing, contact = Mixing(), None
             factors.renew(iterate.body, rough=not renewals)
-            iterate = replace(iterate, local=factors.inclusions.local(iterate.displacement, factors.rotations))
+            since = factors.scheme.displacement_factor * iterate.unknown
+            local = factors.inclusions.local(since, start.free.displacement, factors.rotations)
+            iterate = replace(iterate, local=local)
             renewals, slow, last = renewals + 1, 0, np.inf
             continue
         mixed = mixing.next(solved.end, solved.residual)
@@ -294,14 +296,15 @@ def _iterations_left(error: float, last: float) -> float:
 def _first(factors: Factors, start: Prediction) -> _Iterate:
     """Return the first iterate: the body goes on as in the last step, without one with the velocity at the start."""
     scheme, before, body, turned = factors.scheme, start.before, factors.inclusions, factors.rotations
+    predictor = start.free.displacement
     # Velocity and acceleration at the start say less of a step: they turn with every node that touches.
     change = before.large_body.change
     change = scheme.step * before.velocity if change is None else scheme.step / before.step * change
-    onwards = body.moved(body.local(before.displacement, turned), change, turned)
+    onwards = body.moved(body.local(before.displacement - predictor, predictor, turned), change, turned)
     best = None
-    for displacement in (body.displacement(onwards, turned), start.free.displacement):
+    for since in (body.since(onwards, predictor, turned), np.zeros_like(predictor)):
         try:
-            iterate = _at(factors, start, displacement, before.large_body)
+            iterate = _at(factors, start, since, before.large_body)
         except FingerslipError as error:
             # A traceback holds the factors, and itself: in 3D they would fill the memory.
             too_far = error.with_traceback(None)
@@ -383,20 +386,20 @@ def _towards(factors: Factors, start: Prediction, iterate: _Iterate, aim: Array)
     for halved in range(_HALVINGS):
         try:
             there = aim if not halved else here + 0.5**halved * (aim - here)
-            displacement = factors.inclusions.displacement(there, factors.rotations)
-            return _at(factors, start, displacement, iterate.body), not halved
+            since = factors.inclusions.since(there, start.free.displacement, factors.rotations)
+            return _at(factors, start, since, iterate.body), not halved
         except FingerslipError as error:
             too_far = error.with_traceback(None)
     raise _failure(factors.current, start, iterate, None, too_far)
 
 
-def _at(factors: Factors, start: Prediction, displacement: Array, near: BodyState) -> _Iterate:
-    """Evaluate the equation of motion without contact forces at a displacement (n,) [m]."""
+def _at(factors: Factors, start: Prediction, since: Array, near: BodyState) -> _Iterate:
+    """Evaluate the equation of motion without contact forces at a displacement since the predictor (n,) [m]."""
     stepper = factors.current
     system, scheme = stepper.system, stepper.scheme
-    unknown = (displacement - start.free.displacement) / scheme.displacement_factor
-    unknown[system.unknowns.moving] = 0.0
-    displacement = start.free.displacement + scheme.displacement_factor * unknown
+    since = since.copy()
+    since[system.unknowns.moving] = 0.0
+    unknown, displacement = since / scheme.displacement_factor, start.free.displacement + since
     velocity = start.free.velocity + scheme.velocity_factor * unknown
     with factors.watch.part("bulk"):
         body = system.require_body().at(displacement, near)
@@ -414,7 +417,7 @@ def _at(factors: Factors, start: Prediction, displacement: Array, near: BodyStat
     residual[system.unknowns.moving] = 0.0
     size = max(float(np.linalg.norm(part)) for part in (elastic, inertia, start.load))
     size = max(size, system.rounding / _TOLERANCE)
-    local = factors.inclusions.local(displacement, factors.rotations)
+    local = factors.inclusions.local(since, start.free.displacement, factors.rotations)
     return _Iterate(unknown, displacement, local, velocity, moved, pose, body, residual, size)
 
 
