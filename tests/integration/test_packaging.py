@@ -119,8 +119,10 @@ def test_the_wheel_alone_solves_draws_and_writes_and_says_what_an_extra_needs(bu
         (("figure", result, "--kind", "film"), "vision"),
     ):
         assert f'pip install "fingerslip[{extra}]"' in call(*words, code=2)
-    size = sum(path.stat().st_size for path in home.rglob("*") if path.is_file() and not path.is_symlink())
-    assert size < 1.7e9, "what is installed without extras, 1.44 GB with VTK 9.7; MKL alone would be another gigabyte"
+    # Compiled files, which pip makes at once and uv does not, do not count.
+    files = [path for path in home.rglob("*") if path.is_file() and not path.is_symlink() and path.suffix != ".pyc"]
+    size = sum(path.stat().st_size for path in files)
+    assert size < 1.4e9, "what is installed without extras; MKL alone would be another gigabyte"
 
 
 def test_a_study_runs_in_workers_and_is_reported_without_what_only_one_system_or_an_extra_has(tmp_path):
