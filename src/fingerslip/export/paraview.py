@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from fingerslip.errors import ResultError
 from fingerslip.history import full_tensors, is_solid, nearest_record, site_kinds
-from fingerslip.mesh.mixed import is_degenerate
+from fingerslip.mesh.mixed import vtk_cells
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.snapshot import Snapshot, faces_at, in_space, read_snapshot
 from fingerslip.storage.files import csv_text, write_text
@@ -45,8 +45,6 @@ _UNITS = {
     "strain_energy_density": "J/m^3",
 }
 _VERTEX, _LINE, _QUAD = 1, 3, 9  # kinds of cells in VTK
-# What triangles among quadrilaterals and prisms among hexahedra are in VTK, and which of their corners they have.
-_NARROWER = {9: (5, [0, 1, 2]), 12: (13, [0, 2, 1, 4, 6, 5])}
 _WORTH_IT = 0.4  # compressed size over the size of an array, below which the next ones are compressed, too
 _HALF_SIDE = 0.6  # of a plane that is drawn, over the largest extent of the body
 
@@ -116,9 +114,10 @@ class _Blocks:
 
 def _vtu(snapshot: Snapshot, blocks: _Blocks) -> bytes:
     """Return a snapshot as a file of VTK: what arrays there are as XML, and behind it their bytes."""
+    nodes, ends, kinds = vtk_cells(snapshot.cells, snapshot.cell_type)
     groups: dict[str, Mapping[str, NDArray[Any]]] = {
         "Points": {"points": snapshot.points},
-        "Cells": _cells(snapshot),
+        "Cells": {"connectivity": nodes, "offsets": ends, "types": kinds},
         "PointData": snapshot.point_fields,
         "CellData": snapshot.cell_fields,
     }
@@ -137,19 +136,6 @@ def _vtu(snapshot: Snapshot, blocks: _Blocks) -> bytes:
         text += f"</{group}>\n"
     text += '</Piece>\n</UnstructuredGrid>\n<AppendedData encoding="raw">\n_'
     return text.encode() + data + b"\n</AppendedData>\n</VTKFile>\n"
-
-
-def _cells(snapshot: Snapshot) -> dict[str, NDArray[Any]]:
-    """Return nodes, ends and kinds of all cells in their order, triangles and prisms as such."""
-    cells, is_corner = snapshot.cells.copy(), np.ones(snapshot.cells.shape, dtype=bool)
-    kinds = np.full(len(cells), snapshot.cell_type, np.uint8)
-    if snapshot.cell_type in _NARROWER:
-        few = is_degenerate(cells)
-        kinds[few], corners = _NARROWER[snapshot.cell_type]
-        cells[few, : len(corners)] = cells[few][:, corners]
-        is_corner[few, len(corners) :] = False
-    ends = np.cumsum(is_corner.sum(axis=1), dtype=cells.dtype)
-    return {"connectivity": cells[is_corner], "offsets": ends, "types": kinds}
 
 
 def _time(history: xr.Dataset, number: int) -> float:

@@ -7,7 +7,7 @@ one. So a mixed mesh is one of quadrilaterals, some (a, b, c, c), or of hexahedr
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +34,9 @@ _TOGETHER = ({"quad"}, {"quad", "triangle"}, {"hexahedron"}, {"hexahedron", "wed
 _TURNED = {4: [1, 2, 3, 0], 8: [1, 2, 3, 0, 5, 6, 7, 4]}
 #: What triangles and prisms are where they stand alone: their kind, and their corners in the wider cells.
 NARROWER = {"quad": ("triangle", [0, 1, 2]), "hexahedron": ("wedge", [0, 1, 2, 4, 5, 6])}
+# The same by the numbers of VTK, which gives prisms in this order their volume and their faces outwards. Its manual, and
+# with it meshio, turn the triangles.
+_NARROWER_IN_VTK = {9: (5, [0, 1, 2]), 12: (13, [0, 1, 2, 4, 5, 6])}
 
 
 def is_degenerate(cells: NDArray[np.integer]) -> NDArray[np.bool_]:
@@ -41,6 +44,18 @@ def is_degenerate(cells: NDArray[np.integer]) -> NDArray[np.bool_]:
     if cells.shape[1] not in _TURNED:
         return np.zeros(len(cells), dtype=bool)
     return np.asarray((cells[:, 2::4] == cells[:, 3::4]).all(axis=1))
+
+
+def vtk_cells(cells: NDArray[np.integer[Any]], kind: int) -> tuple[NDArray[np.integer[Any]], ...]:
+    """Return nodes, ends and kinds of cells (n, k) of one kind in VTK, in their order, triangles and prisms as such."""
+    cells, is_corner = cells.copy(), np.ones(cells.shape, dtype=bool)
+    kinds = np.full(len(cells), kind, np.uint8)
+    if kind in _NARROWER_IN_VTK:
+        few = is_degenerate(cells)
+        kinds[few], corners = _NARROWER_IN_VTK[kind]
+        cells[few, : len(corners)] = cells[few][:, corners]
+        is_corner[few, len(corners) :] = False
+    return cells[is_corner], np.cumsum(is_corner.sum(axis=1), dtype=cells.dtype), kinds
 
 
 def join_kinds(data: meshio.Mesh) -> None:

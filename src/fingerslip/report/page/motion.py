@@ -23,11 +23,11 @@ from fingerslip.report.figures.bodies import extent
 from fingerslip.report.figures.signals import HAS_SLIPPED, PRESSED, SLIPS, slipped_share
 from fingerslip.report.labels import of_histories
 from fingerslip.report.scene.options import SCALARS, SceneOptions
-from fingerslip.report.scene.scene import CORNERS, field_limits, region_names, soft_regions, upright
+from fingerslip.report.scene.scene import CORNERS, field_limits, region_names, soft_regions, upright, vtk_grid
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import Events, contact_forces, receptor_signals, slide_tangent, slide_window, slipping_fraction
 from fingerslip.slip.windows import EVENTS
-from fingerslip.snapshot import faces_at
+from fingerslip.snapshot import CELL_TYPES, faces_at
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -324,13 +324,9 @@ def surface_arrays(history: xr.Dataset, frames: Sequence[int]) -> Surface:
 
 def _layers(history: xr.Dataset, frames: list[int]) -> Iterator[tuple[int, Any]]:
     """Yield the number and the mesh of each layer, with displacements and stress at frames for its nodes."""
-    # Slow to import, and few pages show solids.
-    import pyvista
-
-    is_cube = history.attrs["element"] == "H8"
-    cells = history["cell_nodes"].values[:, : 8 if is_cube else 4]
-    kind = pyvista.CellType.HEXAHEDRON if is_cube else pyvista.CellType.TETRA
-    grid = pyvista.UnstructuredGrid({kind: cells}, history["node_position"].values)
+    element, corners = ("H8", 8) if history.attrs["element"] == "H8" else ("T4", 4)
+    cells = history["cell_nodes"].values[:, :corners]
+    grid = vtk_grid(cells, CELL_TYPES[element], history["node_position"].values)
     grid.point_data["displacement"] = np.concatenate(list(history["snapshot_displacement"].values[frames]), axis=1)
     grid.point_data["node"] = np.arange(grid.n_points)
     grid.cell_data["stress"] = history["snapshot_von_mises"].values[frames].T

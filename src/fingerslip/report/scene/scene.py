@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import InputError, ResultError
 from fingerslip.history import is_solid, nearest_record, site_kinds
+from fingerslip.mesh.mixed import vtk_cells
 from fingerslip.report import colours as palette
 from fingerslip.report.scene.names import Camera, Cut
 from fingerslip.report.scene.options import SCALARS, SceneOptions
@@ -100,14 +101,21 @@ def check_options(history: xr.Dataset, options: SceneOptions) -> None:
             raise InputError("hidden", f"has '{name}', which is no region", f"may hold {', '.join(names)}")
 
 
-def snapshot_grid(history: xr.Dataset, number: int) -> pyvista.UnstructuredGrid:
-    """Return the deformed mesh of a snapshot [mm] with its fields in the units of :data:`SCALARS`."""
+def vtk_grid(cells: NDArray[np.integer[Any]], kind: int, points: Floats) -> pyvista.UnstructuredGrid:
+    """Return the mesh of cells (n, k) of one kind in VTK, triangles and prisms as such, on points (m, 3)."""
     # Slow to import; most figures need only the names and limits of this module.
     import pyvista
 
+    nodes, ends, kinds = vtk_cells(cells, kind)
+    counts = np.diff(ends, prepend=0)
+    return pyvista.UnstructuredGrid(np.insert(nodes, ends - counts, counts), kinds, points)
+
+
+def snapshot_grid(history: xr.Dataset, number: int) -> pyvista.UnstructuredGrid:
+    """Return the deformed mesh of a snapshot [mm] with its fields in the units of :data:`SCALARS`."""
     snapshot = read_snapshot(history, number)
     points = 1e3 * (snapshot.points + snapshot.point_fields["displacement"])
-    grid = pyvista.UnstructuredGrid({snapshot.cell_type: snapshot.cells}, points)
+    grid = vtk_grid(snapshot.cells, snapshot.cell_type, points)
     for name, vectors in snapshot.point_fields.items():
         grid.point_data[name] = SCALARS[name][1] * np.linalg.norm(vectors, axis=1)
     for name, values in snapshot.cell_fields.items():

@@ -24,6 +24,7 @@ from fingerslip.report.scene.scene import (
     middle_cut,
     region_names,
     snapshot_grid,
+    vtk_grid,
 )
 from fingerslip.slip import contact_patch
 from fingerslip.snapshot import CELL_TYPES, in_space, read_snapshot
@@ -204,3 +205,14 @@ def test_a_free_port_is_taken_and_one_in_use_or_of_the_system_is_refused(monkeyp
     monkeypatch.setattr(socket.socket, "bind", Mock(side_effect=PermissionError(13, "Permission denied")))
     with pytest.raises(InputError, match="port 80 is reserved for the system, needs one from 1024 to 65535"):
         require_free(Served(LOCAL, 80))
+
+
+def test_prisms_on_each_other_hide_the_face_between_them_and_look_outwards():
+    """As hexahedra with edges without length they showed it, dark in the cut."""
+    triangle, height = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.array([0, 0, 1])
+    points = np.concatenate([triangle, triangle + height, triangle + 2 * height])
+    grid = vtk_grid(np.array([[0, 1, 2, 2, 3, 4, 5, 5], [3, 4, 5, 5, 6, 7, 8, 8]]), CELL_TYPES["H8"], points)
+    outside = grid.extract_geometry().triangulate()
+    a, b, c = (outside.points[outside.regular_faces[:, corner]] for corner in range(3))
+    assert outside.area == pytest.approx(1 + 2 * (2 + np.sqrt(2)))
+    assert np.einsum("ij,ij->", a, np.cross(b, c)) / 6 == pytest.approx(1.0), "the volume"
