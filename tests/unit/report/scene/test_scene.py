@@ -6,6 +6,7 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 import pyvista
+from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter
 
 from fingerslip.commands.shared import cameras, fields
 from fingerslip.contact.states import OPEN, SLIP, STICK
@@ -212,7 +213,10 @@ def test_prisms_on_each_other_hide_the_face_between_them_and_look_outwards():
     triangle, height = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.array([0, 0, 1])
     points = np.concatenate([triangle, triangle + height, triangle + 2 * height])
     grid = vtk_grid(np.array([[0, 1, 2, 2, 3, 4, 5, 5], [3, 4, 5, 5, 6, 7, 8, 8]]), CELL_TYPES["H8"], points)
-    outside = grid.extract_geometry().triangulate()
+    surface = vtkGeometryFilter()
+    surface.SetInputData(grid)
+    surface.Update()
+    outside = pyvista.wrap(surface.GetOutput()).triangulate()
     a, b, c = (outside.points[outside.regular_faces[:, corner]] for corner in range(3))
     assert outside.area == pytest.approx(1 + 2 * (2 + np.sqrt(2)))
     assert np.einsum("ij,ij->", a, np.cross(b, c)) / 6 == pytest.approx(1.0), "the volume"
