@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.vision.tracking.layouts import nearest_neighbours
+from fingerslip.vision.tracking.layouts import expected_displacement, nearest_neighbours
 
 Floats = NDArray[np.float64]
 
@@ -33,11 +31,13 @@ def rest_length(position: Floats) -> int:
     return max(FEWEST, FEWEST + int(later[0]) - 2) if later.size else len(position)
 
 
-def still_markers(position: Floats, reference: Floats) -> NDArray[np.bool_]:
+def still_markers(position: Floats) -> NDArray[np.bool_]:
     """Tell which markers do not move with their neighbours, as reflections on the rim and dirt on the lens do.
 
-    Arrays: position (n_frames, n_markers, 2) [px]; reference (n_markers, 2) [px]; returns (n_markers,).
+    Motion counts from where they rest, however many frames the reference of the tracks has. Arrays: position
+    (n_frames, n_markers, 2) [px]; returns (n_markers,).
     """
+    reference: Floats = np.ma.masked_invalid(position[: rest_length(position)]).mean(axis=0).filled(np.nan)
     still = np.zeros(len(reference), dtype=bool)
     seen_at_rest = np.isfinite(reference).all(axis=1)
     displacement = position - reference
@@ -47,20 +47,14 @@ def still_markers(position: Floats, reference: Floats) -> NDArray[np.bool_]:
         chosen = np.flatnonzero(seen_at_rest & ~still)
         if len(chosen) < FEWEST:
             return still
-        neighbours = chosen[nearest_neighbours(reference[chosen])[0]]
-        of_neighbours = _largest(_median(displacement[:, neighbours]))
+        neighbours = nearest_neighbours(reference[chosen])[0]
+        frames = displacement[:, chosen]
+        expected = [expected_displacement(each, np.isfinite(each).all(axis=1), neighbours)[0] for each in frames]
+        of_neighbours = _largest(np.stack(expected))
         found = (of_neighbours > _MOVING) & (moved[chosen] < _STILL * of_neighbours)
         if not found.any():
             return still
         still[chosen[found]] = True
-
-
-def _median(displacement: Floats) -> Floats:
-    """Return the median over neighbours (n_frames, n, k, 2) of those that are seen; NaN where none is."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)
-        median: Floats = np.nanmedian(displacement, axis=2)
-    return median
 
 
 def _largest(displacement: Floats) -> Floats:

@@ -208,7 +208,7 @@ def tracks_of(
         warnings.simplefilter("ignore", RuntimeWarning)  # of markers that were not seen at rest
         values["reference"] = np.nanmean(position[:rest_frames], axis=0)
         values["rest_noise"] = np.nanstd(position[:rest_frames], axis=0, ddof=1)
-    still = still_markers(position, np.asarray(values["reference"]))
+    still = still_markers(position)
     values["still"] = still.astype(np.int8)
     _say_still(tracks, np.flatnonzero(still))
     if lens is not None:

@@ -242,9 +242,9 @@ def test_markers_that_do_not_move_with_their_neighbours_are_named() -> None:
     position[:, [0, 1, 6]] = rows[[0, 1, 6]]
     position[10:20, 1] = np.nan
     position[:, 35] = rows[35] + 0.5 * (position[:, 35] - rows[35])
-    assert np.flatnonzero(still_markers(position, rows)).tolist() == [0, 1, 6]
-    assert not still_markers(rows + 0.1 * (position - rows), rows).any()
-    assert not still_markers(position[:, :4], rows[:4]).any()
+    assert np.flatnonzero(still_markers(position)).tolist() == [0, 1, 6]
+    assert not still_markers(rows + 0.1 * (position - rows)).any()
+    assert not still_markers(position[:, :4]).any()
 
 
 @pytest.mark.slow
