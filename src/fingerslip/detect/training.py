@@ -107,6 +107,8 @@ def train(
     samples = samples_of(trials, onsets, settings, sampling, names=[name for name in chosen if name not in calibration])
     estimator = fit(candidate, samples.values, samples.classes, seed=seed, workers=workers)
     inside = markers_of(trials.tracks(chosen[0]), "internal")
+    # Of trials at several rates no rate is the one that it learned from.
+    alike = np.ptp(samples.interval) <= RATE_TOLERANCE * np.median(samples.interval)
     detector = Detector(
         classifier=classifier,
         estimator=estimator,
@@ -116,7 +118,7 @@ def train(
         layout_in_words=layout_text(inside),
         smoother=forward_filter(samples, onsets, settings.motion.window),
         data=trials.digest,
-        frame_rate=float(f"{1.0 / np.median(samples.interval):.6g}"),
+        frame_rate=float(f"{1.0 / np.median(samples.interval):.6g}") if alike else None,
         provenance={"trials": len(samples.trials), "samples": len(samples.classes), "seed": seed, "set": trials.title},
     )
     if not calibration:

@@ -52,6 +52,12 @@ def test_thresholds_are_set_by_the_largest_score_before_slip_of_trials_that_were
     assert largest == [3.0, 8.0, -np.inf]
 
 
+def test_trials_at_two_rates_make_a_detector_that_refuses_neither(samples, trials, monkeypatch):
+    onsets, rates = trials.onsets(), np.where(np.arange(len(samples.interval)) % 2, 1 / 30, 1 / 60)
+    monkeypatch.setattr(training, "samples_of", lambda *_, **__: dataclasses.replace(samples, interval=rates))
+    assert training.train(trials, onsets, "time_threshold", motion=MOTION, sampling=SAMPLING).frame_rate is None
+
+
 def test_the_smoother_has_the_times_of_the_training_trials_and_starts_anew(samples, trials):
     onsets = trials.onsets()
     made = training.forward_filter(samples, onsets, 5)
