@@ -54,7 +54,7 @@ def write_timeline(line: Timeline, folder: Path, origin: Mapping[str, str]) -> N
     if line.displacement.size:
         columns |= {f"displaced [{line.unit}]": line.displacement, "left pattern [%]": line.left}
     rows = np.column_stack(list(columns.values())).tolist()
-    write_text(folder / _TABLE, csv_text([list(columns), *([f"{value:.10g}" for value in row] for row in rows)]))
+    write_text(folder / _TABLE, csv_text([list(columns), *([f"{value:.17g}" for value in row] for row in rows)]))
     slides = [{**vars(slide), "onsets": vars(slide.onsets)} for slide in line.slides]
     described = {"name": line.name, "unit": line.unit, "slides": slides, **origin, "fingerslip": __version__}
     write_json(folder / CLIP, described)
