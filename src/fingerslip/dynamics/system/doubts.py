@@ -101,9 +101,10 @@ def _turn_where_nearest(counterface: Counterface, inwards: NDArray[np.float64], 
     Few nodes of a ridge touch, however many lie above the level to which the counterface comes.
     """
     gaps = np.array([counterface.gap(points.T) for points in corners.swapaxes(0, 1)])
-    # All facets of a flat boundary are nearest.
-    normals = np.unique(inwards[np.any(gaps < gaps.min() + _SAME_GAP, axis=0)].round(6), axis=0)
-    return float(np.degrees(np.arccos(np.clip((normals @ normals.T).min(), -1.0, 1.0))))
+    # All facets of a flat boundary are nearest; those of its sides that share a corner face elsewhere.
+    nearest = np.any(gaps < gaps.min() + _SAME_GAP, axis=0) & (inwards @ counterface.unit_normal > FACED)
+    normals = np.unique(inwards[nearest].round(6), axis=0)
+    return float(np.degrees(np.arccos(np.clip((normals @ normals.T).min(initial=1.0), -1.0, 1.0))))
 
 
 def _along(motion: Motion, counterface: Counterface) -> NDArray[np.float64]:
