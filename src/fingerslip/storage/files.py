@@ -203,6 +203,7 @@ def folder_beside(path: Path, word: str, source_of: Callable[[Path], str]) -> Pa
 
     Its name has the ending of the file, too, where that of another file is there, by what `source_of` says of a folder.
     """
+    path = path if path.name not in ("", "..") else path.resolve()
     folder = path.with_name(f"{path.stem}_{word}")
     if not folder.is_dir() or Path(source_of(folder)).name in ("", path.name):
         return folder

@@ -280,3 +280,9 @@ def test_arrays_are_hashed_by_their_values_in_rows_and_files_by_their_content(tm
     assert digest(values) != digest(values + 1e-15)
     (tmp_path / "a").write_bytes(b"some")
     assert files.file_digest(tmp_path / "a") == digest(b"some") == hashlib.sha256(b"some").hexdigest()
+
+
+def test_what_is_made_of_the_current_folder_stands_beside_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "frames").mkdir()
+    monkeypatch.chdir(tmp_path / "frames")
+    assert files.folder_beside(Path(), "tracks", lambda _: "") == tmp_path / "frames_tracks"
