@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NotRequired
 import pydantic
 from typing_extensions import TypedDict
 
-from fingerslip.errors import DamagedError, ResultError, most_similar
+from fingerslip.errors import DamagedError, ResultError
 from fingerslip.slip import measures
 from fingerslip.slip.events import Events, events_from_mapping, events_mapping, find_slip
 from fingerslip.slip.front import EdgeContact, edge_contact
@@ -260,7 +261,7 @@ def unchecked_result(folder: Path) -> RunResult:
 def other_folders(folder: Path) -> str:
     """Say what to do where a folder of results is not there: which folders beside it have a similar name."""
     beside = [str(other) for other in folder.parent.glob("*") if other.is_dir()]
-    near = most_similar(str(folder), beside, 3)
+    near = difflib.get_close_matches(str(folder), beside, 3)
     return f"{_REPAIR}, or name {' or '.join(near)}" if near else _REPAIR
 
 
