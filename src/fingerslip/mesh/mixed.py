@@ -34,8 +34,8 @@ _TOGETHER = ({"quad"}, {"quad", "triangle"}, {"hexahedron"}, {"hexahedron", "wed
 _TURNED = {4: [1, 2, 3, 0], 8: [1, 2, 3, 0, 5, 6, 7, 4]}
 #: What triangles and prisms are where they stand alone: their kind, and their corners in the wider cells.
 NARROWER = {"quad": ("triangle", [0, 1, 2]), "hexahedron": ("wedge", [0, 1, 2, 4, 5, 6])}
-# The same by the numbers of VTK, which gives prisms in this order their volume and their faces outwards. Its manual, and
-# with it meshio, turn the triangles.
+# The same by the numbers of VTK, which gives prisms in this order a volume above zero. Its manual, and with it meshio,
+# turn the triangles.
 _NARROWER_IN_VTK = {9: (5, [0, 1, 2]), 12: (13, [0, 1, 2, 4, 5, 6])}
 
 
