@@ -141,17 +141,7 @@ def spikes_of(history: xr.Dataset, models: Mapping[str, AfferentModel]) -> Spike
     BandwidthWarning
         Where a model responds to higher frequencies than the records resolve.
     """
-    if not isinstance(models, Mapping):
-        fault, repair = f"got a {type(models).__name__}", "write {'SA-I': model}"
-        raise InputError("models", fault, "needs a model by the name of each receptor type", repair)
-    for kind, model in models.items():
-        for name in ("stimulus", "highest_frequency", "spikes"):
-            if not hasattr(model, name):
-                needed = "needs stimulus, highest_frequency [Hz] and spikes(times, values)"
-                raise InputError(f"{kind}.{name}", "is missing", needed, f"write {name} into the class of the model")
-        if model.stimulus.removesuffix("_rate") not in STIMULI:
-            allowed = f"needs one of {', '.join(STIMULI)}, or the rate of one, such as speed_rate"
-            raise InputError(f"{kind}.stimulus", f"'{model.stimulus}' is not known", allowed)
+    _check_models(models)
     stimuli = receptor_stimuli(history, tuple(models))
     times, available = stimuli["time"].values, stimuli["site_kind"].values
     result: dict[int, Array] = {}
@@ -168,7 +158,7 @@ def spikes_of(history: xr.Dataset, models: Mapping[str, AfferentModel]) -> Spike
             fault = "is not known at some receptor, needs numbers; choose a model with another stimulus"
             raise ResultError(f"history.{model.stimulus}: {fault}")
         warn_beyond(history, model.highest_frequency, f"the model of {kind}")
-        trains = model.spikes(times, values)
+        trains = [np.asarray(train, dtype=np.float64) for train in model.spikes(times, values)]
         if len(trains) != rows.size:
             raise InputError(f"{kind}.spikes", f"gave {len(trains)} arrays", f"needs {rows.size}, one a receptor")
         _check_seconds(kind, trains, times)
@@ -180,11 +170,29 @@ def spikes_of(history: xr.Dataset, models: Mapping[str, AfferentModel]) -> Spike
     return Spikes(names, kinds, trains_by_row, float(times[0]), float(times[-1]), beyond)
 
 
+def _check_models(models: Mapping[str, AfferentModel]) -> None:
+    """Refuse what are no models of afferents."""
+    if not isinstance(models, Mapping):
+        fault, repair = f"got a {type(models).__name__}", "write {'SA-I': model}"
+        raise InputError("models", fault, "needs a model by the name of each receptor type", repair)
+    for kind, model in models.items():
+        for name in ("stimulus", "highest_frequency", "spikes"):
+            if not hasattr(model, name):
+                needed = "needs stimulus, highest_frequency [Hz] and spikes(times, values)"
+                raise InputError(f"{kind}.{name}", "is missing", needed, f"write {name} into the class of the model")
+        if model.stimulus.removesuffix("_rate") not in STIMULI:
+            allowed = f"needs one of {', '.join(STIMULI)}, or the rate of one, such as speed_rate"
+            raise InputError(f"{kind}.stimulus", f"'{model.stimulus}' is not known", allowed)
+        if not 0.0 < model.highest_frequency < np.inf:
+            fault = f"got {model.highest_frequency} Hz"
+            raise InputError(f"{kind}.highest_frequency", fault, "needs a number above 0 Hz", "write for example 200.0")
+
+
 def _check_seconds(kind: str, trains: Sequence[Array], times: Array) -> None:
     """Refuse spikes before the history, or later behind it than any delay carries them: of another unit."""
     spikes = np.concatenate([times[:1], *trains])
     latest = times[-1] + max(_DELAY, times[-1] - times[0])
-    if spikes.min() < times[0] or spikes.max() > latest:
+    if not (spikes.min() >= times[0] and spikes.max() <= latest):
         fault = f"are at {spikes.min():g} to {spikes.max():g} s"
         allowed = f"needs seconds of the history, {times[0]:g} to {times[-1]:g} s"
         raise InputError(f"{kind}.spikes", fault, allowed, "give neither milliseconds nor numbers of samples")
@@ -367,6 +375,7 @@ def resolved_afferents(
     damped = any(np.any(history[name].values) for name in ("damping_dissipation", "viscous_dissipation"))
     highest = _OF_BANDWIDTH * record_bandwidth(history) if damped else 0.0
     every = human_afferents() if models is None else models
+    _check_models(every)
     return {
         kind: model
         for kind, model in every.items()

@@ -13,6 +13,7 @@ from fingerslip.afferents.model import (
     AFFERENTS,
     IntegrateAndFire,
     Spikes,
+    available_spikes,
     human_afferents,
     resolved_afferents,
     spikes_of,
@@ -102,15 +103,41 @@ def test_rates_count_spikes_per_second_and_afferent():
         spikes.rates(0.0)
 
 
+def own(**fields):
+    return SimpleNamespace(spikes=None, **fields)
+
+
+@pytest.mark.parametrize(
+    ("models", "message"),
+    [
+        ([Once()], "models: got a list, needs a model by the name"),
+        ({"SA-I": SimpleNamespace(highest_frequency=9.0, spikes=None)}, r"SA-I\.stimulus: is missing"),
+        (
+            {"SA-I": SimpleNamespace(stimulus="speed", highest_frequency=np.inf, spikes=None)},
+            "got inf Hz, needs a number",
+        ),
+        (
+            {"SA-I": SimpleNamespace(stimulus="speed", highest_frequency=-1.0, spikes=None)},
+            "got -1.0 Hz, needs a number",
+        ),
+    ],
+)
+def test_what_is_no_model_is_refused_wherever_models_are_taken(history, models, message):
+    for take in (spikes_of, available_spikes, lambda *args: fs.draw(args[0], "spikes", afferents=args[1])):
+        with pytest.raises(fs.InputError, match=message):
+            take(history, models)
+
+
 def test_a_stimulus_that_is_not_known_and_a_model_that_forgets_a_receptor_are_refused(history):
     unknown = history.assign(strain=history.strain * np.nan)
     with pytest.raises(fs.ResultError, match=r"history\.equivalent_strain: is not known"):
         spikes_of(unknown, {"SA-I": Once()})
     with pytest.raises(fs.ResultError, match="has 1 values, needs two or more"):
         spikes_of(history.isel(time=[0]), {"SA-I": Once()})
-    tickled, forgetful, hasty, in_samples = Once(), Once(), Once(), Once()
+    tickled, forgetful, hasty, in_samples, broken = (Once() for _ in range(5))
     hasty.spikes = lambda times, _: [times[:1] - 0.1] * 2
-    in_samples.spikes = lambda *_: [np.array([10.0, 3000.0])] * 2
+    in_samples.spikes = lambda *_: [[10.0, 3000.0]] * 2
+    broken.spikes = lambda *_: [[np.nan]] * 2
     tickled.stimulus = "tickle"
     forgetful.spikes = lambda times, _: [times[:1]]
     for model, message in (
@@ -118,6 +145,7 @@ def test_a_stimulus_that_is_not_known_and_a_model_that_forgets_a_receptor_are_re
         (forgetful, "gave 1 arrays, needs 2, one a receptor"),
         (hasty, "needs seconds"),
         (in_samples, "to 3000 s, needs seconds"),
+        (broken, "nan s, needs seconds"),
     ):
         with pytest.raises(fs.InputError, match=message):
             spikes_of(history, {"SA-I": model})
