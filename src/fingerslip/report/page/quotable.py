@@ -10,6 +10,7 @@ from fingerslip.report.prose import prose
 from fingerslip.report.tables.parameters import ASSUMED, NOT_USED
 from fingerslip.results import RunResult
 from fingerslip.sites import RECEPTOR_KINDS
+from fingerslip.slip.measures import resolution_warnings
 from fingerslip.slip.windows import LATENCY
 from fingerslip.uncertainty import settings_in_words, varied_settings
 
@@ -25,9 +26,10 @@ def quotable(content: ReportContent) -> Mapping[str, str]:
     if not runs or content.study.ranges:
         return {}
     has_bars = any(run.uncertainty for run in runs)
-    reasons = "; ".join(_not_to_quote(content, runs))
+    is_coarse = bool(resolution_warnings({run.name: run.numbers for run in runs}))
+    reasons = "; ".join([*([prose("quote", "coarse")] if is_coarse else []), *_not_to_quote(content, runs)])
     return {
-        "Quote": prose("quote", "do", {"bars": ", ±" if has_bars else ""}),
+        **({} if is_coarse else {"Quote": prose("quote", "do", {"bars": ", ±" if has_bars else ""})}),
         **({"Do not quote": prose("quote", "not", {"reasons": reasons})} if reasons else {}),
         "How sure": " ".join(_how_sure(content, runs)),
     }

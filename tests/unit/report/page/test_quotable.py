@@ -50,6 +50,19 @@ def test_a_section_of_a_finger_without_error_bars_says_all_that_is_no_result():
     assert len(" ".join((*box, *box.values())).split()) <= 90
 
 
+def test_times_of_a_run_that_is_too_coarse_are_not_quoted():
+    box = quotable(content(RunResult("a", {}, SLIPPED, numbers={"slide_records": 10})))
+    assert "Quote" not in box
+    assert box["Do not quote"].startswith("times of slip, for which step or mesh is too coarse")
+
+
+def test_peaks_are_quoted_only_where_they_have_converged_in_all_runs():
+    settled, away = ({"acceleration.incipient": each} for each in (SETTLED, AWAY))
+    runs = [RunResult(name, {}, SLIPPED, convergence=known) for name, known in (("a", settled), ("b", away))]
+    assert "acceleration peaks" in quotable(content(*runs))["Do not quote"]
+    assert "acceleration peaks" not in quotable(content(runs[0], values=()))["Do not quote"]
+
+
 def test_what_was_studied_and_what_has_not_converged_is_named():
     known = {"slip.overall": SETTLED, "slip.latency": AWAY, "acceleration.incipient": SETTLED}
     studied = RunResult("a", {}, SLIPPED, uncertainty={"slip.latency": 0.1}, convergence=known)
