@@ -24,6 +24,8 @@ Floats = NDArray[np.float64]
 
 # Of the size of the body: by how much points of a flat face may lie out of one plane.
 _FLAT = 1e-3
+# Of its radius: by how much that of a surface of revolution differs.
+_ROUND = 1e-6
 # Rows and columns of a curved surface from one line of its net to the next.
 _LINES = 4
 
@@ -119,11 +121,11 @@ def curved_points(history: xr.Dataset, depth: float) -> Floats:
 
 
 def curved_outlines(history: xr.Dataset) -> tuple[Floats, ...]:
-    """Return the lines (n, 2) [m] of the curved counterfaces of a section, at the start."""
+    """Return the lines (n, 2) [m] of the counterfaces of a section at the start; none where all of them are flat."""
     if "counterface_outline" not in history.coords:
         return ()
-    outlines = history["counterface_outline"].values[:, :, 0]
-    return tuple(line for number, line in enumerate(outlines) if _centre_of_flat(history, number, 0) is None)
+    outlines = tuple(history["counterface_outline"].values[:, :, 0])
+    return outlines if any(_centre_of_flat(history, number, 0) is None for number in range(len(outlines))) else ()
 
 
 def _centre_of_flat(history: xr.Dataset, counterface: int, step: int) -> Floats | None:
@@ -167,5 +169,9 @@ def _moved_surface(history: xr.Dataset, counterface: int, step: int) -> Floats:
         turn = history["rigid_body_rotation"].values[step, number]
         # In 2D it turns about z.
         rotation = Rotation.from_rotvec(np.pad(turn, (3 - turn.size, 0)))
-        points = centre + (points - centre) @ rotation.as_matrix().T
+        arms, axis = points - centre, rotation.as_rotvec()
+        radii = np.linalg.norm(arms, axis=-1), np.linalg.norm(np.cross(axis, arms), axis=-1)
+        # Where it rolls, a ball or a drum stays as it is, and what was drawn of it is what may touch.
+        if all(np.ptp(each) > _ROUND * each.max() for each in radii):
+            points = centre + arms @ rotation.as_matrix().T
     return np.asarray(points + in_space(history["counterface_displacement"].values[step, counterface]))

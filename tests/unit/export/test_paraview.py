@@ -9,6 +9,7 @@ import meshio
 import numpy as np
 import pytest
 import pyvista
+import xarray as xr
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkDataArray
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
@@ -16,7 +17,7 @@ from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 import fingerslip as fs
 from fingerslip.export.paraview import cell_tensors, write_paraview, write_series
 from fingerslip.fe.recovery import von_mises
-from fingerslip.snapshot import CELL_TYPES, Snapshot
+from fingerslip.snapshot import CELL_TYPES, Snapshot, faces_at
 from fingerslip.verification.meshes import box
 from problems.pushed import push_and_slide
 from unit.report.scenes import block_history
@@ -204,6 +205,33 @@ def test_every_file_is_read_by_vtk_and_has_the_counterface_where_it_is(mesh, cou
         step = int(np.abs(history["time"].values - history["snapshot_time"].values[number]).argmin())
         gaps = placed.gap(points - history["counterface_displacement"].values[step, 0])
         np.testing.assert_allclose(gaps, 0.0, atol=1e-9)
+
+
+DISC, RADIUS = np.array([0.0, -20e-3]), 20e-3
+
+
+@pytest.mark.parametrize("centre", [(0.0, -2e-3), tuple(DISC)])
+def test_an_outline_turns_with_its_body_and_where_it_rolls_what_may_touch_is_drawn(centre):
+    """A disc on a body that turns by 1 about another centre than its own, and about its own."""
+    free = {"free": ("y", "rz"), "inertia": (1e-8,), "springs": fs.Springs(rz=1e-3), "loads": (fs.BodyLoad(y=0.01),)}
+    model = push_and_slide(
+        contacts=(fs.Contact("bottom", fs.Cylinder(RADIUS, centre=tuple(DISC)), fs.Coulomb(0.4), rigid_body="disc"),),
+        bodies={"disc": fs.RigidBody(1e-3, centre=centre, **free)},
+        programme=(),
+        time=fs.TimeStepping(5e-3, end=0.01),
+        record=fs.Recording(snapshots_every=0.01),
+    )
+    history = fs.simulate(model)
+    outline = history["counterface_outline"].values[0, :, 0]
+    assert np.abs(outline[[0, -1], 0]).min() > np.abs(history["node_position"].values[:, 0]).max(), "beyond the body"
+    turned = history.assign(rigid_body_rotation=xr.ones_like(history["rigid_body_rotation"]))
+    (face,) = faces_at(turned, -1, 1e-2)
+    turn = np.array([[np.cos(1.0), -np.sin(1.0)], [np.sin(1.0), np.cos(1.0)]])
+    moved = history["counterface_displacement"].values[-1, 0]
+    middle = centre + turn @ (DISC - centre) + moved
+    np.testing.assert_allclose(np.linalg.norm(face.surface[:, 0, :2] - middle, axis=1), RADIUS, rtol=1e-6)
+    drawn = outline if centre == tuple(DISC) else centre + (outline - centre) @ turn.T
+    np.testing.assert_allclose(face.surface[:, 0, :2], drawn + moved, atol=1e-9)
 
 
 def bottom(mesh):
