@@ -31,7 +31,7 @@ def figure(  # noqa: PLR0917  the options of a command line have no order
     contact: Annotated[bool, typer.Option("--contact", help="Show stick and slip on a solid.")] = False,
     size: Annotated[str, typer.Option(metavar="WxH", help="Of a film, in pixels.")] = "1280x720",
     dpi: Annotated[
-        int | None, typer.Option(min=50, max=2400, help="Dots per inch of png, and of fields in pdf and svg.")
+        int | None, typer.Option(min=50, max=1200, help="Dots per inch of png, and of fields in pdf and svg.")
     ] = None,
     rate: Annotated[float, typer.Option(help="Frames a second of a film.")] = 25.0,
     seconds: Annotated[float, typer.Option(help="Length of a film.")] = 8.0,

@@ -295,6 +295,7 @@ def join_title(title: str, more: str) -> str:
 
 
 _DOTS_PER_INCH = 150
+_FEWEST_DOTS, _MOST_DOTS = 50, 1200
 _ENDINGS = (".png", ".svg", ".pdf")
 # Text that can be searched and edited: whole fonts, which journals ask for, and words instead of outlines.
 _TEXT: Any = {"pdf.fonttype": 42, "svg.fonttype": "none"}
@@ -342,7 +343,7 @@ def save_figure(figure: Figure, path: str | Path, dpi: int | None = None) -> Non
     Raises
     ------
     InputError
-        For another ending.
+        For another ending, and for fewer than 50 or more than 1,200 dots, which would take gigabytes.
     ResultError
         Where the file cannot be written.
 
@@ -355,6 +356,9 @@ def save_figure(figure: Figure, path: str | Path, dpi: int | None = None) -> Non
     path = Path(path)
     if path.suffix.lower() not in _ENDINGS:
         raise InputError("save_figure", f"got '{path}'", f"needs a file that ends in {', '.join(_ENDINGS)}")
+    if dpi is not None and not _FEWEST_DOTS <= dpi <= _MOST_DOTS:
+        allowed = f"needs {_FEWEST_DOTS} to {_MOST_DOTS} dots per inch"
+        raise InputError("save_figure.dpi", f"got {dpi}", allowed, "journals ask for 300 to 600")
     # The layout of panels to scale settles in a second pass, which a file is worth.
     figure.draw_without_rendering()
     write_bytes(path, figure_bytes(figure, path.suffix.removeprefix(".").lower(), dpi))
