@@ -37,6 +37,8 @@ _OFTEN = 0.1
 _MORE = 1.25
 _DARK = 16.0  # mean grey level at rest: below it frames use less than a sixteenth of their levels
 _LISTED = 12  # markers that a warning names
+# What does not move with its neighbours.
+_STILL = "reflections, clamped pins, or markers that stick while others slip"
 _SATURATED = 0.5  # share of the pixels at rest
 
 
@@ -140,7 +142,7 @@ _OF_VIDEOS: Mapping[str, tuple[tuple[str, ...], str, str]] = {
     "rest_noise": (("marker", "axis"), "px", "standard deviation of the position at rest"),
     "radius": (("marker",), "px", "radius of the markers at rest"),
     "frame_state": (("time",), "", ", ".join(f"{number} {state}" for number, state in enumerate(STATES))),
-    "still": (("marker",), "", "1 where a marker does not move with its neighbours: a reflection"),
+    "still": (("marker",), "", "1 where a marker does not move with its neighbours"),
     "visible": (("time",), "", "markers that were seen, and blobs like them that no marker has"),
     "image_position": (("time", "marker", "axis"), "px", "position in the frames, with the lens's distortion"),
 }
@@ -224,7 +226,7 @@ def _say_still(tracks: xr.Dataset, still: NDArray[np.intp]) -> None:
     if still.size:
         numbers = ", ".join(map(str, still[:_LISTED])) + ", ..." * (still.size > _LISTED)
         fault = f"{still.size} of {tracks.sizes['marker']} markers do not move with their neighbours ({numbers})"
-        text = f"{tracks.attrs['source']}: {fault}: reflections, or pins that are clamped; a mask leaves them out"
+        text = f"{tracks.attrs['source']}: {fault}: {_STILL}; a mask leaves the first out"
         tracks.attrs["warnings"] = "\n".join(filter(None, (tracks.attrs["warnings"], text)))
 
 
