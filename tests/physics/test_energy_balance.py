@@ -232,7 +232,6 @@ def test_a_term_that_is_left_out_breaks_the_balance(monkeypatch):
         assert found.imbalance > 100 * ALLOWED * found.work, term
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "path", [pytest.param(path, id=path.stem, marks=[pytest.mark.slow] * (path.stem != "creep")) for path in CONTROLLED]
 )
@@ -247,11 +246,8 @@ def test_energy_is_balanced_between_steps_of_different_lengths(path):
 IN_PLANE = [name for name in OWN if "_3d" not in name and "dataset" not in name]
 
 
-# The others have eight to eleven sections of sensors each, or large strain.
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name != "tactip_slide")) for name in IN_PLANE]
-)
+@pytest.mark.parametrize("name", IN_PLANE)
 def test_energy_is_balanced_by_the_terms_of_the_history(name):
     for run, model in models(STUDIES / f"{name}.yaml", coarse):
         history = fs.simulate(model)

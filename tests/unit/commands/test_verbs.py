@@ -69,7 +69,6 @@ def test_wrong_input_is_exit_code_2_and_leaves_nothing(invoke, tmp_path, argumen
     assert contents(tmp_path) == ["clip.mp4"]
 
 
-@pytest.mark.slow
 @pytest.mark.usefixtures("no_report")
 def test_converge_gives_the_events_their_uncertainty(invoke, block, tmp_path):
     study = block(curvature=2.0)

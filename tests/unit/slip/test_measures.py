@@ -116,6 +116,24 @@ def test_what_resolves_a_slide_is_read_off_and_judged(step, nodes, warnings):
     assert "run 2 (10 steps in the slide) and 2 more: take a smaller step" in many
 
 
+@pytest.mark.parametrize(("direction", "nodes"), [((1.0, 0.0, 0.0), 21), ((0.0, 0.0, 1.0), 5)])
+def test_in_3d_nodes_across_the_contact_are_rows_along_the_slide_on_the_first_counterface(direction, nodes):
+    x, z = np.meshgrid(np.arange(21.0), np.arange(5.0))
+    places = np.stack([x, 0.0 * x, z], axis=-1).reshape(-1, 3) * 1e-3
+    beside = places[:40] * 0.5 + (0.0, 0.0, 0.1)
+    history = make(Process(nodes=145, open_nodes=0, jump=False)).drop_vars(
+        ["contact_position", "counterface_displacement"]
+    )
+    history = history.isel(component=[0, 1, 1]).assign_coords(component=["x", "y", "z"])
+    history["contact_position"] = (("contact_node", "component"), np.concatenate([places, beside]))
+    history["contact_counterface"] = ("contact_node", np.repeat([0, 1], [105, 40]))
+    history["contact_state"] = (("time", "contact_node"), np.full((history.sizes["time"], 145), STICK))
+    travel = history["time"].values[:, None, None] * np.array(direction)
+    history["counterface_displacement"] = (("time", "counterface", "component"), travel)
+    history["counterface_normal"] = (("counterface", "component"), [[0.0, 1.0, 0.0]])
+    assert read_measures(history, [measure_of("nodes_across_contact")])["nodes_across_contact"] == nodes
+
+
 def test_nodes_that_came_into_contact_since_the_slide_began_and_stick_at_overall_slip_are_counted_and_told():
     history = make(Process(jump=False)).copy(deep=True)
     states, before = history["contact_state"].values, history["time"].values <= PRESS_END + 1e-9

@@ -26,7 +26,8 @@ from fingerslip.report.scene import viewer
 from fingerslip.report.scene.options import SceneOptions
 from fingerslip.results import RunResult
 from fingerslip.sampling.sensitivity import fits_of
-from fingerslip.slip import Events, SlipEvents, contact_patch, slide_window
+from fingerslip.slip import Events, EventSettings, SlipEvents, contact_patch, slide_window
+from fingerslip.slip.windows import slipped_fraction
 from fingerslip.specimens.gel_pad import PRESETS as GEL_PADS
 from fingerslip.specimens.tactip import PRESETS
 from fingerslip.uncertainty import Convergence, Series
@@ -480,7 +481,10 @@ def test_every_type_has_its_raster_below_the_stimulus_with_rows_by_place_and_rat
 def test_the_lines_of_events_cross_the_share_that_has_slipped_at_their_levels():
     axes = panels(signals.force_figure(HISTORY, EVENTS))[1]
     slipped, slips = line(axes, signals.HAS_SLIPPED), line(axes, signals.SLIPS)
-    times = HISTORY["time"].values
+    times, window = HISTORY["time"].values, slide_window(HISTORY)
+    share = slipped_fraction(HISTORY, window, EventSettings().slip_tolerance).values
+    np.testing.assert_array_equal(slipped.get_ydata()[window.records], share)
+    assert (slips.get_ydata()[window.records] > share + 0.01).any(), "what slips has not all slipped far"
     for name, level in (("incipient", 0.1), ("noticed", 0.48), ("three_quarter", 0.75)):
         share = np.interp(EVENTS.slip.time(name), times, slipped.get_ydata())
         assert share == pytest.approx(level, abs=0.06), name

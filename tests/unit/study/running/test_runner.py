@@ -240,7 +240,6 @@ def test_a_report_is_made_again_where_runs_that_are_computed_again_come_to_somet
     assert len(reports) == 2
 
 
-@pytest.mark.slow
 @pytest.mark.usefixtures("finished", "reports")
 def test_what_changes_a_result_is_computed_again(write_study, simulated):
     """The title does not; a new value in the sweep, a value, the mesh file and the wish do."""
