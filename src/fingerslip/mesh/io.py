@@ -187,8 +187,8 @@ def _with_fields(mesh: skfem.Mesh) -> meshio.Mesh:
     data.cell_data["region"] = [regions]
     for name, facets in (mesh.boundaries or {}).items():
         on_boundary = np.zeros(len(data.points), dtype=np.int32)
-        on_boundary[mesh.facets[:, np.asarray(facets)]] = 1
-        data.point_data[f"boundary_{name.replace(' ', '_')}"] = on_boundary
+        on_boundary[mesh.dofs.get_facet_dofs(np.asarray(facets)).all()] = 1
+        data.point_data[f"boundary_{name}"] = on_boundary
     return data
 
 

@@ -412,3 +412,7 @@ def test_regions_and_boundaries_are_plain_fields_for_other_programs(suffix, tmp_
     heights = mesh.p[1, mesh.t].mean(axis=0)
     np.testing.assert_array_equal(data.cell_data["region"][0], (heights > 0.5e-3).astype(int))
     np.testing.assert_array_equal(data.point_data["boundary_bottom"], data.points[:, 1] < 1e-9)
+    curved = skfem.MeshTri2().refined(1).with_boundaries({"the bottom": lambda x: x[1] < 1e-9})
+    write_mesh(curved, tmp_path / f"curved{suffix}")
+    data = meshio.read(tmp_path / f"curved{suffix}")
+    np.testing.assert_array_equal(data.point_data["boundary_the bottom"], data.points[:, 1] < 1e-9)
