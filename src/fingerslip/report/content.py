@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.errors import InputError
 from fingerslip.published import PublishedSet
 from fingerslip.report.labels import run_title
 from fingerslip.report.prose import groups
@@ -53,6 +54,13 @@ OF_STUDIES: Mapping[str, str] = {name: kind.words for name, kind in STUDY_FIGURE
 
 #: Those of them that have pictures at times.
 TIMED = ("composed", "deformed", "slip-frames")
+
+
+def check_times(kind: str, times: Sequence[object], where: str) -> None:
+    """Refuse times for a figure that has no pictures at times."""
+    if times and kind not in TIMED:
+        needs, repair = f"needs one of {', '.join(TIMED)}", "leave the times out: this one has an axis of time"
+        raise InputError(where, f"got {len(times)} for {kind}", needs, repair)
 
 
 @dataclass(frozen=True)

@@ -17,11 +17,11 @@ from fingerslip.report.content import (
     RUN_FIGURES,
     STUDY_FIGURES,
     STYLES,
-    TIMED,
     FigureKind,
     ReportContent,
     RunPictures,
     RunSubject,
+    check_times,
 )
 from fingerslip.report.figures import bodies, markers, patches, signals, study
 from fingerslip.report.figures.composed import composed_figure
@@ -126,15 +126,8 @@ def draw_of_study(name: str, subject: StudySubject) -> Figure:
 def draw_of_run(name: str, subject: RunSubject) -> Figure:
     """Draw a figure of a run."""
     _check_dimension(name, RUN_FIGURES[name], [subject.history])
-    check_times(name, subject.times)
+    check_times(name, subject.times, "times")
     return _DRAW_RUNS[name](subject)
-
-
-def check_times(name: str, times: Sequence[object]) -> None:
-    """Refuse times for a figure that has no panels at times."""
-    if times and name not in TIMED:
-        needs, repair = f"needs one of {', '.join(TIMED)}", "leave the times out: this one has an axis of time"
-        raise InputError("figure: --time", f"got {len(times)} with --kind {name}", needs, repair)
 
 
 def draw(

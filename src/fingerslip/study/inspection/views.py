@@ -15,7 +15,7 @@ from fingerslip.history import is_solid, phase_times, read_history
 from fingerslip.marker_tracks import marker_tracks
 from fingerslip.parameters import from_mapping
 from fingerslip.published import published_set
-from fingerslip.report.content import MOST_RUNS, OF_RUNS, OF_STUDIES, STYLES, TIMED, RunSubject, StudySubject
+from fingerslip.report.content import MOST_RUNS, OF_RUNS, OF_STUDIES, STYLES, RunSubject, StudySubject, check_times
 from fingerslip.report.labels import run_title
 from fingerslip.report.scene.options import SceneOptions, Served, require_free
 from fingerslip.report.tables.runs import swept_paths
@@ -94,9 +94,7 @@ def write_figure(target: Path, choice: FigureChoice, output: Path | None = None)
     if choice.kind in _OF_WHOLE and choice.run:
         fault = f"got '{choice.run}' with --kind {choice.kind}"
         raise InputError("figure: --run", fault, "needs a kind that shows one run", "leave it out: all runs are shown")
-    if choice.times and choice.kind not in TIMED:
-        needs = f"needs one of {', '.join(TIMED)}"
-        raise InputError("figure: --time", f"got it with --kind {choice.kind}", needs, "leave it out")
+    check_times(choice.kind, choice.times, "figure: --time")
     choice = with_run(target, choice)
     named = f"{choice.kind}-{choice.run}" if choice.run else choice.kind
     path = output or target / f"{named}{_MP4 if choice.kind == FILM else f'.{choice.form}'}"

@@ -237,8 +237,8 @@ RUN, MIDDLE = "friction_coefficient-0.2", "friction_coefficient-0.4"
         ("", FigureChoice("latency", style="poster"), None, "--style: got 'poster', needs one of page, paper, slides"),
         ("", FigureChoice("latency", form="gif"), None, "--format: got 'gif', needs one of pdf, svg, png"),
         ("", FigureChoice("latency", path="mesh.size"), None, "--over: 'mesh.size' is not swept"),
-        ("", FigureChoice("spikes", times=("1 s",)), None, "--time: got it with --kind spikes, needs one of composed"),
-        ("", FigureChoice("slip-maps", times=("1 s",)), None, "--time: got it with --kind slip-maps, needs one of"),
+        ("", FigureChoice("spikes", times=("1 s",)), None, "--time: got 1 for spikes, needs one of composed"),
+        ("", FigureChoice("slip-maps", times=("1 s",)), None, "--time: got 1 for slip-maps, needs one of"),
         ("", FigureChoice("forces", run="x"), None, "--run: 'x' is not there"),
         (
             "",
