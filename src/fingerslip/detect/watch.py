@@ -70,7 +70,8 @@ def run_detector(
             tracks, note = tracks_of(tracker, rows, frames.frame_rate, lens, broken), "Latency with the tracker."
             seconds = np.array([row.seconds for row in rows])
         if trained:
-            check_rate_fits(trained, frame_rate_of(tracks["time"].values), str(source))
+            if frames is None:
+                check_rate_fits(trained, frame_rate_of(tracks["time"].values), str(source))
             tracks = tracks.assign_attrs(warnings="\n".join(_warnings(tracks, trained)))
             findings: Sequence[Finding] = list(run_on_tracks(trained, tracks))
         else:
@@ -120,8 +121,8 @@ def watch_camera(
             for seen in tracker.take(frame, time):
                 live = live or _detector_for(trained, tracker)
                 new = live.take(seen)
-                fault = _rate_fault(trained, new) if trained and not findings else ""
-                if fault:
+                times = np.array([finding.time for finding in new])
+                if trained and not findings and (fault := rate_fault(trained, frame_rate_of(times))):
                     tell(f"warning: camera {camera} {fault}: times of slip mean nothing")
                 for finding in new:
                     for event in _new_events(findings[-1].onsets if findings else Onsets(None, None), finding):
@@ -150,11 +151,6 @@ def _detector_for(trained: Detector | None, tracker: MarkerTracker) -> LiveDetec
         return ResidualDetector(ResidualSettings(tracker.rest_frames))
     check_tracks_fit(trained, tracker.at_rest)
     return LiveDetector(trained, tracker.reference.ring)
-
-
-def _rate_fault(trained: Detector, findings: Sequence[Finding]) -> str:
-    """Say how the frame rate of a camera, by its first findings, differs from that of a detector."""
-    return rate_fault(trained, frame_rate_of(np.array([finding.time for finding in findings])))
 
 
 def _new_events(before: Onsets, finding: Finding) -> Iterator[str]:

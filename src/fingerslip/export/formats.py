@@ -230,7 +230,7 @@ def export_history(history: xr.Dataset, folder: str | Path, kind: str) -> Path:
 def export_tables(tables: _Tables, folder: str | Path, kind: str) -> Path:
     """Write tables for other programs, whole or not at all."""
     if kind not in _OF_TABLES:
-        repair = "name the folder of a run: a study has a table of its runs" if kind in _OF_HISTORIES else ""
+        repair = "name the folder of a run: tracks and studies are tables" if kind in _OF_HISTORIES else ""
         raise InputError("format", f"got '{kind}'", f"needs one of {', '.join(_OF_TABLES)}", repair)
     with _export(Path(folder), kind) as partial:
         _OF_TABLES[kind](tables, partial)
