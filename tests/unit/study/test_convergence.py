@@ -26,6 +26,7 @@ from fingerslip.study.definition.runs import expand_mapping, plan_study
 from fingerslip.study.definition.spec import parse_study
 from fingerslip.study.inspection.check import check_plans
 from fingerslip.study.running.build import build_model
+from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.storage.store import RunConvergence
 from fingerslip.units import Unit
 from places import ROOT
@@ -168,8 +169,14 @@ def test_order_and_limit_of_a_known_dependence_are_found_and_written_with_tables
 def test_an_added_measure_gets_its_sizes_its_order_and_its_uncertainty(write_study, monkeypatch):
     added = Measure("last", "last slip", lambda history: find_events(history).overall, Unit("s"))
     monkeypatch.setattr(measures, "MEASURES", (*measures.MEASURES, added))
-    values = plain(time={"step": "2 ms", "alpha": -0.3}, converge={"penalty": [], "alpha": [-0.05, 0.0]})
+    values = plain(
+        time={"step": "2 ms", "alpha": -0.3}, converge={"penalty": [], "alpha": [-0.05, 0.0], "mesh": [0.6667, 0.5]}
+    )
+    said: list[str] = []
+    monkeypatch.setattr(StudyProgress, "say", lambda _, text: said.append(text))
     result = refined(write_study(values))
+    (warning,) = [text for text in said if text.startswith("WARNING: converge.mesh is left out")]
+    assert result.tables[0].note.endswith(warning), "nothing of the penalties, of which none are asked"
     found = result.runs[0].quantities["last_s"]
     assert found.sources["alpha"].sizes == (-0.3, -0.05, 0.0), "those of the damping are its values"
     assert found.refinements["step"].order == pytest.approx(1.0, abs=0.05)

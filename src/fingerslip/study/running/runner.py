@@ -22,7 +22,6 @@ from fingerslip.study.storage.reporting import REPORT, film_keys
 from fingerslip.study.storage.store import (
     read_convergences,
     read_manifest,
-    read_uncertainties,
     refused_in,
     with_convergence,
     write_results,
@@ -265,7 +264,7 @@ def write_up(
     finished, manifest = plan.finished_runs(whole), read_manifest(plan.folder)
     refused = refused_in(manifest) if refused is None else refused
     identities = {name: plan.identities[name] for name in finished}
-    uncertainties = read_uncertainties(plan.folder, identities)
+    uncertainties = {name: each.uncertainties for name, each in read_convergences(plan.folder, identities).items()}
     about = f"{plan.study.title}\n{plan.study.description}"
     films = film_keys(plan.folder, list(finished))
     # All that a report shows: an unchanged one is not made again.

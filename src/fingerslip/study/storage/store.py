@@ -400,11 +400,6 @@ def _warn(message: str) -> None:
     _logger.warning("%s", message)
 
 
-def read_uncertainties(folder: Path, identities: Mapping[str, str]) -> dict[str, dict[str, float]]:
-    """Return the known uncertainties of the runs with these inputs: run, then key, to the number [SI]."""
-    return {name: convergence.uncertainties for name, convergence in read_convergences(folder, identities).items()}
-
-
 def with_convergence(run: RunResult, convergence: RunConvergence | None) -> RunResult:
     """Return a run with its numerical uncertainties and where they are from; without them where none are known."""
     if convergence is None:

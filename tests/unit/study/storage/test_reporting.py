@@ -23,7 +23,7 @@ from fingerslip.study.running.films import film_history
 from fingerslip.study.running.runner import run_study
 from fingerslip.study.storage import reporting, store
 from fingerslip.study.storage.reporting import compare_studies, read_results, read_stored_run, write_report
-from fingerslip.study.storage.store import RunConvergence, read_manifest, read_uncertainties, write_results
+from fingerslip.study.storage.store import RunConvergence, read_convergences, read_manifest, write_results
 from fingerslip.uncertainty import Convergence, Series
 from unit.filmed import filmed_history
 from unit.report.pages import checked
@@ -104,8 +104,9 @@ def test_series_come_back_and_uncertainties_are_those_of_runs_with_the_same_inpu
     store.write_convergences(tmp_path, {"run": FOUND})
     assert store.read_convergences(tmp_path, {"run": "key"}) == {"run": FOUND}
     assert (tmp_path / store.CONVERGENCE / "convergence.json").is_file()
-    assert read_uncertainties(tmp_path, {"run": "key"}) == {"run": {"slip.overall": pytest.approx(1.25 * 0.1)}}
-    assert read_uncertainties(tmp_path, {"run": "changed"}) == read_uncertainties(tmp_path, {"other": "key"}) == {}
+    known = read_convergences(tmp_path, {"run": "key"})
+    assert known["run"].uncertainties == {"slip.overall": pytest.approx(1.25 * 0.1)}
+    assert read_convergences(tmp_path, {"run": "changed"}) == read_convergences(tmp_path, {"other": "key"}) == {}
 
 
 @pytest.mark.parametrize("content", [None, b"", b"{", b"\xff"])
