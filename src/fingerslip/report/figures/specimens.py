@@ -182,13 +182,8 @@ def section_figure(
     for kind in receptors:
         mark, colour = RECEPTOR_MARKS.get(kind, "x"), RECEPTOR_COLOURS.get(kind, BLACK)
         keys[kind] = Line2D([], [], linestyle="", marker=mark, color=colour, markersize=5)
-    add_legend(
-        figure,
-        {
-            **keys,
-            of_histories("plate", [history] if history is not None else []): Line2D([], [], color=BLACK, linewidth=1.6),
-        },
-    )
+    keys[of_histories("plate", [history] if history is not None else [])] = Line2D([], [], color=BLACK, linewidth=1.6)
+    add_legend(figure, keys)
     return figure
 
 

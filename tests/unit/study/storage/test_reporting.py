@@ -115,7 +115,7 @@ def test_without_a_readable_file_nothing_is_known_and_a_damaged_one_is_named_onc
         (tmp_path / store.CONVERGENCE).mkdir()
         (tmp_path / store.CONVERGENCE / "convergence.json").write_bytes(content)
     for _ in range(2):
-        assert read_uncertainties(tmp_path, {"run": "key"}) == {}
+        assert read_convergences(tmp_path, {"run": "key"}) == {}
     said = "convergence.json: is damaged: it is no JSON; run fingerslip converge again; without it"
     assert [said in message for message in caplog.messages] == [True] * (content is not None)
 
