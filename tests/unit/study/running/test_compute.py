@@ -297,11 +297,11 @@ def test_a_worker_of_a_killed_process_ends():
 
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 def test_ctrl_c_while_workers_start_is_not_lost():
-    """A signal goes to any thread that does not block it, so that it may come before the end of the block."""
+    """A signal to the process goes to any thread that does not block it, and would come at any moment."""
     # Where the tests run in the background, Ctrl-C is ignored.
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     with pytest.raises(KeyboardInterrupt), compute.hold_interrupts():
-        os.kill(os.getpid(), signal.SIGINT)
+        signal.pthread_kill(threading.get_ident(), signal.SIGINT)
     signal.signal(signal.SIGINT, before)
     assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
 
