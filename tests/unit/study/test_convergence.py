@@ -181,6 +181,9 @@ def test_an_added_measure_gets_its_sizes_its_order_and_its_uncertainty(write_stu
     assert found.sources["alpha"].sizes == (-0.3, -0.05, 0.0), "those of the damping are its values"
     assert found.refinements["step"].order == pytest.approx(1.0, abs=0.05)
     assert "last slip" in [row[0] for row in result.tables[0].rows]
+    verdicts = {row[-1] for row in result.tables[0].rows}
+    assert "yes" not in verdicts, "a mesh that is read is not refined"
+    assert "as far as studied" in verdicts
     stored = json.loads((result.folder / "convergence" / "convergence.json").read_text())
     assert stored["run"]["quantities"]["last_s"]["uncertainty"] == pytest.approx(found.uncertainty)
     with (result.folder / "summary.csv").open() as file:

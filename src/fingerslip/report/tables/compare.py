@@ -210,7 +210,9 @@ def _row(key: str, quantity: Convergence) -> tuple[Cell, ...]:
     uncertainty: Cell = reason if quantity.uncertainty is None else f"{quantity.uncertainty:.4g}"
     if refinements and all(refinement.behaviour == _UNCHANGED for refinement in refinements.values()):
         uncertainty = _UNCHANGED
-    verdict = f"not with {', '.join(quantity.unsettled_settings)}" if quantity.unsettled_settings else "yes"
+    # A mesh that is read cannot be refined.
+    settled = "yes" if "mesh" in refinements else "as far as studied"
+    verdict = f"not with {', '.join(quantity.unsettled_settings)}" if quantity.unsettled_settings else settled
     return (quantity.quantity, quantity.unit, f"{quantity.value:.4g}", uncertainty, *settings, verdict)
 
 
