@@ -44,7 +44,12 @@ def track_video(
         yield f"warning: {text}"
     count, times = tracks.sizes["marker"], tracks.sizes["time"]
     partial = "partial tracks" if tracks.attrs["partial"] else "tracks"
-    yield f"{partial} of {count} markers in {times} frames, {100 * seen_share(tracks):.2f} % of the positions found"
+    still = int(tracks["still"].sum()) if "still" in tracks else 0
+    beside = f"; {still} do not move with their neighbours: reflections, or markers that stick beside slip" * (
+        still > 0
+    )
+    found = f"{100 * seen_share(tracks):.2f} % of the positions found"
+    yield f"{partial} of {count} markers in {times} frames, {found}{beside}"
     yield f"quality: {folder / 'quality.html'}{', which was replaced' if is_there else ''}"
     if computed is not None:
         yield f"fields: {folder / 'fields.nc'}, fields.png, {', '.join(f'{name}.avi' for name in SHOWN_FIELDS)}"

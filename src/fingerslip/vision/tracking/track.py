@@ -36,9 +36,6 @@ _OFTEN = 0.1
 # Blobs like markers that may be visible, in shares of the markers, before it is said.
 _MORE = 1.25
 _DARK = 16.0  # mean grey level at rest: below it frames use less than a sixteenth of their levels
-_LISTED = 12  # markers that a warning names
-# What does not move with its neighbours.
-_STILL = "reflections, clamped pins, or markers that stick while others slip"
 _SATURATED = 0.5  # share of the pixels at rest
 
 
@@ -111,7 +108,7 @@ def track_markers(
     -----
     TrackingWarning
         Where the tracks are marked for a reason: frames or markers are missing, frames are dark, overexposed or
-        duplicated, markers do not move with their neighbours, or the sensor moved while it should have rested.
+        duplicated, or the sensor moved while it should have rested.
 
     Examples
     --------
@@ -210,24 +207,13 @@ def tracks_of(
         warnings.simplefilter("ignore", RuntimeWarning)  # of markers that were not seen at rest
         values["reference"] = np.nanmean(position[:rest_frames], axis=0)
         values["rest_noise"] = np.nanstd(position[:rest_frames], axis=0, ddof=1)
-    still = still_markers(position)
-    values["still"] = still.astype(np.int8)
-    _say_still(tracks, np.flatnonzero(still))
+    values["still"] = still_markers(position).astype(np.int8)
     if lens is not None:
         values["image_position"] = image_position
     for name, array in values.items():
         dims, unit, meaning = _OF_VIDEOS[name]
         tracks[name] = (dims, array, {"units": unit, "long_name": meaning} if unit else {"long_name": meaning})
     return tracks
-
-
-def _say_still(tracks: xr.Dataset, still: NDArray[np.intp]) -> None:
-    """Add to the warnings of tracks which markers do not move with their neighbours."""
-    if still.size:
-        numbers = ", ".join(map(str, still[:_LISTED])) + ", ..." * (still.size > _LISTED)
-        fault = f"{still.size} of {tracks.sizes['marker']} markers do not move with their neighbours ({numbers})"
-        text = f"{tracks.attrs['source']}: {fault}: {_STILL}; a mask leaves the first out"
-        tracks.attrs["warnings"] = "\n".join(filter(None, (tracks.attrs["warnings"], text)))
 
 
 def _complaints(tracker: MarkerTracker, rows: Sequence[SeenMarkers], position: Floats, broken: str) -> Iterator[str]:
