@@ -25,7 +25,7 @@ from matplotlib.lines import Line2D
 from fingerslip.history import nearest_record, read_history
 from fingerslip.results import RunResult
 from fingerslip.study.definition.runs import plan_study
-from fingerslip.study.storage.store import read_run, read_uncertainties
+from fingerslip.study.storage.store import read_convergences, read_run
 
 ROOT = Path(__file__).parents[2]
 VARIANTS = ("original", "flattened", "scaled")
@@ -124,7 +124,7 @@ def slip_figure(results: Path) -> Figure:
 def runs_of(results: Path, name: str) -> tuple[RunResult, ...]:
     """Read the runs of a study with their uncertainties."""
     plan = plan_study(ROOT / "studies" / f"{name}.yaml", results)
-    known = read_uncertainties(plan.folder, plan.identities)
+    known = {name: each.uncertainties for name, each in read_convergences(plan.folder, plan.identities).items()}
     return tuple(read_run(plan.folder / run.name, known.get(run.name, {})) for run in plan.runs)
 
 
