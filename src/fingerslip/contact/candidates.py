@@ -5,16 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from fingerslip.arrays import Flags, Floats, Integers
 from fingerslip.contact.counterfaces import Counterface, contact_frames, sliding_direction
 from fingerslip.contact.friction import Conditions, FrictionLaw
 from fingerslip.errors import InputError, SlipOutsideContactError
 from fingerslip.fe.space import vector_dofs
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 # Penalty over the stiffness E/h of the outermost row of cells: large enough that the penetration is a few per
 # cent of that row's own compression, small enough that the contact problem stays well conditioned.
@@ -27,12 +24,12 @@ _HALF_MORE = 1.5
 class Candidates:
     """Nodes that may touch counterfaces; the arrays have one entry per node."""
 
-    nodes: Indices  # (n_c,), mesh nodes
-    counterface: Indices  # (n_c,), index of the counterface that each may touch
-    positions: Array  # (n_c, dim), reference positions [m]
-    area: Array  # (n_c,), tributary areas [m^2]
-    normal_stiffness: Array  # (n_c,), normal penalties times areas [N/m]
-    tangential_stiffness: Array  # (n_c,), tangential penalties times areas [N/m]
+    nodes: Integers  # (n_c,), mesh nodes
+    counterface: Integers  # (n_c,), index of the counterface that each may touch
+    positions: Floats  # (n_c, dim), reference positions [m]
+    area: Floats  # (n_c,), tributary areas [m^2]
+    normal_stiffness: Floats  # (n_c,), normal penalties times areas [N/m]
+    tangential_stiffness: Floats  # (n_c,), tangential penalties times areas [N/m]
 
     @property
     def dim(self) -> int:
@@ -56,7 +53,7 @@ class Counterfaces:
         """Whether all of them are flat, so that frames never turn."""
         return all(shape.is_flat for shape in self.shapes)
 
-    def gaps(self, points: Array, counterface: Indices) -> Array:
+    def gaps(self, points: Floats, counterface: Integers) -> Floats:
         """Return the gaps, shape (n,) [m]."""
         gaps = np.zeros(len(points))
         for number, shape in enumerate(self.shapes):
@@ -64,7 +61,7 @@ class Counterfaces:
             gaps[rows] = shape.gap(points[rows])
         return gaps
 
-    def normals(self, points: Array, counterface: Indices) -> Array:
+    def normals(self, points: Floats, counterface: Integers) -> Floats:
         """Return the outward unit normals, shape (n, dim) [-]."""
         normals = np.zeros_like(points)
         for number, shape in enumerate(self.shapes):
@@ -72,7 +69,7 @@ class Counterfaces:
             normals[rows] = shape.normals(points[rows])
         return normals
 
-    def frames(self, points: Array, counterface: Indices) -> Array:
+    def frames(self, points: Floats, counterface: Integers) -> Floats:
         """Return the frames that the friction laws ask for, shape (n, dim, dim) [-]; rows normal, then tangents."""
         frames = np.zeros((len(points), points.shape[1], points.shape[1]))
         for number, (shape, law) in enumerate(zip(self.shapes, self.friction, strict=True)):
@@ -82,7 +79,7 @@ class Counterfaces:
             frames[rows, 2:] *= wanted.stretch
         return frames
 
-    def coefficients(self, conditions: Conditions, counterface: Indices) -> Array:
+    def coefficients(self, conditions: Conditions, counterface: Integers) -> Floats:
         """Return the friction coefficient of every node under the given conditions, shape (n,) [-]."""
         if len(self.friction) == 1:
             return self.friction[0].coefficients(conditions)
@@ -92,12 +89,12 @@ class Counterfaces:
             values[rows] = law.coefficients(conditions.at(rows))
         return values
 
-    def _own(self, counterface: Indices, number: int) -> NDArray[np.bool_] | slice:
+    def _own(self, counterface: Integers, number: int) -> Flags | slice:
         """Return which points belong to a counterface; to the only one all do, which needs no mask."""
         return slice(None) if len(self.shapes) == 1 else counterface == number
 
 
-def node_operator(nodes: Indices, dim: int, n_dofs: int) -> sparse.csr_matrix:
+def node_operator(nodes: Integers, dim: int, n_dofs: int) -> sparse.csr_matrix:
     """Return the map [-] from displacements (n_dofs,) to those of `nodes`, shape (n * dim, n_dofs)."""
     columns = vector_dofs(nodes, dim).ravel()
     ones = np.ones(columns.size)
@@ -111,9 +108,9 @@ def automatic_penalty(stiffness: float, facet_size: float) -> float:
 
 def find_candidates(
     shape: Counterface,
-    positions: Array,
-    nodes: Indices,
-    areas: Array,
+    positions: Floats,
+    nodes: Integers,
+    areas: Floats,
     *,
     counterface: int,
     search_distance: float,
@@ -157,9 +154,9 @@ def join_candidates(candidates: list[Candidates], dim: int) -> Candidates:
 
 
 def check_outsiders(
-    gaps: Array,
-    nodes: Indices,
-    positions: Array,
+    gaps: Floats,
+    nodes: Integers,
+    positions: Floats,
     time: float,
     *,
     shape: Counterface,

@@ -11,12 +11,10 @@ import dataclasses
 from typing import ClassVar, Protocol, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.errors import InputError
 from fingerslip.parameters import Length, PositiveLength, parameters
-
-Array = NDArray[np.float64]
 
 
 class Counterface(Protocol):
@@ -27,23 +25,23 @@ class Counterface(Protocol):
         """Number of space dimensions, 2 or 3."""
 
     @property
-    def unit_normal(self) -> Array:
+    def unit_normal(self) -> Floats:
         """Direction in which the counterface presses, towards the deformable body, shape (dim,) [-]."""
 
     @property
     def is_flat(self) -> bool:
         """Whether its normal is the same everywhere, so that the frames of contact nodes never turn."""
 
-    def at_start(self, points: Array) -> Counterface:
+    def at_start(self, points: Floats) -> Counterface:
         """Return the counterface at its start.
 
         Without a given position it just touches `points` (n, dim) [m], the boundary that it may touch.
         """
 
-    def gap(self, points: Array) -> Array:
+    def gap(self, points: Floats) -> Floats:
         """Return the distance of `points` (n, dim) [m] from the placed counterface, shape (n,) [m], negative inside."""
 
-    def normals(self, points: Array) -> Array:
+    def normals(self, points: Floats) -> Floats:
         """Return the outward unit normals nearest to `points` (n, dim) [m], same shape [-]."""
 
     def start_hint(self, gap: float) -> tuple[str, str]:
@@ -64,7 +62,7 @@ class _Directed:
         return len(self.normal)
 
     @property
-    def unit_normal(self) -> Array:
+    def unit_normal(self) -> Floats:
         """Direction in which it presses, shape (dim,) [-]."""
         return _unit(self.normal, "normal")
 
@@ -90,17 +88,17 @@ class Plane(_Directed):
     def __post_init__(self) -> None:
         _unit(self.normal, "normal")
 
-    def at_start(self, points: Array) -> Plane:
+    def at_start(self, points: Floats) -> Plane:
         """Return the plane with its offset; it touches `points` (n, dim) [m] where none was given."""
         if self.offset is not None:
             return self
         return dataclasses.replace(self, offset=float(np.min(points @ self.unit_normal)))
 
-    def gap(self, points: Array) -> Array:
+    def gap(self, points: Floats) -> Floats:
         """Return the signed distance of `points` (n, dim) [m] from the placed plane, shape (n,) [m]."""
         return np.asarray(points @ self.unit_normal - (self.offset or 0.0))
 
-    def normals(self, points: Array) -> Array:
+    def normals(self, points: Floats) -> Floats:
         """Return the outward unit normal for each of `points` (n, dim) [m], same shape [-]."""
         return np.broadcast_to(self.unit_normal, points.shape).copy()
 
@@ -124,11 +122,11 @@ class _Round(_Directed):
         if self.centre is not None and len(self.centre) != len(self.normal):
             raise InputError("centre", f"got {len(self.centre)} components", f"needs {len(self.normal)}")
 
-    def at_start(self, points: Array) -> Self:
+    def at_start(self, points: Floats) -> Self:
         """Return the counterface with its centre; it touches `points` (n, dim) [m] where none was given."""
         if self.centre is not None:
             return self
-        middle: Array = 0.5 * (points.min(axis=0) + points.max(axis=0))
+        middle: Floats = 0.5 * (points.min(axis=0) + points.max(axis=0))
         relative, normal = self.across(points - middle), self.unit_normal
         height = relative @ normal
         beside = np.linalg.norm(relative - np.outer(height, normal), axis=1)
@@ -141,11 +139,11 @@ class _Round(_Directed):
         lowest = float(np.min(height[near] - np.sqrt(self.radius**2 - beside[near] ** 2)))
         return dataclasses.replace(self, centre=tuple(float(value) for value in middle + lowest * normal))
 
-    def gap(self, points: Array) -> Array:
+    def gap(self, points: Floats) -> Floats:
         """Return the signed distance of `points` (n, dim) [m] from the placed counterface, shape (n,) [m]."""
         return np.asarray(np.linalg.norm(self.across(points - np.asarray(self.centre)), axis=1) - self.radius)
 
-    def normals(self, points: Array) -> Array:
+    def normals(self, points: Floats) -> Floats:
         """Return the outward unit normals nearest to `points` (n, dim) [m], same shape [-]."""
         outward = self.across(points - np.asarray(self.centre))
         return np.asarray(outward / np.linalg.norm(outward, axis=1, keepdims=True))
@@ -154,7 +152,7 @@ class _Round(_Directed):
         """Return 'centre' and what it needs where the counterface starts inside the body by -`gap` [m]."""
         return "centre", f"needs a centre at least {-gap * 1e3:.4g} mm further away"
 
-    def across(self, vectors: Array) -> Array:
+    def across(self, vectors: Floats) -> Floats:
         """Return the part of `vectors` (n, dim) [m] that counts as distance; here all of it."""
         return vectors
 
@@ -204,7 +202,7 @@ class Cylinder(_Round):
         if self.axis is not None and (len(self.axis) != 3 or abs(_unit(self.axis, "axis") @ self.unit_normal) > 1e-9):
             raise InputError("axis", f"got {self.axis}", "needs three components, perpendicular to the normal")
 
-    def across(self, vectors: Array) -> Array:
+    def across(self, vectors: Floats) -> Floats:
         """Return the part of `vectors` (n, dim) [m] that is perpendicular to the axis."""
         if self.axis is None:
             return vectors
@@ -216,14 +214,14 @@ class Cylinder(_Round):
 BuiltInCounterface = Plane | Cylinder | Sphere
 
 
-def _unit(vector: tuple[float, ...], where: str) -> Array:
+def _unit(vector: tuple[float, ...], where: str) -> Floats:
     length = float(np.linalg.norm(vector))
     if len(vector) not in (2, 3) or not length > 0.0:
         raise InputError(where, f"got {vector}", "needs two or three components, not all zero")
     return np.asarray(vector, dtype=np.float64) / length
 
 
-def contact_frames(normals: Array, direction: Array) -> Array:
+def contact_frames(normals: Floats, direction: Floats) -> Floats:
     """Return orthonormal frames with the normal in the first row.
 
     Arrays: normals (n, dim) [-]; direction (dim,) [-]; returns (n, dim, dim) [-].
@@ -239,7 +237,7 @@ def contact_frames(normals: Array, direction: Array) -> Array:
     return np.stack([normals, first, np.cross(normals, first)], axis=1)
 
 
-def in_frames(frames: Array, forces: Array) -> Array:
+def in_frames(frames: Floats, forces: Floats) -> Floats:
     """Return forces in global components in frames whose tangents may have any length, both (n, dim).
 
     Examples
@@ -250,12 +248,12 @@ def in_frames(frames: Array, forces: Array) -> Array:
     return np.asarray(np.einsum("cij,cj->ci", frames, forces) / np.einsum("cij,cij->ci", frames, frames))
 
 
-def tangent_lengths(frames: Array) -> Array:
+def tangent_lengths(frames: Floats) -> Floats:
     """Return the lengths of the tangents of frames (n, dim, dim), shape (n, dim - 1) [-]."""
     return np.asarray(np.linalg.norm(frames[:, 1:], axis=2))
 
 
-def sliding_direction(normal: Array) -> Array:
+def sliding_direction(normal: Floats) -> Floats:
     """Return the unit tangent along which a counterface slides by default, shape (dim,) [-].
 
     In 2D, it is the unit normal (dim,) rotated clockwise; in 3D the x axis, or the z axis where the
@@ -268,7 +266,7 @@ def sliding_direction(normal: Array) -> Array:
     return np.asarray(along / np.linalg.norm(along))
 
 
-def rotate_compliance(compliance: Array, frames: Array) -> Array:
+def rotate_compliance(compliance: Floats, frames: Floats) -> Floats:
     """Return a compliance in the nodes' frames, shape (n * dim, n * dim) [m/N].
 
     Arrays: compliance (n * dim, n * dim) [m/N]; frames (n, dim, dim) [-].

@@ -21,11 +21,10 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.contact.candidates import Candidates
 from fingerslip.contact.friction import Conditions
 from fingerslip.contact.states import OPEN, SLIP, STICK
-
-Array = NDArray[np.float64]
 
 # Of forces at the friction limit, and of slip over the elastic slip there.
 _ROUNDING = 1e-9
@@ -35,13 +34,13 @@ _ROUNDING = 1e-9
 class InterfaceState:
     """The contact candidates at one time."""
 
-    forces: Array  # (n_c, dim) [N]
-    relative: Array  # (n_c, dim), gap, and tangential displacement relative to the counterface [m]
-    slip_distance: Array  # (n_c,), slip accumulated over the whole motion [m]
-    slip_since_contact: Array  # (n_c,), slip accumulated since the node came into contact [m]
-    slip: Array  # (n_c,), slip of the last step [m]
+    forces: Floats  # (n_c, dim) [N]
+    relative: Floats  # (n_c, dim), gap, and tangential displacement relative to the counterface [m]
+    slip_distance: Floats  # (n_c,), slip accumulated over the whole motion [m]
+    slip_since_contact: Floats  # (n_c,), slip accumulated since the node came into contact [m]
+    slip: Floats  # (n_c,), slip of the last step [m]
     state: NDArray[np.int8]  # (n_c,)
-    limit: Array  # (n_c,), largest friction force that the node bears, in the direction of that which acts on it [N]
+    limit: Floats  # (n_c,), largest friction force that the node bears, in the direction of that which acts on it [N]
 
 
 @dataclass(frozen=True)
@@ -54,7 +53,7 @@ class StepOutcome:
     numerical: float  # energy that the implicit step of the contact law lost [J]
 
 
-def rest_state(candidates: Candidates, gaps: Array) -> InterfaceState:
+def rest_state(candidates: Candidates, gaps: Floats) -> InterfaceState:
     """Return the interface at the start, without forces; `gaps` (n_c,) are those of the reference state [m]."""
     count, dim = len(candidates.nodes), candidates.dim
     relative = np.zeros((count, dim))
@@ -122,11 +121,11 @@ def in_components(frames, forces):  # type: ignore[no-untyped-def]
 def settle(
     candidates: Candidates,
     before: InterfaceState,
-    forces: Array,
-    relative: Array,
+    forces: Floats,
+    relative: Floats,
     *,
-    friction_coefficient: Array,
-    stretch: Array,
+    friction_coefficient: Floats,
+    stretch: Floats,
     work: float,
 ) -> StepOutcome:
     """Update states, slip and energies with the contact forces of a step.

@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.contact.candidates import Candidates
 from fingerslip.contact.counterfaces import Counterface, contact_frames, sliding_direction
-
-Array = NDArray[np.float64]
 
 # By dimensions, of a curved counterface: points along a side of its outline, how far these reach to each side over the
 # largest extent of the body, and how much closer they are in the middle, as the exponent of a hyperbolic sine.
@@ -19,7 +17,7 @@ _POINTS, _REACH, _GRADING = {2: 121, 3: 25}, {2: 2.0, 3: 0.6}, {2: 5.0, 3: 2.0}
 _PROJECTIONS = 3
 
 
-def counterface_outlines(shapes: Sequence[Counterface], candidates: Candidates, extent: float) -> Array:
+def counterface_outlines(shapes: Sequence[Counterface], candidates: Candidates, extent: float) -> Floats:
     """Return points of placed counterfaces, (n, rows, columns, dim) [m]; one column in 2D, the ends alone of flat ones.
 
     `extent` is the largest of the body [m].
@@ -35,7 +33,7 @@ def counterface_outlines(shapes: Sequence[Counterface], candidates: Candidates, 
     return np.reshape(outlines, (len(shapes), steps.size, steps.size if dim == 3 else 1, dim))
 
 
-def _outline(shape: Counterface, near: Array, steps: Array) -> Array:
+def _outline(shape: Counterface, near: Floats, steps: Floats) -> Floats:
     """Return what a tangent grid, of steps (n,) [m] around the middle of points (k, dim) [m], is projected to."""
     normal = shape.unit_normal
     tangents = contact_frames(normal[None], sliding_direction(normal))[0, 1:]
@@ -46,7 +44,7 @@ def _outline(shape: Counterface, near: Array, steps: Array) -> Array:
     return _projected(shape, grid - min(float(shape.gap(grid).min()), 0.0) * normal)
 
 
-def _projected(shape: Counterface, points: Array) -> Array:
+def _projected(shape: Counterface, points: Floats) -> Floats:
     """Return the points of a surface that are nearest to points (n, dim) [m]."""
     for _ in range(_PROJECTIONS):
         points = points - shape.gap(points)[:, None] * shape.normals(points)

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from fingerslip.arrays import Floats
 
 # Among how many of the nearest nodes the next one along a direction is looked for.
 _NEAREST = 25
 
 
-def nodes_along(positions: Array, direction: Array) -> int:
+def nodes_along(positions: Floats, direction: Floats) -> int:
     """Return how many rows of nodes lie one behind the other along a unit direction: of a slab, those of its section.
 
     Arrays: positions (n, dim) [m]; direction (dim,) [-]. A row is as wide as nodes are apart in that direction.

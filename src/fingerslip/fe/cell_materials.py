@@ -7,15 +7,14 @@ from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats, Integers
 from fingerslip.errors import InputError, Mistakes, did_you_mean
 from fingerslip.fe.space import Space
 from fingerslip.materials.choice import AnyMaterial
 from fingerslip.materials.large_strain import FiniteMaterial
 from fingerslip.materials.material import Formulation, Material
 
-Array = NDArray[np.float64]
 Law = TypeVar("Law", bound=Material | FiniteMaterial)
 
 _LOCKING = {
@@ -29,16 +28,16 @@ class CellMaterials(Generic[Law]):
     """The material of every cell."""
 
     materials: tuple[Law, ...]  # the materials of the regions
-    number: NDArray[np.int64]  # (n_cells,), index of each cell's material among them
+    number: Integers  # (n_cells,), index of each cell's material among them
     formulation: Formulation  # the two-dimensional assumption, or `solid`
 
-    def __iter__(self) -> Iterator[tuple[Law, NDArray[np.int64]]]:
+    def __iter__(self) -> Iterator[tuple[Law, Integers]]:
         """Yield every material with its cells (k,)."""
         for number, material in enumerate(self.materials):
             yield material, np.flatnonzero(self.number == number)
 
     @property
-    def density(self) -> Array:
+    def density(self) -> Floats:
         """Mass densities of the cells, shape (n_cells,) [kg/m^3]."""
         return np.array([material.density for material in self.materials])[self.number]
 
@@ -89,7 +88,7 @@ def _check_formulation(name: str, material: Material, formulation: Formulation, 
         raise InputError(f"materials.{name}.{error.where}", error.found, error.allowed, repair) from None
 
 
-def _numbers(space: Space, materials: Mapping[str, AnyMaterial]) -> NDArray[np.int64]:
+def _numbers(space: Space, materials: Mapping[str, AnyMaterial]) -> Integers:
     """Return the index of every cell's material among `materials`, shape (n_cells,)."""
     regions: Mapping[str, Any] = space.mesh.subdomains or {}
     numbers = np.full(space.mesh.nelements, -1)

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from fingerslip.arrays import Floats, Integers
 from fingerslip.errors import InputError
 from fingerslip.fe.cell_materials import CellMaterials, Law
 from fingerslip.fe.integration import Integration, check_integration, is_mean_of_cell
@@ -29,9 +30,6 @@ from fingerslip.materials.elastic import Elastic, hooke_tangent
 from fingerslip.materials.material import STRAIN_COMPONENTS, Material
 from fingerslip.materials.prony import Prony
 from fingerslip.materials.viscoelastic import OutOfPlane, across_of
-
-Array = NDArray[np.float64]
-Cells = NDArray[np.int64]
 
 # Cells whose matrices are computed at once: enough for the arithmetic, few enough for the processor's cache.
 _CHUNK = 1024
@@ -58,7 +56,7 @@ def stiffness_matrix(
     return sparse.csr_matrix(depth * stiffness)
 
 
-def _stiffness_of_cells(space: Space, materials: CellMaterials[Material], integration: Integration) -> Array:
+def _stiffness_of_cells(space: Space, materials: CellMaterials[Material], integration: Integration) -> Floats:
     """Return the stiffness of every cell per unit depth, shape (n_cells, n_local, n_local) [Pa]."""
     size = space.dim * space.full.Nbfun
     matrices = np.empty((space.mesh.nelements, size, size))
@@ -76,7 +74,7 @@ def _stiffness_of_cells(space: Space, materials: CellMaterials[Material], integr
 
 
 def shear_matrices(
-    space: Space, moduli: Array, depth: float, integration: Integration
+    space: Space, moduli: Floats, depth: float, integration: Integration
 ) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
     """Assemble both parts of the stiffness of shear [N/m]: of 2 G E:E, and of 2 G times the square of the dilatation.
 
@@ -99,12 +97,12 @@ def shear_matrices(
     return sparse.csr_matrix(depth * first), sparse.csr_matrix(depth * second)
 
 
-def _chunks(cells: Cells) -> Iterator[Cells]:
+def _chunks(cells: Integers) -> Iterator[Integers]:
     for start in range(0, len(cells), _CHUNK):
         yield cells[start : start + _CHUNK]
 
 
-def _integrate(space: Space, cells: Cells, tangent: Array) -> Array:
+def _integrate(space: Space, cells: Integers, tangent: Floats) -> Floats:
     """Return the integral of B^T D B over each of the cells, shape (k, n_local, n_local)."""
     strain = strain_operator(space.full, cells)
     stress = (tangent @ strain) * space.full.dx[cells][:, :, None, None]
@@ -113,14 +111,14 @@ def _integrate(space: Space, cells: Cells, tangent: Array) -> Array:
     return np.asarray(strain.transpose(0, 2, 1) @ stress)
 
 
-def _mean_dilatation(space: Space, cells: Cells, modulus: float) -> Array:
+def _mean_dilatation(space: Space, cells: Integers, modulus: float) -> Floats:
     """Return the dilatational stiffness of the mean dilatation of each cell, shape (k, n_local, n_local)."""
     divergence = divergence_operator(space.full, cells)
     weights = modulus * space.full.dx[cells].sum(axis=1)
     return np.asarray(weights[:, None, None] * divergence[:, :, None] * divergence[:, None, :])
 
 
-def _nodal_dilatation(space: Space, moduli: Array) -> sparse.csr_matrix:
+def _nodal_dilatation(space: Space, moduli: Floats) -> sparse.csr_matrix:
     """Return the dilatational stiffness of the cells' mean dilatation around each node, per unit depth.
 
     `moduli` (n_cells,) [Pa] are those of the dilatational part; the mean is taken over cells of the same modulus.
@@ -151,14 +149,14 @@ def mass_matrix(space: Space, materials: CellMaterials[Law], depth: float) -> sp
     return sparse.kron(of_one_component, sparse.identity(space.dim), format="csr")
 
 
-def _sum_cells(matrices: Array, dofs: NDArray[np.int32], size: int) -> sparse.csr_matrix:
+def _sum_cells(matrices: Floats, dofs: NDArray[np.int32], size: int) -> sparse.csr_matrix:
     """Sum the matrices of cells (k, n, n) on their degrees of freedom (k, n), shape (size, size)."""
     count = dofs.shape[1]
     entries = (np.repeat(dofs, count, axis=1).ravel(), np.tile(dofs, (1, count)).ravel())
     return sparse.coo_matrix((matrices.ravel(), entries), shape=(size, size)).tocsr()
 
 
-def traction_load(space: Space, tractions: Mapping[str, tuple[float, ...]], depth: float) -> Array:
+def traction_load(space: Space, tractions: Mapping[str, tuple[float, ...]], depth: float) -> Floats:
     """Return the nodal forces (n_dofs,) [N] of uniform tractions [Pa] on named boundaries."""
     load = np.zeros((space.positions.shape[0], space.dim))
     for name, traction in tractions.items():
@@ -193,7 +191,7 @@ def viscoelastic_layers(
 ) -> tuple[ViscoelasticLayers, ...]:
     """Assemble the matrices of all viscoelastic layers."""
     in_plane = materials.formulation == "plane_stress"
-    groups: dict[tuple[Prony, float | None], Array] = {}
+    groups: dict[tuple[Prony, float | None], Floats] = {}
     for material, cells in materials:
         if isinstance(material, Elastic) and material.prony:
             key = (material.prony, material.poisson_ratio if in_plane else None)

@@ -12,6 +12,7 @@ import skfem
 from numpy.typing import NDArray
 from scipy import sparse
 
+from fingerslip.arrays import Floats, Integers
 from fingerslip.errors import MeshError
 from fingerslip.fe.cell_materials import CellMaterials, Law
 from fingerslip.fe.space import Space
@@ -19,11 +20,8 @@ from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.material import SHEARS, STRAIN_COMPONENTS, Formulation, Material
 from fingerslip.materials.viscoelastic import Relaxed, across_of, stored_energy, stress, with_across
 
-Array = NDArray[np.float64]
-Cells = NDArray[np.int64]
 
-
-def strain_operator(basis: skfem.CellBasis, cells: Cells) -> Array:
+def strain_operator(basis: skfem.CellBasis, cells: Integers) -> Floats:
     """Return the strains (k, n_points, m, n_local) [1/m] at the points of cells (k,) for unit displacements."""
     gradients = shape_gradients(basis, cells)
     count, points, nodes, dim = gradients.shape
@@ -36,7 +34,7 @@ def strain_operator(basis: skfem.CellBasis, cells: Cells) -> Array:
     return operator.reshape(count, points, STRAIN_COMPONENTS[dim], nodes * dim)
 
 
-def divergence_operator(basis: skfem.CellBasis, cells: Cells) -> Array:
+def divergence_operator(basis: skfem.CellBasis, cells: Integers) -> Floats:
     """Return the mean divergence of cells [1/m], shape (k, n_local), for unit displacements of their nodes."""
     weights = basis.dx[cells] / basis.dx[cells].sum(axis=1, keepdims=True)
     gradients = shape_gradients(basis, cells)
@@ -45,7 +43,7 @@ def divergence_operator(basis: skfem.CellBasis, cells: Cells) -> Array:
     )
 
 
-def matrix_of_rows(values: Array, columns: NDArray[np.int32], width: int) -> sparse.csr_matrix:
+def matrix_of_rows(values: Floats, columns: NDArray[np.int32], width: int) -> sparse.csr_matrix:
     """Return the sparse matrix with the given values in the given columns of its rows, both (k, n); no zeros."""
     rows = np.repeat(np.arange(len(columns)), columns.shape[1])
     matrix = sparse.csr_matrix((values.ravel(), (rows, columns.ravel())), shape=(len(columns), width))
@@ -53,24 +51,23 @@ def matrix_of_rows(values: Array, columns: NDArray[np.int32], width: int) -> spa
     return matrix
 
 
-def cell_dofs(basis: skfem.CellBasis, cells: Cells) -> NDArray[np.int32]:
+def cell_dofs(basis: skfem.CellBasis, cells: Integers) -> NDArray[np.int32]:
     """Return the degrees of freedom of cells, shape (k, n_local): node by node, all components of a node together."""
     nodes, dim = basis.element_dofs[:, cells].T, basis.mesh.dim()
     dofs = dim * nodes[..., None] + np.arange(dim)
     return np.asarray(dofs.reshape(len(cells), nodes.shape[1] * dim), dtype=np.int32)
 
 
-def shape_gradients(basis: skfem.CellBasis, cells: Cells) -> Array:
+def shape_gradients(basis: skfem.CellBasis, cells: Integers) -> Floats:
     """Return the gradients of the shape functions of cells (k,) [1/m], shape (k, n_points, n_nodes, dim)."""
     by_node = [np.asarray(basis.basis[node][0].grad)[:, cells] for node in range(basis.Nbfun)]
     return np.ascontiguousarray(np.stack(by_node).transpose(2, 3, 0, 1))
 
 
-Integers = NDArray[np.int64]
 #: Gives the dashpots of a material that relaxes, from strains (..., k, m) [-] at some points (k,).
-Relax = Callable[[Elastic, Array, Integers], Relaxed]
-_Law = Callable[[Material, Array], Array]
-_RelaxedLaw = Callable[[Elastic, Relaxed], Array]
+Relax = Callable[[Elastic, Floats, Integers], Relaxed]
+_Law = Callable[[Material, Floats], Floats]
+_RelaxedLaw = Callable[[Elastic, Relaxed], Floats]
 
 
 def stress_components(dim: int) -> tuple[str, ...]:
@@ -84,7 +81,7 @@ class Share(Generic[Law]):
 
     material: Law  # the material
     points: Integers  # (k,), numbers of the points that have it
-    weights: Array  # (k,), its share at each [-]
+    weights: Floats  # (k,), its share at each [-]
 
     @cached_property
     def is_alone(self) -> bool:
@@ -117,7 +114,7 @@ class Recovery:
         """Number of strain components."""
         return STRAIN_COMPONENTS[self.dim]
 
-    def strains(self, displacement: Array) -> Array:
+    def strains(self, displacement: Floats) -> Floats:
         """Return the strains [-], shape (..., n_points, m), of a displacement (n_dofs,) [m] or of some (k, n_dofs).
 
         Components are xx, yy, xy or xx, yy, zz, xy, yz, xz.
@@ -125,14 +122,14 @@ class Recovery:
         result = [self.strain @ field for field in displacement.reshape(-1, displacement.shape[-1])]
         return np.stack(result).reshape(*displacement.shape[:-1], -1, self.components)
 
-    def stresses(self, strains: Array) -> Array:
+    def stresses(self, strains: Floats) -> Floats:
         """Return the stresses [Pa], shape (..., n_points, 4 or 6), of strains (..., n_points, m) [-].
 
         Components are named by :func:`stress_components`.
         """
         return self._mean(strains, len(stress_components(self.dim)), self._stress, stress)
 
-    def tensors(self, strains: Array) -> Array:
+    def tensors(self, strains: Floats) -> Floats:
         """Return the tensors [-], shape (..., n_points, 4 or 6), of strains (..., n_points, m) [-].
 
         Components are named by :func:`stress_components`; shears are those of the tensor, half the engineering ones.
@@ -145,21 +142,21 @@ class Recovery:
         result[..., 3:] *= 0.5
         return result
 
-    def energy_densities(self, strains: Array) -> Array:
+    def energy_densities(self, strains: Floats) -> Floats:
         """Return the strain energy densities [J/m^3], shape (..., n_points), of strains (..., n_points, m) [-]."""
 
-        def energy(material: Material, strains: Array) -> Array:
+        def energy(material: Material, strains: Floats) -> Floats:
             return material.energy(strains, self.formulation)[:, None]
 
         return self._mean(strains, 1, energy, lambda *relaxed: stored_energy(*relaxed)[..., None])[..., 0]
 
-    def _stress(self, material: Material, strains: Array) -> Array:
+    def _stress(self, material: Material, strains: Floats) -> Floats:
         stress = material.stress(strains, self.formulation)
         if self.dim == 3:
             return stress
         return np.stack([*stress[:, :2].T, material.stress_across(strains, self.formulation), *stress[:, 2:].T]).T
 
-    def _mean(self, strains: Array, components: int, law: _Law, relaxed_law: _RelaxedLaw) -> Array:
+    def _mean(self, strains: Floats, components: int, law: _Law, relaxed_law: _RelaxedLaw) -> Floats:
         """Return the mean of what a law gives, shape (..., n_points, components), over the materials at each point."""
         relax = self.relax
         at_once = [share for share in self.shares if relax is None or not getattr(share.material, "prony", ())]
@@ -171,15 +168,15 @@ class Recovery:
         return mean
 
 
-def _with_thickness_strain(material: Material, strains: Array) -> Array:
+def _with_thickness_strain(material: Material, strains: Floats) -> Floats:
     """Return strains in plane stress (k, 3) [-] with the one across the plane, shape (k, 4)."""
     along = across_of(material.poisson_ratio).along if isinstance(material, Elastic) else np.nan
     return with_across(strains, -along * strains[:, :2].sum(axis=1))
 
 
 def mean_of_shares(
-    shares: Sequence[Share[Law]], strains: Array, components: int, law: Callable[[Law, Array], Array]
-) -> Array:
+    shares: Sequence[Share[Law]], strains: Floats, components: int, law: Callable[[Law, Floats], Floats]
+) -> Floats:
     """Return the mean (..., n_points, components) of what laws give at strains (..., n_points, m) [-]."""
     # Laws work on components: where each is a row in memory, they take a fraction of the time.
     mean = np.zeros((components, *strains.shape[:-1]))
@@ -253,7 +250,7 @@ def cells_around(space: Space, nodes: Integers, regions: Sequence[str | None]) -
     return cells
 
 
-def von_mises(stresses: Array) -> Array:
+def von_mises(stresses: Floats) -> Floats:
     """Return the von Mises stress [Pa], shape (...), of stresses (..., 4 or 6) as :class:`Recovery` gives them."""
     xx, yy, zz, *shears = np.moveaxis(stresses, -1, 0)
     squares = sum(shear**2 for shear in shears)

@@ -20,13 +20,11 @@ from numpy.typing import NDArray
 from scipy import spatial
 from skfem.quadrature import get_quadrature
 
+from fingerslip.arrays import Flags, Floats, Integers
 from fingerslip.errors import MeshError, did_you_mean
 from fingerslip.mesh.facets import are_degenerate, connected_pieces
 from fingerslip.mesh.quality import check_folds, positive_tetrahedra
 from fingerslip.units import coordinates
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 
 class _Technology(NamedTuple):
@@ -62,10 +60,10 @@ class Space:
     full: skfem.CellBasis
     centre: skfem.CellBasis
     mass: skfem.CellBasis
-    positions: NDArray[np.float64]  # (n_nodes, dim), reference positions of the nodes [m]
-    nodes_by_boundary: dict[str, Indices] = field(default_factory=dict, init=False, repr=False, compare=False)
-    areas_by_boundary: dict[str, Array] = field(default_factory=dict, init=False, repr=False, compare=False)
-    nodes_by_sites: dict[Any, Indices] = field(default_factory=dict, init=False, repr=False, compare=False)
+    positions: Floats  # (n_nodes, dim), reference positions of the nodes [m]
+    nodes_by_boundary: dict[str, Integers] = field(default_factory=dict, init=False, repr=False, compare=False)
+    areas_by_boundary: dict[str, Floats] = field(default_factory=dict, init=False, repr=False, compare=False)
+    nodes_by_sites: dict[Any, Integers] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @property
     def dim(self) -> int:
@@ -108,12 +106,12 @@ def build_space(mesh: Any) -> Space:
     )
 
 
-def vector_dofs(nodes: NDArray[np.integer[Any]], dim: int) -> NDArray[np.int64]:
+def vector_dofs(nodes: NDArray[np.integer[Any]], dim: int) -> Integers:
     """Return the degrees of freedom of `nodes` (n,), shape (n, dim)."""
     return np.asarray(nodes, dtype=np.int64)[:, None] * dim + np.arange(dim)
 
 
-def carrying_nodes(space: Space, boundary: str) -> NDArray[np.int64]:
+def carrying_nodes(space: Space, boundary: str) -> Integers:
     """Return the nodes (k,) of a boundary that have an area: corners of quadratic tetrahedra have none."""
     nodes, areas = boundary_nodes(space, boundary), nodal_areas(space, boundary, 1.0)
     return np.asarray(nodes[areas[nodes] > 1e-9 * areas[nodes].max()])
@@ -132,7 +130,7 @@ def cell_nodes(space: Space) -> NDArray[np.int32]:
     return np.ascontiguousarray(nodes)
 
 
-def boundary_nodes(space: Space, name: str) -> NDArray[np.int64]:
+def boundary_nodes(space: Space, name: str) -> Integers:
     """Return the sorted nodes of a named boundary, shape (k,)."""
     if name not in space.nodes_by_boundary:
         facets = _group_facets(space.mesh.boundaries, name, "boundary")
@@ -140,7 +138,7 @@ def boundary_nodes(space: Space, name: str) -> NDArray[np.int64]:
     return space.nodes_by_boundary[name].copy()
 
 
-def region_nodes(space: Space, name: str) -> NDArray[np.int64]:
+def region_nodes(space: Space, name: str) -> Integers:
     """Return the sorted nodes of a named region, shape (k,)."""
     cells = _group_facets(space.mesh.subdomains, name, "region")
     return np.unique(space.full.element_dofs[:, cells]).astype(np.int64)
@@ -161,7 +159,7 @@ class _Mapping(skfem.MappingIsoparametric):  # type: ignore[misc]
         return super().invF(x, tind, newton_max_iters, max(newton_tol, _ROUNDINGS * rounding))
 
 
-def nodal_areas(space: Space, name: str, depth: float) -> NDArray[np.float64]:
+def nodal_areas(space: Space, name: str, depth: float) -> Floats:
     """Return the tributary area [m^2] of every node on a boundary, shape (n_nodes,): integrals of shape functions."""
     if name not in space.areas_by_boundary:
         facets, mesh = _group_facets(space.mesh.boundaries, name, "boundary"), space.mesh
@@ -172,7 +170,7 @@ def nodal_areas(space: Space, name: str, depth: float) -> NDArray[np.float64]:
     return depth * space.areas_by_boundary[name]
 
 
-def _group_facets(table: dict[str, Any] | None, name: str, kind: str) -> NDArray[np.int64]:
+def _group_facets(table: dict[str, Any] | None, name: str, kind: str) -> Integers:
     sets = table or {}
     if name not in sets:
         names = sorted(sets)
@@ -187,7 +185,7 @@ def _is_simplicial(mesh: Any) -> bool:
     return isinstance(mesh, skfem.MeshTri1 | skfem.MeshTet1)
 
 
-def _orientation(mesh: Any, order: int) -> NDArray[np.bool_]:
+def _orientation(mesh: Any, order: int) -> Flags:
     """Return which cells (n_cells,) are mirror images of their reference cell; refuse inverted and flat ones.
 
     scikit-fem sorts the vertices of triangles and tetrahedra, so their sign by itself says nothing; it must only not
@@ -208,7 +206,7 @@ def _orientation(mesh: Any, order: int) -> NDArray[np.bool_]:
     return np.asarray(jacobian[:, 0] < 0.0)
 
 
-def _jacobian(mesh: Any, points: Array, at: Array) -> NDArray[np.float64]:
+def _jacobian(mesh: Any, points: Floats, at: Floats) -> Floats:
     """Return the determinant (n_cells, n_points) of the cells' mapping at places (dim, n_points) of the reference cell.
 
     Nodes are at `points` (dim, n_nodes) [m]. scikit-fem's own determinant raises at zero.
@@ -218,7 +216,7 @@ def _jacobian(mesh: Any, points: Array, at: Array) -> NDArray[np.float64]:
     return np.asarray(np.linalg.det(np.einsum("inc,njq->cqij", points[:, nodes], slopes)))
 
 
-def inverted_cells(space: Space, displacement: Array) -> NDArray[np.bool_]:
+def inverted_cells(space: Space, displacement: Floats) -> Flags:
     """Return which cells a displacement (n_dofs,) [m] turns inside out, at their centre."""
     mesh = space.mesh
     moved = mesh.doflocs + displacement.reshape(-1, space.dim).T
@@ -226,7 +224,7 @@ def inverted_cells(space: Space, displacement: Array) -> NDArray[np.bool_]:
     return np.asarray((_jacobian(mesh, moved, centre) * _jacobian(mesh, mesh.doflocs, centre) <= 0.0)[:, 0])
 
 
-def free_edge_nodes(space: Space, boundary: str, held: NDArray[np.bool_]) -> NDArray[np.int64]:
+def free_edge_nodes(space: Space, boundary: str, held: Flags) -> Integers:
     """Return the nodes (n,) of a boundary that also lie on an outer facet that is free of supports (n_nodes, dim)."""
     facets = [*space.mesh.boundaries[boundary], *np.flatnonzero(are_degenerate(space.mesh))]
     others = np.setdiff1d(space.mesh.boundary_facets(), facets)
@@ -237,9 +235,7 @@ def free_edge_nodes(space: Space, boundary: str, held: NDArray[np.bool_]) -> NDA
     return np.intersect1d(boundary_nodes(space, boundary), free).astype(np.int64)
 
 
-def free_edge_distances(
-    space: Space, boundary: str, held: NDArray[np.bool_], nodes: NDArray[np.int64]
-) -> NDArray[np.float64]:
+def free_edge_distances(space: Space, boundary: str, held: Flags, nodes: Integers) -> Floats:
     """Return how far nodes (n,) are from the nearest free edge of a boundary, shape (n,) [m]."""
     edge = free_edge_nodes(space, boundary, held)
     if not edge.size:
@@ -258,11 +254,11 @@ _ROTATIONS = {2: (((0, 1), "z"),), 3: (((1, 2), "x"), ((2, 0), "y"), ((0, 1), "z
 class FreePiece:
     """A connected piece of a mesh that can move as a rigid body."""
 
-    nodes: Indices  # (k,), its nodes
+    nodes: Integers  # (k,), its nodes
     motions: tuple[str, ...]  # the free motions, such as ``translation along x`` or ``rotation about z``
 
 
-def free_pieces(space: Space, free: Indices) -> tuple[FreePiece, ...]:
+def free_pieces(space: Space, free: Integers) -> tuple[FreePiece, ...]:
     """Return the pieces of a mesh that supports do not hold, with the motions of the `free` unknowns (n_free,)."""
     held = np.ones(space.n_dofs, dtype=bool)
     held[free] = False
@@ -275,7 +271,7 @@ def free_pieces(space: Space, free: Indices) -> tuple[FreePiece, ...]:
     return tuple(piece for piece in free_pieces if piece.motions)
 
 
-def _free_motions(positions: Array, held: NDArray[np.bool_]) -> tuple[str, ...]:
+def _free_motions(positions: Floats, held: Flags) -> tuple[str, ...]:
     """Return the names of the rigid motions of nodes at positions (k, dim) that components held (k, dim) leave free."""
     dim = positions.shape[1]
     # Translations and rotations about the centre as columns, all of the order of one.

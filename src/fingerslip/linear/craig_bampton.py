@@ -23,13 +23,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg, sparse
 
+from fingerslip.arrays import Floats, Integers
 from fingerslip.linear.solver import LinearSolver, SchurFactor
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 _COLUMNS_AT_ONCE = 64
 # What is left of a shape beside others, below which it adds nothing but rounding.
@@ -42,11 +39,11 @@ class ConstraintModes:
 
     stiffness: sparse.csr_matrix  # K [N/m]
     mass: sparse.csr_matrix  # M [kg]
-    interface: Indices  # (p,), the unknowns of the interface, ascending
+    interface: Integers  # (p,), the unknowns of the interface, ascending
     solver: LinearSolver  # what factorises
 
     @cached_property
-    def _factors(self) -> tuple[SchurFactor, Array]:
+    def _factors(self) -> tuple[SchurFactor, Floats]:
         """The factors of K_ii, and S, shape (p, p) [N/m]."""
         # Unknowns that nothing resists, such as driven counterfaces, have to be of the interface.
         empty = np.asarray(self.stiffness.diagonal() == 0.0)
@@ -57,21 +54,21 @@ class ConstraintModes:
         return factor, schur
 
     @property
-    def schur(self) -> Array:
+    def schur(self) -> Floats:
         """S, the Schur complement of K on the interface, shape (p, p) [N/m]."""
         return self._factors[1]
 
-    def follow(self, moved: Array) -> Array:
+    def follow(self, moved: Floats) -> Floats:
         """Return the displacement T u_b of all unknowns, (n,) or (n, k) [m], for u_b, (p,) or (p, k) [m]."""
         halfway = np.zeros((self.stiffness.shape[0], *moved.shape[1:]), order="F")
         halfway[self.interface] = moved
         return self._factors[0].backward(halfway)
 
-    def gather(self, forces: Array) -> Array:
+    def gather(self, forces: Floats) -> Floats:
         """Return the forces T^T f on the interface, (p,) or (p, k) [N], with the work of f, (n,) or (n, k) [N]."""
         return np.asarray(self._factors[0].forward(np.asfortranarray(forces))[self.interface])
 
-    def give_way(self, forces: Array) -> Array:
+    def give_way(self, forces: Floats) -> Floats:
         """Return the displacement, (n,) or (n, k) [m], under forces of that shape [N] while the interface is held."""
         halfway = np.asfortranarray(self._factors[0].forward(np.asfortranarray(forces)))
         halfway[self.interface] = 0.0
@@ -79,8 +76,8 @@ class ConstraintModes:
 
 
 def constraint_modes(
-    body: ConstraintModes, rows: Indices, *, columns_at_once: int = _COLUMNS_AT_ONCE
-) -> tuple[Array, Array]:
+    body: ConstraintModes, rows: Integers, *, columns_at_once: int = _COLUMNS_AT_ONCE
+) -> tuple[Floats, Floats]:
     """Return the mass of the constraint modes, T^T M T (p, p) [kg], and T at the unknowns `rows`, (r, p) [-].
 
     All columns of T exist only some at a time, so that memory stays small: T^T M T is gathered from M T.
@@ -99,19 +96,19 @@ def constraint_modes(
 class NormalModes:
     """Normal modes of a body while its interface is held, the slow ones of them as they are, the fast ones about so."""
 
-    frequencies: Array  # (s,), angular frequencies, ascending [rad/s]
-    shapes: Array  # (n, s), their shapes, orthonormal in the mass, zero at the interface [kg^-1/2]
-    following: Array  # (n, k), what the motions excite next, likewise [kg^-1/2]
+    frequencies: Floats  # (s,), angular frequencies, ascending [rad/s]
+    shapes: Floats  # (n, s), their shapes, orthonormal in the mass, zero at the interface [kg^-1/2]
+    following: Floats  # (n, k), what the motions excite next, likewise [kg^-1/2]
 
 
-def slow_motions(body: ConstraintModes, mass: Array, count: int) -> Array:
+def slow_motions(body: ConstraintModes, mass: Floats, count: int) -> Floats:
     """Return the slowest motions (n, k) [kg^-1/2] of a body whose inside follows its interface of mass (p, p) [kg]."""
     last = min(count, body.interface.size) - 1
     _, vectors = linalg.eigh(body.schur, mass, subset_by_index=[0, last], check_finite=False)
     return body.follow(vectors)
 
 
-def normal_modes(body: ConstraintModes, start: Array, count: int, following: int = 0) -> NormalModes:
+def normal_modes(body: ConstraintModes, start: Floats, count: int, following: int = 0) -> NormalModes:
     """Return normal modes that motions `start` (n, k) excite while the interface is held: block Lanczos, Ritz vectors.
 
     Static displacement under the inertia of a motion is the first correction of one whose inside followed statically,
@@ -125,7 +122,7 @@ def normal_modes(body: ConstraintModes, start: Array, count: int, following: int
     return NormalModes(np.sqrt(squares), slow, shapes[:, count : count + following])
 
 
-def _ritz(body: ConstraintModes, shapes: Array) -> tuple[Array, Array]:
+def _ritz(body: ConstraintModes, shapes: Floats) -> tuple[Floats, Floats]:
     """Return squared frequencies (s,) [1/s^2], and shapes (n, s) that make the stiffness diagonal, too."""
     if not shapes.shape[1]:
         return np.zeros(0), shapes
@@ -133,7 +130,7 @@ def _ritz(body: ConstraintModes, shapes: Array) -> tuple[Array, Array]:
     return squares, np.asfortranarray(shapes @ vectors)
 
 
-def _additions(body: ConstraintModes, fields: Array, shapes: Array) -> Array:
+def _additions(body: ConstraintModes, fields: Floats, shapes: Floats) -> Floats:
     """Return what fields (n, k) add to shapes (n, s), orthonormal in the mass, what they add most of first."""
     lengths = np.sqrt(np.einsum("ij,ij->j", fields, body.mass @ fields))
     fields = fields[:, lengths > 0.0] / lengths[lengths > 0.0]
@@ -152,37 +149,37 @@ def _additions(body: ConstraintModes, fields: Array, shapes: Array) -> Array:
 class CraigBampton:
     """The reduced body in its own coordinates z, of which there are m."""
 
-    eigenvalues: Array  # (m,), stiffness over mass, ascending [1/s^2]
-    interface: Indices  # (p,), the unknowns of the interface
-    at_interface: Array  # (p, m), displacement of the interface per coordinate [kg^-1/2]
-    rows: Indices  # (r,), further unknowns, ascending, whose displacement is known without that of all others
-    at_rows: Array  # (r, m), displacement of these per coordinate [kg^-1/2]
-    shapes: Array  # (n, s), V
-    of_shapes: Array  # (s, m), q per coordinate
-    frequencies: Array  # (s',), angular frequencies of the normal modes among the shapes [rad/s]
-    following: Array  # (n, k) [kg^-1/2]
-    following_squares: Array  # (k,), their stiffness W^T K W, which is diagonal [1/s^2]
-    following_mass: Array  # (k, m), their mass with each coordinate [-]
-    following_stiffness: Array  # (k, m), their stiffness with each coordinate [1/s^2]
+    eigenvalues: Floats  # (m,), stiffness over mass, ascending [1/s^2]
+    interface: Integers  # (p,), the unknowns of the interface
+    at_interface: Floats  # (p, m), displacement of the interface per coordinate [kg^-1/2]
+    rows: Integers  # (r,), further unknowns, ascending, whose displacement is known without that of all others
+    at_rows: Floats  # (r, m), displacement of these per coordinate [kg^-1/2]
+    shapes: Floats  # (n, s), V
+    of_shapes: Floats  # (s, m), q per coordinate
+    frequencies: Floats  # (s',), angular frequencies of the normal modes among the shapes [rad/s]
+    following: Floats  # (n, k) [kg^-1/2]
+    following_squares: Floats  # (k,), their stiffness W^T K W, which is diagonal [1/s^2]
+    following_mass: Floats  # (k, m), their mass with each coordinate [-]
+    following_stiffness: Floats  # (k, m), their stiffness with each coordinate [1/s^2]
 
-    def field(self, body: ConstraintModes, coordinates: Array) -> Array:
+    def field(self, body: ConstraintModes, coordinates: Floats) -> Floats:
         """Return the displacement of all unknowns, (n,) or (n, k) [m], for coordinates z, (m,) or (m, k)."""
         field = body.follow(self.at_interface @ coordinates)
         # Of several fields, each is contiguous.
         field += ((self.of_shapes @ coordinates).T @ self.shapes.T).T
         return field
 
-    def project(self, body: ConstraintModes, forces: Array) -> Array:
+    def project(self, body: ConstraintModes, forces: Floats) -> Floats:
         """Return the forces on the coordinates, (m,) or (m, k), of forces on all unknowns, (n,) or (n, k) [N]."""
         return np.asarray(self.at_interface.T @ body.gather(forces) + self.of_shapes.T @ (self.shapes.T @ forces))
 
 
 def craig_bampton(
     body: ConstraintModes,
-    responses: tuple[Array, Array],
+    responses: tuple[Floats, Floats],
     modes: NormalModes,
-    rows: Indices,
-    further: Sequence[Array] = (),
+    rows: Integers,
+    further: Sequence[Floats] = (),
 ) -> CraigBampton:
     """Reduce a body by its constraint modes, with T at the unknowns `rows` (r,), and the normal modes that are kept.
 

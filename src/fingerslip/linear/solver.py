@@ -9,18 +9,14 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg, sparse
 
+from fingerslip.arrays import Floats, Integers, Reals
 from fingerslip.errors import FingerslipError
 from fingerslip.linear import solvers
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Reals = NDArray[np.floating[Any]]
 
 _MIRRORED_AT_ONCE, _COLUMNS_AT_ONCE = 512, 64
 
@@ -28,10 +24,10 @@ _MIRRORED_AT_ONCE, _COLUMNS_AT_ONCE = 512, 64
 class Factor(Protocol):
     """A factorised matrix A = L U of n unknowns; all arrays have the shape (n,) or (n, k), in any unit."""
 
-    def forward(self, right_hand_side: Array) -> Array:
+    def forward(self, right_hand_side: Floats) -> Floats:
         """Return y = L^-1 b."""
 
-    def backward(self, halfway: Array) -> Array:
+    def backward(self, halfway: Floats) -> Floats:
         """Return x = U^-1 y."""
 
 
@@ -46,10 +42,10 @@ class SchurFactor(Protocol):
     def is_single(self) -> bool:
         """Whether it is of single precision."""
 
-    def forward(self, right_hand_side: Array) -> Array:
+    def forward(self, right_hand_side: Floats) -> Floats:
         """Return a new array that holds the right-hand side of the Schur complement at the kept unknowns."""
 
-    def backward(self, halfway: Array) -> Array:
+    def backward(self, halfway: Floats) -> Floats:
         """Return the solution, from a forward half into which the solution at the kept unknowns was put."""
 
 
@@ -86,13 +82,13 @@ class LinearSolver(Protocol):
     def factorise(self, matrix: sparse.csr_matrix) -> Factor:
         """Factorise a matrix."""
 
-    def factorise_around(self, matrix: sparse.csr_matrix, interface: Indices) -> tuple[SchurFactor, Reals]:
+    def factorise_around(self, matrix: sparse.csr_matrix, interface: Integers) -> tuple[SchurFactor, Reals]:
         """Factorise a matrix but for the ascending unknowns `interface` (m,); also return their Schur complement.
 
         The Schur complement (m, m) has the precision of the factors.
         """
 
-    def bytes_around(self, matrix: sparse.csr_matrix, interface: Indices) -> int:
+    def bytes_around(self, matrix: sparse.csr_matrix, interface: Integers) -> int:
         """Return about how much memory :meth:`factorise_around` needs [bytes]."""
 
 
@@ -105,36 +101,36 @@ class InnerFactor:
     substitutions = 2
     is_single = False
 
-    def __init__(self, solver: LinearSolver, matrix: sparse.csr_matrix, interface: Indices) -> None:
+    def __init__(self, solver: LinearSolver, matrix: sparse.csr_matrix, interface: Integers) -> None:
         self._kept, self._inner = interface, np.setdiff1d(np.arange(matrix.shape[0]), interface)
         rows = sparse.csr_matrix(matrix[interface])
         self._at_interface, self._coupling = rows[:, interface].toarray(), sparse.csr_matrix(rows[:, self._inner])
         inner = sparse.csr_matrix(matrix[self._inner][:, self._inner])
         self._factor = solver.factorise(inner) if self._inner.size else None
 
-    def forward(self, right_hand_side: Array) -> Array:
+    def forward(self, right_hand_side: Floats) -> Floats:
         """Return b with the right-hand side of the Schur complement at the interface; (n,) or (n, k)."""
         halfway = np.array(right_hand_side)
         if self._kept.size:
             halfway[self._kept] -= self._coupling @ self._solve(halfway[self._inner])
         return halfway
 
-    def backward(self, halfway: Array) -> Array:
+    def backward(self, halfway: Floats) -> Floats:
         """Return the solution from a forward half that holds the solution at the interface; (n,) or (n, k)."""
         solution = np.array(halfway)
         solution[self._inner] = self._solve(halfway[self._inner] - self._coupling.T @ halfway[self._kept])
         return solution
 
-    def schur(self) -> Array:
+    def schur(self) -> Floats:
         """Return the Schur complement (m, m) on the interface, column by column: for few unknowns."""
-        schur: Array = self._at_interface.copy()
+        schur: Floats = self._at_interface.copy()
         for start in range(0, len(schur), _COLUMNS_AT_ONCE):
             some = slice(start, start + _COLUMNS_AT_ONCE)
             schur[:, some] -= self._coupling @ self._solve(self._coupling[some].T.toarray(order="F"))
-        symmetric: Array = 0.5 * (schur + schur.T)
+        symmetric: Floats = 0.5 * (schur + schur.T)
         return symmetric
 
-    def _solve(self, right_hand_side: Array) -> Array:
+    def _solve(self, right_hand_side: Floats) -> Floats:
         factor = self._factor
         return right_hand_side if factor is None else factor.backward(factor.forward(right_hand_side))
 
@@ -157,7 +153,7 @@ def factorise(matrix: sparse.csr_matrix, solver: LinearSolver | None = None) -> 
 
 
 def factorise_around(
-    matrix: sparse.csr_matrix, interface: Indices, solver: LinearSolver | None = None
+    matrix: sparse.csr_matrix, interface: Integers, solver: LinearSolver | None = None
 ) -> tuple[SchurFactor, Reals]:
     """Factorise a matrix (n, n) but for ascending unknowns `interface` (m,), and invert their Schur complement.
 

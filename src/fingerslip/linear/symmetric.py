@@ -13,6 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from fingerslip.arrays import Floats
+
 _ROWS_AT_ONCE = 256
 
 
@@ -80,10 +82,7 @@ def _add_corner(matrix, vector, out, start, end):  # type: ignore[no-untyped-def
         out[i] += matrix[i, i] * vector[i]
 
 
-Array = NDArray[np.float64]
-
-
-def row_products(matrix: sparse.csr_matrix, rows: Array) -> Array:
+def row_products(matrix: sparse.csr_matrix, rows: Floats) -> Floats:
     """Return a symmetric sparse matrix (n, n) times the rows of an array (k, n), shape (k, n)."""
     if len(rows) == 1:
         return np.asarray((matrix @ rows[0])[None])

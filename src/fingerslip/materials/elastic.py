@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 import pydantic
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.errors import InputError
 from fingerslip.materials.material import SHEARS, STRAIN_COMPONENTS, Formulation
 from fingerslip.materials.prony import Prony, check_prony
@@ -35,8 +35,6 @@ class RayleighDamping:
     mass: Rate = 0.0
     stiffness: Duration = 0.0
 
-
-Array = NDArray[np.float64]
 
 _DIMENSIONS = {components: dim for dim, components in STRAIN_COMPONENTS.items()}
 
@@ -87,21 +85,21 @@ class Elastic(ByYoungsModulus):
     prony: Prony = field(default=(), kw_only=True)
     law: Literal["elastic"] = field(default="elastic", kw_only=True, repr=False)
 
-    def energy(self, strain: Array, formulation: Formulation) -> Array:
+    def energy(self, strain: Floats, formulation: Formulation) -> Floats:
         """Return the strain energy density [J/m^3], shape (n,), of strains (n, m) [-]."""
         return hooke_energy(strain, self.dilatational_modulus(formulation), self.shear_modulus)
 
-    def stress(self, strain: Array, formulation: Formulation) -> Array:
+    def stress(self, strain: Floats, formulation: Formulation) -> Floats:
         """Return the stress [Pa], shape (n, m), of strains (n, m) [-]."""
         return hooke_stress(strain, self.dilatational_modulus(formulation), self.shear_modulus)
 
-    def stress_across(self, strain: Array, formulation: Formulation) -> Array:
+    def stress_across(self, strain: Floats, formulation: Formulation) -> Floats:
         """Return the stress zz out of the plane [Pa], shape (n,), of strains (n, 3) [-]."""
         if formulation == "plane_stress":
             return np.zeros(len(strain))
         return np.asarray(self.poisson_ratio * self.stress(strain, formulation)[:, :2].sum(axis=1))
 
-    def tangent(self, strain: Array, formulation: Formulation) -> Array:
+    def tangent(self, strain: Floats, formulation: Formulation) -> Floats:
         """Return the derivative of the stress by the strain [Pa], shape (n, m, m), at strains (n, m) [-]."""
         constant = hooke_tangent(strain.shape[1], self.dilatational_modulus(formulation), self.shear_modulus)
         return np.broadcast_to(constant, (len(strain), *constant.shape))
@@ -117,7 +115,7 @@ class Elastic(ByYoungsModulus):
         return modulus * ratio / ((1.0 + ratio) * (1.0 - 2.0 * ratio))
 
 
-def hooke_energy(strain: Array, first_lame: float, shear_modulus: float) -> Array:
+def hooke_energy(strain: Floats, first_lame: float, shear_modulus: float) -> Floats:
     """Return the strain energy density (n,) [J/m^3] of Hooke's law at strains (n, m) [-], with constants [Pa]."""
     dim = _DIMENSIONS[strain.shape[1]]
     normal, shear = strain[:, :dim], strain[:, dim:]
@@ -126,7 +124,7 @@ def hooke_energy(strain: Array, first_lame: float, shear_modulus: float) -> Arra
     return np.asarray(0.5 * first_lame * np.einsum("ij->i", normal) ** 2 + shear_modulus * distortion)
 
 
-def hooke_stress(strain: Array, first_lame: float, shear_modulus: float) -> Array:
+def hooke_stress(strain: Floats, first_lame: float, shear_modulus: float) -> Floats:
     """Return the stresses [Pa], shape (n, m), of Hooke's law; arguments as of :func:`hooke_energy`."""
     dim = _DIMENSIONS[strain.shape[1]]
     normal, shear = strain[:, :dim], strain[:, dim:]
@@ -136,7 +134,7 @@ def hooke_stress(strain: Array, first_lame: float, shear_modulus: float) -> Arra
     return stress
 
 
-def hooke_tangent(components: int, first_lame: float, shear_modulus: float) -> Array:
+def hooke_tangent(components: int, first_lame: float, shear_modulus: float) -> Floats:
     """Return the derivative of the stress by the strain [Pa], shape (m, m), for m strain components."""
     dim = _DIMENSIONS[components]
     tangent = shear_modulus * np.diag([2.0] * dim + [1.0] * len(SHEARS[dim]))

@@ -26,16 +26,14 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.errors import InputError
 from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.prony import Prony, check_prony
 
-Array = NDArray[np.float64]
 
-
-def log_volume_of(log_strain: Array) -> Array:
+def log_volume_of(log_strain: Floats) -> Floats:
     """Return ln J, shape (n,), of principal logarithmic strains (n, m): their sum, several times as fast as NumPy's."""
     total = log_strain[:, 0] + log_strain[:, 1]
     return np.asarray(total if log_strain.shape[1] == 2 else total + log_strain[:, 2])
@@ -59,16 +57,16 @@ class FiniteMaterial(Protocol):
     def at_rest(self) -> Elastic:
         """Return the law at small strain, with which `kinematics: small` computes."""
 
-    def stored_energy(self, log_strain: Array) -> Array:
+    def stored_energy(self, log_strain: Floats) -> Floats:
         """Return the strain energy per reference volume [J/m^3], shape (n,)."""
 
-    def kirchhoff_stress(self, log_strain: Array) -> Array:
+    def kirchhoff_stress(self, log_strain: Floats) -> Floats:
         """Return the principal Kirchhoff stresses [Pa], shape (n, 3): the derivative of the energy."""
 
-    def kirchhoff_tangent(self, log_strain: Array) -> Array:
+    def kirchhoff_tangent(self, log_strain: Floats) -> Floats:
         """Return the derivative of the stresses by the logarithmic strains [Pa], shape (n, 3, 3), symmetric."""
 
-    def volumetric(self, log_volume: Array) -> tuple[Array, Array, Array]:
+    def volumetric(self, log_volume: Floats) -> tuple[Floats, Floats, Floats]:
         """Return the part of the energy that grows with the bulk modulus, and its two derivatives, each (n,) [Pa].
 
         It is a function of ln J (n,) alone, zero with its slope at rest. Elements integrate it from mean volumes, so
@@ -84,12 +82,12 @@ _STRETCHES = 400
 _NOTHING = 1e-12  # stiffness against a change of shape, over the largest, that is taken for none [-]
 
 
-def deviator(values: Array) -> Array:
+def deviator(values: Floats) -> Floats:
     """Return (n, 3) values less the mean of their rows."""
     return values - (log_volume_of(values) / 3.0)[:, None]
 
 
-def isochoric_tangent(rates: Array) -> Array:
+def isochoric_tangent(rates: Floats) -> Floats:
     """Return the derivative (n, 3, 3) [Pa] of the deviator of stresses of rates (n, 3) [Pa] by the log strains."""
     tangent = (rates[:, :, None] + rates[:, None, :]) / -3.0
     tangent += (log_volume_of(rates) / 9.0)[:, None, None]
@@ -123,7 +121,7 @@ def linearise(
     return Elastic(2.0 * shear_modulus * (1.0 + poisson_ratio), poisson_ratio, density, prony=prony)
 
 
-def check_stability(tangent: Callable[[Array], Array], stretches: tuple[float, float]) -> None:
+def check_stability(tangent: Callable[[Floats], Floats], stretches: tuple[float, float]) -> None:
     """Refuse a law that is not stable in Drucker's sense within a range of stretches.
 
     Stable means that the work of the change of stress on the change of strain is positive for every change: that the
@@ -203,26 +201,26 @@ class PowersOfStretches:
         """Return the law at small strain."""
         return self._at_rest
 
-    def stored_energy(self, log_strain: Array) -> Array:
+    def stored_energy(self, log_strain: Floats) -> Floats:
         """Return the strain energy per reference volume [J/m^3], shape (n,), of logarithmic strains (n, 3)."""
         shape, energy = deviator(log_strain), self.volumetric(log_volume_of(log_strain))[0]
         for modulus, exponent in self.powers:
             energy += modulus / exponent * log_volume_of(np.expm1(exponent * shape))
         return energy
 
-    def kirchhoff_stress(self, log_strain: Array) -> Array:
+    def kirchhoff_stress(self, log_strain: Floats) -> Floats:
         """Return the principal Kirchhoff stresses [Pa], shape (n, 3), of logarithmic strains (n, 3)."""
         shape = deviator(log_strain)
         powers = sum(modulus * np.exp(exponent * shape) for modulus, exponent in self.powers)
         return deviator(np.asarray(powers)) + (self.bulk * log_volume_of(log_strain))[:, None]
 
-    def kirchhoff_tangent(self, log_strain: Array) -> Array:
+    def kirchhoff_tangent(self, log_strain: Floats) -> Floats:
         """Return the derivative of the stresses [Pa], shape (n, 3, 3), at logarithmic strains (n, 3)."""
         shape = deviator(log_strain)
         rates = sum(modulus * exponent * np.exp(exponent * shape) for modulus, exponent in self.powers)
         return isochoric_tangent(np.asarray(rates)) + self.bulk
 
-    def volumetric(self, log_volume: Array) -> tuple[Array, Array, Array]:
+    def volumetric(self, log_volume: Floats) -> tuple[Floats, Floats, Floats]:
         """Return K/2 (ln J)^2 and its two derivatives [Pa], each (n,), at ln J (n,)."""
         pressure = self.bulk * log_volume
         return 0.5 * pressure * log_volume, pressure, np.full_like(log_volume, self.bulk)

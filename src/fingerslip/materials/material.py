@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from typing import Literal, Protocol, runtime_checkable
 
-import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
+from fingerslip.arrays import Floats
 
 #: The two-dimensional assumption, or `solid` in 3D.
 Formulation = Literal["plane_strain", "plane_stress", "solid"]
@@ -36,16 +33,16 @@ class Material(Protocol):
     def stiffness(self) -> float:
         """Modulus from which contact penalties are estimated [Pa], such as Young's modulus at rest."""
 
-    def energy(self, strain: Array, formulation: Formulation) -> Array:
+    def energy(self, strain: Floats, formulation: Formulation) -> Floats:
         """Return the strain energy density [J/m^3], shape (n,), of strains (n, m) [-]."""
 
-    def stress(self, strain: Array, formulation: Formulation) -> Array:
+    def stress(self, strain: Floats, formulation: Formulation) -> Floats:
         """Return the stress [Pa], shape (n, m): the derivative of the energy by the strain (n, m) [-]."""
 
-    def stress_across(self, strain: Array, formulation: Formulation) -> Array:
+    def stress_across(self, strain: Floats, formulation: Formulation) -> Floats:
         """Return the stress zz out of the plane [Pa], shape (n,), of strains (n, 3) [-] in plane strain or stress."""
 
-    def tangent(self, strain: Array, formulation: Formulation) -> Array:
+    def tangent(self, strain: Floats, formulation: Formulation) -> Floats:
         """Return the derivative of the stress by the strain [Pa], shape (n, m, m), at strains (n, m) [-]."""
 
     def dilatational_modulus(self, formulation: Formulation) -> float:

@@ -16,14 +16,12 @@ from typing import Annotated, Literal
 
 import numpy as np
 import pydantic
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.materials.elastic import ByYoungsModulus, Elastic
 from fingerslip.materials.large_strain import SumOfPowers, log_volume_of
 from fingerslip.materials.prony import Prony
 from fingerslip.parameters import Density, Number, Pressure, parameters
-
-Array = NDArray[np.float64]
 
 
 @parameters
@@ -68,27 +66,27 @@ class NeoHookean(ByYoungsModulus):
         """Return the law at small strain."""
         return self._at_rest
 
-    def stored_energy(self, log_strain: Array) -> Array:
+    def stored_energy(self, log_strain: Floats) -> Floats:
         """Return the strain energy per reference volume [J/m^3], shape (n,), of logarithmic strains (n, 3)."""
         log_volume = log_volume_of(log_strain)
         stretched = 0.5 * (np.exp(2.0 * log_strain).sum(axis=1) - 3.0) - log_volume
         return np.asarray(self.shear_modulus * stretched + 0.5 * self.first_lame * log_volume**2)
 
-    def kirchhoff_stress(self, log_strain: Array) -> Array:
+    def kirchhoff_stress(self, log_strain: Floats) -> Floats:
         """Return the principal Kirchhoff stresses [Pa], shape (n, 3), of logarithmic strains (n, 3)."""
         stress = np.exp(2.0 * log_strain)
         stress *= self.shear_modulus
         stress += (self.first_lame * log_volume_of(log_strain) - self.shear_modulus)[:, None]
         return stress
 
-    def kirchhoff_tangent(self, log_strain: Array) -> Array:
+    def kirchhoff_tangent(self, log_strain: Floats) -> Floats:
         """Return the derivative of the stresses [Pa], shape (n, 3, 3), at logarithmic strains (n, 3)."""
         tangent = np.full((len(log_strain), 3, 3), self.first_lame)
         axes = np.arange(3)
         tangent[:, axes, axes] += 2.0 * self.shear_modulus * np.exp(2.0 * log_strain)
         return tangent
 
-    def volumetric(self, log_volume: Array) -> tuple[Array, Array, Array]:
+    def volumetric(self, log_volume: Floats) -> tuple[Floats, Floats, Floats]:
         """Return lambda/2 (ln J)^2 and its two derivatives [Pa], each (n,), at ln J (n,)."""
         modulus = self.first_lame
         return 0.5 * modulus * log_volume**2, modulus * log_volume, np.full_like(log_volume, modulus)

@@ -22,12 +22,10 @@ from typing import Annotated
 
 import numpy as np
 import pydantic
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.errors import InputError
 from fingerslip.parameters import Number, PositiveDuration, parameters
-
-Array = NDArray[np.float64]
 
 _SHORTEST = 0.5  # relaxation time in steps, at least
 
@@ -56,12 +54,12 @@ Prony = tuple[PronyTerm, ...]
 class Recurrence:
     """How dashpots follow strain over a step, a number for each of t terms."""
 
-    shares: Array  # (t,), shares of the shear modulus [-]
-    decay: Array  # (t,), weights of the dashpot at the start, and of the strain at the end and at the start [-]
-    end: Array  # (t,), weights of the dashpot at the start, and of the strain at the end and at the start [-]
-    start: Array  # (t,), weights of the dashpot at the start, and of the strain at the end and at the start [-]
+    shares: Floats  # (t,), shares of the shear modulus [-]
+    decay: Floats  # (t,), weights of the dashpot at the start, and of the strain at the end and at the start [-]
+    end: Floats  # (t,), weights of the dashpot at the start, and of the strain at the end and at the start [-]
+    start: Floats  # (t,), weights of the dashpot at the start, and of the strain at the end and at the start [-]
 
-    def follow(self, strains: Array) -> Array:
+    def follow(self, strains: Floats) -> Floats:
         """Return the dashpots, shape (t, n_times, ...), of strains (n_times, ...) [-] at equal steps from rest."""
         weights = zip(self.decay, self.end, self.start, strict=True)
         # scipy.signal is slow to import, and only relaxing materials need it.
@@ -95,7 +93,7 @@ def recurrence(
     return Recurrence(np.array([term.share for term in terms]), decay, 1.0 - mean, mean - decay)
 
 
-def relaxation(terms: Sequence[PronyTerm], time: Array) -> Array:
+def relaxation(terms: Sequence[PronyTerm], time: Floats) -> Floats:
     """Return the share G(t)/G of the shear modulus that is left at times after a step of strain [s], of their shape.
 
     Examples

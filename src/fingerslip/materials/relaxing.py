@@ -16,13 +16,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.errors import FingerslipError
 from fingerslip.materials.large_strain import SHAPES, FiniteMaterial, deviator, log_volume_of
 from fingerslip.materials.prony import Prony
-
-Array = NDArray[np.float64]
 
 # Change of an iteration after which rounding is left, as the next would be of the size of its square; and the largest.
 _LIMIT, _LAST, _LARGEST = 60, 1e-7, 0.5
@@ -45,7 +43,7 @@ def constants_of(material: FiniteMaterial) -> Constants:
     return Constants(rest.shear_modulus, bulk, rest.poisson_ratio, rest.prony)
 
 
-def volume_part(material: FiniteMaterial, log_volume: Array) -> tuple[Array, Array, Array]:
+def volume_part(material: FiniteMaterial, log_volume: Floats) -> tuple[Floats, Floats, Floats]:
     """Return the energy of the volume, which does not relax, and its two derivatives [Pa], each (n,), at ln J (n,).
 
     It is what grows with the bulk modulus, completed at rest to the bulk modulus.
@@ -55,12 +53,12 @@ def volume_part(material: FiniteMaterial, log_volume: Array) -> tuple[Array, Arr
     return energy + 0.5 * missing * log_volume**2, slope + missing * log_volume, curvature + missing
 
 
-def shape_energy(material: FiniteMaterial, log_strain: Array) -> Array:
+def shape_energy(material: FiniteMaterial, log_strain: Floats) -> Floats:
     """Return the energy of the shape [J/m^3], shape (n,), at logarithmic strains (n, 3)."""
     return np.asarray(material.stored_energy(log_strain) - volume_part(material, log_volume_of(log_strain))[0])
 
 
-def shape_stress(material: FiniteMaterial, log_strain: Array) -> Array:
+def shape_stress(material: FiniteMaterial, log_strain: Floats) -> Floats:
     """Return the principal Kirchhoff stresses of the shape [Pa], shape (n, 3), at logarithmic strains (n, 3)."""
     pressure = volume_part(material, log_volume_of(log_strain))[1]
     return np.asarray(material.kirchhoff_stress(log_strain) - pressure[:, None])
@@ -72,16 +70,16 @@ class StepLaw:
 
     material: FiniteMaterial  # the law at once
     share: float  # [-]
-    pressure: Array  # (n,), what the start of the step takes from the pressure of the shape [Pa]
+    pressure: Floats  # (n,), what the start of the step takes from the pressure of the shape [Pa]
 
-    def kirchhoff_stress(self, log_strain: Array) -> Array:
+    def kirchhoff_stress(self, log_strain: Floats) -> Floats:
         """Return the principal Kirchhoff stresses [Pa], shape (n, 3), at logarithmic strains (n, 3)."""
         elastic = volume_part(self.material, log_volume_of(log_strain))[1]
         stress = (1.0 - self.share) * self.material.kirchhoff_stress(log_strain)
         stress += (self.share * elastic - self.pressure)[:, None]
         return stress
 
-    def kirchhoff_tangent(self, log_strain: Array) -> Array:
+    def kirchhoff_tangent(self, log_strain: Floats) -> Floats:
         """Return the derivative of the stresses [Pa], shape (n, 3, 3), at logarithmic strains (n, 3)."""
         elastic = volume_part(self.material, log_volume_of(log_strain))[2]
         tangent = (1.0 - self.share) * self.material.kirchhoff_tangent(log_strain)
@@ -89,7 +87,7 @@ class StepLaw:
         return tangent
 
 
-def spring_strain(material: FiniteMaterial, stress: Array, log_volume: Array, guess: Array) -> Array:
+def spring_strain(material: FiniteMaterial, stress: Floats, log_volume: Floats, guess: Floats) -> Floats:
     """Return the logarithmic strains (n, 3) [-] of springs that obey a law, from the deviator of their stress [Pa].
 
     Their ln J is `log_volume` (n,); the search starts from a guess (n, 3) [-].
@@ -105,7 +103,7 @@ def spring_strain(material: FiniteMaterial, stress: Array, log_volume: Array, gu
     raise FingerslipError(f"{where}; the law is not stable at this strain")
 
 
-def _solve(matrices: Array, vectors: Array) -> Array:
+def _solve(matrices: Floats, vectors: Floats) -> Floats:
     """Return the solutions (n, 2) of equations with matrices (n, 2, 2)."""
     (first, beside), (other, last) = matrices.transpose(1, 2, 0)
     determinant = first * last - beside * other

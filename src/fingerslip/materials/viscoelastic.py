@@ -11,13 +11,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.material import Formulation
 from fingerslip.materials.prony import Recurrence, recurrence
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -44,8 +42,8 @@ class OutOfPlane:
 class Relaxed:
     """Strains and dashpots with all normal components, in the order xx, yy, zz, xy and in 3D yz, xz."""
 
-    strains: Array  # (..., k), strains [-]
-    dashpots: Array  # (t, ..., k), dashpots of t terms [-]
+    strains: Floats  # (..., k), strains [-]
+    dashpots: Floats  # (t, ..., k), dashpots of t terms [-]
 
 
 def across_of(poisson_ratio: float) -> OutOfPlane:
@@ -62,7 +60,7 @@ def across_of(poisson_ratio: float) -> OutOfPlane:
     return OutOfPlane((bulk - 1.0 / 3.0) / (bulk + 2.0 / 3.0), 1.0 / (3.0 * bulk + 2.0), bulk)
 
 
-def with_across(strains: Array, across: Array | float = 0.0) -> Array:
+def with_across(strains: Floats, across: Floats | float = 0.0) -> Floats:
     """Return strains (..., 3 or 6) with a strain (...) across the plane, shape (..., 4 or 6); in 3D as they are."""
     if strains.shape[-1] == 6:
         return strains
@@ -71,7 +69,7 @@ def with_across(strains: Array, across: Array | float = 0.0) -> Array:
     return np.moveaxis(whole, 0, -1)
 
 
-def follow_strains(material: Elastic, strains: Array, formulation: Formulation, step: float) -> Relaxed:
+def follow_strains(material: Elastic, strains: Floats, formulation: Formulation, step: float) -> Relaxed:
     """Return strains (n_times, ..., m) [-] at equal steps [s] from rest, with their dashpots."""
     follow = recurrence(material.prony, step)
     dashpots = follow.follow(strains)
@@ -82,7 +80,7 @@ def follow_strains(material: Elastic, strains: Array, formulation: Formulation, 
     return Relaxed(with_across(strains, -thickness_strain), with_across(dashpots, -of_thickness))
 
 
-def _thickness_strain(material: Elastic, along: Array, dashpots: Array, follow: Recurrence) -> tuple[Array, Array]:
+def _thickness_strain(material: Elastic, along: Floats, dashpots: Floats, follow: Recurrence) -> tuple[Floats, Floats]:
     """Return w (n_times, ...) and its dashpots (t, n_times, ...), from the strain along the plane and its dashpots."""
     across, count = across_of(material.poisson_ratio), len(follow.shares)
     share = float(follow.shares @ follow.end)
@@ -99,7 +97,7 @@ def _thickness_strain(material: Elastic, along: Array, dashpots: Array, follow: 
     return thickness_strain, of_thickness
 
 
-def stress(material: Elastic, relaxed: Relaxed) -> Array:
+def stress(material: Elastic, relaxed: Relaxed) -> Floats:
     """Return the stresses [Pa], shape (..., 4 or 6)."""
     shares = np.array([term.share for term in material.prony])
     springs = relaxed.strains - np.tensordot(shares, relaxed.dashpots, axes=1)
@@ -110,7 +108,7 @@ def stress(material: Elastic, relaxed: Relaxed) -> Array:
     return stress_of_shape
 
 
-def _pressure(material: Elastic, strains: Array, deviator: Array) -> Array:
+def _pressure(material: Elastic, strains: Floats, deviator: Floats) -> Floats:
     """Return the mean stress (...) [Pa]; of an incompressible material that of plane stress, none across."""
     if material.poisson_ratio == 0.5:
         return -deviator[..., 2]
@@ -118,24 +116,24 @@ def _pressure(material: Elastic, strains: Array, deviator: Array) -> Array:
     return np.asarray(bulk * strains[..., :3].sum(axis=-1))
 
 
-def stored_energy(material: Elastic, relaxed: Relaxed) -> Array:
+def stored_energy(material: Elastic, relaxed: Relaxed) -> Floats:
     """Return the energy densities that springs store [J/m^3], shape (...)."""
     deviator = _deviator(relaxed.strains)
     pressure = _pressure(material, relaxed.strains, np.zeros_like(deviator))
-    stored: Array = 0.5 * pressure * relaxed.strains[..., :3].sum(axis=-1)
+    stored: Floats = 0.5 * pressure * relaxed.strains[..., :3].sum(axis=-1)
     stored += material.shear_modulus * _product(deviator, deviator)
     for term, dashpot in zip(material.prony, map(_deviator, relaxed.dashpots), strict=True):
         stored -= term.share * material.shear_modulus * _product(2.0 * deviator - dashpot, dashpot)
     return stored
 
 
-def _deviator(strains: Array) -> Array:
+def _deviator(strains: Floats) -> Floats:
     deviator = strains.copy()
     deviator[..., :3] -= strains[..., :3].mean(axis=-1, keepdims=True)
     return deviator
 
 
-def _product(first: Array, other: Array) -> Array:
+def _product(first: Floats, other: Floats) -> Floats:
     """Return the products (...) of strain tensors, whose shears are twice those of the tensor."""
     products = first * other
     return np.asarray(products[..., :3].sum(axis=-1) + 0.5 * products[..., 3:].sum(axis=-1))

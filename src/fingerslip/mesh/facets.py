@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.arrays import Flags, Floats
 from fingerslip.errors import InputError
 from fingerslip.sites import Site
 from fingerslip.units import coordinates, millimetres
@@ -17,9 +18,7 @@ if TYPE_CHECKING:
     import skfem
 
 
-Floats = NDArray[np.float64]
 Integers = NDArray[np.integer]
-Flags = NDArray[np.bool_]
 Mesh = TypeVar("Mesh", bound="skfem.Mesh")
 
 

@@ -15,14 +15,13 @@ import pygmsh
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
 
+from fingerslip.arrays import Floats, Integers
 from fingerslip.errors import MeshError
 from fingerslip.mesh.facets import connected_pieces
 
 MILLIMETRES = 1e3
 """Gmsh's tolerances suit lengths near one, so it works in millimetres."""
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 #: Wanted element size [m] at a point x, y, z [m].
 SizeAt = Callable[[float, float, float], float]
 

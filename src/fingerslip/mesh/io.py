@@ -14,15 +14,13 @@ import skfem
 from numpy.typing import NDArray
 from skfem.io.meshio import from_meshio, to_meshio
 
+from fingerslip.arrays import Floats, Integers
 from fingerslip.errors import MeshError, shorten
 from fingerslip.mesh.decks.febio import chosen_unit
 from fingerslip.mesh.formats import read_deck, write_file
 from fingerslip.mesh.mixed import NARROWER, is_degenerate, join_kinds, take_one_kind
 from fingerslip.mesh.quality import check_folds, positive_tetrahedra, turned_cells, turns
 from fingerslip.units import LengthUnit, coordinates, metres
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

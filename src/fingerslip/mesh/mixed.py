@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.arrays import Flags, Integers
 from fingerslip.mesh.facets import connected_pieces
 
 if TYPE_CHECKING:
     import meshio
 
-Integers = NDArray[np.int64]
 
 # Kinds of cells with nodes between their corners, the kind without, and how many corners that has.
 _LINEAR = {
@@ -39,7 +39,7 @@ NARROWER = {"quad": ("triangle", [0, 1, 2]), "hexahedron": ("wedge", [0, 1, 2, 4
 _NARROWER_IN_VTK = {9: (5, [0, 1, 2]), 12: (13, [0, 1, 2, 4, 5, 6])}
 
 
-def is_degenerate(cells: NDArray[np.integer]) -> NDArray[np.bool_]:
+def is_degenerate(cells: NDArray[np.integer]) -> Flags:
     """Tell which quadrilaterals (n, 4) and hexahedra (n, 8), in the order of meshio, are triangles and prisms."""
     if cells.shape[1] not in _TURNED:
         return np.zeros(len(cells), dtype=bool)

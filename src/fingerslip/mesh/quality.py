@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.arrays import Flags, Floats
 from fingerslip.errors import MeshError
 from fingerslip.mesh.facets import are_degenerate
 from fingerslip.mesh.mixed import is_degenerate
@@ -17,8 +18,6 @@ from fingerslip.units import coordinates
 if TYPE_CHECKING:
     import skfem
 
-Floats = NDArray[np.float64]
-Booleans = NDArray[np.bool_]
 Integers = NDArray[np.integer]
 Nodes = TypeVar("Nodes", bound=NDArray[np.integer])
 
@@ -195,7 +194,7 @@ def _polygons(corners: Floats) -> _Quality:
     return _Quality(sine.min(axis=0), angle.min(axis=0), angle.max(axis=0), length.max(axis=0) / length.min(axis=0))
 
 
-def turned_cells(mesh: skfem.Mesh) -> Booleans:
+def turned_cells(mesh: skfem.Mesh) -> Flags:
     """Return which cells (n_cells,) are mirror images of their reference cell, by the edges of their first corner."""
     reference = mesh.elem.refdom.p
     beside = np.flatnonzero(np.isclose(np.linalg.norm(reference - reference[:, :1], axis=0), 1.0))
@@ -204,7 +203,7 @@ def turned_cells(mesh: skfem.Mesh) -> Booleans:
     return np.asarray(np.linalg.det(edges) * sign < 0.0)
 
 
-def check_folds(mesh: skfem.Mesh, turned: Booleans, where: str = "mesh") -> None:
+def check_folds(mesh: skfem.Mesh, turned: Flags, where: str = "mesh") -> None:
     """Refuse a mesh with two cells on the same side of a facet that they share, and with three cells at a facet.
 
     Facets of one cell alone, such as those of the outside and of a crack, have nothing to fold over. `turned`
@@ -226,7 +225,7 @@ def check_folds(mesh: skfem.Mesh, turned: Booleans, where: str = "mesh") -> None
     raise MeshError(where, fault, allowed, repair)
 
 
-def _is_in_front(mesh: skfem.Mesh, turned: Booleans) -> Booleans:
+def _is_in_front(mesh: skfem.Mesh, turned: Flags) -> Flags:
     """Return on which side of its facets each cell lies, shape (n_cell_facets, n_cells).
 
     Seen from inside a cell, the corners of a facet run round it in a direction that its reference cell and `turned`
@@ -249,7 +248,7 @@ def _is_in_front(mesh: skfem.Mesh, turned: Booleans) -> Booleans:
     return sides
 
 
-def positive_tetrahedra(points: NDArray[np.float64], cells: Nodes) -> Nodes:
+def positive_tetrahedra(points: Floats, cells: Nodes) -> Nodes:
     """Return tetrahedra (m, 4) or (m, 10) of points (n, 3) whose corners are in the order of positive volume."""
     corners = points[cells[:, :4]]
     mirrored = np.linalg.det(corners[:, 1:] - corners[:, :1]) < 0.0

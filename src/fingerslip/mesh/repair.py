@@ -9,12 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.arrays import Flags, Floats, Integers
 from fingerslip.mesh.gmsh_session import Fragments
 from fingerslip.mesh.quality import tetrahedron_margins, turns
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 
 _SWEEPS, _SWEEPS_SMOOTHING = 8, 20
 # Scaled Jacobian [-] beyond which cells are not smoothed.

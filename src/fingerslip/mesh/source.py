@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol, Self, get_args, get_origin, get_type_hints
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.errors import InputError
 from fingerslip.mesh.facets import inner_facets
 from fingerslip.mesh.quality import quality_table
@@ -228,8 +228,6 @@ class MeshFile(MeshSource):
         """Return the source with an absolute path, where it is relative to a folder."""
         return dataclasses.replace(self, file=str((folder / self.file).resolve()))
 
-
-Floats = NDArray[np.float64]
 
 GROWTH = 0.2
 """Growth of the element size per length of distance from the finer elements [-]."""

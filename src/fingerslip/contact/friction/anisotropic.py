@@ -6,13 +6,11 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 import pydantic
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.contact.friction.law import Conditions, TangentFrame
 from fingerslip.errors import InputError
 from fingerslip.parameters import Number, parameters
-
-Array = NDArray[np.float64]
 
 
 @parameters
@@ -62,6 +60,6 @@ class Anisotropic:
         """Tangents along and across the direction; the second one turns the ellipse into a circle."""
         return TangentFrame(self.direction, self.across / self.along)
 
-    def coefficients(self, conditions: Conditions) -> Array:
+    def coefficients(self, conditions: Conditions) -> Floats:
         """Return the friction coefficient of every node along the first direction, shape (n,) [-]."""
         return np.full(conditions.pressure.shape, self.along)

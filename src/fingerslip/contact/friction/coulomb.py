@@ -5,12 +5,10 @@ from __future__ import annotations
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.contact.friction.law import ISOTROPIC, Conditions, TangentFrame
 from fingerslip.parameters import NonNegativeNumber, parameters
-
-Array = NDArray[np.float64]
 
 
 @parameters
@@ -40,6 +38,6 @@ class Coulomb:
 
     coefficient: NonNegativeNumber
 
-    def coefficients(self, conditions: Conditions) -> Array:
+    def coefficients(self, conditions: Conditions) -> Floats:
         """Return the friction coefficient of every node, shape (n,) [-]."""
         return np.full(conditions.pressure.shape, self.coefficient)

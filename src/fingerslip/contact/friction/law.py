@@ -6,9 +6,8 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from fingerslip.arrays import Flags, Floats
 
 # Slips [m], slip rates [m/s] and a pressure [Pa] at which a law is asked whether it weakens.
 _SLIPS = np.concatenate([[0.0], np.geomspace(1e-9, 1.0, 91)])
@@ -32,12 +31,12 @@ class Conditions:
         End of the step, for which the coefficient is needed [s].
     """
 
-    pressure: Array
-    slip_rate: Array
-    slip_since_contact: Array
+    pressure: Floats
+    slip_rate: Floats
+    slip_since_contact: Floats
     time: float
 
-    def at(self, nodes: NDArray[np.bool_] | slice) -> Conditions:
+    def at(self, nodes: Flags | slice) -> Conditions:
         """Return the conditions at some of the nodes, which a mask (n,) or a slice marks."""
         return replace(
             self,
@@ -82,7 +81,7 @@ class FrictionLaw(Protocol):
     def frame(self) -> TangentFrame:
         """Tangents in which the law is isotropic."""
 
-    def coefficients(self, conditions: Conditions) -> Array:
+    def coefficients(self, conditions: Conditions) -> Floats:
         """Return the friction coefficient of every node, along the first tangent, shape (n,) [-]."""
 
 

@@ -6,12 +6,10 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 import pydantic
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.contact.friction.law import ISOTROPIC, Conditions, TangentFrame
 from fingerslip.parameters import NonNegativeNumber, Number, Pressure, parameters
-
-Array = NDArray[np.float64]
 
 # Share of the reference pressure below which the coefficient no longer changes.
 _LOWEST_PRESSURE = 0.01
@@ -57,7 +55,7 @@ class PressureDependent:
         """Coefficient at the reference pressure [-]."""
         return self.reference_coefficient
 
-    def coefficients(self, conditions: Conditions) -> Array:
+    def coefficients(self, conditions: Conditions) -> Floats:
         """Return the friction coefficient of every node, shape (n,) [-]."""
         relative = np.maximum(conditions.pressure / self.reference_pressure, _LOWEST_PRESSURE)
         return np.asarray(self.reference_coefficient * relative**self.exponent)

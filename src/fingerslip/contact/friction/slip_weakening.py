@@ -5,12 +5,10 @@ from __future__ import annotations
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.contact.friction.law import ISOTROPIC, Conditions, TangentFrame
 from fingerslip.parameters import NonNegativeNumber, PositiveLength, parameters
-
-Array = NDArray[np.float64]
 
 
 @parameters
@@ -62,7 +60,7 @@ class SlipWeakening:
         """Coefficient before slip [-]."""
         return self.static
 
-    def coefficients(self, conditions: Conditions) -> Array:
+    def coefficients(self, conditions: Conditions) -> Floats:
         """Return the friction coefficient of every node, shape (n,) [-]."""
-        share: Array = np.minimum(conditions.slip_since_contact / self.distance, 1.0)
+        share: Floats = np.minimum(conditions.slip_since_contact / self.distance, 1.0)
         return self.static - (self.static - self.kinetic) * share

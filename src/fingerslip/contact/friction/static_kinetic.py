@@ -5,12 +5,10 @@ from __future__ import annotations
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.contact.friction.law import ISOTROPIC, Conditions, TangentFrame
 from fingerslip.parameters import NonNegativeNumber, Speed, parameters
-
-Array = NDArray[np.float64]
 
 
 @parameters
@@ -52,7 +50,7 @@ class StaticKinetic:
         """Coefficient at rest [-]."""
         return self.static
 
-    def coefficients(self, conditions: Conditions) -> Array:
+    def coefficients(self, conditions: Conditions) -> Floats:
         """Return the friction coefficient of every node, shape (n,) [-]."""
-        share: Array = np.exp(-np.abs(conditions.slip_rate) / self.decay_speed)
+        share: Floats = np.exp(-np.abs(conditions.slip_rate) / self.decay_speed)
         return self.kinetic + (self.static - self.kinetic) * share

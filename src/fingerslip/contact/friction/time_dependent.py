@@ -6,13 +6,11 @@ from itertools import pairwise
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.contact.friction.law import ISOTROPIC, Conditions, TangentFrame
 from fingerslip.errors import InputError
 from fingerslip.parameters import Duration, NonNegativeNumber, parameters
-
-Array = NDArray[np.float64]
 
 
 @parameters
@@ -62,7 +60,7 @@ class TimeDependent:
         """Coefficient at the first time [-]."""
         return self.values[0]
 
-    def coefficients(self, conditions: Conditions) -> Array:
+    def coefficients(self, conditions: Conditions) -> Floats:
         """Return the friction coefficient of every node, shape (n,) [-]."""
         now = float(np.interp(conditions.time, self.times, self.values))
         return np.full(conditions.pressure.shape, now)

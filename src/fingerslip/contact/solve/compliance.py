@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats, Integers, Reals
 from fingerslip.contact.counterfaces import rotate_compliance
 from fingerslip.contact.solve.preconditioner import Coupled
 from fingerslip.linear.symmetric import symmetric_product, weighted_rows
-
-Array = NDArray[np.float64]
 
 # Share of nodes with a force from which reading half of the symmetric matrix is faster than reading their rows.
 _MOSTLY = 0.3
@@ -24,9 +21,9 @@ _MOSTLY = 0.3
 class Compliance:
     """W of :mod:`fingerslip.contact.solve.newton`: the body's compliance, those of the penalties on its diagonal."""
 
-    body: NDArray[np.floating[Any]]  # (n_c * dim, n_c * dim), symmetric, node by node
-    penalty: Array  # (n_c, dim), compliance of the contact penalties in the nodes' frames [m/N]
-    frames: Array | None = None  # (n_c, dim, dim), frames of the nodes [-] where `body` is in global components
+    body: Reals  # (n_c * dim, n_c * dim), symmetric, node by node
+    penalty: Floats  # (n_c, dim), compliance of the contact penalties in the nodes' frames [m/N]
+    frames: Floats | None = None  # (n_c, dim, dim), frames of the nodes [-] where `body` is in global components
     factor: float = 1.0  # what makes a compliance of `body`, which large matrices share
     edition: tuple[float, ...] = ()
 
@@ -36,7 +33,7 @@ class Compliance:
         return self.body.dtype == np.float32
 
     @cached_property
-    def diagonal(self) -> Array:
+    def diagonal(self) -> Floats:
         """Diagonal of W in the nodes' frames, shape (n_c, dim) [m/N]."""
         count, dim = self.penalty.shape
         nodes = np.arange(count)
@@ -52,11 +49,11 @@ class Compliance:
         return Coupled.of(self.body, len(self.penalty))
 
     @cached_property
-    def matrix(self) -> Array:
+    def matrix(self) -> Floats:
         """W itself, shape (n_c * dim, n_c * dim) [m/N]; meant for few nodes."""
         return self.block(np.arange(len(self.penalty)))
 
-    def block(self, nodes: NDArray[np.int64]) -> Array:
+    def block(self, nodes: Integers) -> Floats:
         """Return the part of W among `nodes` (k,), shape (k * dim, k * dim) [m/N]."""
         dim = self.penalty.shape[1]
         unknowns = (nodes[:, None] * dim + np.arange(dim)).ravel()
@@ -66,16 +63,16 @@ class Compliance:
         block.flat[:: unknowns.size + 1] += self.penalty[nodes].ravel()
         return block
 
-    def response(self, forces: Array) -> Array:
+    def response(self, forces: Floats) -> Floats:
         """Return the body's displacement (n_c, dim) [m] under `forces` (n_c, dim) [N], without the penalties'."""
         if self.frames is None:
             return self._product(np.ascontiguousarray(forces))
         components = np.einsum("cij,ci->cj", self.frames, forces)
         return np.asarray(np.einsum("cij,cj->ci", self.frames, self._product(components)))
 
-    def _product(self, forces: Array) -> Array:
+    def _product(self, forces: Floats) -> Floats:
         if np.count_nonzero(forces.any(axis=1)) < _MOSTLY * len(forces):
-            moved: Array = active_product(self.body, forces)
+            moved: Floats = active_product(self.body, forces)
         else:
             moved = symmetric_product(self.body, forces.ravel()).reshape(forces.shape)
         return self.factor * moved

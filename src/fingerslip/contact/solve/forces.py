@@ -12,16 +12,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Flags, Floats, Integers
 from fingerslip.contact.solve.compliance import Compliance
 from fingerslip.contact.solve.krylov import Start, newton_krylov
 from fingerslip.contact.solve.newton import ContactSolution, solve_friction
 from fingerslip.contact.solve.partition import Partition, first_partition, solve_in_partitions
 from fingerslip.contact.solve.projection import project, step_lengths
 from fingerslip.contact.solve.working_set import WorkingSet, first_guess, gather, next_warm_start
-
-Array = NDArray[np.float64]
 
 # Unknowns up to which compiled code on all candidates is faster.
 _FEW = 900
@@ -38,13 +36,13 @@ _ROUGH, _FINE, _FINEST = 0.1, 1e-4, 1e-5
 
 def solve_contact(
     compliance: Compliance,
-    free: Array,
-    friction_coefficient: Array,
-    start: Array,
+    free: Floats,
+    friction_coefficient: Floats,
+    start: Floats,
     tolerance: float,
     *,
     working_set: WorkingSet | Partition | None = None,
-    origin: Array | None = None,
+    origin: Floats | None = None,
     few: int | None = None,
 ) -> tuple[ContactSolution, WorkingSet | Partition | None]:
     """Find the contact forces of one step; those of few unknowns all together.
@@ -82,10 +80,10 @@ def solve_contact(
 class _Check:
     """Forces and their residual on all candidates."""
 
-    forces: Array
-    response: Array
-    trial: Array
-    residual: Array
+    forces: Floats
+    response: Floats
+    trial: Floats
+    residual: Floats
     least: float
 
     @property
@@ -95,7 +93,7 @@ class _Check:
         return float(np.abs(self.residual).max()) / size if size > 0.0 else 0.0
 
     @property
-    def touching(self) -> NDArray[np.bool_]:
+    def touching(self) -> Flags:
         """Which nodes have a force or would get one."""
         return np.asarray((self.forces[:, 0] > 0.0) | (self.trial[:, 0] > 0.0))
 
@@ -105,12 +103,12 @@ class _Problem:
     """The contact problem on all candidates, with the step lengths of its projection."""
 
     compliance: Compliance
-    free: Array
-    friction: Array
-    scale: Array
+    free: Floats
+    friction: Floats
+    scale: Floats
     least: float
 
-    def check(self, forces: Array, response: Array | None = None) -> _Check:
+    def check(self, forces: Floats, response: Floats | None = None) -> _Check:
         response = self.compliance.response(forces) if response is None else response
         trial = forces - self.scale * (response + self.compliance.penalty * forces + self.free)
         return _Check(forces, response, trial, forces - project(trial, self.friction), self.least)
@@ -157,7 +155,7 @@ def _solve_robustly(problem: _Problem, working_set: WorkingSet, check: _Check, t
     return problem.check(_scatter(solution.forces, nodes, check.forces)), solution.iterations
 
 
-def _scatter(element: Array, nodes: NDArray[np.int64], like: Array) -> Array:
+def _scatter(element: Floats, nodes: Integers, like: Floats) -> Floats:
     forces = np.zeros_like(like)
     forces[nodes] = element
     return forces

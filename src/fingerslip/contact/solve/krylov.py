@@ -15,14 +15,11 @@ from functools import cached_property
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.contact.solve.preconditioner import Preconditioner, solve_roughly
 from fingerslip.contact.solve.projection import NEWTON_LIMIT, SEARCH_LIMIT, decreases_enough, derivative, project
 from fingerslip.contact.solve.working_set import WorkingSet, write_motion
-
-Array = NDArray[np.float64]
-Single = NDArray[np.float32]
 
 _KRYLOV_LIMIT = 60
 # Length of a new direction of GMRES, over that of its image, from which on there is none but rounding.
@@ -40,14 +37,14 @@ _SAFETY = 0.3
 class Start:
     """Where Newton's method begins and when it ends."""
 
-    forces: Array  # (k, dim), first guess of the contact forces [N]
-    trial: Array  # (k, dim), trial forces z = r - rho y of that guess [N]
+    forces: Floats  # (k, dim), first guess of the contact forces [N]
+    trial: Floats  # (k, dim), trial forces z = r - rho y of that guess [N]
     goal: float  # residual at which to stop, relative to the largest force [-]
     least: float = 0.0  # lower bound of the largest force in that ratio [N]
     roughest: float = _ROUGHEST  # relative residual of the first direction [-]
 
 
-def newton_krylov(working_set: WorkingSet, friction: Array, start: Start) -> tuple[Array, WorkingSet, bool, int]:
+def newton_krylov(working_set: WorkingSet, friction: Floats, start: Start) -> tuple[Floats, WorkingSet, bool, int]:
     """Iterate until the residual is small enough, single precision allows no more, or the line search stalls.
 
     Arrays: friction (k,) [-]; returns forces (k, dim) [N].
@@ -61,14 +58,14 @@ def newton_krylov(working_set: WorkingSet, friction: Array, start: Start) -> tup
 class _Iterate:
     """Forces on the way to the solution, all of shape (k, dim) [N]."""
 
-    forces: Array  # the contact forces
-    trial: Array  # the trial forces z = r - rho y
-    residual: Array  # the forces less the projection of the trial forces
-    owed: Array  # directions since the last product in double precision
-    assumed: Array  # what they are taken to do by single precision
+    forces: Floats  # the contact forces
+    trial: Floats  # the trial forces z = r - rho y
+    residual: Floats  # the forces less the projection of the trial forces
+    owed: Floats  # directions since the last product in double precision
+    assumed: Floats  # what they are taken to do by single precision
 
     @property
-    def on_cone(self) -> Array:
+    def on_cone(self) -> Floats:
         """The forces with sliding nodes exactly on the cone, and no force on open ones."""
         return self.forces - self.residual
 
@@ -84,7 +81,7 @@ class _Iterate:
         return owed == 0.0 or _largest(self.residual) > _KNOWN * owed
 
 
-def _iterate(working_set: WorkingSet, friction: Array, start: Start) -> tuple[Array, bool, int]:
+def _iterate(working_set: WorkingSet, friction: Floats, start: Start) -> tuple[Floats, bool, int]:
     """Return forces, whether they solve the problem, and iterations; the rows of the inverse are renewed."""
     iterate, exactness = _at(friction, start.forces, start.trial), start.roughest
     for iteration in range(NEWTON_LIMIT):
@@ -109,7 +106,7 @@ def _iterate(working_set: WorkingSet, friction: Array, start: Start) -> tuple[Ar
     return iterate.on_cone, False, NEWTON_LIMIT
 
 
-def _largest(values: Array) -> float:
+def _largest(values: Floats) -> float:
     return float(np.abs(values).max())
 
 
@@ -119,19 +116,19 @@ def _direction_tolerance(enough: float, iterate: _Iterate) -> float:
     return min(max(_SAFETY * wanted, _FINEST), _ROUGHEST)
 
 
-def _at(friction: Array, forces: Array, trial: Array) -> _Iterate:
+def _at(friction: Floats, forces: Floats, trial: Floats) -> _Iterate:
     """Return an iterate at which nothing is owed."""
     nothing = np.zeros_like(forces)
     return _Iterate(forces, trial, forces - project(trial, friction), nothing, nothing)
 
 
-def _in_double_precision(working_set: WorkingSet, friction: Array, iterate: _Iterate) -> _Iterate:
+def _in_double_precision(working_set: WorkingSet, friction: Floats, iterate: _Iterate) -> _Iterate:
     """Return the iterate with what its directions did in double precision."""
     moved = working_set.motion(iterate.owed)
     return _at(friction, iterate.forces, iterate.trial - (moved - iterate.assumed))
 
 
-def _step_along(working_set: WorkingSet, friction: Array, iterate: _Iterate, exactness: float) -> _Iterate:
+def _step_along(working_set: WorkingSet, friction: Floats, iterate: _Iterate, exactness: float) -> _Iterate:
     """Return the end of a step along a new direction, halved until the merit decreases enough, or too often."""
     direction, moved = _direction(working_set, friction, iterate.trial, iterate.residual, exactness)
     length, after = 1.0, iterate
@@ -147,8 +144,8 @@ def _step_along(working_set: WorkingSet, friction: Array, iterate: _Iterate, exa
 
 
 def _direction(
-    working_set: WorkingSet, friction: Array, trial: Array, residual: Array, exactness: float
-) -> tuple[Array, Array]:
+    working_set: WorkingSet, friction: Floats, trial: Floats, residual: Floats, exactness: float
+) -> tuple[Floats, Floats]:
     """Solve (I - G (I - rho W)) d = -residual to a relative `exactness`; return d and rho W d, both (k, dim)."""
     slopes, inverse = _slopes(trial, friction), working_set.inverse
     inverse.renew(slopes, working_set.frames, working_set.weights, working_set.coupling, working_set.nodes)

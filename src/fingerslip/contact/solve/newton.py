@@ -24,8 +24,8 @@ from dataclasses import dataclass
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.contact.solve.compliance import active_product
 from fingerslip.contact.solve.projection import (
     NEWTON_LIMIT,
@@ -37,8 +37,6 @@ from fingerslip.contact.solve.projection import (
     step_lengths,
 )
 
-Array = NDArray[np.float64]
-
 _SWEEPS = 40
 _ROUNDS = 25
 
@@ -47,15 +45,15 @@ _ROUNDS = 25
 class ContactSolution:
     """What the contact solver found."""
 
-    forces: Array  # (n_c, dim), normal and tangential nodal forces [N]
+    forces: Floats  # (n_c, dim), normal and tangential nodal forces [N]
     residual: float  # largest distance from the projection, relative to the largest force [-]
     iterations: int  # newton iterations and sweeps together
     worst: int  # index of the node with the largest residual
-    response: Array | None = None  # (n_c, dim) [m]
+    response: Floats | None = None  # (n_c, dim) [m]
 
 
 def solve_friction(
-    compliance: Array, free: Array, friction_coefficient: Array, start: Array, tolerance: float
+    compliance: Floats, free: Floats, friction_coefficient: Floats, start: Floats, tolerance: float
 ) -> ContactSolution:
     """Find the contact forces of one step.
 

@@ -23,12 +23,11 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats, Integers
 from fingerslip.contact.solve.compliance import active_product
 from fingerslip.contact.solve.newton import ContactSolution, solve_friction
 from fingerslip.contact.solve.projection import NEWTON_LIMIT, SEARCH_LIMIT, decreases_enough, step_lengths
 from fingerslip.contact.states import OPEN, SLIP, STICK
-
-Array = NDArray[np.float64]
 
 # Updates of the inverse after which it is made anew, corrections of one solution, and what they may leave of the
 # forces, relative to the tolerance. A slope that differs by less than the share needs no update.
@@ -39,17 +38,17 @@ _MOST_UPDATES, _CORRECTIONS, _LEFT, _SLOPE_SHARE = 400, 30, 0.1, 0.02
 class Partition:
     """A state of every node, with the inverse that its forces follow from."""
 
-    compliance: Array  # (n_c * 2, n_c * 2), W that the inverse is made of [m/N]
-    scale: Array  # (n_c, 2), step lengths rho of the projection [N/m]
-    inverse: Array  # (n_c * 2, n_c * 2), C transposed [m/N]
+    compliance: Floats  # (n_c * 2, n_c * 2), W that the inverse is made of [m/N]
+    scale: Floats  # (n_c, 2), step lengths rho of the projection [N/m]
+    inverse: Floats  # (n_c * 2, n_c * 2), C transposed [m/N]
     states: NDArray[np.int8]  # (n_c,), those of the inverse: OPEN, STICK or SLIP
-    slopes: Array  # (n_c,), tangential over normal force of the nodes that slip [-], else zero
-    updates: NDArray[np.int64]  # (1,), updates of the inverse since it was made
-    forces: Array  # (n_c, 2), forces of the last step [N]
-    product: Array  # (n_c, 2), W times them [m]
+    slopes: Floats  # (n_c,), tangential over normal force of the nodes that slip [-], else zero
+    updates: Integers  # (1,), updates of the inverse since it was made
+    forces: Floats  # (n_c, 2), forces of the last step [N]
+    product: Floats  # (n_c, 2), W times them [m]
 
 
-def first_partition(compliance: Array, penalty: Array) -> Partition:
+def first_partition(compliance: Floats, penalty: Floats) -> Partition:
     """Return the partition of a compliance W (n_c * 2, n_c * 2) [m/N] in which all nodes are open.
 
     Arrays: penalty (n_c, 2) [m/N].
@@ -64,11 +63,11 @@ def first_partition(compliance: Array, penalty: Array) -> Partition:
 
 
 def solve_in_partitions(  # noqa: PLR0917
-    compliance: Array,
-    penalty: Array,
-    free: Array,
-    friction_coefficient: Array,
-    start: Array,
+    compliance: Floats,
+    penalty: Floats,
+    free: Floats,
+    friction_coefficient: Floats,
+    start: Floats,
     tolerance: float,
     *,
     partition: Partition | None = None,

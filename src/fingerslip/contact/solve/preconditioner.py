@@ -14,16 +14,12 @@ factors follows all that touch.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Reals = NDArray[np.floating[Any]]
-Single = NDArray[np.float32]
-Indices = NDArray[np.int64]
+from fingerslip.arrays import Floats, Integers, Reals, Singles
 
 # Nodes of a local matrix, and change of the projection's derivative or of frames from which it is made again [-].
 _COUPLED, _CHANGE = 8, 0.3
@@ -40,25 +36,25 @@ _LEAST, _MOST, _GROUPS = 10, 50, 12
 class Coupled:
     """For each of n_c nodes, those to which a compliance couples it most."""
 
-    near: Indices  # (n_c, m), these nodes, itself first
-    body: Single  # (n_c, m * dim, m * dim)
+    near: Integers  # (n_c, m), these nodes, itself first
+    body: Singles  # (n_c, m * dim, m * dim)
 
     @classmethod
-    def of(cls, body: NDArray[np.floating[Any]], count: int) -> Coupled:
+    def of(cls, body: Reals, count: int) -> Coupled:
         """Find the nodes in the compliance (count * dim, count * dim) of `count` nodes."""
         dim, most = len(body) // max(count, 1), min(_COUPLED, count)
         near = np.zeros((count, most), dtype=np.int64)
         for start in range(0, count, _ROWS_AT_ONCE):
             end = min(start + _ROWS_AT_ONCE, count)
             rows = body[start * dim : end * dim].reshape(end - start, dim, count, dim)
-            coupling: Array = np.einsum("akbk->ab", rows)
+            coupling: Floats = np.einsum("akbk->ab", rows)
             coupling[np.arange(end - start), np.arange(start, end)] = np.inf
             chosen = np.argpartition(-coupling, most - 1, axis=1)[:, :most]
             order = np.argsort(-np.take_along_axis(coupling, chosen, axis=1), axis=1, kind="stable")
             near[start:end] = np.take_along_axis(chosen, order, axis=1)
         return cls(near, _local_parts(body, near, dim))
 
-    def under(self, body: NDArray[np.floating[Any]]) -> Coupled:
+    def under(self, body: Reals) -> Coupled:
         """Return the same nodes under another compliance, (n_c * dim, n_c * dim)."""
         return Coupled(self.near, _local_parts(body, self.near, len(body) // max(len(self.near), 1)))
 
@@ -81,12 +77,12 @@ def _local_parts(body, near, dim):  # type: ignore[no-untyped-def]
 class LocalInverse:
     """Rows of local inverses, one for each of k nodes."""
 
-    near: Indices  # (k, m), the nodes of each local matrix among the k, itself first, k where they are none of these
-    rows: Single  # (k, dim, m * dim), rows of the inverses, in single precision [-]
-    marks: Array  # (k, 2 * dim, dim), what the rows were made for, slopes and frames
+    near: Integers  # (k, m), the nodes of each local matrix among the k, itself first, k where they are none of these
+    rows: Singles  # (k, dim, m * dim), rows of the inverses, in single precision [-]
+    marks: Floats  # (k, 2 * dim, dim), what the rows were made for, slopes and frames
 
     @classmethod
-    def empty(cls, near: Indices, dim: int) -> LocalInverse:
+    def empty(cls, near: Integers, dim: int) -> LocalInverse:
         """Return an inverse of which no row is made, for nodes with `dim` components."""
         count, width = near.shape
         rows = np.zeros((count, dim, width * dim), dtype=np.float32)
@@ -97,7 +93,7 @@ class LocalInverse:
         return LocalInverse(self.near, self.rows.copy(), self.marks.copy())
 
     def renew(
-        self, slopes: Array, frames: Array, weights: tuple[Array, Array], coupling: Coupled, nodes: Indices
+        self, slopes: Floats, frames: Floats, weights: tuple[Floats, Floats], coupling: Coupled, nodes: Integers
     ) -> None:
         """Make the rows of nodes that have changed again, and those of the nodes most coupled to them, in place.
 
@@ -174,11 +170,11 @@ def _add_response(system, a, b, left, local, frame, turned):  # type: ignore[no-
 class CoarseSpace:
     """Forces on groups of k nodes, and what the compliance does to them, in single precision."""
 
-    forces: Single  # (k * dim, q), q unit forces Z
-    moved: Single  # (k * dim, q), rho W Z
+    forces: Singles  # (k * dim, q), q unit forces Z
+    moved: Singles  # (k * dim, q), rho W Z
 
 
-def groups(body: Reals, nodes: Indices, dim: int) -> Indices:
+def groups(body: Reals, nodes: Integers, dim: int) -> Integers:
     """Divide nodes (k,) into groups that a compliance couples closely; return the group of each, shape (k,).
 
     Each group grows around a node that is coupled little to those before.
@@ -195,23 +191,23 @@ def groups(body: Reals, nodes: Indices, dim: int) -> Indices:
     return group
 
 
-def unit_forces(group: Indices, dim: int) -> Single:
+def unit_forces(group: Integers, dim: int) -> Singles:
     """Return the q unit forces Z on the nodes of groups (k,), one for each axis, shape (k * dim, q)."""
-    forces: Single = np.kron(np.eye(group.max(initial=-1) + 1, dtype=np.float32)[group], np.eye(dim, dtype=np.float32))
+    forces: Singles = np.kron(np.eye(group.max(initial=-1) + 1, dtype=np.float32)[group], np.eye(dim, dtype=np.float32))
     return forces
 
 
 class Preconditioner(NamedTuple):
     """What solves roughly with J, for the first n nodes."""
 
-    forces: Single  # (n * dim, q), unit forces Z
-    images: Single  # (n * dim, q), J Z
-    inverse: Single  # (q, q), of Z^T J Z
-    near: Indices  # (n, m), the nodes of each local matrix
-    rows: Single  # (n, dim, m * dim), rows of the local inverses
+    forces: Singles  # (n * dim, q), unit forces Z
+    images: Singles  # (n * dim, q), J Z
+    inverse: Singles  # (q, q), of Z^T J Z
+    near: Integers  # (n, m), the nodes of each local matrix
+    rows: Singles  # (n, dim, m * dim), rows of the local inverses
 
     @classmethod
-    def of(cls, slopes: Single, coarse: CoarseSpace, local: LocalInverse) -> Preconditioner:
+    def of(cls, slopes: Singles, coarse: CoarseSpace, local: LocalInverse) -> Preconditioner:
         """Return the preconditioner for slopes G (n, dim, dim) [-]."""
         count, dim = slopes.shape[:2]
         forces, moved = coarse.forces[: count * dim], coarse.moved[: count * dim]
@@ -238,7 +234,7 @@ def solve_roughly(preconditioner, vector, out):  # type: ignore[no-untyped-def]
             out[i * dim + k] = total + common[i * dim + k]
 
 
-def _inverse(matrix: Single) -> Single:
+def _inverse(matrix: Singles) -> Singles:
     """Return the inverse of a matrix (q, q); forces that nothing resists are left out."""
     try:
         inverse = np.linalg.inv(matrix.astype(np.float64))

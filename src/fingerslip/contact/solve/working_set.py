@@ -12,9 +12,9 @@ from typing import Any
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import blas
 
+from fingerslip.arrays import Floats, Integers, Reals, Singles
 from fingerslip.contact.solve.compliance import Compliance
 from fingerslip.contact.solve.preconditioner import (
     CoarseSpace,
@@ -25,19 +25,16 @@ from fingerslip.contact.solve.preconditioner import (
 )
 from fingerslip.linear.symmetric import write_symmetric_product
 
-Array = NDArray[np.float64]
-Reals = NDArray[np.floating[Any]]
-
 
 @dataclass(frozen=True)
 class WarmStart:
     """Contact forces of all n_c candidates that were found last."""
 
-    forces: Array  # (n_c, dim), those found last [N]
-    before: Array  # (n_c, dim), those one step before [N]
-    response: Array | None = None  # (n_c, dim), displacement of the body under `forces`, without the penalties [m]
-    response_before: Array | None = None  # (n_c, dim), that under `before` [m]
-    frames: Array | None = None  # (n_c, dim, dim), frames of the candidates
+    forces: Floats  # (n_c, dim), those found last [N]
+    before: Floats  # (n_c, dim), those one step before [N]
+    response: Floats | None = None  # (n_c, dim), displacement of the body under `forces`, without the penalties [m]
+    response_before: Floats | None = None  # (n_c, dim), that under `before` [m]
+    frames: Floats | None = None  # (n_c, dim, dim), frames of the candidates
 
     def has_frames_of(self, compliance: Compliance) -> bool:
         """Tell whether a compliance is in the same frames."""
@@ -51,8 +48,8 @@ class WarmStart:
 
 
 def first_guess(
-    compliance: Compliance, warm_start: WarmStart | None, start: Array, origin: Array | None
-) -> tuple[Array, Array | None]:
+    compliance: Compliance, warm_start: WarmStart | None, start: Floats, origin: Floats | None
+) -> tuple[Floats, Floats | None]:
     """Return forces (n_c, dim) [N] to begin a step with, and the body's response to them [m] where it is known.
 
     Arrays: start (n_c, dim) [N]; origin (n_c, dim) [N].
@@ -73,7 +70,7 @@ def first_guess(
 
 
 def next_warm_start(
-    warm_start: WarmStart | None, forces: Array, response: Array | None, start: Array, origin: Array | None
+    warm_start: WarmStart | None, forces: Floats, response: Floats | None, start: Floats, origin: Floats | None
 ) -> WarmStart:
     """Return what a step leaves for the next one; `forces` were found, the others as in :func:`first_guess`."""
     left = WarmStart(forces, start if origin is None else origin, response)
@@ -85,19 +82,15 @@ def next_warm_start(
     return replace(left, response_before=response_before) if np.array_equal(left.before, before) else left
 
 
-Single = NDArray[np.float32]
-Indices = NDArray[np.int64]
-
-
 @dataclass(frozen=True)
 class WorkingSet:
     """The nodes that take part in Newton's method."""
 
-    nodes: Indices  # (k,), contact nodes, in any order
-    scale: Array  # (k, dim), step lengths rho of the projection [N/m]
-    body: Single  # (k * dim, k * dim), the body's compliance among the nodes in single precision, its lower triangle
-    frames: Array  # (k, dim, dim), frames of the nodes [-]
-    penalty: Array  # (k, dim), compliance of the penalties [m/N]
+    nodes: Integers  # (k,), contact nodes, in any order
+    scale: Floats  # (k, dim), step lengths rho of the projection [N/m]
+    body: Singles  # (k * dim, k * dim), the body's compliance among the nodes in single precision, its lower triangle
+    frames: Floats  # (k, dim, dim), frames of the nodes [-]
+    penalty: Floats  # (k, dim), compliance of the penalties [m/N]
     factor: float  # what makes a compliance of `body`
     coupling: Coupled  # for all candidates those to which the body couples them most
     inverse: LocalInverse  # preconditioner
@@ -106,7 +99,7 @@ class WorkingSet:
     edition: tuple[float, ...] = ()  # of the compliance that `body` was taken from
     is_exact: bool = False  # whether the entries of that compliance are of single precision themselves
 
-    def in_step(self, compliance: Compliance, scale: Array) -> WorkingSet:
+    def in_step(self, compliance: Compliance, scale: Floats) -> WorkingSet:
         """Return the working set with the compliance, frames and step lengths (n_c, dim) [N/m] of a step."""
         if compliance.edition != self.edition:
             return gather(compliance, scale, self.nodes, self)
@@ -115,22 +108,22 @@ class WorkingSet:
         return replace(self, frames=compliance.frames[self.nodes], scale=scale[self.nodes])
 
     @property
-    def weights(self) -> tuple[Array, Array]:
+    def weights(self) -> tuple[Floats, Floats]:
         """Weights of the body's response and of the force itself in rho W, (k, dim) each."""
         return self.scale * self.factor, self.scale * self.penalty
 
-    def compliance_in(self, count: int, precision: type[np.floating[Any]]) -> tuple[Single, Reals, Reals, Reals]:
+    def compliance_in(self, count: int, precision: type[np.floating[Any]]) -> tuple[Singles, Reals, Reals, Reals]:
         """Return rho W of the first nodes, as :func:`write_motion` takes it, with all but the body in a precision."""
         frames, of_body, of_penalty = (part[:count].astype(precision) for part in (self.frames, *self.weights))
         return self.body, frames, of_body, of_penalty
 
-    def motion(self, forces: Array) -> Array:
+    def motion(self, forces: Floats) -> Floats:
         """Return rho W times forces (n, dim) of the first n nodes, in double precision."""
         moved = np.empty(forces.size)
         write_motion(self.compliance_in(len(forces), np.float64), forces.ravel(), moved)
         return moved.reshape(forces.shape)
 
-    def motions(self, vectors: Single) -> Single:
+    def motions(self, vectors: Singles) -> Singles:
         """Return rho W times vectors (k * dim, q), same shape."""
         _, frames, of_body, of_penalty = self.compliance_in(len(self.nodes), np.float32)
         components = vectors.reshape(*self.scale.shape, -1)
@@ -159,7 +152,7 @@ def write_motion(scaled, forces, moved):  # type: ignore[no-untyped-def]
             moved[i * dim + m] = of_body[i, m] * total + of_penalty[i, m] * forces[i * dim + m]
 
 
-def gather(compliance: Compliance, scale: Array, nodes: Indices, old: WorkingSet | None) -> WorkingSet:
+def gather(compliance: Compliance, scale: Floats, nodes: Integers, old: WorkingSet | None) -> WorkingSet:
     """Make a working set that keeps the preconditioner of an old one.
 
     Arrays: scale (n_c, dim) [N/m]; nodes (k,).

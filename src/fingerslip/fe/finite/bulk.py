@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from fingerslip.arrays import Floats, Integers
 from fingerslip.errors import InvertedCellError
 from fingerslip.fe.cell_materials import CellMaterials
 from fingerslip.fe.finite.history import (
@@ -41,9 +41,6 @@ from fingerslip.fe.space import Space
 from fingerslip.materials.large_strain import FiniteMaterial, log_volume_of
 from fingerslip.materials.relaxing import StepLaw
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-
 # Added to all entries of a tangent [N/m].
 _SWALLOWED = 1e-200
 
@@ -54,9 +51,9 @@ class LargeStrain:
 
     space: Space  # displacement space
     materials: CellMaterials[FiniteMaterial]  # of every cell
-    gradients: Array  # (n_cells, n_q, n_nodes, dim), gradients of the shape functions in the reference state [1/m]
-    nodes: Indices  # (n_cells, n_nodes), nodes of the cells
-    weights: Array  # (n_cells, n_q), reference volumes of the quadrature points [m^3]
+    gradients: Floats  # (n_cells, n_q, n_nodes, dim), gradients of the shape functions in the reference state [1/m]
+    nodes: Integers  # (n_cells, n_nodes), nodes of the cells
+    weights: Floats  # (n_cells, n_q), reference volumes of the quadrature points [m^3]
     volumes: Volumes | None  # groups over which volumes are averaged
     relaxation: Relaxation | None = None  # how it relaxes
 
@@ -78,7 +75,7 @@ class LargeStrain:
             return state
         return replace(state, history=end_history(self.relaxation, self.materials.materials, state))
 
-    def deformed(self, displacement: Array, near: Deformed | None = None) -> Deformed:
+    def deformed(self, displacement: Floats, near: Deformed | None = None) -> Deformed:
         """Return the body at a displacement (n_dofs,) [m]; an error where a cell is turned inside out.
 
         `near` is the body at one near it in the same step, from which the thickness in plane stress is searched.
@@ -99,7 +96,7 @@ class LargeStrain:
         left, history = (None, None) if near is None else (near.left, near.history)
         return self._with_stresses(Deformed(*arrays, log_strain, np.zeros((0, 3)), None, None, left, None, history))
 
-    def force(self, state: Deformed) -> Array:
+    def force(self, state: Deformed) -> Floats:
         """Return the forces of the nodes on the body, shape (n_dofs,) [N]."""
         forces = np.zeros_like(self.space.positions)
         fields = state.deformation, state.squared, state.directions, state.stress
@@ -114,7 +111,7 @@ class LargeStrain:
         every = np.arange(self.weights.size)
         return float(self.weights.ravel() @ self.energy_densities(state, every))
 
-    def energy_densities(self, state: Deformed, points: Indices) -> Array:
+    def energy_densities(self, state: Deformed, points: Integers) -> Floats:
         """Return the strain energy per reference volume [J/m^3] at quadrature points (k,), shape (k,).
 
         That of a group with a mean volume is spread evenly over its points.
@@ -133,7 +130,7 @@ class LargeStrain:
         density += spread @ mean
         return density
 
-    def _point_densities(self, state: Deformed, points: Indices) -> Array:
+    def _point_densities(self, state: Deformed, points: Integers) -> Floats:
         """Return what points (k,) store beside their groups, shape (k,) [J/m^3]."""
         density = np.empty(len(points))
         number = self.materials.number[points // self.weights.shape[1]]
@@ -155,7 +152,7 @@ class LargeStrain:
             density[number == element] = energy
         return density
 
-    def _point_excess(self, number: int, material: FiniteMaterial, state: Deformed, points: Indices) -> Array:
+    def _point_excess(self, number: int, material: FiniteMaterial, state: Deformed, points: Integers) -> Floats:
         """Return by how much bodies that relax store more than elastic ones at points (k,), shape (k,) [J/m^3]."""
         relaxation, history = self._relaxation, state.history
         excess = spring_excess(relaxation, number, material, state, points)
@@ -234,7 +231,7 @@ class LargeStrain:
             state = replace(state, pulled=self._start_part(state, state.left))
         return self._with_pressures(state, stress)
 
-    def _with_pressures(self, state: Deformed, stress: Array) -> Deformed:
+    def _with_pressures(self, state: Deformed, stress: Floats) -> Deformed:
         """Return a state with the stresses (n_p, 3) [Pa] of its points, to which the mean volumes add."""
         if self.volumes is None:
             return replace(state, stress=stress)
@@ -252,7 +249,7 @@ class LargeStrain:
         return replace(state, stress=stress, mean_volume=mean, pressure=pressure)
 
     def _law(
-        self, number: int, material: FiniteMaterial, left: Left | None, points: Indices | slice
+        self, number: int, material: FiniteMaterial, left: Left | None, points: Integers | slice
     ) -> FiniteMaterial | StepLaw:
         """Return the law of a material at the end of a step."""
         if left is None or self.relaxation is None or not self.relaxation.constants[number].prony:
@@ -260,7 +257,7 @@ class LargeStrain:
         share, pressure = float(left.terms.taken_share[number]), left.points[points, self.relaxation.tensor]
         return StepLaw(material, share, pressure)
 
-    def _across(self, state: Deformed, points: Indices | slice) -> Pulled | None:
+    def _across(self, state: Deformed, points: Integers | slice) -> Pulled | None:
         """Return what the start of a step leaves in the stress across the plane."""
         if state.left is None:
             return None
@@ -269,13 +266,13 @@ class LargeStrain:
         in_plane = first * (xx**2 + yx**2) + other * (xy**2 + yy**2) + 2.0 * beside * (xx * xy + yx * yy)
         return Pulled(in_plane, across)
 
-    def _start_part(self, state: Deformed, left: Left) -> Array:
+    def _start_part(self, state: Deformed, left: Left) -> Floats:
         """Return what of the stress at all points the start of a step takes, packed, shape (n_p, k) [Pa]."""
         pulled = np.empty((len(left.points), left.points.shape[1] - 3))
         push_forward(state.deformation, state.log_strain, left.points, pulled)
         return pulled
 
-    def _add_start_part(self, state: Deformed, pulled: Array, matrices: Array) -> None:
+    def _add_start_part(self, state: Deformed, pulled: Floats, matrices: Floats) -> None:
         """Add the stiffness of what the start of a step leaves, and in plane stress that of the thickness."""
         weights = self.weights.ravel()
         add_stiffness(self.gradients, weights, state.deformation, pulled, matrices)
@@ -286,7 +283,7 @@ class LargeStrain:
         fields = state.deformation, state.squared, state.directions
         add_thickness(self.gradients, weights, *fields, across[:, :2].copy(), pulled, stiffness, matrices)
 
-    def _selective(self, state: Deformed, derivative: int) -> Array:
+    def _selective(self, state: Deformed, derivative: int) -> Floats:
         """Return the first or second derivative of the selective energy at all points, shape (n_p,) [Pa]."""
         log_volume, left = state.log_volume, state.left
         values = self._selective_energy(log_volume, derivative, of=0)
@@ -295,7 +292,7 @@ class LargeStrain:
             values += moduli * log_volume + left.offsets if derivative == 1 else moduli
         return values
 
-    def _tangents(self, state: Deformed) -> Array:
+    def _tangents(self, state: Deformed) -> Floats:
         """Return the derivative of the stresses of the laws by the logarithmic strains, shape (n_p, 3, 3) [Pa]."""
         moduli = np.empty((len(state.log_strain), 3, 3))
         for number, (material, points, _) in enumerate(self._parts()):
@@ -303,7 +300,7 @@ class LargeStrain:
             moduli[points] = law.kirchhoff_tangent(state.log_strain[points])
         return moduli
 
-    def _moduli(self, state: Deformed, *, positive: bool) -> Array:
+    def _moduli(self, state: Deformed, *, positive: bool) -> Floats:
         """Return the derivative of the stresses at fixed pressures of mean volumes, shape (n_p, dim, dim) [Pa]."""
         dim, moduli = self.space.dim, self._tangents(state)
         # Where the start of a step leaves something, the thickness gives way to this as well.
@@ -316,7 +313,7 @@ class LargeStrain:
             moduli += added[:, None, None]
         return moduli
 
-    def _mean_curvature(self, state: Deformed) -> Array:
+    def _mean_curvature(self, state: Deformed) -> Floats:
         """Return the second derivative of the groups' energies by their mean volumes, shape (n_groups,) [J]."""
         mean = np.asarray(state.mean_volume)
         log_mean = np.log(mean)
@@ -334,7 +331,7 @@ class LargeStrain:
         volume_slopes(self.gradients, state.deformation, state.squared, state.directions, slopes)
         return self._of_volumes(slopes)
 
-    def _of_volumes(self, slopes: Array) -> sparse.csr_matrix:
+    def _of_volumes(self, slopes: Floats) -> sparse.csr_matrix:
         """Return the matrix (n_groups, n_dofs) of slopes of the points' volumes (n_points, n_corners, dim) [1/m]."""
         cells, points, corners, dim = self.gradients.shape
         columns = np.repeat(cell_dofs(self.space.full, np.arange(cells)), points, axis=0).ravel()
@@ -342,7 +339,7 @@ class LargeStrain:
         of_points = sparse.csr_matrix((slopes.ravel(), columns, starts), shape=(cells * points, self.space.n_dofs))
         return sparse.csr_matrix(self._volumes.mean @ of_points)
 
-    def _selective_energy(self, log_volume: Array, derivative: int, of: int) -> Array:
+    def _selective_energy(self, log_volume: Floats, derivative: int, of: int) -> Floats:
         """Return the selective energy or a derivative of all points, `of` 0, or groups, 1, at ln J (n,), (n,) [Pa]."""
         if self._laws is not None:
             exact = self._selective_moduli[of] * log_volume ** (2 - derivative)
@@ -358,19 +355,19 @@ class LargeStrain:
         return laws_of_points(self.materials.materials, self._point_materials)
 
     @cached_property
-    def _selective_moduli(self) -> tuple[Array, Array]:
+    def _selective_moduli(self) -> tuple[Floats, Floats]:
         """Second derivatives of the selective energies of points and groups, where they do not change [Pa]."""
         formulation = self.materials.formulation
         moduli = np.array([law.at_rest().dilatational_modulus(formulation) for law in self.materials.materials])
         return moduli[self._point_materials], moduli[self._group_materials]
 
     @cached_property
-    def _point_materials(self) -> Indices:
+    def _point_materials(self) -> Integers:
         """Index of the material of every quadrature point, shape (n_p,)."""
         return np.repeat(self.materials.number, self.weights.shape[1])
 
     @property
-    def _group_materials(self) -> Indices:
+    def _group_materials(self) -> Integers:
         """Index of the material of every group, shape (n_groups,)."""
         return np.zeros(0, dtype=np.int64) if self.volumes is None else self.volumes.material
 
@@ -380,18 +377,18 @@ class LargeStrain:
             raise ValueError("every point stands for itself")
         return self.volumes
 
-    def _parts(self) -> Iterator[tuple[FiniteMaterial, Indices | slice, Indices | slice]]:
+    def _parts(self) -> Iterator[tuple[FiniteMaterial, Integers | slice, Integers | slice]]:
         """Yield every material with its quadrature points and its groups."""
         yield from zip(self.materials.materials, *self._members, strict=True)
 
     @cached_property
-    def _members(self) -> tuple[list[Indices | slice], list[Indices | slice]]:
+    def _members(self) -> tuple[list[Integers | slice], list[Integers | slice]]:
         points, groups = self._point_materials, self._group_materials
         every = range(len(self.materials.materials))
         return [_members_of(points, number) for number in every], [_members_of(groups, number) for number in every]
 
 
-def _members_of(material: Indices, number: int) -> Indices | slice:
+def _members_of(material: Integers, number: int) -> Integers | slice:
     """Return where a material is; a slice where it is everywhere, which is faster."""
     return slice(None) if (material == number).all() else np.flatnonzero(material == number)
 

@@ -22,8 +22,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats, Integers
 from fingerslip.fe.cell_materials import CellMaterials
 from fingerslip.fe.finite.history_kernels import follow, leave, principal_values, push_forward, shape_tensors
 from fingerslip.fe.finite.volumes import Volumes
@@ -32,9 +32,6 @@ from fingerslip.materials.material import Formulation
 from fingerslip.materials.prony import recurrence
 from fingerslip.materials.relaxing import Constants, constants_of, shape_energy, shape_stress, spring_strain
 from fingerslip.materials.viscoelastic import across_of
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 # Strain up to which a spring is guessed to be linear.
 _LINEAR = 0.5
@@ -46,13 +43,13 @@ PACKED = {2: 4, 3: 6}
 class Terms:
     """Prony terms of all materials for a step, a row for each material; missing ones have a share of 0."""
 
-    shares: Array  # (n_materials, t), shares of the shear modulus [-]
-    decay: Array  # (n_materials, t), as of :class:`~fingerslip.materials.prony.Recurrence` [-]
-    end: Array  # likewise
-    start: Array  # likewise
+    shares: Floats  # (n_materials, t), shares of the shear modulus [-]
+    decay: Floats  # (n_materials, t), as of :class:`~fingerslip.materials.prony.Recurrence` [-]
+    end: Floats  # likewise
+    start: Floats  # likewise
 
     @property
-    def taken_share(self) -> Array:
+    def taken_share(self) -> Floats:
         """Share of a strain at the end of a step that dashpots have taken by then, shape (n_materials,) [-]."""
         return np.asarray((self.shares * self.end).sum(axis=1))
 
@@ -61,10 +58,10 @@ class Terms:
 class History:
     """What a body remembers at one time."""
 
-    points: Array  # (n_p, k + 3) [Pa]
-    point_dashpots: Array  # (t, n_p, k + 3), the same of the dashpots
-    groups: Array  # (n_groups, 2), the last two of groups with a mean volume [-]
-    group_dashpots: Array  # (t, n_groups, 2), the same of the dashpots
+    points: Floats  # (n_p, k + 3) [Pa]
+    point_dashpots: Floats  # (t, n_p, k + 3), the same of the dashpots
+    groups: Floats  # (n_groups, 2), the last two of groups with a mean volume [-]
+    group_dashpots: Floats  # (t, n_groups, 2), the same of the dashpots
 
 
 @dataclass(frozen=True)
@@ -72,11 +69,11 @@ class Left:
     """What the start of a step leaves for its end."""
 
     terms: Terms  # the terms for the step
-    points: Array  # (n_p, k + 3), sums of s_i times the part of the dashpots at the end that the start gives
-    groups: Array  # (n_groups, 2), the same of groups with a mean volume
-    moduli: Array  # (n_materials,), what the step adds to the selective modulus [Pa]
-    offsets: Array  # (n_p,), what it adds to the derivative of the selective energy by ln J [Pa]
-    group_offsets: Array  # (n_groups,), the same of groups [Pa]
+    points: Floats  # (n_p, k + 3), sums of s_i times the part of the dashpots at the end that the start gives
+    groups: Floats  # (n_groups, 2), the same of groups with a mean volume
+    moduli: Floats  # (n_materials,), what the step adds to the selective modulus [Pa]
+    offsets: Floats  # (n_p,), what it adds to the derivative of the selective energy by ln J [Pa]
+    group_offsets: Floats  # (n_groups,), the same of groups [Pa]
 
 
 @dataclass(frozen=True)
@@ -85,8 +82,8 @@ class Relaxation:
 
     constants: tuple[Constants, ...]  # constants of the materials
     formulation: Formulation  # the two-dimensional assumption, or `solid`
-    points: Indices  # (n_p,), index of the material
-    groups: Indices  # (n_groups,), index of the material
+    points: Integers  # (n_p,), index of the material
+    groups: Integers  # (n_groups,), index of the material
 
     @property
     def tensor(self) -> int:
@@ -94,7 +91,7 @@ class Relaxation:
         return PACKED[3 if self.formulation == "solid" else 2]
 
     @cached_property
-    def shear_moduli(self) -> Array:
+    def shear_moduli(self) -> Floats:
         """Shear moduli at once, shape (n_materials,) [Pa]."""
         return np.array([constant.shear_modulus for constant in self.constants])
 
@@ -124,7 +121,7 @@ class Relaxation:
         offsets = (pairs[self.points] * points[:, self.tensor + 1 :]).sum(axis=1)
         return Left(terms, points, groups, moduli, offsets, (pairs[self.groups] * groups).sum(axis=1))
 
-    def _selective(self, terms: Terms) -> tuple[Array, Array]:
+    def _selective(self, terms: Terms) -> tuple[Floats, Floats]:
         """Return what the step adds to the selective modulus, (n_materials,), and its derivatives by what is left."""
         twice = 2.0 * self.shear_moduli
         if self.formulation != "plane_stress":
@@ -134,12 +131,12 @@ class Relaxation:
         rest = 1.0 - terms.taken_share
         return twice * (rest * now - along), (twice * [rest * earlier, 2.0 * rest * earlier - 1.0]).T
 
-    def thickness_shares(self, terms: Terms) -> Array:
+    def thickness_shares(self, terms: Terms) -> Floats:
         """Return the parts in w at the end of a step of x there and of what is left, shape (n_materials, 2) [-]."""
         pairs = zip(self.constants, terms.taken_share, strict=True)
         return np.array([across_of(element.poisson_ratio).of_step(float(share)) for element, share in pairs])
 
-    def after(self, history: History, left: Left, tensors: Array, log_volume: Array, groups: Array) -> History:
+    def after(self, history: History, left: Left, tensors: Floats, log_volume: Floats, groups: Floats) -> History:
         """Return what is remembered at the end of a step, from the history at its start and what the step found there.
 
         At the end the stress of the shape and its pressure are `tensors` (n_p, k + 1) [Pa], and ln J, of areas in 2D,
@@ -154,7 +151,7 @@ class Relaxation:
         follow(self.groups, *tables, history.groups, mean, history.group_dashpots, of_groups)
         return History(updated, dashpots, mean, of_groups)
 
-    def _thickness_strain(self, left: Left, number: Indices, log_volume: Array, rest: Array) -> Array:
+    def _thickness_strain(self, left: Left, number: Integers, log_volume: Floats, rest: Floats) -> Floats:
         """Return ln J (n,) beside the strain across that follows from it at small strain, shape (n, 2) [-]."""
         if self.formulation != "plane_stress":
             return np.column_stack([log_volume, np.zeros_like(log_volume)])
@@ -171,14 +168,14 @@ def relaxation_of(materials: CellMaterials[FiniteMaterial], points: int, volumes
     return Relaxation(constants, materials.formulation, np.repeat(materials.number, points), groups)
 
 
-def selective_excess(constants: Constants, modulus: float, values: Array, dashpots: Sequence[Array]) -> Array:
+def selective_excess(constants: Constants, modulus: float, values: Floats, dashpots: Sequence[Floats]) -> Floats:
     """Return by how much the stored energy of what is integrated from mean volumes is above the elastic, (n,) [J/m^3].
 
     The modulus [Pa] is the elastic one; `values` and each of the dashpots are (n, 2) [-].
     """
     weights = [1.0 - sum(term.share for term in constants.prony), *(term.share for term in constants.prony)]
     along, across = values.T
-    excess: Array = 0.5 * constants.bulk_modulus * (along - across) ** 2 - 0.5 * modulus * along**2
+    excess: Floats = 0.5 * constants.bulk_modulus * (along - across) ** 2 - 0.5 * modulus * along**2
     for weight, dashpot in zip(weights, [np.zeros_like(values), *dashpots], strict=False):
         strain, thin = (values - dashpot).T
         excess += weight * constants.shear_modulus * (thin**2 - (strain - thin) ** 2 / 3.0)
@@ -189,24 +186,24 @@ def selective_excess(constants: Constants, modulus: float, values: Array, dashpo
 class Deformed:
     """A body at one displacement, at its n_p quadrature points."""
 
-    deformation: Array  # (n_p, dim, dim), deformation gradients F [-]
-    squared: Array  # (n_p, dim), squares of the principal stretches [-]
-    directions: Array  # (n_p, dim, dim), principal directions in the reference state, as columns [-]
-    log_strain: Array  # (n_p, 3), principal logarithmic strains, the one across the plane last [-]
-    stress: Array  # (n_p, 3), principal Kirchhoff stresses with the pressure of mean volumes [Pa]
-    mean_volume: Array | None  # (n_groups,), mean ratios of current to reference volume [-]
-    pressure: Array | None  # (n_p,), what mean volumes make the points feel [Pa]
+    deformation: Floats  # (n_p, dim, dim), deformation gradients F [-]
+    squared: Floats  # (n_p, dim), squares of the principal stretches [-]
+    directions: Floats  # (n_p, dim, dim), principal directions in the reference state, as columns [-]
+    log_strain: Floats  # (n_p, 3), principal logarithmic strains, the one across the plane last [-]
+    stress: Floats  # (n_p, 3), principal Kirchhoff stresses with the pressure of mean volumes [Pa]
+    mean_volume: Floats | None  # (n_groups,), mean ratios of current to reference volume [-]
+    pressure: Floats | None  # (n_p,), what mean volumes make the points feel [Pa]
     left: Left | None = None  # what the start of the step leaves
-    pulled: Array | None = None  # (n_p, k) [Pa]
+    pulled: Floats | None = None  # (n_p, k) [Pa]
     history: History | None = None  # what the body remembers
 
     @property
-    def log_volume(self) -> Array:
+    def log_volume(self) -> Floats:
         """Logarithm of the ratio of volumes, of areas in 2D, shape (n_p,) [-]."""
         return log_volume_of(self.log_strain[:, : self.squared.shape[1]])
 
     @property
-    def volume(self) -> Array:
+    def volume(self) -> Floats:
         """Ratio of current to reference volume, of areas in 2D, shape (n_p,) [-]."""
         return np.asarray(np.exp(self.log_volume))
 
@@ -228,8 +225,8 @@ def end_history(relaxation: Relaxation, materials: tuple[FiniteMaterial, ...], s
 
 
 def spring_excess(
-    relaxation: Relaxation, number: int, material: FiniteMaterial, state: Deformed, points: NDArray[np.int64]
-) -> Array:
+    relaxation: Relaxation, number: int, material: FiniteMaterial, state: Deformed, points: Integers
+) -> Floats:
     """Return by how much springs store more than the law does at once, shape (n,) [J/m^3], at points (n,)."""
     excess, constants = np.zeros(len(points)), relaxation.constants[number]
     if state.history is None or not constants.prony:

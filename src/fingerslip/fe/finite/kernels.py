@@ -25,8 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
+from fingerslip.arrays import Floats, Integers
 
 # Points at once; rows of the array: the tensor's components, then the components of its three directions.
 LANES, ROWS = 64, 15
@@ -354,13 +353,13 @@ def volume_slopes(gradients, deformation, squared, directions, slopes):  # type:
 class Pattern:
     """Where the entries of cells are in the matrix of a mesh."""
 
-    nodes: Indices  # (n_cells, n_nodes), nodes of the cells
-    starts: Indices  # (n_nodes_of_mesh + 1,), where the neighbours of each node begin
+    nodes: Integers  # (n_cells, n_nodes), nodes of the cells
+    starts: Integers  # (n_nodes_of_mesh + 1,), where the neighbours of each node begin
     places: NDArray[np.int32]  # (n_cells, n_nodes, n_nodes)
     row_starts: NDArray[np.int32]  # compressed rows of the matrix, node by node with all components of a node together
     columns: NDArray[np.int32]  # compressed rows of the matrix, node by node with all components of a node together
 
-    def assemble(self, matrices: Array) -> sparse.csr_matrix:
+    def assemble(self, matrices: Floats) -> sparse.csr_matrix:
         """Return the sum of the matrices of cells (n_cells, n_local, n_local), shape (n_dofs, n_dofs).
 
         Entries that come to zero stay in it, so that its pattern is always the same.
@@ -370,7 +369,7 @@ class Pattern:
         return sparse.csr_matrix((values, self.columns, self.row_starts), shape=(size, size))
 
 
-def pattern_of_cells(nodes: Indices, count: int, dim: int) -> Pattern:
+def pattern_of_cells(nodes: Integers, count: int, dim: int) -> Pattern:
     """Return the pattern of cells with `nodes` (n_cells, n_nodes) in a mesh of `count` nodes in `dim` dimensions."""
     corners = nodes.shape[1]
     first, second = np.repeat(nodes, corners, axis=1).ravel(), np.tile(nodes, (1, corners)).ravel()

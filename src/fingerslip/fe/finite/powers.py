@@ -13,11 +13,9 @@ from functools import cached_property, reduce
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats, Integers
 from fingerslip.materials.large_strain import FiniteMaterial, log_volume_of
-
-Array = NDArray[np.float64]
 
 # Iterations of the thickness at most; change after which, as the next is about its square, rounding is left; largest.
 _LIMIT, _LAST, _LARGEST = 60, 1e-8, 0.5
@@ -29,19 +27,19 @@ _FUNCTIONS = ("stored_energy", "kirchhoff_stress", "kirchhoff_tangent", "volumet
 class PointLaws:
     """The laws of n points with up to t powers each."""
 
-    factors: Array  # (t, n), mu [Pa], zero for powers that a law has not
-    exponents: Array  # (t, n), alpha [-]
-    moduli: Array  # (n,), K [Pa]
-    isochoric: Array  # (n,), 1 in isochoric laws, 0 in others
+    factors: Floats  # (t, n), mu [Pa], zero for powers that a law has not
+    exponents: Floats  # (t, n), alpha [-]
+    moduli: Floats  # (n,), K [Pa]
+    isochoric: Floats  # (n,), 1 in isochoric laws, 0 in others
 
-    def stress(self, log_strain: Array) -> Array:
+    def stress(self, log_strain: Floats) -> Floats:
         """Return the principal Kirchhoff stresses (n, 3) [Pa] at logarithmic strains (n, 3)."""
         log_volume = log_volume_of(log_strain)
-        total: Array = reduce(np.add, (power for power, _ in self._powers(log_strain, log_volume)))
+        total: Floats = reduce(np.add, (power for power, _ in self._powers(log_strain, log_volume)))
         total += self._volume_stress(log_volume, total)[:, None]
         return total
 
-    def thickness(self, log_strain: Array) -> Array | None:
+    def thickness(self, log_strain: Floats) -> Floats | None:
         """Return the strain across the plane (n,) that nothing acts on, from (n, 3) with guesses; None if not found."""
         trial = log_strain.copy(order="F")
         # Where no law is isochoric, the powers across say all.
@@ -49,8 +47,8 @@ class PointLaws:
         for _ in range(_LIMIT):
             log_volume = log_volume_of(trial)
             powers = list(self._powers(needed, log_volume))
-            total: Array = reduce(np.add, (power for power, _ in powers))
-            rates: Array = reduce(np.add, (exponent * power for power, exponent in powers))
+            total: Floats = reduce(np.add, (power for power, _ in powers))
+            rates: Floats = reduce(np.add, (exponent * power for power, exponent in powers))
             stress, stiffness = total[:, -1] + self._volume_stress(log_volume, total), rates[:, -1] + self.moduli
             if self._is_isochoric:
                 stiffness += self.isochoric * (log_volume_of(rates) / 9.0 - rates[:, 2] * (2.0 / 3.0))
@@ -60,7 +58,7 @@ class PointLaws:
                 return trial[:, 2]
         return None
 
-    def energy(self, log_strain: Array) -> Array:
+    def energy(self, log_strain: Floats) -> Floats:
         """Return the energies (n,) [J/m^3] at logarithmic strains (n, 3)."""
         log_volume = log_volume_of(log_strain)
         energy = (0.5 * self.moduli * log_volume - self._offset) * log_volume
@@ -69,7 +67,7 @@ class PointLaws:
             energy += factor / exponent * log_volume_of(np.expm1(exponent[:, None] * shape))
         return energy
 
-    def at(self, points: NDArray[np.int64]) -> PointLaws:
+    def at(self, points: Integers) -> PointLaws:
         """Return the laws of some points (k,)."""
         of_powers = self.factors[:, points], self.exponents[:, points]
         return PointLaws(*of_powers, self.moduli[points], self.isochoric[points])
@@ -80,20 +78,20 @@ class PointLaws:
         return bool(self.isochoric.any())
 
     @cached_property
-    def _offset(self) -> Array:
+    def _offset(self) -> Floats:
         """What laws that are not isochoric take from the stress of the powers, shape (n,) [Pa]."""
         return np.asarray((1.0 - self.isochoric) * self.factors.sum(axis=0))
 
-    def _volume_stress(self, log_volume: Array, total: Array) -> Array:
+    def _volume_stress(self, log_volume: Floats, total: Floats) -> Floats:
         """Return what comes to powers (n, k) [Pa] in all directions, at ln J (n,), shape (n,) [Pa]."""
         stress = self.moduli * log_volume - self._offset
         return np.asarray(stress - self.isochoric * log_volume_of(total) / 3.0) if self._is_isochoric else stress
 
-    def _shape(self, log_strain: Array, log_volume: Array) -> Array:
+    def _shape(self, log_strain: Floats, log_volume: Floats) -> Floats:
         """Return x_i of strains (n, k), same shape [-]."""
         return log_strain - (self.isochoric * log_volume / 3.0)[:, None] if self._is_isochoric else log_strain
 
-    def _powers(self, log_strain: Array, log_volume: Array) -> Iterator[tuple[Array, Array]]:
+    def _powers(self, log_strain: Floats, log_volume: Floats) -> Iterator[tuple[Floats, Floats]]:
         """Yield every term at strains (n, k), shape (n, k) [Pa], and its exponents (n, 1) [-]."""
         shape = self._shape(log_strain, log_volume)
         for factor, exponent in zip(self.factors, self.exponents, strict=True):
@@ -102,7 +100,7 @@ class PointLaws:
             yield power, exponent[:, None]
 
 
-def laws_of_points(materials: Sequence[FiniteMaterial], number: NDArray[np.int64]) -> PointLaws | None:
+def laws_of_points(materials: Sequence[FiniteMaterial], number: Integers) -> PointLaws | None:
     """Return the laws of points of materials with an index (n,); None where one of these is no sum of powers."""
     sums: list[Any] = [_powers_of(material) for material in materials]
     if not all(sums):

@@ -11,16 +11,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from fingerslip.arrays import Floats, Integers
 from fingerslip.fe.finite.bulk import LargeStrain
 from fingerslip.fe.finite.history import Deformed
 from fingerslip.fe.recovery import cells_around
 from fingerslip.materials.material import SHEARS
-
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -31,7 +28,7 @@ class FiniteRecovery:
     points: Integers  # (k,), its quadrature points that count
     mean: sparse.csr_matrix  # the mean over them at each of n places [-]
 
-    def stresses(self, state: Deformed) -> Array:
+    def stresses(self, state: Deformed) -> Floats:
         """Return the Cauchy stresses [Pa], shape (n, 4 or 6), of a deformed body.
 
         Components are named by :func:`fingerslip.fe.recovery.stress_components`.
@@ -46,11 +43,11 @@ class FiniteRecovery:
             components -= shrunk[:, None] * deviator
         return np.asarray(self.mean @ components)
 
-    def tensors(self, state: Deformed) -> Array:
+    def tensors(self, state: Deformed) -> Floats:
         """Return the logarithmic strain tensors [-], shape (n, 4 or 6), along the axes of space."""
         return np.asarray(self.mean @ self._along_axes(state, state.log_strain[self.points]))
 
-    def _along_axes(self, state: Deformed, principal: Array) -> Array:
+    def _along_axes(self, state: Deformed, principal: Floats) -> Floats:
         """Return the components (k, 4 or 6) of tensors with given values (k, 3) along the stretched directions."""
         points, dim = self.points, self.bulk.space.dim
         stretches = np.sqrt(state.squared[points])
@@ -60,7 +57,7 @@ class FiniteRecovery:
         across = [principal[:, 2]] if dim == 2 else []
         return np.column_stack([*normal, *across, *(full[:, i, j] for i, j in SHEARS[dim])])
 
-    def energy_densities(self, state: Deformed) -> Array:
+    def energy_densities(self, state: Deformed) -> Floats:
         """Return the strain energy per reference volume [J/m^3], shape (n,), of a deformed body."""
         return np.asarray(self.mean @ self.bulk.energy_densities(state, self.points))
 

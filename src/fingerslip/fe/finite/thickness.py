@@ -6,13 +6,11 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.errors import FingerslipError, InputError
 from fingerslip.materials.large_strain import FiniteMaterial
 from fingerslip.materials.relaxing import StepLaw
-
-Array = NDArray[np.float64]
 
 _LIMIT, _RENEWED = 60, 6
 # Change of an iteration after which rounding is left, as the next would be thousands of times smaller; and the largest
@@ -23,10 +21,10 @@ _LAST, _LARGEST = 1e-10, 0.5
 class _Law(Protocol):
     """What the thickness follows from."""
 
-    def kirchhoff_stress(self, log_strain: Array) -> Array:
+    def kirchhoff_stress(self, log_strain: Floats) -> Floats:
         """Return the principal Kirchhoff stresses [Pa], shape (n, 3)."""
 
-    def kirchhoff_tangent(self, log_strain: Array) -> Array:
+    def kirchhoff_tangent(self, log_strain: Floats) -> Floats:
         """Return their derivative by the logarithmic strains [Pa], shape (n, 3, 3)."""
 
 
@@ -34,10 +32,10 @@ class _Law(Protocol):
 class Pulled:
     """What the start of a step takes from the stress across, the deviator of J^(-2/3) F Y F^T."""
 
-    in_plane: Array  # (n,), Y:C in 2D [Pa]
-    across: Array  # (n,), component of Y across the plane [Pa]
+    in_plane: Floats  # (n,), Y:C in 2D [Pa]
+    across: Floats  # (n,), component of Y across the plane [Pa]
 
-    def stress(self, log_strain: Array) -> tuple[Array, Array]:
+    def stress(self, log_strain: Floats) -> tuple[Floats, Floats]:
         """Return what comes to the stress across and to its derivative [Pa], (n,) each, at strains (n, 3)."""
         scale = np.exp(-2.0 / 3.0 * log_strain.sum(axis=1))
         pull = scale * self.across * np.exp(2.0 * log_strain[:, 2])
@@ -45,7 +43,7 @@ class Pulled:
         return third - pull, -2.0 / 3.0 * (third + pull)
 
 
-def thickness_strain(material: _Law, log_strain: Array, pulled: Pulled | None = None) -> Array:
+def thickness_strain(material: _Law, log_strain: Floats, pulled: Pulled | None = None) -> Floats:
     """Return the logarithmic strain across the plane, shape (n,), searched from strains (n, 3) [-]."""
     trial, nothing = log_strain.copy(), np.zeros(len(log_strain))
     for iteration in range(_LIMIT):

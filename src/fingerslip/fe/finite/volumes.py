@@ -11,16 +11,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from fingerslip.arrays import Floats, Integers
 from fingerslip.fe.cell_materials import CellMaterials
 from fingerslip.fe.integration import Integration, is_mean_of_cell
 from fingerslip.fe.space import Space
 from fingerslip.materials.large_strain import FiniteMaterial
 from fingerslip.materials.material import Formulation
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -28,12 +26,12 @@ class Volumes:
     """Groups of quadrature points over which volumes are averaged."""
 
     mean: sparse.csr_matrix  # the mean over each group [-]
-    size: Array  # (n_groups,), reference volumes of the groups [m^3]
-    material: NDArray[np.int64]  # (n_groups,), index of their material
+    size: Floats  # (n_groups,), reference volumes of the groups [m^3]
+    material: Integers  # (n_groups,), index of their material
 
 
 def mean_volumes(
-    space: Space, materials: CellMaterials[FiniteMaterial], weights: Array, integration: Integration
+    space: Space, materials: CellMaterials[FiniteMaterial], weights: Floats, integration: Integration
 ) -> Volumes | None:
     """Return the groups of points of weights (n_cells, n_q) [m^3]; None where every point stands for itself."""
     cells = np.arange(weights.shape[0])
@@ -48,7 +46,7 @@ def mean_volumes(
     return None
 
 
-def _groups(group: NDArray[np.int64], weights: Array, share: Array, material: NDArray[np.int64]) -> Volumes:
+def _groups(group: Integers, weights: Floats, share: Floats, material: Integers) -> Volumes:
     """Return groups from those of every cell (n_cells, k), in which it takes part with a share of its volume."""
     cells, points = weights.shape
     members = group.shape[1]
@@ -61,8 +59,8 @@ def _groups(group: NDArray[np.int64], weights: Array, share: Array, material: ND
 
 
 def selective_energy(
-    material: FiniteMaterial, formulation: Formulation, log_volume: Array
-) -> tuple[Array, Array, Array]:
+    material: FiniteMaterial, formulation: Formulation, log_volume: Floats
+) -> tuple[Floats, Floats, Floats]:
     """Return the energy that is integrated from mean volumes, and its two derivatives, each (n,) [Pa], at ln J (n,).
 
     At rest its modulus is that of the part which is integrated selectively at small strain, so that both agree there.

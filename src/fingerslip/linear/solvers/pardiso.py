@@ -16,10 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from fingerslip.arrays import Floats, Integers
 from fingerslip.errors import FingerslipError
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 _SPD = 2
 _ANALYSE, _FACTORISE, _FORWARD, _BACKWARD, _RELEASE, _RELEASE_VALUES = 11, 22, 331, 333, -1, 0
@@ -72,7 +70,7 @@ class Pardiso:
         """Factorise a matrix (n, n)."""
         return PardisoFactor(self._analyse(matrix, _NONE))
 
-    def factorise_around(self, matrix: sparse.csr_matrix, interface: Indices) -> tuple[PardisoFactor, NDArray[Any]]:
+    def factorise_around(self, matrix: sparse.csr_matrix, interface: Integers) -> tuple[PardisoFactor, NDArray[Any]]:
         """Factorise a matrix (n, n) but for unknowns (m,); also return their Schur complement (m, m)."""
         # PARDISO does not check the sign of unknowns without neighbours here.
         if not (matrix.diagonal() > 0.0).all():
@@ -80,11 +78,11 @@ class Pardiso:
         schur = np.zeros((interface.size, interface.size), self._around)
         return PardisoFactor(self._analyse(matrix, interface), schur), schur
 
-    def bytes_around(self, matrix: sparse.csr_matrix, interface: Indices) -> int:
+    def bytes_around(self, matrix: sparse.csr_matrix, interface: Integers) -> int:
         """Return the memory that the factors around unknowns (m,) take, with their Schur complement [bytes]."""
         return self._analyse(matrix, interface).bytes
 
-    def _analyse(self, matrix: sparse.csr_matrix, interface: Indices) -> _Analysis:
+    def _analyse(self, matrix: sparse.csr_matrix, interface: Integers) -> _Analysis:
         """Return the analysis of a matrix: the last one, unless the pattern is another or its factors are in use."""
         upper = sparse.triu(matrix, format="csr")
         upper.sort_indices()
@@ -112,11 +110,11 @@ class PardisoFactor:
         weakref.finalize(self, self._call.release, _RELEASE_VALUES)
         self._call(_FACTORISE, none, schur)
 
-    def forward(self, right_hand_side: Array) -> Array:
+    def forward(self, right_hand_side: Floats) -> Floats:
         """Return the forward half of a substitution for a right-hand side (n,) or (n, k), same shape."""
         return self._call(_FORWARD, right_hand_side).astype(np.float64, copy=False)
 
-    def backward(self, halfway: Array) -> Array:
+    def backward(self, halfway: Floats) -> Floats:
         """Return the solution from a forward half (n,) or (n, k), same shape."""
         solution = self._call(_BACKWARD, halfway).astype(np.float64, copy=False)
         # What was put in is not to be rounded to the precision of the factors.
@@ -127,7 +125,7 @@ class PardisoFactor:
 class _Analysis:
     """The pattern of a matrix, analysed for factors of all unknowns or all but some: for one factor at a time."""
 
-    def __init__(self, upper: sparse.csr_matrix, interface: Indices, precision: type[np.floating[Any]]) -> None:
+    def __init__(self, upper: sparse.csr_matrix, interface: Integers, precision: type[np.floating[Any]]) -> None:
         self.call, self.interface = _Call(upper, precision), interface
         if interface.size:
             self.call.order = np.zeros(self.call.size, dtype=np.int32)
@@ -142,7 +140,7 @@ class _Analysis:
         sizes = self.call.settings
         self.bytes = 1024 * int(max(sizes[_PEAK], sizes[_PERMANENT] + sizes[_FACTORS]))
 
-    def takes(self, upper: sparse.csr_matrix, interface: Indices) -> bool:
+    def takes(self, upper: sparse.csr_matrix, interface: Integers) -> bool:
         """Take the values of another upper triangle; tell whether that was possible."""
         return self.user() is None and np.array_equal(interface, self.interface) and self.call.takes(upper)
 
@@ -185,7 +183,7 @@ class _Call:
             self._released = phase == _RELEASE
             self(phase, np.zeros(self.size))
 
-    def __call__(self, phase: int, right: Array, out: NDArray[Any] | None = None) -> NDArray[Any]:
+    def __call__(self, phase: int, right: Floats, out: NDArray[Any] | None = None) -> NDArray[Any]:
         right = np.asfortranarray(right, dtype=self._values.dtype)
         out = np.empty_like(right, order="F") if out is None else out
         # MKL takes no columns for too little memory.

@@ -16,17 +16,15 @@ from typing import ClassVar
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse import csgraph, linalg
 
+from fingerslip.arrays import Floats, Integers
 from fingerslip.errors import FingerslipError
 from fingerslip.linear.solver import InnerFactor
 
 _logger = logging.getLogger(__name__)
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 # Unknowns from which nested dissection gives smaller factors than SuperLU's own minimum degree (measured in 3D).
 _LARGE = 20_000
@@ -61,12 +59,12 @@ class SuperLU:
         """Factorise a matrix (n, n)."""
         return SuperLUFactor(matrix)
 
-    def factorise_around(self, matrix: sparse.csr_matrix, interface: Indices) -> tuple[InnerFactor, Array]:
+    def factorise_around(self, matrix: sparse.csr_matrix, interface: Integers) -> tuple[InnerFactor, Floats]:
         """Factorise a matrix (n, n) but for unknowns `kept` (m,); also return their Schur complement (m, m)."""
         factor = InnerFactor(self, matrix, interface)
         return factor, factor.schur() if interface.size <= _FEW else _schur(matrix, interface)
 
-    def bytes_around(self, matrix: sparse.csr_matrix, interface: Indices) -> int:
+    def bytes_around(self, matrix: sparse.csr_matrix, interface: Integers) -> int:
         """Return about what memory factors around unknowns `kept` (m,) take [bytes], by counting their entries."""
         order = _last(matrix, interface)
         parts_ordered = [sparse.csr_matrix(matrix[rows][:, rows]) for rows in (order, order[: -interface.size or None])]
@@ -86,11 +84,11 @@ class SuperLUFactor:
         self._order = nested_dissection(matrix) if matrix.shape[0] >= _LARGE else np.arange(matrix.shape[0])
         self._factors = _factors(matrix, self._order, "NATURAL" if matrix.shape[0] >= _LARGE else "MMD_AT_PLUS_A")
 
-    def forward(self, right_hand_side: Array) -> Array:
+    def forward(self, right_hand_side: Floats) -> Floats:
         """Return b (n,) or (n, k) unchanged."""
         return right_hand_side
 
-    def backward(self, halfway: Array) -> Array:
+    def backward(self, halfway: Floats) -> Floats:
         """Return A^-1 b for a right-hand side b (n,) or (n, k), same shape."""
         solution = np.empty_like(halfway)
         solution[self._order] = self._factors.solve(halfway[self._order])
@@ -104,7 +102,7 @@ def _suggest_pardiso() -> None:
         _logger.warning('SuperLU; MKL PARDISO is several times as fast in 3D: pip install "fingerslip[pardiso]"')
 
 
-def _schur(matrix: sparse.csr_matrix, interface: Indices) -> Array:
+def _schur(matrix: sparse.csr_matrix, interface: Integers) -> Floats:
     """Return the Schur complement of a symmetric positive definite matrix on some unknowns, shape (m, m).
 
     With these unknowns eliminated last, it is the product of the last blocks of both factors.
@@ -120,11 +118,11 @@ def _schur(matrix: sparse.csr_matrix, interface: Indices) -> Array:
             inverse[:, column] = factors.solve(np.eye(1, size, unknown).ravel())[size - count :]
         return np.asarray(np.linalg.inv(0.5 * (inverse + inverse.T)))
     lower, upper = (part[size - count :, size - count :].toarray() for part in (factors.L, factors.U))
-    schur: Array = (lower @ upper)[np.ix_(last, last)]
+    schur: Floats = (lower @ upper)[np.ix_(last, last)]
     return 0.5 * (schur + schur.T)
 
 
-def _last(matrix: sparse.csr_matrix, interface: Indices) -> Indices:
+def _last(matrix: sparse.csr_matrix, interface: Integers) -> Integers:
     """Return an order of elimination that ends with `kept`."""
     others = np.setdiff1d(np.arange(matrix.shape[0]), interface)
     return np.concatenate([others[nested_dissection(matrix[others][:, others])], interface])
@@ -148,7 +146,7 @@ def _count_entries(starts, columns):  # type: ignore[no-untyped-def]
     return total
 
 
-def _factors(matrix: sparse.csr_matrix, order: Indices, column_order: str) -> linalg.SuperLU:
+def _factors(matrix: sparse.csr_matrix, order: Integers, column_order: str) -> linalg.SuperLU:
     """Factorise without pivoting; the factors' own order of rows and columns is the same then."""
     try:
         return linalg.splu(
@@ -161,7 +159,7 @@ def _factors(matrix: sparse.csr_matrix, order: Indices, column_order: str) -> li
         raise FingerslipError(f"SuperLU: {error}; the matrix is not positive definite") from error
 
 
-def nested_dissection(matrix: sparse.csr_matrix) -> Indices:
+def nested_dissection(matrix: sparse.csr_matrix) -> Integers:
     """Return an order (n,) of the unknowns of a matrix with symmetric pattern."""
     groups, members = _groups(matrix)
     order = np.zeros(groups.shape[0], dtype=np.int64)
@@ -177,7 +175,7 @@ def nested_dissection(matrix: sparse.csr_matrix) -> Indices:
     return np.concatenate([members[group] for group in order]) if order.size else order
 
 
-def _groups(matrix: sparse.csr_matrix) -> tuple[sparse.csr_matrix, list[Indices]]:
+def _groups(matrix: sparse.csr_matrix) -> tuple[sparse.csr_matrix, list[Integers]]:
     """Join unknowns with the same neighbours, such as those of a node; return their graph and the members."""
     pattern = sparse.csr_matrix((np.ones(matrix.nnz), matrix.indices, matrix.indptr), shape=matrix.shape)
     marks = np.random.default_rng(0).random(matrix.shape[0])
@@ -187,7 +185,7 @@ def _groups(matrix: sparse.csr_matrix) -> tuple[sparse.csr_matrix, list[Indices]
     return sparse.csr_matrix(pattern[first][:, first]), members
 
 
-def _cut(graph: sparse.csr_matrix, vertices: Indices) -> list[Indices]:
+def _cut(graph: sparse.csr_matrix, vertices: Integers) -> list[Integers]:
     """Return two or more parts without edges between them but for those to the last part, the cut."""
     subgraph = graph[vertices][:, vertices]
     count, label = csgraph.connected_components(subgraph, directed=False)
@@ -203,7 +201,7 @@ def _cut(graph: sparse.csr_matrix, vertices: Indices) -> list[Indices]:
     return [vertices[below | (cut & ~needed)], vertices[above], vertices[needed]]
 
 
-def _levels(graph: sparse.csr_matrix) -> Indices:
+def _levels(graph: sparse.csr_matrix) -> Integers:
     """Return the distances from a vertex at an end of a connected graph."""
     start, level = 0, np.zeros(0)
     for _ in range(3):

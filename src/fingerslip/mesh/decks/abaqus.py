@@ -16,8 +16,8 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Integers
 from fingerslip.errors import MeshError, shorten, unknown_name
 from fingerslip.mesh.decks.deck import (
     NO_CELL,
@@ -31,8 +31,6 @@ from fingerslip.mesh.decks.deck import (
     outer_sides,
     to_numbers,
 )
-
-Integers = NDArray[np.int64]
 
 # Kinds of cells and their nodes, by the beginning of a type of element; letters behind it tell how it is integrated,
 # which is ours to choose.

@@ -8,15 +8,13 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, TypeAlias, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats, Integers
 from fingerslip.units import LengthUnit
 
 if TYPE_CHECKING:
     import meshio
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 Number = TypeVar("Number", int, float)
 #: Cells of one kind, named as meshio does, and their nodes (k, n).
 Block: TypeAlias = tuple[str, Integers]

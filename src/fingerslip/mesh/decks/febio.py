@@ -11,8 +11,8 @@ from xml.etree import ElementTree as ET
 from xml.parsers import expat
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Integers
 from fingerslip.errors import MeshError, shorten
 from fingerslip.mesh.decks.deck import NO_CELL, Block, Deck, Groups, Number, assemble, to_numbers
 from fingerslip.units import LengthUnit, metres
@@ -177,13 +177,11 @@ def chosen_unit(file: Path, said: LengthUnit | None, given: LengthUnit | None) -
     return said or given or "m"
 
 
-def _elements(
-    content: Content, nodes: Mapping[int, int]
-) -> tuple[list[Block], dict[int, int], dict[str, NDArray[np.int64]]]:
+def _elements(content: Content, nodes: Mapping[int, int]) -> tuple[list[Block], dict[int, int], dict[str, Integers]]:
     """Return the cells, their numbers by the labels of all elements, and the numbers of each part."""
     cells: list[Block] = []
     elements = {content.label(tag): NO_CELL for tag in content.mesh.iterfind("Elements/elem")}
-    regions: dict[str, NDArray[np.int64]] = {}
+    regions: dict[str, Integers] = {}
     first = 0
     for name, block in ((name, block) for name, blocks in content.parts().items() for block in blocks):
         kind, count = _KINDS[block.attrib["type"]]

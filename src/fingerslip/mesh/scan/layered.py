@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.arrays import Flags, Floats, Integers
 from fingerslip.errors import InputError, MeshError
 from fingerslip.mesh.facets import connected_pieces, with_groups
 from fingerslip.mesh.quality import positive_tetrahedra
@@ -23,9 +24,6 @@ from fingerslip.units import coordinates, millimetres
 if TYPE_CHECKING:
     import skfem
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-Booleans = NDArray[np.bool_]
 
 # Cells outside the skin and, of those inside it, cells proximal of the cut are no part of the body.
 _LAYERS = 5
@@ -276,7 +274,7 @@ def _name_groups(whole: skfem.MeshTet1, layer: Integers, cut: float, sizes: Laye
     return with_groups(whole, regions, boundaries).restrict(np.flatnonzero(body))
 
 
-def _boundaries(whole: skfem.MeshTet1, layer: Integers, body: Booleans, at_cut: Booleans) -> dict[str, Booleans]:
+def _boundaries(whole: skfem.MeshTet1, layer: Integers, body: Flags, at_cut: Flags) -> dict[str, Flags]:
     """Return which facets are on the body's boundaries, by the layers of the two cells of each.
 
     The position of a facet alone would not do: where cells straddle the cut, facets of the base lie far off its plane.
@@ -293,10 +291,10 @@ def _boundaries(whole: skfem.MeshTet1, layer: Integers, body: Booleans, at_cut: 
     }
 
 
-def _pad(whole: skfem.MeshTet1, skin: Booleans, contact_reach: float) -> Booleans:
+def _pad(whole: skfem.MeshTet1, skin: Flags, contact_reach: float) -> Flags:
     """Return which facets of the skin lie wholly within a height above its lowest point."""
     highest = whole.p[1, whole.facets].max(axis=0)
-    pad: Booleans = skin & (highest <= whole.p[1, whole.facets[:, skin]].min() + contact_reach)
+    pad: Flags = skin & (highest <= whole.p[1, whole.facets[:, skin]].min() + contact_reach)
     if not pad.any():
         problem = f"no facet of the skin lies within {millimetres(contact_reach)} of its lowest point"
         raise MeshError("pad", problem, "needs some", "write a larger contact_reach or a smaller contact_size")

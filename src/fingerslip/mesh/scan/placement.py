@@ -6,12 +6,11 @@ import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fingerslip.arrays import Floats
 from fingerslip.errors import InputError, MeshError
 from fingerslip.mesh.scan.surfaces import Surface
-
-Floats = NDArray[np.float64]
 
 _FAR = np.radians(45.0)
 

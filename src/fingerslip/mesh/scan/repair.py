@@ -6,14 +6,11 @@ import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Flags, Floats, Integers
 from fingerslip.errors import MeshError
 from fingerslip.mesh.facets import connected_pieces
 from fingerslip.mesh.scan.surfaces import Surface, boundary_loops, check_area, edges_of, join_points
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 _DEBRIS = 0.01
 
@@ -73,7 +70,7 @@ def closed_where(surface: Surface, lowest: float) -> Surface:
     return _with_lids(surface, [loop for loop in boundary_loops(surface) if surface.points[loop, 0].max() < lowest])
 
 
-def _find_inward(surface: Surface) -> NDArray[np.bool_]:
+def _find_inward(surface: Surface) -> Flags:
     """Return which triangles have to be turned so that all face outwards.
 
     Every triangle is there twice, as it is and turned round, and joined to those of its neighbours that face its way.
@@ -89,7 +86,7 @@ def _find_inward(surface: Surface) -> NDArray[np.bool_]:
     sides = connected_pieces(2 * count, np.hstack([as_it_is, turned_round])).reshape(2, count)
     if (sides[0] == sides[1]).any():
         raise MeshError(surface.name, "has one side only, as a Moebius strip has", "needs an inside and an outside")
-    inward: NDArray[np.bool_] = sides[0] > sides[1]
+    inward: Flags = sides[0] > sides[1]
     patch = sides.min(axis=0)
     for number in np.unique(patch):
         members = patch == number
@@ -98,7 +95,7 @@ def _find_inward(surface: Surface) -> NDArray[np.bool_]:
     return inward
 
 
-def _turn(triangles: Integers, chosen: NDArray[np.bool_]) -> Integers:
+def _turn(triangles: Integers, chosen: Flags) -> Integers:
     return np.where(chosen[:, None], triangles[:, ::-1], triangles)
 
 

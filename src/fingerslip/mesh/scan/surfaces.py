@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Flags, Floats, Integers
 from fingerslip.errors import InputError, MeshError
 from fingerslip.mesh.formats import read_file, write_file
 from fingerslip.units import METRES, LengthUnit, coordinates, metres, millimetres
@@ -18,8 +18,6 @@ from fingerslip.units import METRES, LengthUnit, coordinates, metres, millimetre
 if TYPE_CHECKING:
     import pyvista
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 # What is scanned for this program: from a small phalanx to a hand with its forearm.
 _SMALLEST, _LARGEST = 2e-3, 0.6
@@ -217,7 +215,7 @@ def check_area(surface: Surface) -> None:
         raise MeshError(surface.name, "has no triangle with an area", "needs the surface of a body")
 
 
-def contains(surface: Surface, points: Floats) -> NDArray[np.bool_]:
+def contains(surface: Surface, points: Floats) -> Flags:
     """Tell which points (n, 3) [m] are inside a surface, by the winding number, which small defects do not upset."""
     # Compiled code is loaded where it is needed and nowhere else.
     from fingerslip.mesh.scan.winding import winding_numbers

@@ -6,9 +6,8 @@ import math
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from fingerslip.arrays import Floats
 
 
 def winding_numbers(corners: Floats, points: Floats) -> Floats:
