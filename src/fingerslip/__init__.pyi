@@ -79,7 +79,7 @@ from .react.detectors import (
     SpikeCount as SpikeCount,
     StickRatio as StickRatio,
 )
-from .react.latency import CriticalStart as CriticalStart, critical_start as critical_start
+from .react.run import CriticalStart as CriticalStart, critical_start as critical_start
 from .react.loads import (
     DroppedBall as DroppedBall,
     FilledVessel as FilledVessel,

@@ -13,11 +13,11 @@ from fingerslip.dynamics.steering.steering import Simulation
 from fingerslip.errors import InputError
 from fingerslip.model.model import Contact
 from fingerslip.react.detectors import AtOnce, ForceRatio, Never, SlippedArea
-from fingerslip.react.latency import critical_start, search_edge
 from fingerslip.react.loads import RampLoad, StepLoad
 from fingerslip.react.loop import Grasp
 from fingerslip.react.reflex import Actuator, Reaction, Reflex
 from fingerslip.react.reflex import reaction as shipped
+from fingerslip.react.run import critical_start, search_edge
 from fingerslip.react.scenario import HeldObject, holder_of
 from fingerslip.specimens.tactip import PRESETS
 from fingerslip.specimens.tactip.meshing.sources import SensorSectionSizes
