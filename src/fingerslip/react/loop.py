@@ -177,10 +177,6 @@ class Grasp:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.close()
-
-    def close(self) -> None:
-        """Remove what was saved."""
         self._folder.cleanup()
 
     @cached_property
@@ -243,37 +239,24 @@ class Grasp:
             travels=travels,
         )
 
-    def branch(self, response: Response) -> Outcome:
+    def branch(self, response: Response, earliest: float | None = None) -> Outcome:
         """Return what comes of a response, from the last state before it that was saved on.
+
+        It is decided not before the load has come, or an earlier time since the load began [s], which is quicker.
 
         Raises
         ------
         InputError
             For a response that begins before the load.
         """
-        return self._branch(response, self.held.load.series()[0][-1])
-
-    def saves(self, response: Response) -> bool:
-        """Tell whether a response saves the object; quicker than :meth:`branch`, whose travel goes on with the load."""
-        return self._branch(response, response.start).saved
-
-    def _branch(self, response: Response, earliest: float) -> Outcome:
-        """Return what comes of a response, saved not before a time since the load began [s]."""
-        loop = self.open_loop
+        loop, load_end = self.open_loop, self.held.load.series()[0][-1]
         earlier = [path for time, path in self._saved if time <= response.start]
         if not earlier:
             raise InputError("response.start", f"got {response.start:.4g} s", "needs 0 s or more since the load began")
         if loop.lost is not None and response.start >= loop.lost:
             return self.without_reaction()
         with Simulation.restore(earlier[-1], self.model, threads=1, bases=self._bases) as simulation:
-            return self._follow(simulation, response, earliest)
-
-    def whole(self, response: Response) -> Outcome:
-        """Return what comes of a response, computed from the start of the run on."""
-        with Simulation(self.model, threads=1, bases=self._bases) as simulation:
-            for _ in range(round(self.held.begins / self.held.step)):
-                simulation.step()
-            return self._follow(simulation, response, self.held.load.series()[0][-1])
+            return self._follow(simulation, response, load_end if earliest is None else earliest)
 
     def history(self, response: Response | None, *, snapshots_every: float = 0.0) -> xr.Dataset:
         """Return the whole history of a response, or of none, up to its decision: for films and figures.

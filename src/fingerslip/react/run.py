@@ -120,7 +120,7 @@ def critical_start(grasp: Grasp, reaction: Reaction, tolerance: float = 1e-3) ->
 
     def saves(start: float) -> bool:
         starts.append(start)
-        return grasp.saves(reaction.response(start, grasp.held.first_grip))
+        return grasp.branch(reaction.response(start, grasp.held.first_grip), earliest=start).saved
 
     time, error = search_edge(saves, 0.0, loop.lost, float(loop.times[low]), tolerance)
     return CriticalStart(time, error, len(starts))

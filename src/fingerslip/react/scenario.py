@@ -11,11 +11,10 @@ lies on a rigid body that only moves along the grip, and sticks to that whatever
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import pydantic
@@ -33,15 +32,11 @@ from fingerslip.parameters import Duration, Force, Mass, NonNegativeNumber, Posi
 from fingerslip.react.loads import GRAVITY, LoadChoice, RampLoad
 from fingerslip.specimens.protocol import Specimen
 
-if TYPE_CHECKING:
-    import skfem
-
 #: Name of the rigid body.
 OBJECT = "object"
 #: Name of the rigid body that presses.
 PLATE = "plate"
 
-_BODY = "body_"
 _SLAB = Elastic(1e9, 0.3, 1000.0)
 _HALF_WIDTH, _THICKNESS, _CELLS = 5e-3, 1e-3, 4  # [m] of the slab; cells along it
 # Penetrations far below a micrometre under newtons [Pa/m], friction that no load exceeds, and a light body [kg].
@@ -278,7 +273,7 @@ def held_model(held: HeldObject, holder: Model) -> Model:
     time = replace(holder.time, step=held.step, end=held.end)  # type: ignore[type-var]
     model = replace(holder, contacts=(contact,), bodies={OBJECT: body}, time=time)
     if held.opposite == "plate":
-        return with_plate(model, Coulomb(held.friction), OBJECT, grip)
+        return _with_plate(model, grip)
     return replace(model, bodies={OBJECT: replace(body, loads=(grip, *loads))})
 
 
@@ -288,16 +283,16 @@ def _settling(duration: float, force: float) -> Ramp:
     return Ramp(tuple((duration * shares).tolist()), tuple((0.5 * force * (1.0 - np.cos(np.pi * shares))).tolist()))
 
 
-def with_plate(model: Model, friction: Coulomb, held: str, grip: BodyLoad) -> Model:
-    """Return a model whose contact touches the rigid body `held`, with a plate behind that, which a grip presses."""
+def _with_plate(model: Model, grip: BodyLoad) -> Model:
+    """Return a model with a plate behind the object, of the same friction, which a grip presses."""
     normal = (0.0, 1.0, 0.0)[: model.mesh.dim()]
     face = Contact(
         f"{PLATE}_face",
         Plane(tuple(-part for part in normal)),
-        friction,
+        model.contacts[0].friction,
         normal_penalty=_PENALTY,
         tangential_penalty=_PENALTY,
-        rigid_body=held,
+        rigid_body=OBJECT,
     )
     back = replace(
         face, boundary=f"{PLATE}_back", counterface=Plane(normal), friction=Coulomb(_STICKS), rigid_body=PLATE
@@ -327,9 +322,10 @@ def join_slab(mesh: Any) -> Any:
     across = along if mesh.dim() == 3 and mesh.p[2].min() < -1e-9 else along[_CELLS // 2 :]
     axes = (along, np.array([-_THICKNESS, 0.0]), across)[: mesh.dim()]
     slab = STRAIGHT.get(kind, kind).init_tensor(*axes)
-    if _turn(slab) != _turn(mesh):
-        # Its mirror image has the same shape.
-        slab = dataclasses.replace(slab, doflocs=slab.doflocs * np.array([-1.0, 1.0, 1.0])[: mesh.dim(), None])
+    # Its mirror image has the same shape, and corners that turn the other way.
+    middle, first = np.full((mesh.dim(), 1), 0.25), np.array([0])
+    if slab.mapping().detDF(middle, tind=first)[0, 0] * mesh.mapping().detDF(middle, tind=first)[0, 0] < 0.0:
+        slab = replace(slab, doflocs=slab.doflocs * np.array([-1.0, 1.0, 1.0])[: mesh.dim(), None])
     shift = np.array([lowest[0], lowest[1], 0.0][: mesh.dim()])
     slab = slab.translated(tuple(shift.tolist()))
     if kind is not type(slab):
@@ -340,18 +336,12 @@ def join_slab(mesh: Any) -> Any:
         "back": slab.facets_satisfying(lambda at: at[1] < top - 0.9 * _THICKNESS, boundaries_only=True),
     }
     slab = slab.with_subdomains({"slab": np.arange(slab.nelements)}).with_boundaries(faces)
-    joined = join_meshes({_BODY[:-1]: mesh, PLATE: slab})
+    joined = join_meshes({"body": mesh, PLATE: slab})
     regions, boundaries = (
-        {name.removeprefix(_BODY): members for name, members in table.items()}
+        {name.removeprefix("body_"): members for name, members in table.items()}
         for table in (joined.subdomains, joined.boundaries)
     )
-    return dataclasses.replace(joined, _subdomains=regions, _boundaries=boundaries)
-
-
-def _turn(mesh: skfem.Mesh) -> bool:
-    """Tell whether the corners of the first cell turn as the axes do."""
-    middle = np.full((mesh.dim(), 1), 0.25)
-    return bool(mesh.mapping().detDF(middle, tind=np.array([0]))[0, 0] > 0.0)
+    return replace(joined, _subdomains=regions, _boundaries=boundaries)
 
 
 def travel_after(
