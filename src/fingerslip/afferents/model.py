@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Annotated, Protocol
@@ -145,9 +145,7 @@ def spikes_of(history: xr.Dataset, models: Mapping[str, AfferentModel]) -> Spike
     stimuli = receptor_stimuli(history, tuple(models))
     times, available = stimuli["time"].values, stimuli["site_kind"].values
     result: dict[int, Array] = {}
-    recorded = dict.fromkeys(map(str, available))
-    resolved = record_bandwidth(history)
-    beyond = {kind: high for kind in recorded if (high := models[kind].highest_frequency) > resolved}
+    recorded = tuple(dict.fromkeys(map(str, available)))
     for kind in recorded:
         model, rows = models[kind], np.flatnonzero(available == kind)
         values = stimuli[model.stimulus].values[:, rows]
@@ -166,8 +164,14 @@ def spikes_of(history: xr.Dataset, models: Mapping[str, AfferentModel]) -> Spike
         result |= {int(row): train[train <= times[-1]] for row, train in zip(rows, trains, strict=True)}
     order = sorted(result)
     names, kinds = (tuple(str(labels[row]) for row in order) for labels in (stimuli["site"].values, available))
-    trains_by_row = tuple(result[row] for row in order)
-    return Spikes(names, kinds, trains_by_row, float(times[0]), float(times[-1]), beyond)
+    beyond = beyond_records({kind: models[kind] for kind in recorded}, history)
+    return Spikes(names, kinds, tuple(result[row] for row in order), float(times[0]), float(times[-1]), beyond)
+
+
+def beyond_records(models: Mapping[str, AfferentModel], history: xr.Dataset) -> dict[str, float]:
+    """Return how high [Hz] the types go that respond to higher frequencies than the records resolve."""
+    resolved = record_bandwidth(history)
+    return {kind: model.highest_frequency for kind, model in models.items() if model.highest_frequency > resolved}
 
 
 def _check_models(models: Mapping[str, AfferentModel]) -> None:
@@ -218,8 +222,7 @@ def resolved_spikes(history: xr.Dataset, models: Mapping[str, AfferentModel] | N
 
 def available_spikes(history: xr.Dataset, models: Mapping[str, AfferentModel] | None = None) -> Spikes | None:
     """Return the same; None where a history resolves the stimulus of no receptor."""
-    recorded = set(map(str, site_kinds(history))) if "strain" in history else set()
-    resolved = {kind: model for kind, model in resolved_afferents(history, models).items() if kind in recorded}
+    resolved = answering_models(history, models)
     if not resolved:
         return None
     with warnings.catch_warnings():
@@ -228,24 +231,18 @@ def available_spikes(history: xr.Dataset, models: Mapping[str, AfferentModel] | 
         return spikes_of(history, resolved)
 
 
-def left_out_afferents(spikes: Spikes, history: xr.Dataset) -> str:
-    """Say which recorded receptors have no spikes because the history does not resolve what they feel; '' if none."""
-    recorded = dict.fromkeys(kind for kind in map(str, site_kinds(history)) if kind in RECEPTOR_KINDS)
-    absent = [kind for kind in recorded if kind not in (*spikes.kinds, *resolved_afferents(history))]
-    return f"{', '.join(absent)} left out: vibrations need finer steps, and a body with damping" if absent else ""
-
-
 #: What figures and files say of all spikes that the project's models make.
 ASSUMED = "thresholds are assumed: counts are no result"
 
 
-def spike_notes(spikes: Spikes, history: xr.Dataset) -> tuple[str, ...]:
-    """Say which types are left out, and which respond to more than the records resolve."""
-    notes = [note] if (note := left_out_afferents(spikes, history)) else []
-    if spikes.beyond:
-        types = ", ".join(f"{kind} ({highest:.0f} Hz)" for kind, highest in spikes.beyond.items())
-        notes.append(f"{types} respond to more than the {record_bandwidth(history):.3g} Hz that records resolve")
-    return tuple(notes)
+def spike_notes(kinds: Iterable[str], beyond: Mapping[str, float], history: xr.Dataset) -> list[str]:
+    """Say which recorded types are left out of some, and which respond to more than the records resolve."""
+    recorded = dict.fromkeys(kind for kind in map(str, site_kinds(history)) if kind in RECEPTOR_KINDS)
+    absent = [kind for kind in recorded if kind not in {*kinds, *resolved_afferents(history)}]
+    left_out = f"{', '.join(absent)} left out: vibrations need finer steps, and a body with damping"
+    types = ", ".join(f"{kind} ({highest:.0f} Hz)" for kind, highest in beyond.items())
+    unresolved = f"{types} respond to more than the {record_bandwidth(history):.3g} Hz that records resolve"
+    return [*[left_out] * bool(absent), *[unresolved] * bool(beyond)]
 
 
 _Positive = Annotated[float, pydantic.Field(gt=0)]
@@ -303,26 +300,34 @@ class IntegrateAndFire:
 
     def spikes(self, times: Array, values: Array) -> Sequence[Array]:
         """Return the spike times [s] of k receptors, from times (n,) [s] and the stimulus (n, k)."""
-        fine, drive = self._drive(np.asarray(times, dtype=float), np.asarray(values, dtype=float))
-        rows, columns = self._find_spikes(fine, drive)
-        return [fine[rows[columns == column]] + self.delay for column in range(drive.shape[1])]
-
-    def _drive(self, times: Array, values: Array) -> tuple[Array, Array]:
-        """Return fine times (m,) [s] and the drive (m, k) [-] at them."""
-        finest = _OF_MEMBRANE * self.membrane_time
-        step = min(finest, _OF_REST * self.rest) if self.rest else finest
-        fine = np.linspace(times[0], times[-1], int(np.ceil((times[-1] - times[0]) / step)) + 1)
-        between = np.stack([np.interp(fine, times, column) for column in values.T], axis=1)
+        times, values = np.asarray(times, dtype=float), np.asarray(values, dtype=float)
+        fine = np.linspace(times[0], times[-1], int(np.ceil((times[-1] - times[0]) / self.longest_step)) + 1)
+        low = np.stack([np.interp(fine, times, column) for column in values.T], axis=1)
         # What is above the highest frequency goes, from rest at the first value.
-        low, rate = between, 1.0 / (fine[1] - fine[0])
-        if self.highest_frequency < 0.5 * rate:
-            low = filter_from_rest(low, signal.butter(ORDER, self.highest_frequency, fs=rate, output="sos"), 0)
-        drive = np.zeros_like(low)
+        if (sections := self.low_pass(1.0 / (fine[1] - fine[0]))) is not None:
+            low = filter_from_rest(low, sections, 0)
+        rows, columns = self._find_spikes(fine, self.drive(low, np.gradient(low, fine, axis=0)))
+        return [fine[rows[columns == column]] + self.delay for column in range(low.shape[1])]
+
+    @property
+    def longest_step(self) -> float:
+        """Longest step of its membrane [s]."""
+        return min(_OF_MEMBRANE * self.membrane_time, _OF_REST * self.rest or np.inf)
+
+    def low_pass(self, rate: float) -> Array | None:
+        """Return the sections (n, 6) of its low pass at a rate [1/s]; None where that holds nothing to be left out."""
+        if self.highest_frequency >= 0.5 * rate:
+            return None
+        return np.asarray(signal.butter(ORDER, self.highest_frequency, fs=rate, output="sos"))
+
+    def drive(self, values: Array, rates: Array) -> Array:
+        """Return what low-passed stimuli and their rates, of one shape, drive membranes with [-]."""
+        drive = np.zeros_like(values)
         if self.least_steady is not None:
-            drive += np.abs(low) / self.least_steady
+            drive += np.abs(values) / self.least_steady
         if self.least_rate is not None:
-            drive += np.abs(np.gradient(low, fine, axis=0)) / self.least_rate
-        return fine, drive
+            drive += np.abs(rates) / self.least_rate
+        return drive
 
     def _find_spikes(self, times: Array, drive: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Return rows and columns of all spikes: V relaxes exactly towards the mean drive of each step."""
@@ -357,6 +362,15 @@ def human_afferents() -> Mapping[str, IntegrateAndFire]:
     ['FA-I', 'FA-II', 'SA-I', 'SA-II']
     """
     return MappingProxyType({kind: AFFERENTS.read(kind.lower()) for kind in RECEPTOR_KINDS})
+
+
+def answering_models(
+    history: xr.Dataset, models: Mapping[str, AfferentModel] | None = None
+) -> dict[str, AfferentModel]:
+    """Return those of the models that a history resolves whose receptors it records, with strain."""
+    resolved = resolved_afferents(history, models)
+    recorded = dict.fromkeys(map(str, site_kinds(history))) if "strain" in history else {}
+    return {kind: resolved[kind] for kind in recorded if kind in resolved}
 
 
 # Vibrations of up to so many times what records resolve still have rates that err by some per cent.

@@ -163,7 +163,7 @@ def _rate(values: xr.DataArray) -> float:
 
 
 # At 20 steps a period the trapezoidal rule errs by (2 pi/20)^2 / 12 of the period, 0.8 %.
-_STEPS_A_PERIOD = 20.0
+STEPS_A_PERIOD = 20.0
 # At 10 linear elements a wavelength, waves are too fast or too slow by about (2 pi/10)^2 / 24, 1.6 %.
 _ELEMENTS_A_WAVE = 10.0
 
@@ -175,7 +175,7 @@ class BandwidthWarning(UserWarning):
 def record_bandwidth(history: xr.Dataset) -> float:
     """Return up to which frequency [Hz] records resolve a signal: 20 a period, at the longest of their steps."""
     times = history["time"].values
-    return 1.0 / (_STEPS_A_PERIOD * float(np.diff(times).max())) if times.size > 1 else 0.0
+    return 1.0 / (STEPS_A_PERIOD * float(np.diff(times).max())) if times.size > 1 else 0.0
 
 
 def mesh_bandwidth(model: Model) -> dict[str, float]:
@@ -211,6 +211,6 @@ def step_text(highest: float) -> str:
     >>> step_text(324.0)
     '0.15 ms'
     """
-    step = 1e3 / (_STEPS_A_PERIOD * highest)
+    step = 1e3 / (STEPS_A_PERIOD * highest)
     unit = 10.0 ** (math.floor(math.log10(step)) - 1)
     return f"{math.floor(step / unit * (1.0 + 1e-9)) * unit:.2g} ms"

@@ -13,13 +13,11 @@ import numpy as np
 import pandas as pd
 from scipy.io import savemat
 
-from fingerslip.afferents.model import ASSUMED, available_spikes, spike_notes
+from fingerslip.afferents.model import ASSUMED, answering_models, available_spikes, beyond_records, spike_notes
 from fingerslip.errors import InputError
 from fingerslip.export.paraview import write_paraview
-from fingerslip.export.spikes import write_history_nwb
+from fingerslip.export.spikes import slip_times, write_history_nwb
 from fingerslip.history import COORDINATES, VARIABLES
-from fingerslip.slip.events import find_events
-from fingerslip.slip.windows import EVENTS
 from fingerslip.storage import files
 from fingerslip.units import unit_suffix
 from fingerslip.version import __version__
@@ -30,8 +28,7 @@ if TYPE_CHECKING:
 
 def result_tables(history: xr.Dataset) -> dict[str, pd.DataFrame]:
     """Return the times of slip, a row for each event, and the spikes of receptors whose stimulus a history resolves."""
-    slip = find_events(history).slip
-    times = {name: time for name in EVENTS if (time := slip.time(name)) is not None}
+    times = slip_times(history)
     tables = {"events": pd.DataFrame({"event": pd.Series(list(times), dtype=str), "time_s": list(times.values())})}
     if (spikes := available_spikes(history)) is not None:
         tables["spikes"] = spikes.to_dataframe().rename(columns={"time": "time_s"})
@@ -250,8 +247,9 @@ def export_notes(history: xr.Dataset, kind: str) -> tuple[str, ...]:
         seconds = values / _A_SECOND
         size = f"about {values * _BYTES / 1e6:.0f} MB of text, about {seconds:.0f} s"
         notes.append(f"writing {size}; --format parquet is smaller and faster")
-    if kind != "vtu" and (spikes := available_spikes(history)) is not None:
-        notes.append("spikes: " + "; ".join((*spike_notes(spikes, history), ASSUMED)))
+    if kind != "vtu" and (models := answering_models(history)):
+        said = spike_notes(models, beyond_records(models, history), history)
+        notes.append("spikes: " + "; ".join([*said, ASSUMED]))
     return tuple(notes)
 
 

@@ -69,7 +69,7 @@ def neo_block(spikes: Spikes, history: xr.Dataset | None = None) -> Any:
         for name, unit, values in _signals(history):
             signal = neo.IrregularlySampledSignal(times, values, units=unit, time_units="s", name=name)
             segment.irregularlysampledsignals.append(signal)
-        slip = _slip_times(history)
+        slip = slip_times(history)
         segment.events.append(neo.Event(list(slip.values()), labels=list(slip), units="s", name="slip"))
     return block
 
@@ -132,8 +132,11 @@ def write_nwb(
             times = history["time"].values
             about = f"{_MEANINGS[name.partition('_')[0]]}, simulated: {_AXES}"
             file.add_stimulus(pynwb.TimeSeries(name=name, data=values, unit=unit, timestamps=times, description=about))
-        for first, last, words in _epochs(history):
-            file.add_epoch(first, last, [words])
+        slip = slip_times(history)
+        for kind, first, last in _phases(history):
+            file.add_epoch(float(first), float(last), [str(kind)])
+        if {"incipient", "overall"} <= slip.keys():
+            file.add_epoch(slip["incipient"], slip["overall"], ["partial slip"])
     with new_file(Path(path)) as partial, pynwb.NWBHDF5IO(str(partial), "w") as stream:
         stream.write(file)
     return Path(path)
@@ -154,22 +157,21 @@ def _about_run(spikes: Spikes, history: xr.Dataset) -> dict[str, str]:
         said.append(f"The counterface slides towards ({direction}).")
     if "depth" in history.attrs:
         said.append(f"Forces are those of a section {millimetres(float(history.attrs['depth']))} deep, no finger's.")
-    phases = zip(*(history[f"phase_{name}"].values for name in ("kind", "start", "end")), strict=True)
+    notes = [f"The records resolve {record_bandwidth(history):.3g} Hz."]
+    notes += [f"{note}." for note in spike_notes(spikes.kinds, spikes.beyond, history)]
+    if slip := [f"{name.replace('_', '-')} at {time:.4g} s" for name, time in slip_times(history).items()]:
+        notes.append(f"Slip: {', '.join(slip)}.")
     about = {
         "experiment_description": " ".join(said),
-        "protocol": ", ".join(f"{kind} {first:.4g} to {last:.4g} s" for kind, first, last in phases),
-        "notes": _notes(spikes, history),
+        "protocol": ", ".join(f"{kind} {first:.4g} to {last:.4g} s" for kind, first, last in _phases(history)),
+        "notes": " ".join(notes),
     }
     return about | ({"session_id": str(history.attrs["run"])} if "run" in history.attrs else {})
 
 
-def _notes(spikes: Spikes, history: xr.Dataset) -> str:
-    """Say what the records resolve, which afferents are left out for that, and when the contact slips."""
-    notes = [f"The records resolve {record_bandwidth(history):.3g} Hz."]
-    notes += [f"{note}." for note in spike_notes(spikes, history)]
-    if slip := [f"{name.replace('_', '-')} at {time:.4g} s" for name, time in _slip_times(history).items()]:
-        notes.append(f"Slip: {', '.join(slip)}.")
-    return " ".join(notes)
+def _phases(history: xr.Dataset) -> Iterator[tuple[Any, ...]]:
+    """Yield kind, start and end [s] of each phase."""
+    return zip(*(history[f"phase_{name}"].values for name in ("kind", "start", "end")), strict=True)
 
 
 def write_history_nwb(history: xr.Dataset, folder: Path) -> None:
@@ -185,19 +187,10 @@ def _signals(history: xr.Dataset) -> Iterator[tuple[str, str, Any]]:
             yield f"{words}_{name}", str(history[variable].attrs["units"]), history[variable].values[:, number]
 
 
-def _slip_times(history: xr.Dataset) -> dict[str, float]:
+def slip_times(history: xr.Dataset) -> dict[str, float]:
     """Return the times [s] of the slip events that happened, by their names."""
     slip = find_events(history).slip
     return {name: time for name in EVENTS if (time := slip.time(name)) is not None}
-
-
-def _epochs(history: xr.Dataset) -> Iterator[tuple[float, float, str]]:
-    """Yield start and end [s] of each phase, and of partial slip from incipient to overall."""
-    for kind, first, last in zip(*(history[f"phase_{name}"].values for name in ("kind", "start", "end")), strict=True):
-        yield float(first), float(last), str(kind)
-    slip = _slip_times(history)
-    if {"incipient", "overall"} <= slip.keys():
-        yield slip["incipient"], slip["overall"], "partial slip"
 
 
 def _optional(module: str, words: str) -> Any:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy import signal
 
 from fingerslip.afferents.model import AFFERENTS, IntegrateAndFire
-from fingerslip.afferents.signals import STIMULI, BandwidthWarning, step_text
+from fingerslip.afferents.signals import STEPS_A_PERIOD, STIMULI, BandwidthWarning, step_text
 from fingerslip.dynamics.steering.steering import Observation
 from fingerslip.history import VARIABLES
 from fingerslip.react.moment import Alarm, Moment
@@ -23,9 +23,6 @@ from fingerslip.sites import ReceptorKind
 
 Array = NDArray[np.float64]
 
-# The longest substep, as shares of the membrane's time constant and of the rest after a spike.
-_OF_MEMBRANE, _OF_REST = 0.02, 0.2
-_ORDER, _STEPS_A_PERIOD = 3, 20.0
 _SIGNALS = ("strain", "stress", "strain_energy_density", "velocity", "acceleration")
 
 
@@ -46,7 +43,7 @@ class SpikeWatch:
             self._stream, self._began = SpikeStream(self._model, moment.time, stimulus), moment.time
             return None
         # Warn once where the first step does not resolve what the afferents respond to.
-        longest = 1.0 / (_STEPS_A_PERIOD * self._model.highest_frequency)
+        longest = 1.0 / (STEPS_A_PERIOD * self._model.highest_frequency)
         if moment.time - self._began > longest * (1.0 + 1e-6) and not self._has_warned:
             text = f"{self._kind} responds to {self._model.highest_frequency:g} Hz, which needs steps of"
             warnings.warn(f"{text} {step_text(self._model.highest_frequency)}", BandwidthWarning, stacklevel=2)
@@ -75,21 +72,20 @@ class SpikeStream:
         """Begin at rest under stimuli (k,) at a time [s]."""
         self._model, self._time, self._stimuli = model, time, stimuli
         self._low, self._membrane, self._free_from = stimuli, np.zeros(stimuli.size), np.full(stimuli.size, -np.inf)
-        self._drive = self._drive_of(stimuli, np.zeros(stimuli.size))
+        self._drive = model.drive(stimuli, np.zeros(stimuli.size))
         self._sections: Array | None = None
         self._left = np.zeros(0)
 
     def advance(self, time: float, stimuli: Array) -> list[float]:
         """Take the stimuli (k,) at the next time [s], and return the times at which spikes arrive [s]."""
         model, length = self._model, time - self._time
-        finest = min(_OF_MEMBRANE * model.membrane_time, _OF_REST * model.rest or np.inf)
-        count = int(np.ceil(length / finest - 1e-9))
+        count = int(np.ceil(length / model.longest_step - 1e-9))
         step = length / count
         shares = np.arange(1, count + 1)[:, None] / count
         low = self._filter(self._stimuli + shares * (stimuli - self._stimuli), 1.0 / step)
         decay, arrivals = np.exp(-step / model.membrane_time), []
         for number, values in enumerate(low, start=1):
-            drive = self._drive_of(values, (values - self._low) / step)
+            drive = model.drive(values, (values - self._low) / step)
             target, now = 0.5 * (drive + self._drive), self._time + number * step
             membrane = np.where(now > self._free_from, target + (self._membrane - target) * decay, 0.0)
             fires = membrane >= 1.0
@@ -100,21 +96,11 @@ class SpikeStream:
         self._time, self._stimuli = time, stimuli
         return arrivals
 
-    def _drive_of(self, values: Array, rates: Array) -> Array:
-        """Return what drives the membranes, (k,) [-]."""
-        drive = np.zeros(values.size)
-        if self._model.least_steady is not None:
-            drive += np.abs(values) / self._model.least_steady
-        if self._model.least_rate is not None:
-            drive += np.abs(rates) / self._model.least_rate
-        return drive
-
     def _filter(self, values: Array, rate: float) -> Array:
         """Return values (m, k) at a rate [1/s] without what is above the highest frequency, on from the last ones."""
-        if self._model.highest_frequency >= 0.5 * rate:
-            return values
         if self._sections is None:
-            self._sections = signal.butter(_ORDER, self._model.highest_frequency, fs=rate, output="sos")
-            self._left = signal.sosfilt_zi(self._sections)[:, :, None] * self._stimuli
+            if (sections := self._model.low_pass(rate)) is None:
+                return values
+            self._sections, self._left = sections, signal.sosfilt_zi(sections)[:, :, None] * self._stimuli
         smoothed, self._left = signal.sosfilt(self._sections, values, axis=0, zi=self._left)
         return np.asarray(smoothed)

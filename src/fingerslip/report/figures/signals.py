@@ -465,7 +465,7 @@ def limit_to_slide(axes: Axes, history: xr.Dataset) -> None:
 
 def add_spike_notes(axes: Axes, spikes: Spikes, history: xr.Dataset, *, assumed: bool) -> None:
     """Write below the axis of time what spikes are not."""
-    notes = (*spike_notes(spikes, history), *[ASSUMED] * assumed)
+    notes = (*spike_notes(spikes.kinds, spikes.beyond, history), *[ASSUMED] * assumed)
     if notes:
         style.note_below(axes, "Spikes: " + "; ".join(notes) + ".")
 
