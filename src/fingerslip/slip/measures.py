@@ -6,6 +6,7 @@ log, in the tables of a run and of a study's report and, if it is a number of me
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -194,28 +195,15 @@ _COUNTERFACE, _NODES, _CONTACT = ("counterface",), ("contact_node",), ("contact_
 _LENGTH, _TRAVEL = Unit("m", "um"), Unit("m", "mm")
 
 
-def _of_events(
-    name: str, label: str, read: Callable[[xr.Dataset, Found], Number], unit: Unit | None = None, reading: str = "slip"
-) -> Measure:
-    """Return a measure of what is found of slip in a reading."""
-    return Measure(name, label, read, unit, reading=reading, needs=_CONTACT)
+# Measures of what is found of slip, of the contact nodes, and of how a run was computed.
+_of_events = functools.partial(Measure, reading="slip", needs=_CONTACT)
+_of_nodes = functools.partial(Measure, needs=_NODES)
+_of_run = functools.partial(Measure, mechanical=False)
 
 
 def _of_force(name: str, label: str, read: Callable[[ContactForces], Number]) -> Measure:
     """Return a measure [N] of the forces of the first counterface."""
     return Measure(name, label, lambda history: read(contact_forces(history)), Unit("N"), needs=_COUNTERFACE)
-
-
-def _of_nodes(name: str, label: str, read: Callable[[xr.Dataset], Number], unit: Unit) -> Measure:
-    """Return a measure of the contact nodes."""
-    return Measure(name, label, read, unit, needs=_NODES)
-
-
-def _of_run(
-    name: str, label: str, read: Callable[..., Number], unit: Unit | None = None, needs: Sequence[str] = ()
-) -> Measure:
-    """Return a measure that says how a run was computed."""
-    return Measure(name, label, read, unit, mechanical=False, needs=tuple(needs))
 
 
 def _of_slide(
@@ -227,7 +215,7 @@ def _of_slide(
         window = slide_window(history)
         return None if window is None else read(history, window)
 
-    return _of_run(name, label, of_history, unit, _CONTACT)
+    return _of_run(name, label, of_history, unit, needs=_CONTACT)
 
 
 def _force_ratio(name: str, label: str, share: float) -> Measure:
@@ -260,13 +248,11 @@ MEASURES: tuple[Measure, ...] = (
         lambda history, slip: _travel(history, slip.events.incipient, slip.events.overall),
         _TRAVEL,
     ),
-    Measure(
+    _of_events(
         "sticking_at_overall",
         "nodes in contact since the slide that stick at overall slip",
         _sticking_at_overall,
         mechanical=False,
-        reading="slip",
-        needs=_CONTACT,
     ),
     _of_nodes("front_arrival_median", "median arrival of the slip front at FA-I", _front_arrival_median, Unit("s")),
     _force_ratio("force_ratio_half", "friction force reaches half of its limit", 0.5),
@@ -291,7 +277,7 @@ MEASURES: tuple[Measure, ...] = (
         "height of the acceleration peak of overall slip",
         _overall_peak_height,
         Unit("m/s^2"),
-        "acceleration",
+        reading="acceleration",
     ),
     _of_events(
         "peaks_before_overall", "acceleration peaks before overall slip", _peaks_before_overall, reading="acceleration"
@@ -303,8 +289,14 @@ MEASURES: tuple[Measure, ...] = (
         lambda history: share_before_centre(skin_marker_slips(history)),
     ),
     _of_run("edge_distance_min", "smallest distance from the contact to a free edge", edge_distance, _TRAVEL),
-    _of_run("penetration_max", "largest penetration", lambda at: max(-at["gap"].values.min(), 0.0), _LENGTH, _NODES),
-    _of_run("elastic_slip_max", "largest elastic slip", _elastic_slip_max, _LENGTH, _NODES),
+    _of_nodes(
+        "penetration_max",
+        "largest penetration",
+        lambda history: max(-history["gap"].values.min(), 0.0),
+        _LENGTH,
+        mechanical=False,
+    ),
+    _of_nodes("elastic_slip_max", "largest elastic slip", _elastic_slip_max, _LENGTH, mechanical=False),
     _of_run("records", "records", lambda history: history.sizes["time"]),
     _of_slide("slide_records", "records in the slide", lambda _, slide: slide.last - slide.first),
     _of_slide(

@@ -99,9 +99,15 @@ def surface_strains(history: xr.Dataset, patch: Patch | None = None) -> xr.DataA
 
     patch = patch or contact_patch(history)
     reference = history["contact_position"].values[patch.nodes][patch.triangles]
-    local = _local_edges(reference, patch.axes[0])
+    at_rest = reference[:, 1:] - reference[:, :1]
+    # The edges (m, 2, 2) in the planes of their triangles, the first axis along the slide.
+    normal = np.cross(at_rest[:, 0], at_rest[:, 1])
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    first = patch.axes[0] - (normal @ patch.axes[0])[:, None] * normal
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    local = np.stack([np.einsum("mek,mk->me", at_rest, axis) for axis in (first, np.cross(normal, first))], axis=-1)
     displacement = history["contact_displacement"].values[:, patch.nodes][:, patch.triangles]
-    edges = (reference[:, 1:] - reference[:, :1]) + (displacement[:, :, 1:] - displacement[:, :, :1])
+    edges = at_rest + (displacement[:, :, 1:] - displacement[:, :, :1])
     # Rows of `edges` are the images of the rows of `local`.
     gradient = np.linalg.solve(local, edges)
     metric = gradient @ np.swapaxes(gradient, -1, -2)
@@ -124,16 +130,6 @@ def surface_strain_rates(strains: xr.DataArray) -> xr.DataArray:
     """Return the rates of surface strains by central differences between records, in their shape [1/s]."""
     rates = strains.copy(data=np.gradient(strains.values, strains["time"].values, axis=0))
     return rates.rename("surface_strain_rate").assign_attrs(units="1/s", long_name="rate of the surface strain")
-
-
-def _local_edges(reference: Floats, along: Floats) -> Floats:
-    """Return two edges of each triangle (m, 3, 3) in its own plane, the first axis along the slide; (m, 2, 2)."""
-    edges = reference[:, 1:] - reference[:, :1]
-    normal = np.cross(edges[:, 0], edges[:, 1])
-    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    first = along - (normal @ along)[:, None] * normal
-    first /= np.linalg.norm(first, axis=1, keepdims=True)
-    return np.stack([np.einsum("mek,mk->me", edges, axis) for axis in (first, np.cross(normal, first))], axis=-1)
 
 
 def triangle_states(history: xr.Dataset, patch: Patch, step: int) -> NDArray[np.int8]:
