@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import difflib
+import importlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Any
 
 _LONGEST = 80
 
@@ -53,6 +55,15 @@ class InputError(FingerslipError, ValueError):
         text = f"{self.where}: {self.found}, {self.allowed}" if self.where else f"{self.found}, {self.allowed}"
         text = f"{text}; {self.repair}" if self.repair else text
         return text if self.line is None else f"{text} (line {self.line})"
+
+
+def optional_module(module: str, extra: str, where: str, needs: str) -> Any:
+    """Return a module of an optional dependency, or say what needs it and which extra installs it."""
+    try:
+        return importlib.import_module(module)
+    except ImportError as error:
+        repair = f'pip install "fingerslip[{extra}]"'
+        raise InputError(where, f"{module} is missing ({error})", needs, repair) from error
 
 
 def unknown_name(where: str, name: str, names: Iterable[str]) -> InputError:

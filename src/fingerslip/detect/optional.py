@@ -2,16 +2,9 @@
 
 from __future__ import annotations
 
-import importlib
-from typing import Any
+import functools
 
-from fingerslip.errors import InputError
+from fingerslip.errors import optional_module
 
-
-def optional(module: str) -> Any:
-    """Return a module of an optional dependency, such as ``sklearn.svm``."""
-    try:
-        return importlib.import_module(module)
-    except ImportError as error:
-        repair = 'pip install "fingerslip[detect]"'
-        raise InputError("detect", f"{module} is missing ({error})", "slip detection needs it", repair) from error
+#: Returns a module of an optional dependency, such as ``sklearn.svm``.
+optional = functools.partial(optional_module, extra="detect", where="detect", needs="slip detection needs it")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import importlib.util
 import io
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -14,7 +13,7 @@ import pandas as pd
 from scipy.io import savemat
 
 from fingerslip.afferents.model import ASSUMED, answering_models, available_spikes, beyond_records, spike_notes
-from fingerslip.errors import InputError
+from fingerslip.errors import InputError, optional_module
 from fingerslip.export.paraview import write_paraview
 from fingerslip.export.spikes import slip_times, write_history_nwb
 from fingerslip.history import COORDINATES, VARIABLES
@@ -168,9 +167,7 @@ def _write_csv(tables: _Tables, folder: Path) -> None:
 
 
 def _write_parquet(tables: _Tables, folder: Path) -> None:
-    if importlib.util.find_spec("pyarrow") is None:
-        repair = 'install it: pip install "fingerslip[export]"'
-        raise InputError("format", "is parquet, and pyarrow is not installed", "needs pyarrow", repair)
+    optional_module("pyarrow", "export", "format", "parquet needs it")
     for name, frame in tables.items():
         frame.to_parquet(folder / f"{name}.parquet", index=False)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import datetime as dt
-import importlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,7 +11,7 @@ import numpy as np
 
 from fingerslip.afferents.model import Spikes, resolved_spikes, spike_notes, spike_places
 from fingerslip.afferents.signals import record_bandwidth
-from fingerslip.errors import InputError
+from fingerslip.errors import InputError, optional_module
 from fingerslip.slip.events import find_events
 from fingerslip.slip.windows import EVENTS, slide_window
 from fingerslip.snapshot import in_space
@@ -23,6 +22,7 @@ from fingerslip.version import __version__
 if TYPE_CHECKING:
     import xarray as xr
 
+_NWB = ("neural", "spikes", "files of NWB need it")
 _KEYWORDS = "simulation, fingertip, slip, tactile afferents"
 _MODELS = "models of afferents whose thresholds are assumed: counts are no result"
 _HUMAN = f"leaky integrate-and-fire {_MODELS}; time constants of Saal et al. (2017)"
@@ -57,7 +57,7 @@ def neo_block(spikes: Spikes, history: xr.Dataset | None = None) -> Any:
         block = fs.neo_block(fs.spikes_of(history, fs.human_afferents()), history)
         trains = [train for train in block.segments[0].spiketrains if train.annotations["kind"] == "SA-I"]
     """
-    neo = _optional("neo", "neo")
+    neo = optional_module("neo", "neural", "spikes", "blocks of Neo need it")
     block, segment = neo.Block(name="fingerslip", description=_ABOUT), neo.Segment(name="run")
     block.segments.append(segment)
     block.annotate(session_start_time=dt.datetime.now(dt.UTC))
@@ -108,7 +108,7 @@ def write_nwb(
     InputError
         Where PyNWB is not installed; of no afferents, and of those of receptors that the history does not have.
     """
-    pynwb = _optional("pynwb", "PyNWB")
+    pynwb = optional_module("pynwb", *_NWB)
     if not spikes.names:
         raise InputError("spikes", "have no afferents", "need one or more")
     file = pynwb.NWBFile(
@@ -176,7 +176,7 @@ def _phases(history: xr.Dataset) -> Iterator[tuple[Any, ...]]:
 
 def write_history_nwb(history: xr.Dataset, folder: Path) -> None:
     """Write the spikes that the human afferents of a history whose stimulus it resolves have into ``spikes.nwb``."""
-    _optional("pynwb", "PyNWB")
+    optional_module("pynwb", *_NWB)
     write_nwb(resolved_spikes(history), folder / "spikes.nwb", history, models=_HUMAN)
 
 
@@ -191,12 +191,3 @@ def slip_times(history: xr.Dataset) -> dict[str, float]:
     """Return the times [s] of the slip events that happened, by their names."""
     slip = find_events(history).slip
     return {name: time for name in EVENTS if (time := slip.time(name)) is not None}
-
-
-def _optional(module: str, words: str) -> Any:
-    """Return a package of the extra."""
-    try:
-        return importlib.import_module(module)
-    except ImportError as error:
-        repair = 'install it: pip install "fingerslip[neural]"'
-        raise InputError("spikes", f"{words} is missing ({error})", f"needs {words}", repair) from error

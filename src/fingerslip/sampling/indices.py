@@ -14,7 +14,6 @@ runs is predicted by a process that has not seen it, hyperparameters included.
 
 from __future__ import annotations
 
-import importlib
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -23,7 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.errors import InputError
+from fingerslip.errors import InputError, optional_module
 from fingerslip.results import SAMPLE, RunResult, StudyResult
 from fingerslip.sampling.designs import (
     Input,
@@ -40,7 +39,7 @@ from fingerslip.sampling.sensitivity import groups_of
 Array = NDArray[np.float64]
 
 # What needs them, in errors.
-_SALIB, _SKLEARN = ("SALib", "sensitivity"), ("scikit-learn", "surrogate")
+_SALIB, _SKLEARN = ("sensitivity", "sensitivity", "indices need it"), ("surrogate", "sensitivity", "surrogates need it")
 _LEAST_BLOCKS = 4
 _ON_SURROGATE = 1024
 _SEED = 1
@@ -175,15 +174,6 @@ def _sensitivity(  # noqa: PLR0917  what a sensitivity is made of
         deviation=float(values.std(ddof=1)),
         runs=values.size,
     )
-
-
-def optional_module(module: str, library: str, where: str, extra: str = "sensitivity") -> Any:
-    """Return a module of a library that is an optional part."""
-    try:
-        return importlib.import_module(module)
-    except ImportError:
-        fault, repair = f"needs {library}, which is not installed", f"pip install 'fingerslip[{extra}]'"
-        raise InputError(where, fault, "is an optional part", repair) from None
 
 
 _FOLDS = 5

@@ -19,9 +19,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.errors import InputError
+from fingerslip.errors import InputError, optional_module
 from fingerslip.sampling.curves import Measurement
-from fingerslip.sampling.indices import fit_process, optional_module
+from fingerslip.sampling.indices import fit_process
 
 Array = NDArray[np.float64]
 
@@ -31,7 +31,7 @@ _JITTER = 1e-10  # added to the kernel's matrix, in variances
 _LENGTH = 0.2  # of the discrepancy, as a share of the curve
 _FIRST, _WALKERS, _CHUNK, _MOST_STEPS = 4096, 32, 500, 40_000
 _LENGTHS, _R_HAT = 50, 1.05  # autocorrelation times of a chain at least, and R-hat at most
-EMCEE = ("emcee", "emcee", "fit", "fit")
+EMCEE = ("emcee", "fit", "fit", "the posterior needs it")
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.errors import InputError, Mistakes
+from fingerslip.errors import InputError, Mistakes, optional_module
 from fingerslip.history import read_history
 from fingerslip.parameters.schema import require_kind
 from fingerslip.report.labels import short_labels
@@ -19,7 +19,6 @@ from fingerslip.report.tables.runs import table_frame
 from fingerslip.results import HISTORY, RunResult, StudyResult
 from fingerslip.sampling.curves import FitSettings, Measurement, column_unit, curves_of, read_measurement
 from fingerslip.sampling.designs import required_output
-from fingerslip.sampling.indices import optional_module
 from fingerslip.sampling.posterior import (
     EMCEE,
     Chain,

@@ -16,7 +16,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.errors import DamagedError, InputError, ResultError, TruncatedVideoError, shorten
+from fingerslip.errors import DamagedError, InputError, ResultError, TruncatedVideoError, optional_module, shorten
 from fingerslip.storage.files import check_replaceable, new_file, new_folder, read_json, write_json
 
 
@@ -27,11 +27,7 @@ def opencv() -> ModuleType:
     error of ours, with the file and what to do.
     """
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")  # FFmpeg's level "quiet", read at the first video
-    try:
-        import cv2
-    except ImportError as error:
-        repair = 'pip install "fingerslip[vision]"'
-        raise InputError("vision", f"OpenCV is missing ({error})", "images and videos need it", repair) from error
+    cv2: ModuleType = optional_module("cv2", "vision", "vision", "images and videos need OpenCV")
     return cv2
 
 

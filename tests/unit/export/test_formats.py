@@ -88,7 +88,7 @@ def test_what_cannot_be_exported_leaves_nothing(pushed, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     for history, kind, message in (
         (pushed, "xls", "format: got 'xls', needs one of csv, json, mat, nwb, parquet, vtu"),
-        (pushed, "parquet", r'needs pyarrow; install it: pip install "fingerslip\[export\]"'),
+        (pushed, "parquet", r'format: pyarrow is missing .*, parquet needs it; pip install "fingerslip\[export\]"'),
         (pushed.isel(snapshot_time=slice(0, 0)), "vtu", "has no snapshots of the whole mesh; write record: "),
     ):
         with pytest.raises((InputError, ResultError), match=message):

@@ -28,7 +28,7 @@ def clip(count=12, colour=False):
 def test_missing_opencv_is_told_with_the_repair(monkeypatch):
     assert callable(video.opencv().imread)
     monkeypatch.setitem(sys.modules, "cv2", None)
-    with pytest.raises(InputError, match=r'OpenCV is missing .*; pip install "fingerslip\[vision\]"'):
+    with pytest.raises(InputError, match=r'cv2 is missing .* need OpenCV; pip install "fingerslip\[vision\]"'):
         video.opencv()
 
 

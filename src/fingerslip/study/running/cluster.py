@@ -23,7 +23,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from fingerslip.errors import FingerslipError, InputError, ResultError
+from fingerslip.errors import FingerslipError, InputError, ResultError, optional_module
 from fingerslip.results import stored_result
 from fingerslip.storage.files import new_folder, writing
 from fingerslip.study.definition.runs import Run
@@ -139,11 +139,7 @@ def _connect(address: str) -> Iterator[Any]:
     allowed = "needs the address of a Dask scheduler such as tcp://host:8786"
     if not _ADDRESS.fullmatch(address):
         raise InputError("scheduler", f"got '{address}'", allowed)
-    try:
-        distributed: Any = importlib.import_module("distributed")
-    except ImportError:
-        repair = "install it with: pip install 'fingerslip[cluster]'"
-        raise InputError("scheduler", "needs Dask, which is not installed", "runs without it locally", repair) from None
+    distributed = optional_module("distributed", "cluster", "scheduler", "Dask needs it; runs without it are local")
     try:
         client = distributed.Client(address, timeout=_SECONDS_TO_CONNECT, set_as_default=False)
     except (OSError, ValueError) as error:
