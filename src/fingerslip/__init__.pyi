@@ -169,7 +169,7 @@ from .marker_layouts import (
     hexagonal_layout as hexagonal_layout,
     ring_layout as ring_layout,
 )
-from .vision.sources import live_frames as live_frames
+from .vision.video import live_frames as live_frames
 from .vision.tracking.track import TrackingWarning as TrackingWarning, track_markers as track_markers
 from .vision.tracking.tracker import MarkerTracker as MarkerTracker
 from .vision.tracks import (

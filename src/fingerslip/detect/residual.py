@@ -27,7 +27,7 @@ from fingerslip.parameters import NonNegativeNumber, Number, parameters
 from fingerslip.tables.table import Missing
 from fingerslip.vision.fields import fit_rigid_motions
 from fingerslip.vision.tracking.layouts import nearest_neighbours
-from fingerslip.vision.tracking.rest import FEWEST, STIRRED, rest_length
+from fingerslip.vision.tracking.track import FEWEST, STIRRED, rest_length
 from fingerslip.vision.tracking.tracker import SeenMarkers
 
 if TYPE_CHECKING:

@@ -26,8 +26,7 @@ from fingerslip.detect.training import (
 from fingerslip.errors import InputError
 from fingerslip.storage.files import check_replaceable, folder_beside
 from fingerslip.tables.table import Table
-from fingerslip.vision.sources import dropped_frames, live_frames
-from fingerslip.vision.video import open_frames
+from fingerslip.vision.video import dropped_frames, live_frames, open_frames
 
 if TYPE_CHECKING:
     import xarray as xr

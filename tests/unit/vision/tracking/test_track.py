@@ -19,7 +19,6 @@ from fingerslip.errors import InputError
 from fingerslip.vision.cameras.camera import Camera, Pose, true_tracks
 from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole, pinhole_for_view, write_calibration
 from fingerslip.vision.cameras.pixel import LAMPS, MOULDED, PixelCamera, SensorNoise, frames_of
-from fingerslip.vision.tracking.rest import still_markers
 from fingerslip.vision.tracking.track import (
     Lost,
     MarkerTracker,
@@ -29,6 +28,7 @@ from fingerslip.vision.tracking.track import (
     noise_at_rest,
     seen_count,
     seen_share,
+    still_markers,
     track_markers,
     undistort_pixels,
 )
