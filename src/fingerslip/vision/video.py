@@ -49,7 +49,6 @@ _MISSING_FRAMES, _MISSING_SHARE = 2, 0.01
 class VideoInfo:
     """What a video says of itself."""
 
-    path: str  # the file or folder
     width: int  # size of the frames [px]
     height: int  # size of the frames [px]
     frame_rate: float | None  # frames a second [1/s]
@@ -61,7 +60,7 @@ def video_info(path: str | Path) -> VideoInfo:
     path = Path(path)
     if not path.is_dir():
         return _file_info(path)
-    height, width = _image(opencv(), _images(path)[0], "grey").shape[:2]
+    height, width = _image(_images(path)[0], "grey").shape
     rate, stated = None, path / _RATE_FILE
     if stated.is_file():
         repair = "write the images again"
@@ -70,25 +69,20 @@ def video_info(path: str | Path) -> VideoInfo:
             rate = _check_rate(float(str(content)))
         except (ValueError, OverflowError) as error:
             raise DamagedError(str(stated), f"has the frame rate {shorten(repr(content))}", repair) from error
-    return VideoInfo(str(path), width, height, rate, len(_images(path)))
+    return VideoInfo(width, height, rate, len(_images(path)))
 
 
-def frame_rate_of(info: VideoInfo, source: float | None = None) -> float:
-    """Return the frames a second [1/s] of a video: those given, else those that it states."""
-    rate = info.frame_rate if source is None else source
+def _check_rate(rate: float | None, name: str = "") -> float:
+    """Return the frames a second [1/s] of the video of a name; refuse what is none."""
     if rate is None:
-        raise InputError(info.path, "states no frame rate", "needs one", "give the frames a second, such as 30")
-    return _check_rate(rate)
-
-
-def _check_rate(rate: float) -> float:
+        raise InputError(name, "states no frame rate", "needs one", "give frame_rate, such as 30 frames a second")
     if not 0 < rate <= _FASTEST:
         raise InputError("frame_rate", f"got {rate}", f"needs a number of frames a second above 0, up to {_FASTEST:g}")
     return float(rate)
 
 
-def read_frames(path: str | Path, *, colour: str = "grey") -> Iterator[Frame]:
-    """Yield the frames of a video file, or of a folder of images by the numbers in their names, one by one.
+def read_frames(path: str | Path, colour: str = "grey") -> Iterator[Frame]:
+    """Return the frames of a video file, or of a folder of images by the numbers in their names, one by one.
 
     They are (height, width), or (height, width, 3) with blue first where `colour` is ``bgr``, of uint8. Where the video
     says that it has more than it gives, TruncatedVideoError comes behind the last.
@@ -96,7 +90,7 @@ def read_frames(path: str | Path, *, colour: str = "grey") -> Iterator[Frame]:
     if colour not in ("grey", "bgr"):
         raise InputError("colour", f"got {colour!r}", "needs grey or bgr")
     path = Path(path)
-    return (_folder_frames if path.is_dir() else _file_frames)(path, colour)
+    return _folder_frames(path, colour) if path.is_dir() else _file_frames(path, colour)
 
 
 def _file_info(path: Path) -> VideoInfo:
@@ -104,7 +98,7 @@ def _file_info(path: Path) -> VideoInfo:
         width, height = (round(capture.get(name)) for name in (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT))
         rate, count = capture.get(cv2.CAP_PROP_FPS), round(capture.get(cv2.CAP_PROP_FRAME_COUNT))
     is_known = math.isfinite(rate) and 0 < rate <= _FASTEST
-    return VideoInfo(str(path), width, height, rate if is_known else None, count if count > 0 else None)
+    return VideoInfo(width, height, rate if is_known else None, count if count > 0 else None)
 
 
 @contextlib.contextmanager
@@ -130,10 +124,9 @@ def _open_reader(path: Path) -> Iterator[tuple[ModuleType, Any]]:
 
 
 def _file_frames(path: Path, colour: str) -> Iterator[Frame]:
-    stated = _file_info(path).frame_count or 0
     with _open_reader(path) as (cv2, capture):
         conversions = {(2, "bgr"): cv2.COLOR_GRAY2BGR, (3, "grey"): cv2.COLOR_BGR2GRAY}
-        number = 0
+        stated, number = capture.get(cv2.CAP_PROP_FRAME_COUNT), 0
         while (row := capture.read())[0]:
             code = conversions.get((row[1].ndim, colour))
             yield row[1] if code is None else cv2.cvtColor(row[1], code)
@@ -141,7 +134,7 @@ def _file_frames(path: Path, colour: str) -> Iterator[Frame]:
     if number == 0:
         raise InputError(str(path), "has no frame that can be decoded", "needs a video with frames", "record it again")
     if stated - number > max(_MISSING_FRAMES, _MISSING_SHARE * stated):
-        raise TruncatedVideoError(str(path), number, stated)
+        raise TruncatedVideoError(str(path), number, round(stated))
 
 
 def _images(folder: Path) -> list[Path]:
@@ -153,9 +146,9 @@ def _images(folder: Path) -> list[Path]:
 
 
 def _folder_frames(folder: Path, colour: str) -> Iterator[Frame]:
-    cv2, first = opencv(), None
+    first = None
     for path in _images(folder):
-        frame = _image(cv2, path, colour)
+        frame = _image(path, colour)
         first = first or frame.shape
         if frame.shape != first:
             fault = f"is {frame.shape[1]} x {frame.shape[0]} px"
@@ -163,7 +156,8 @@ def _folder_frames(folder: Path, colour: str) -> Iterator[Frame]:
         yield frame
 
 
-def _image(cv2: ModuleType, path: Path, colour: str) -> Frame:
+def _image(path: Path, colour: str) -> Frame:
+    cv2 = opencv()
     frame: Frame | None = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE if colour == "grey" else cv2.IMREAD_COLOR)
     if frame is None:
         raise InputError(str(path), "cannot be read as an image", "needs a whole image file", "record it again")
@@ -231,9 +225,9 @@ def _write_file(path: Path, frames: Iterator[Frame], rate: float, codec: str) ->
         finally:
             writer.release()
         count = 0
+        # OpenCV says nothing when the disk is full.
         with contextlib.suppress(InputError):
             count = _file_info(partial).frame_count or 0
-        # OpenCV says nothing when the disk is full.
         if written - count > max(_MISSING_FRAMES, _MISSING_SHARE * written):
             raise ResultError(f"{path}: holds {count} of {written} frames; free some space or choose another folder")
     return written
@@ -260,16 +254,13 @@ def open_frames(video: VideoInput, frame_rate: float | None = None, channel: Cha
         raise InputError("channel", f"got {channel!r}", f"needs one of {', '.join(get_args(Channel))}")
     if isinstance(video, str | Path):
         name, colour = str(video), "grey" if channel == "grey" else "bgr"
-        rate = frame_rate_of(video_info(video), frame_rate)
-        return Frames(
-            name, rate, lambda: (grey_frame(frame, channel, name) for frame in read_frames(video, colour=colour))
-        )
+        stated = video_info(video).frame_rate
+        rate = _check_rate(stated if frame_rate is None else frame_rate, name)
+        return Frames(name, rate, lambda: (grey_frame(frame, channel, name) for frame in read_frames(video, colour)))
     if len(video) == 0:
         raise InputError("video", "has no frames", "needs at least one")
-    if frame_rate is None or not 0 < frame_rate < math.inf:
-        fault = "states no frame rate" if frame_rate is None else f"got the frame rate {frame_rate}"
-        raise InputError("video", fault, "needs frames a second > 0", "give frame_rate")
-    return Frames("video", frame_rate, lambda: (grey_frame(np.asarray(frame), channel, "video") for frame in video))
+    rate = _check_rate(frame_rate, "video")
+    return Frames("video", rate, lambda: (grey_frame(np.asarray(frame), channel, "video") for frame in video))
 
 
 def grey_frame(frame: NDArray[Any], channel: Channel, name: str) -> Frame:
@@ -279,12 +270,13 @@ def grey_frame(frame: NDArray[Any], channel: Channel, name: str) -> Frame:
     if frame.dtype != np.uint8 or frame.ndim not in (2, 3) or (frame.ndim == 3 and frame.shape[2] not in (1, 3, 4)):
         fault = f"a frame has the type {frame.dtype} and shape {frame.shape}"
         raise InputError(name, fault, "needs uint8 or uint16, (height, width) or (height, width, 3)")
-    if frame.ndim == 3 and frame.shape[2] > 1 and channel == "grey":
+    if frame.ndim == 3 and frame.shape[2] == 1:
+        frame = frame[:, :, 0]
+    elif frame.ndim == 3 and channel == "grey":
         cv2 = opencv()
-        grey: Frame = cv2.cvtColor(np.ascontiguousarray(frame[:, :, :3]), cv2.COLOR_BGR2GRAY)
-        return grey
-    if frame.ndim == 3:
-        frame = frame[:, :, _COLOURS.index(channel) if frame.shape[2] > 1 else 0]
+        frame = cv2.cvtColor(np.ascontiguousarray(frame[:, :, :3]), cv2.COLOR_BGR2GRAY)
+    elif frame.ndim == 3:
+        frame = frame[:, :, _COLOURS.index(channel)]
     return np.ascontiguousarray(frame)
 
 
@@ -335,6 +327,7 @@ Source = int | str | Any | Iterable[tuple[float, NDArray[Any]]]
 
 # A gap between frames longer than so many times the usual one hides a frame that was dropped.
 _GAP = 1.5
+_PATIENCE = 0.05  # s, after which a camera is asked whether it still runs
 
 
 def live_frames(source: Source, channel: Channel = "grey") -> Iterator[tuple[float, Frame]]:
@@ -369,10 +362,8 @@ def live_frames(source: Source, channel: Channel = "grey") -> Iterator[tuple[flo
     [(0.0, (4, 6)), (0.1, (4, 6))]
     """
     name = str(source) if isinstance(source, int | str) else "camera"
-    rows: Any = source
-    if isinstance(source, int | str) or hasattr(source, "read"):
-        rows = _camera_frames(source, name)
-    for time, frame in rows:
+    is_camera = isinstance(source, int | str) or hasattr(source, "read")
+    for time, frame in _camera_frames(source, name) if is_camera else source:
         yield float(time), grey_frame(np.asarray(frame), channel, name)
 
 
@@ -396,34 +387,25 @@ def _camera_frames(source: Any, name: str) -> Iterator[tuple[float, NDArray[Any]
 
 def _newest(capture: Any) -> Iterator[tuple[float, NDArray[Any]]]:
     """Yield when each frame came since the first [s], and the frame, of those only the newest that waits."""
-    waiting: queue.Queue[tuple[float, NDArray[Any] | None]] = queue.Queue(maxsize=1)
+    waiting: queue.Queue[tuple[float, NDArray[Any]]] = queue.Queue(maxsize=1)
     stopped = threading.Event()
 
     def fill() -> None:
-        is_there = True
-        while is_there and not stopped.is_set():
-            is_there, frame = capture.read()
-            row = clock.perf_counter(), frame if is_there else None
-            while True:
-                try:
-                    waiting.put_nowait(row)
-                    break
-                except queue.Full:
-                    # The end may not take the place of the last frame.
-                    if not is_there and not stopped.is_set():
-                        clock.sleep(1e-3)
-                        continue
-                    with contextlib.suppress(queue.Empty):
-                        waiting.get_nowait()
+        while not stopped.is_set() and (row := capture.read())[0]:
+            # A frame that still waits gives way.
+            with contextlib.suppress(queue.Empty):
+                waiting.get_nowait()
+            waiting.put((clock.perf_counter(), row[1]))
 
     thread = threading.Thread(target=fill, daemon=True)
     thread.start()
     start = None
     try:
-        while True:
-            came, frame = waiting.get()
-            if frame is None:
-                return
+        while thread.is_alive() or not waiting.empty():
+            try:
+                came, frame = waiting.get(timeout=_PATIENCE)
+            except queue.Empty:
+                continue
             start = came if start is None else start
             yield came - start, frame
     finally:

@@ -126,20 +126,20 @@ def test_what_cannot_be_read_is_told(tmp_path):
 
 def test_a_folder_without_a_rate_needs_one(tmp_path):
     video.write_video(tmp_path / "frames", clip(1), 60)
-    assert video.frame_rate_of(video.video_info(tmp_path / "frames")) == 60
+    assert video.open_frames(tmp_path / "frames").frame_rate == 60
     for values in ({}, {"frame_rate": None}, {"frame_rate": "x"}, {"frame_rate": 10**400}):
         write_json(tmp_path / "frames" / "video.json", values)
         with pytest.raises(DamagedError, match=r"video\.json: has the frame rate .*write the images again"):
             video.video_info(tmp_path / "frames")
     (tmp_path / "frames" / "video.json").unlink()
-    info = video.video_info(tmp_path / "frames")
-    assert info.frame_rate is None
-    with pytest.raises(InputError, match="states no frame rate, needs one; give the frames a second"):
-        video.frame_rate_of(info)
-    assert video.frame_rate_of(info, 25) == 25
+    assert video.video_info(tmp_path / "frames").frame_rate is None
+    with pytest.raises(InputError, match="frames: states no frame rate, needs one; give frame_rate, such as 30"):
+        video.open_frames(tmp_path / "frames")
+    assert video.open_frames(tmp_path / "frames", 25).frame_rate == 25
     for rate in (0.0, -30.0, float("nan"), float("inf"), 90000.0):
         for act in (
-            lambda rate: video.frame_rate_of(info, rate),
+            partial(video.open_frames, tmp_path / "frames"),
+            partial(video.open_frames, NOISE),
             partial(video.write_video, tmp_path / "a.avi", clip()),
         ):
             with pytest.raises(InputError, match="frame_rate: got"):
@@ -195,8 +195,7 @@ def test_frames_in_memory_and_in_files_can_be_read_again_of_any_depth_and_channe
 @pytest.mark.parametrize(
     ("source", "rate", "channel", "words"),
     [
-        (NOISE, None, "grey", "video: states no frame rate, needs frames a second > 0; give frame_rate"),
-        (NOISE, -3.0, "grey", "got the frame rate -3.0"),
+        (NOISE, None, "grey", "video: states no frame rate, needs one; give frame_rate"),
         ([], 30.0, "grey", "has no frames"),
         (NOISE, 30.0, "pink", "channel: got 'pink', needs one of grey, blue, green, red"),
         ("none.mp4", None, "grey", "none.mp4"),
