@@ -137,14 +137,12 @@ def window_frames(times: Floats, smoothing: float) -> int:
 
 
 def smooth_velocity(position: Floats, times: Floats, frames: int) -> Floats:
-    """Return the velocity of markers by parabolas fitted to a few frames (Savitzky & Golay 1964).
+    """Return the velocity of markers (n_times, n_markers, n_axes) by parabolas fitted to a few frames.
 
-    Where every frame is there, at even times, this is the filter of Savitzky and Golay; here times may be uneven, and
-    frames in which a marker was not seen have no weight. At both ends the parabola of the first or last frames is used.
-    White noise of a deviation s in the positions becomes s sqrt(3 / (h (h + 1) (2 h + 1))) / step in the velocity, with
+    At even times with every frame this is the filter of Savitzky and Golay (1964); here times may be uneven, and frames
+    in which a marker was not seen have no weight. At both ends the parabola of the first or last frames is used. White
+    noise of a deviation s in the positions becomes s sqrt(3 / (h (h + 1) (2 h + 1))) / step in the velocity, with
     2 h + 1 frames.
-
-    Arrays: position (n_times, n_markers, n_axes); times (n_times,) [s]; returns (n_times, n_markers, n_axes).
     """
     half, count = frames // 2, times.size
     middles = np.clip(np.arange(count), half, count - 1 - half)
@@ -174,7 +172,7 @@ def smooth_velocity(position: Floats, times: Floats, frames: int) -> Floats:
 class RigidMotions:
     """Rigid motions from rest, one for each time; NaN where too few markers are seen."""
 
-    translation: Floats  # (n_times, n_axes), mean displacement of the markers that are seen, in units of the positions
+    translation: Floats  # (n_times, n_axes), mean displacement of the markers that are seen, in their unit
     rotation: Floats  # (n_times,), angle [rad]: in 2D from x towards y, in 3D without a sign
     residual: Floats  # (n_times, n_markers, n_axes)
 
@@ -210,12 +208,10 @@ def fit_rigid_motions(rest: Floats, position: Floats) -> RigidMotions:
 
 
 def marker_triangles(rest: Floats) -> Ints:
-    """Return the Delaunay triangles of markers at rest, shape (n_triangles, 3), counter-clockwise from x to y.
+    """Return the Delaunay triangles (n_triangles, 3) of markers at rest (n_markers, 2), counter-clockwise from x to y.
 
     Flat ones along the edge, whose strain would be noise, are left out: those whose height is below a tenth of their
     longest edge.
-
-    Arrays: rest (n_markers, 2).
     """
     visible = np.flatnonzero(~np.isnan(rest).any(axis=1))
     if visible.size < 3:
@@ -231,15 +227,13 @@ def marker_triangles(rest: Floats) -> Ints:
     twice = edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0]
     corners = np.where(twice[:, None] < 0, corners[:, ::-1], corners)
     longest = (edges**2).sum(axis=2).max(axis=1)
-    chosen: Ints = visible[corners[np.abs(twice) > _FLAT * longest]]
-    return chosen
+    return np.asarray(visible[corners[np.abs(twice) > _FLAT * longest]])
 
 
 def triangle_gradients(rest: Floats, position: Floats, triangles: Ints) -> Floats:
-    """Return the gradients of the displacement in triangles, exact where the motion is affine.
+    """Return the gradients of the displacement in triangles (n_times, n_triangles, 2, 2) [-], exact where it is affine.
 
-    Arrays: rest (n_markers, 2); position (n_times, n_markers, 2); triangles (n_triangles, 3); returns (n_times,
-    n_triangles, 2, 2) [-].
+    Arrays: rest (n_markers, 2); position (n_times, n_markers, 2); triangles (n_triangles, 3).
     """
     before = rest[triangles[:, 1:]] - rest[triangles[:, :1]]
     after = position[:, triangles[:, 1:]] - position[:, triangles[:, :1]]
@@ -256,11 +250,7 @@ def green_strain(gradients: Floats) -> Floats:
 
 
 def marker_means(values: Floats, rest: Floats, triangles: Ints) -> Floats:
-    """Return the mean over the triangles around each marker, by their areas at rest.
-
-    Arrays: values (n_times, n_triangles); rest (n_markers, 2); triangles (n_triangles, 3); returns (n_times,
-    n_markers).
-    """
+    """Return the mean of values (n_times, n_triangles) over the triangles around each marker, weighted by area."""
     first, second = (rest[triangles[:, corner]] - rest[triangles[:, 0]] for corner in (1, 2))
     areas = 0.5 * np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])
     around = np.zeros((len(triangles), len(rest)))
@@ -268,38 +258,24 @@ def marker_means(values: Floats, rest: Floats, triangles: Ints) -> Floats:
     visible = ~np.isnan(values)
     weights = visible.astype(np.float64) @ around
     with np.errstate(divide="ignore", invalid="ignore"):
-        means: Floats = np.where(weights > 0, np.nan_to_num(values) @ around / weights, np.nan)
-    return means
+        return np.where(weights > 0, np.nan_to_num(values) @ around / weights, np.nan)
 
 
 def contact_centroid(position: Floats, divergence: Floats, floor: float) -> Floats:
-    """Return the middle of the markers that are spread, weighted by their divergence above a floor.
+    """Return the middle of the markers (n_times, n_axes), weighted by their divergence [-] above a floor.
 
     A contact that presses spreads the markers behind it; where and how far is the sensor's own, so this is a measure to
-    compare, and no position of a contact edge.
-
-    Arrays: position (n_times, n_markers, n_axes); divergence (n_times, n_markers) [-]; floor [-]; returns (n_times,
-    n_axes).
+    compare, and no position of a contact edge. Arrays: position (n_times, n_markers, n_axes); divergence (n_times,
+    n_markers).
     """
     weights = np.maximum(np.nan_to_num(divergence) - floor, 0.0) * ~np.isnan(position).any(axis=2)
     total = weights.sum(axis=1)
     total = np.where(total > 0, total, np.nan)
-    centroid: Floats = np.einsum("tm,tma->ta", weights, np.nan_to_num(position)) / total[:, None]
-    return centroid
+    return np.asarray(np.einsum("tm,tma->ta", weights, np.nan_to_num(position)) / total[:, None])
 
 
 def larger_principal(strain: Floats) -> Floats:
-    """Return the principal strain of larger size, with its sign.
-
-    Arrays: strain (..., 3) [-]; returns (...) [-].
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> larger_principal(np.array([[0.1, -0.3, 0.0]])).tolist()
-    [-0.3]
-    """
+    """Return the principal strain (...) of larger size, with its sign, of strains (..., 3) [-]."""
     middle, half = 0.5 * (strain[..., 0] + strain[..., 1]), 0.5 * (strain[..., 0] - strain[..., 1])
     radius = np.hypot(half, strain[..., 2])
-    larger: Floats = np.where(middle >= 0, middle + radius, middle - radius)
-    return larger
+    return np.where(middle >= 0, middle + radius, middle - radius)

@@ -74,16 +74,15 @@ def _markers_name(image: str) -> str:
 
 
 def _read_markers(path: Path) -> NDArray[np.float64]:
-    if not path.is_file():
-        raise InputError(str(path), "there is no such file", "needs the markers of every image")
     try:
         array = np.load(path, allow_pickle=False)
+    except FileNotFoundError:
+        raise InputError(str(path), "there is no such file", "needs the markers of every image") from None
     except (ValueError, EOFError) as error:
         raise InputError(str(path), f"is no array ({shorten(str(error))})", "needs x and y of markers") from None
     if array.ndim != 2 or array.shape[1] != 2 or array.dtype.kind not in "fiu":
         raise InputError(str(path), f"has shape {array.shape} of {array.dtype}", "needs numbers of shape (n, 2)")
-    markers: NDArray[np.float64] = array.astype(np.float64)
-    return markers
+    return np.asarray(array, dtype=np.float64)
 
 
 def bristol_tracks(data: BristolSet, size: tuple[int, int], frame_rate: float) -> xr.Dataset:
@@ -161,8 +160,7 @@ def read_pins(path: str | Path, frame_rate: float | None = None) -> xr.Dataset:
     y, or nothing says the time.
     """
     table = read_csv(Path(path))
-    matches = [match for match in map(_PIN.fullmatch, map(str, table.columns)) if match]
-    numbers = sorted({int(match[1]) for match in matches})
+    numbers = sorted({int(match[1]) for name in table.columns if (match := _PIN.fullmatch(str(name)))})
     if not numbers:
         raise InputError(str(path), "has no pins", "needs the columns pin_0_x, pin_0_y, ...")
     lacking = [f"pin_{n}_{axis}" for n in numbers for axis in "xy" if f"pin_{n}_{axis}" not in table.columns]
@@ -196,9 +194,9 @@ class SeriesRun:
     @property
     def image_times(self) -> NDArray[np.float64] | None:
         """Times of the images [s], from the first column ``time``, ``timestamp`` or ``t``; None without one."""
-        table = self.tables.get("image")
-        columns = [] if table is None else [table[name] for name in _TIMES if name in table.columns]
-        return columns[0].to_numpy(np.float64) if columns else None
+        table: Any = self.tables.get("image", {})
+        name = next((name for name in _TIMES if name in table), None)
+        return None if name is None else table[name].to_numpy(np.float64)
 
     @property
     def frame_rate(self) -> float | None:

@@ -102,7 +102,7 @@ def make_tracks(
     Raises
     ------
     InputError
-        Where the arrays do not fit together or hold what tracks cannot; see :func:`check_tracks`.
+        Where the arrays do not fit together or hold what tracks cannot.
 
     Examples
     --------
@@ -129,14 +129,14 @@ def make_tracks(
     }
     variables = {}
     for name, array in values.items():
+        if array is None:
+            continue
         dims, unit, meaning = VARIABLES[name]
         needed = tuple(sizes[dim] for dim in dims)
-        if array is not None:
-            if array.shape != needed:
-                fault = f"got shape {array.shape}"
-                raise InputError(f"tracks: {name}", fault, f"needs {needed}, as the positions have")
-            unit = units if name == "position" else unit
-            variables[name] = xr.Variable(dims, array, {"units": unit, "long_name": meaning})
+        if array.shape != needed:
+            raise InputError(f"tracks: {name}", f"got shape {array.shape}", f"needs {needed}, as the positions have")
+        labels = {"units": units if name == "position" else unit, "long_name": meaning}
+        variables[name] = xr.Variable(dims, array, labels)
     leading = {name: variables.pop(name) for name in ("position", "quality")}
     stated = {name: value for name, value in (attributes or {}).items() if value is not None}
     return check_tracks(xr.Dataset(leading, coords=variables, attrs=stated))
@@ -216,15 +216,11 @@ def _check_values(tracks: xr.Dataset, where: str) -> None:
 
 def seen(tracks: xr.Dataset) -> NDArray[np.bool_]:
     """Tell which markers were seen when, shape (n_times, n_markers)."""
-    visible: NDArray[np.bool_] = ~np.isnan(tracks["position"].values).any(axis=2)
-    return visible
+    return np.asarray(~np.isnan(tracks["position"].values).any(axis=2))
 
 
 def tracks_in_metres(tracks: xr.Dataset, metres_per_pixel: tuple[float, float] | None = None) -> xr.Dataset:
-    """Return tracks in metres; those that are in metres already as they are.
-
-    Arrays: metres_per_pixel (float, float) [m].
-    """
+    """Return tracks in metres, by the lengths of a pixel [m] given or of the attributes; those in metres unchanged."""
     if tracks["position"].attrs["units"] == "m":
         return tracks
     names = ("metres_per_pixel_x", "metres_per_pixel_y")
@@ -251,10 +247,8 @@ def write_tracks(tracks: xr.Dataset, path: str | Path) -> None:
 
     Raises
     ------
-    InputError
-        Where the dataset is no tracks.
-    ResultError
-        Where the file cannot be written.
+    InputError, ResultError
+        Where the dataset is no tracks; where the file cannot be written.
     """
     check_tracks(tracks)
     compressed = {name: {"zlib": True, "complevel": 1} for name in ("position", "quality")}
@@ -279,10 +273,8 @@ def read_tracks(path: str | Path) -> xr.Dataset:
 
     Raises
     ------
-    ResultError
-        Where the file is missing or damaged.
-    InputError
-        Where it holds something else than tracks.
+    ResultError, InputError
+        Where the file is missing or damaged; where it holds something else than tracks.
     """
     if not Path(path).is_file():
         raise ResultError(f"{path}: is not there; needs a file of tracks")
@@ -380,10 +372,8 @@ def write_tracks_csv(tracks: xr.Dataset, path: str | Path) -> None:
 
     Raises
     ------
-    InputError
-        Where the dataset is no tracks.
-    ResultError
-        Where the file cannot be written.
+    InputError, ResultError
+        Where the dataset is no tracks; where the file cannot be written.
     """
     write_text(Path(path), frame_csv(tracks_table(tracks)))
 
@@ -403,10 +393,8 @@ def read_tracks_csv(path: str | Path) -> xr.Dataset:
 
     Raises
     ------
-    ResultError
-        Where the file cannot be read.
-    InputError
-        Where it is no table of tracks.
+    ResultError, InputError
+        Where the file cannot be read; where it is no table of tracks.
     """
     return tracks_from_table(read_csv(Path(path)), str(path))
 

@@ -347,12 +347,7 @@ def live_frames(source: Source, channel: Channel = "grey") -> Iterator[tuple[flo
     Returns
     -------
     iterator of (float, array)
-        Times and frames.
-
-    Raises
-    ------
-    InputError
-        Where the camera cannot be opened, or a frame is none.
+        Times and frames. InputError where the camera cannot be opened, or a frame is none.
 
     Examples
     --------
@@ -363,7 +358,8 @@ def live_frames(source: Source, channel: Channel = "grey") -> Iterator[tuple[flo
     """
     name = str(source) if isinstance(source, int | str) else "camera"
     is_camera = isinstance(source, int | str) or hasattr(source, "read")
-    for time, frame in _camera_frames(source, name) if is_camera else source:
+    rows: Any = _camera_frames(source, name) if is_camera else source
+    for time, frame in rows:
         yield float(time), grey_frame(np.asarray(frame), channel, name)
 
 

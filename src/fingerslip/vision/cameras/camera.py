@@ -41,11 +41,6 @@ class Pose:
         A point on the axis of the lens, in front of the camera [m].
     up : (float, float, float)
         Direction [-] that is up in the image, as far as it is square to the axis.
-
-    Raises
-    ------
-    InputError
-        Where the position is the target, or the camera looks along `up`.
     """
 
     position: Vector
@@ -53,7 +48,6 @@ class Pose:
     up: tuple[float, float, float] = (0.0, 1.0, 0.0)
 
     def __post_init__(self) -> None:
-        """Check that the directions differ."""
         axis = np.subtract(self.target, self.position)
         if not np.linalg.norm(np.cross(axis, self.up)) > _ROUNDING * np.linalg.norm(axis) * np.linalg.norm(self.up):
             fault = f"got a camera that looks along {tuple(axis.tolist())}, with {self.up} up"
@@ -73,8 +67,7 @@ class Pose:
         points = np.asarray(points, dtype=np.float64)
         if points.shape[-1] == 2:
             points = np.concatenate([points, np.zeros_like(points[..., :1])], axis=-1)
-        coordinates: Floats = (points - self.position) @ self.rotation.T
-        return coordinates
+        return np.asarray((points - self.position) @ self.rotation.T)
 
 
 @parameters
@@ -93,11 +86,6 @@ class Camera:
         Frames a second [1/s]; 30, assumed.
     exposure : float
         Time for which a frame is exposed [s]; 10 ms, assumed. It may not be longer than a frame.
-
-    Raises
-    ------
-    InputError
-        Where the exposure is longer than a frame, or another value cannot be.
     """
 
     intrinsics: Pinhole | Fisheye
@@ -107,7 +95,6 @@ class Camera:
     exposure: Exposure = 10e-3
 
     def __post_init__(self) -> None:
-        """Check that the shutter closes before the next frame."""
         if self.exposure > 1.0 / self.frame_rate:
             raise InputError(
                 "exposure", f"got {self.exposure} s", f"needs at most a frame, {1 / self.frame_rate:.4g} s"
@@ -144,8 +131,7 @@ def pixels_per_metre(camera: Camera, points: Floats) -> Floats:
         for side in (first, np.cross(sight, first))
     ]
     area = slopes[0][..., 0] * slopes[1][..., 1] - slopes[0][..., 1] * slopes[1][..., 0]
-    scale: Floats = np.sqrt(np.abs(area))
-    return scale
+    return np.asarray(np.sqrt(np.abs(area)))
 
 
 def frame_times(camera: Camera, tracks: xr.Dataset) -> Floats:
@@ -154,8 +140,7 @@ def frame_times(camera: Camera, tracks: xr.Dataset) -> Floats:
     if times.size == 0:
         return np.empty(0)
     count = int(np.floor((times[-1] - times[0]) * camera.frame_rate + _ROUNDING)) + 1
-    times_of_frames: Floats = times[0] + np.arange(count) / camera.frame_rate
-    return times_of_frames
+    return np.asarray(times[0] + np.arange(count) / camera.frame_rate)
 
 
 def interpolate(tracks: xr.Dataset, times: Floats) -> Floats:
@@ -258,11 +243,6 @@ def internal_camera(
     Camera
         The camera, which sees internal markers.
 
-    Raises
-    ------
-    InputError
-        Where a length is not above 0, or the lens is of another kind.
-
     Examples
     --------
     >>> pixels_of(internal_camera(50e-3, 64e-3), [1e-3, 0.0, 2e-3]).round(6).tolist()
@@ -295,11 +275,6 @@ def external_camera(
     -------
     Camera
         The camera, which sees external markers.
-
-    Raises
-    ------
-    InputError
-        Where a length is not above 0, or the lens is of another kind.
     """
     pose = Pose((0.0, target - distance, 0.0), (0.0, target, 0.0), (0.0, 0.0, 1.0))
     return Camera(lens_for_view(lens, *size, view_width, distance), pose, "external", frame_rate, exposure)

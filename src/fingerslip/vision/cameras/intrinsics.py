@@ -6,8 +6,8 @@ of the image), and plain nested lists under the names that calibration scripts u
 
 The camera's frame has x to the right, y down and z forwards, from the centre of the lens. Pixels count from the middle
 of the first one, as in OpenCV. Distortion acts on x/z and y/z [-] and grows with the distance from the axis up to a
-largest one, beyond which the polynomials fold the picture back onto itself; what is beyond has no image. Only a pinhole
-with distortion needs OpenCV to be installed.
+largest one, beyond which the polynomials fold the picture back onto itself; what is beyond has no image. A pinhole with
+distortion, and writing a file, need OpenCV to be installed.
 """
 
 from __future__ import annotations
@@ -88,11 +88,6 @@ class Pinhole(_Lens):
     distortion : tuple of float
         None, 4, 5, 8 or 12 coefficients k1, k2, p1, p2, k3, k4, k5, k6, s1 to s4 in OpenCV's order.
 
-    Raises
-    ------
-    InputError
-        For another number of coefficients, and for values that cannot be.
-
     Examples
     --------
     >>> Pinhole(640, 480, 500.0, 500.0, 319.5, 239.5).project(np.array([0.0, 0.01, 0.1])).tolist()
@@ -111,10 +106,10 @@ class Pinhole(_Lens):
         """Return unit vectors (..., 3) of the rays that pixels (..., 2) see; NaN where the lens images none."""
         plane = self._plane(pixels)
         if any(self.distortion) and plane.size:
-            cv2, distorted = opencv(), plane
+            cv2, distorted, once = opencv(), plane, np.eye(3)
             # OpenCV 4 has another name for it where one says how exact it should be.
             iterate = getattr(cv2, "undistortPointsIter", cv2.undistortPoints)
-            once, stop = np.eye(3), (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, _STEPS, 1e-4 * _EXACT)
+            stop = cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, _STEPS, 1e-4 * _EXACT
             pairs, distortion = plane.reshape(-1, 1, 2), np.array(self.distortion)
             plane = iterate(pairs, once, distortion, R=once, P=once, criteria=stop).reshape(plane.shape)
             plane[~(np.abs(self._distort(plane) - distorted) < _EXACT).all(axis=-1)] = np.nan
@@ -148,11 +143,6 @@ class Fisheye(_Lens):
         Principal point [px].
     distortion : tuple of float
         None or four coefficients k1 to k4.
-
-    Raises
-    ------
-    InputError
-        For another number of coefficients, and for values that cannot be.
     """
 
     coefficient_counts = (0, 4)
@@ -229,11 +219,6 @@ def pinhole_for_view(width: int, height: int, view_width: float, distance: float
     distance : float
         Distance from the lens [m] at which it does.
 
-    Raises
-    ------
-    InputError
-        Where a length is not above 0.
-
     Examples
     --------
     >>> pinhole_for_view(640, 480, 0.064, 0.05).focal_x
@@ -256,13 +241,8 @@ def lens_for_view(kind: str, width: int, height: int, view_width: float, distanc
 
 #: Names of lens models in files, and the model of each.
 MODELS: Mapping[str, type[Pinhole] | type[Fisheye]] = MappingProxyType(
-    {
-        "pinhole": Pinhole,
-        "plumb_bob": Pinhole,
-        "rational_polynomial": Pinhole,
-        "fisheye": Fisheye,
-        "equidistant": Fisheye,
-    }
+    dict.fromkeys(("pinhole", "plumb_bob", "rational_polynomial"), Pinhole)
+    | dict.fromkeys(("fisheye", "equidistant"), Fisheye)
 )
 _MATRIX = ("camera_matrix", "K", "mtx")
 _DISTORTION = ("distortion_coefficients", "dist_coeffs", "dist_coeff", "dist", "D")
@@ -289,10 +269,8 @@ def read_calibration(path: str | Path, *, model: str | None = None, size: tuple[
 
     Raises
     ------
-    ResultError
-        Where the file cannot be read.
-    InputError
-        Where it is no calibration.
+    ResultError, InputError
+        Where the file cannot be read; where it is no calibration.
     """
     values, where = _read_values(Path(path)), str(path)
     matrix = _array(values, _MATRIX, where)
@@ -381,27 +359,13 @@ def write_calibration(intrinsics: Pinhole | Fisheye, path: str | Path) -> None:
     ResultError
         Where the file cannot be written.
     """
+    cv2, is_json = opencv(), Path(path).suffix.lower() == ".json"
     is_fisheye = isinstance(intrinsics, Fisheye)
-    plain = {
-        "image_width": intrinsics.width,
-        "image_height": intrinsics.height,
-        "distortion_model": "fisheye" if is_fisheye else "pinhole",
-        **({"fisheye_model": 1} if is_fisheye else {}),
-    }
-    arrays = {
-        "camera_matrix": intrinsics.camera_matrix,
-        "distortion_coefficients": np.array([intrinsics.distortion or (0.0,) * 4]),
-    }
-    matrices = {
-        name: {"rows": array.shape[0], "cols": array.shape[1], "dt": "d", "data": array.ravel().tolist()}
-        for name, array in arrays.items()
-    }
-    if Path(path).suffix.lower() == ".json":
-        stored = {name: {"type_id": "opencv-matrix", **matrix} for name, matrix in matrices.items()}
-        text = json.dumps({**plain, **stored}, indent=4)
-    else:
-        lines = ["%YAML:1.0", "---", *(f"{name}: {value}" for name, value in plain.items())]
-        for name, matrix in matrices.items():
-            lines += [f"{name}: !!opencv-matrix", *(f"   {key}: {value}" for key, value in matrix.items())]
-        text = "\n".join(lines)
-    write_text(Path(path), f"{text}\n")
+    storage = cv2.FileStorage(".json" if is_json else ".yml", cv2.FileStorage_WRITE | cv2.FileStorage_MEMORY)
+    storage.write("image_width", intrinsics.width)
+    storage.write("image_height", intrinsics.height)
+    storage.write("distortion_model", "fisheye" if is_fisheye else "pinhole")
+    storage.write("fisheye_model", int(is_fisheye))
+    storage.write("camera_matrix", intrinsics.camera_matrix)
+    storage.write("distortion_coefficients", np.array([intrinsics.distortion or (0.0,) * 4]))
+    write_text(Path(path), storage.releaseAndGetString())

@@ -334,61 +334,41 @@ def expose(  # noqa: PLR0917  numba takes them in order
     return frame
 
 
-def empty_picture(pixel_camera: PixelCamera) -> Picture:
-    """Return the grey levels (height, width) of a frame without markers, noise and changes over time."""
-    (light, added), lighting = _light(pixel_camera), pixel_camera.lighting
-    background: float | Floats = pixel_camera.look.background
+def pictures(pixel_camera: PixelCamera) -> tuple[Picture, Picture]:
+    """Return grey levels (height, width) without markers, noise and changes over time, and of markers everywhere."""
+    look, lighting = pixel_camera.look, pixel_camera.lighting
+    lens, ring = pixel_camera.camera.intrinsics, lighting.ring
+    # x and y of all pixels from the middle of the image [px].
+    x = np.arange(lens.width)[None, :] - 0.5 * (lens.width - 1)
+    y = np.arange(lens.height)[:, None] - 0.5 * (lens.height - 1)
+    lost = lighting.vignetting * (x * x + y * y) / max(x[0, -1] ** 2 + y[-1, 0] ** 2, 1.0)
+    along = (x * math.cos(lighting.gradient_angle) + y * math.sin(lighting.gradient_angle)) / x.size
+    light = np.maximum((1.0 - lost) * (1.0 + lighting.gradient * along), 0.0)
+    added = np.zeros((y.size, x.size))
+    for spot in lighting.glare:
+        across, down = x - (spot.x - 0.5) * x.size, y - (spot.y - 0.5) * y.size
+        added += spot.level * np.exp(-0.5 * (across * across + down * down) / (spot.radius * x.size) ** 2)
+    if ring is not None:
+        off = (np.hypot(x, y) / y.size - ring.radius) / ring.width
+        added += ring.level * np.exp(-0.5 * off**2)
+    background: float | Floats = look.background
     if lighting.texture:
         from scipy import ndimage
 
         random = np.random.default_rng([pixel_camera.seed, 1]).standard_normal(light.shape)
         pattern = ndimage.gaussian_filter(random, lighting.texture_length, mode="wrap")
         background = background + pattern * (lighting.texture / pattern.std())
-    picture, ring = light * background + added, lighting.ring
+    empty = light * background + added
     if ring is not None and ring.outside is not None:
-        x, y = _grid(pixel_camera)
         # A dark rim is left between the ring and what is outside.
-        outside = np.clip((np.hypot(x, y) / y.size - ring.radius) / ring.width - _RIM, 0.0, 1.0)
-        picture += outside * (ring.outside - picture)
-    return picture.astype(np.float32)
-
-
-def marker_picture(pixel_camera: PixelCamera) -> Picture:
-    """Return the grey levels (height, width) that each pixel would have if a marker covered it."""
-    light, added = _light(pixel_camera)
-    return (light * pixel_camera.look.marker + added).astype(np.float32)
+        empty += np.clip(off - _RIM, 0.0, 1.0) * (ring.outside - empty)
+    return empty.astype(np.float32), (light * look.marker + added).astype(np.float32)
 
 
 def brightness(lighting: Lighting, times: Floats) -> Floats:
     """Return the factors [-] by which light is brighter at some times [s] than at the time 0, without flicker."""
     wave = lighting.flicker * np.sin(2.0 * math.pi * lighting.flicker_rate * times)
-    factor: Floats = np.maximum(1.0 + lighting.drift * times + wave, 0.0)
-    return factor
-
-
-def _grid(pixel_camera: PixelCamera) -> tuple[Floats, Floats]:
-    """Return x and y of all pixels from the middle of the image [px], to be broadcast."""
-    lens = pixel_camera.camera.intrinsics
-    x = np.arange(lens.width, dtype=np.float64) - 0.5 * (lens.width - 1)
-    y = np.arange(lens.height, dtype=np.float64) - 0.5 * (lens.height - 1)
-    return x[None, :], y[:, None]
-
-
-def _light(pixel_camera: PixelCamera) -> tuple[Floats, Floats]:
-    """Return the share of the light at each pixel [-], and the grey levels that glare and ring add."""
-    lighting = pixel_camera.lighting
-    x, y = _grid(pixel_camera)
-    lost = lighting.vignetting * (x * x + y * y) / max(x[0, -1] ** 2 + y[-1, 0] ** 2, 1.0)
-    along = (x * math.cos(lighting.gradient_angle) + y * math.sin(lighting.gradient_angle)) / x.size
-    light: Floats = np.maximum((1.0 - lost) * (1.0 + lighting.gradient * along), 0.0)
-    added = np.zeros((y.size, x.size))
-    for spot in lighting.glare:
-        across, down = x - (spot.x - 0.5) * x.size, y - (spot.y - 0.5) * y.size
-        added += spot.level * np.exp(-0.5 * (across * across + down * down) / (spot.radius * x.size) ** 2)
-    if lighting.ring is not None:
-        off = np.hypot(x, y) / y.size - lighting.ring.radius
-        added += lighting.ring.level * np.exp(-0.5 * (off / lighting.ring.width) ** 2)
-    return light, added
+    return np.asarray(np.maximum(1.0 + lighting.drift * times + wave, 0.0))
 
 
 def film(pixel_camera: PixelCamera, tracks: xr.Dataset, path: str | Path, *, codec: str | None = None) -> xr.Dataset:
@@ -431,23 +411,20 @@ def frames_of(
     evenly, half of the way before the time of the frame, so that the middle of its spot is its true position then.
     Raises InputError where the tracks are not in metres, or have no marker that the camera sees.
     """
-    camera, look, noise = pixel_camera.camera, pixel_camera.look, pixel_camera.noise
+    camera, noise, seed = pixel_camera.camera, pixel_camera.noise, pixel_camera.seed
+    softness = pixel_camera.look.softness
     chosen = seen_kind(camera, tracks)
-    empty, covered = empty_picture(pixel_camera), marker_picture(pixel_camera)
+    empty, covered = pictures(pixel_camera)
     times = frame_times(camera, chosen)
     last = times.size if stop is None else min(stop, times.size)
     for first in range(start, last, _CHUNK):
         numbers = np.arange(first, min(first + _CHUNK, last))
-        points = interpolate(chosen, times[numbers])
-        spots = image_points(camera, points), _half_movements(camera, chosen, times[numbers])
-        radii = look.radius * pixels_per_metre(camera, points)
-        middles, halves, radii, tilts = _with_glue(pixel_camera, *spots, radii, _tilts(camera, look, points))
-        factors = brightness(pixel_camera.lighting, times[numbers])
+        middles, halves, radii, tilts = _spots(pixel_camera, chosen, times[numbers])
+        factors = brightness(pixel_camera.lighting, times[numbers]).tolist()
         for row, number in enumerate(numbers.tolist()):
             picture = empty.copy()
-            draw_spots(picture, covered, middles[row], halves[row], radii[row], tilts[row], look.softness)
-            factor, seed = float(factors[row]), pixel_camera.seed
-            frame: Frame = expose(picture, factor, noise.read**2, noise.shot, seed, number, normal_table())
+            draw_spots(picture, covered, middles[row], halves[row], radii[row], tilts[row], softness)
+            frame: Frame = expose(picture, factors[row], noise.read**2, noise.shot, seed, number, normal_table())
             if pixel_camera.jpeg_quality is not None:
                 cv2 = opencv()
                 content = cv2.imencode(".jpg", frame, [cv2.IMWRITE_JPEG_QUALITY, pixel_camera.jpeg_quality])[1]
@@ -455,34 +432,24 @@ def frames_of(
             yield frame
 
 
-def _tilts(camera: Camera, look: MarkerLook, points: Floats) -> Floats:
-    """Return where markers at points (..., 2 or 3) [m] lean, as long as the sine of how far: (..., 2) [-]."""
-    if look.dome is None:
-        return np.zeros((*points.shape[:-1], 2))
-    outwards = camera.pose.to_camera(points)[..., :2] / look.dome
-    tilts: Floats = outwards / np.maximum(np.linalg.norm(outwards, axis=-1, keepdims=True) / _STEEPEST, 1.0)
-    return tilts
-
-
-def _with_glue(
-    pixel_camera: PixelCamera, middles: Floats, halves: Floats, radii: Floats, tilts: Floats
-) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return spots of markers, (n_times, n_markers, ...) each, and behind them the glue that goes with some."""
-    draw = np.random.default_rng([pixel_camera.seed, 4])
-    share, angle, distance, size = draw.random((4, radii.shape[1]))
-    glued = share < pixel_camera.look.glue
-    away = (0.8 + 0.8 * distance)[:, None] * np.column_stack([np.cos(2 * np.pi * angle), np.sin(2 * np.pi * angle)])
-    places = middles + away * radii[..., None]
-    pairs = (middles, places), (halves, halves), (radii, (0.3 + 0.6 * size) * radii), (tilts, tilts)
-    middles, halves, radii, tilts = (np.concatenate([of, glue[:, glued]], axis=1) for of, glue in pairs)
-    return middles, halves, radii, tilts
-
-
-def _half_movements(camera: Camera, tracks: xr.Dataset, times: Floats) -> Floats:
-    """Return how far spots move in half of the exposure (n_times, n_markers, 2) [px], 0 where that is not known."""
+def _spots(pixel_camera: PixelCamera, tracks: xr.Dataset, times: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return what :func:`draw_spots` draws of markers and of glue beside some, one row of each for each time [s]."""
+    camera, look = pixel_camera.camera, pixel_camera.look
+    points = interpolate(tracks, times)
+    middles, radii = image_points(camera, points), look.radius * pixels_per_metre(camera, points)
     first, last = tracks["time"].values[[0, -1]]
     opened, closed = (np.clip(times + side * camera.exposure, first, last) for side in (-0.5, 0.5))
     movement = image_points(camera, interpolate(tracks, closed)) - image_points(camera, interpolate(tracks, opened))
     # At both ends of the tracks half of the exposure lies outside: the speed is that of the other half.
     span = np.where(closed > opened, closed - opened, np.inf)[:, None, None]
-    return np.nan_to_num(0.5 * camera.exposure * movement / span)
+    halves = np.nan_to_num(0.5 * camera.exposure * movement / span)
+    tilts = np.zeros_like(middles)
+    if look.dome is not None:
+        outwards = camera.pose.to_camera(points)[..., :2] / look.dome
+        tilts = outwards / np.maximum(np.linalg.norm(outwards, axis=-1, keepdims=True) / _STEEPEST, 1.0)
+    share, angle, distance, size = np.random.default_rng([pixel_camera.seed, 4]).random((4, radii.shape[1]))
+    away = (0.8 + 0.8 * distance)[:, None] * np.column_stack([np.cos(2 * np.pi * angle), np.sin(2 * np.pi * angle)])
+    glue = middles + away * radii[..., None], halves, (0.3 + 0.6 * size) * radii, tilts
+    pairs = zip((middles, halves, radii, tilts), glue, strict=True)
+    middles, halves, radii, tilts = (np.concatenate([of, by[:, share < look.glue]], axis=1) for of, by in pairs)
+    return middles, halves, radii, tilts

@@ -59,7 +59,7 @@ def measure_errors(pixel_camera: PixelCamera, tracks: xr.Dataset, locate: Locate
     Raises
     ------
     InputError
-        Where the tracks cannot be filmed, `locate` returns another shape, or finds too little.
+        Where the tracks cannot be filmed, or `locate` returns another shape or finds too little.
     """
     truth = true_tracks(pixel_camera.camera, tracks)
     positions = np.asarray(locate(frames_of(pixel_camera, tracks), truth["position"].values[0]), dtype=np.float64)
@@ -189,7 +189,6 @@ class CameraPair:
     seed: int = 0  # seed of the errors
 
     def __post_init__(self) -> None:
-        """Check that both take the same frames, each of its own markers."""
         rates = self.internal.frame_rate, self.external.frame_rate
         if rates[0] != rates[1]:
             fault = f"got {rates[0]:g} and {rates[1]:g} frames a second"
@@ -211,7 +210,9 @@ def pair_tracks(pair: CameraPair, markers: xr.Dataset) -> xr.Dataset:
     # All but the markers is the same in both.
     same: dict[str, Any] = {"data_vars": "minimal", "coords": "minimal", "compat": "override", "join": "override"}
     both = xr.concat(seen, "marker", combine_attrs="override", **same)
-    position, scale = both["position"].values, metres_per_pixel(pair.external)
+    position = both["position"].values
+    # The length of a pixel in the middle of the image, as far away as what the camera looks at.
+    scale = 1.0 / float(pixels_per_metre(pair.external, np.asarray(pair.external.pose.target)))
     attributes = {
         **image_attributes(pair.external, f"simulation, point cameras, seed {pair.seed}"),
         "metres_per_pixel_x": scale,
@@ -231,8 +232,3 @@ def plate_mark(pair: CameraPair, displacement: NDArray[np.float64], time: NDArra
     image = image_points(camera, interpolate(mark, times))
     noise = pair.errors.noise * np.random.default_rng([pair.seed, 3]).standard_normal(image.shape)
     return make_tracks(image + noise, times, units="px", kind="external")
-
-
-def metres_per_pixel(camera: Camera) -> float:
-    """Return the length of a pixel in the middle of the image, as far away as what the camera looks at [m]."""
-    return 1.0 / float(pixels_per_metre(camera, np.asarray(camera.pose.target, dtype=np.float64)))

@@ -8,14 +8,12 @@ from __future__ import annotations
 import math
 from collections import deque
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial import cKDTree
-
-from fingerslip.errors import InputError
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -133,20 +131,8 @@ class Topology:
     complaint: str = ""  # what does not fit the layout
 
 
-def check_layout(layout: str) -> None:
-    """Raise InputError where a layout has a name that is not one of `LayoutName`."""
-    if layout not in get_args(LayoutName):
-        raise InputError("layout", f"got {layout!r}", f"needs one of {', '.join(get_args(LayoutName))}")
-
-
 def topology(points: Floats, layout: LayoutName) -> Topology:
-    """Return the order of markers (n, 2) [px]: ring by ring and by rising angle, or by rows in grids and where free.
-
-    Where the layout is to be found, it is the first that nearly all markers fit.
-    """
-    check_layout(layout)
-    if layout == "auto":
-        return topology(points, layout_of(points))
+    """Return the order of markers (n, 2) [px]: ring by ring and by rising angle, or by rows in grids and where free."""
     if layout == "free" or len(points) < 2:
         by_height = np.argsort(points[:, 1])
         gap = _ROW * _spacing(points) if len(points) > 1 else 0.0
@@ -219,8 +205,7 @@ def _centre(points: Floats) -> Floats:
     """Return the marker in the middle, or the middle where no marker is near it."""
     middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
     distance, nearest = cKDTree(points).query(middle)
-    centre: Floats = points[nearest] if distance < 0.5 * _spacing(points) else middle
-    return centre
+    return np.asarray(points[nearest]) if distance < 0.5 * _spacing(points) else middle
 
 
 def _spacing(points: Floats) -> float:

@@ -6,7 +6,7 @@ import math
 import time as clock
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from fingerslip.errors import InputError
 from fingerslip.vision.tracking.blobs import field_of
 from fingerslip.vision.tracking.follow import follow, rest_state
-from fingerslip.vision.tracking.layouts import LayoutName, check_layout, layout_of, misfits, topology
+from fingerslip.vision.tracking.layouts import LayoutName, layout_of, misfits, topology
 from fingerslip.vision.tracking.markers import Markers, known_markers
 from fingerslip.vision.tracks import make_tracks
 from fingerslip.vision.video import DUPLICATED, Exposure, Frame, frame_state, opencv, rest_exposure
@@ -89,7 +89,8 @@ class MarkerTracker:
         bright: bool | None = None,
         name: str = "frames",
     ) -> None:
-        check_layout(layout)
+        if layout not in get_args(LayoutName):
+            raise InputError("layout", f"got {layout!r}", f"needs one of {', '.join(get_args(LayoutName))}")
         for option, number in (("n_markers", n_markers), ("rest_frames", rest_frames)):
             if number is not None and number < 1:
                 raise InputError(option, f"got {number}", "needs a number >= 1")

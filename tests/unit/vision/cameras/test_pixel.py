@@ -83,20 +83,20 @@ def test_a_film_is_written_with_its_truth_and_compression_leaves_its_artefacts(t
 @pytest.mark.parametrize(("angle", "axis"), [(0.0, 1), (np.pi / 2, 0)])
 def test_light_is_even_but_for_vignetting_and_a_gradient(angle, axis):
     even = silent_camera(camera=camera(120, 120))
-    assert (np.unique(pixel.empty_picture(even)), np.unique(pixel.marker_picture(even))) == ([40.0], [200.0])
-    dim = pixel.marker_picture(silent_camera(lighting=pixel.Lighting(vignetting=0.4)))
+    assert [np.unique(picture).tolist() for picture in pixel.pictures(even)] == [[40.0], [200.0]]
+    _, dim = pixel.pictures(silent_camera(lighting=pixel.Lighting(vignetting=0.4)))
     assert (dim[0, 0], dim[60, 80]) == (pytest.approx(120.0), pytest.approx(200.0, rel=1e-3))
     lighting = pixel.Lighting(gradient=0.5, gradient_angle=angle)
-    picture = pixel.marker_picture(silent_camera(camera=camera(120, 120), lighting=lighting))
+    _, picture = pixel.pictures(silent_camera(camera=camera(120, 120), lighting=lighting))
     np.testing.assert_allclose(picture.take([0, -1], axis=axis).mean(axis=1 - axis), [150.0, 250.0], rtol=0.01)
 
 
 def test_glare_and_ring_are_where_they_should_be():
-    picture = pixel.empty_picture(silent_camera(lighting=pixel.Lighting(glare=(pixel.Glare(0.25, 0.75, 0.02, 100.0),))))
+    picture, _ = pixel.pictures(silent_camera(lighting=pixel.Lighting(glare=(pixel.Glare(0.25, 0.75, 0.02, 100.0),))))
     assert np.unravel_index(picture.argmax(), picture.shape) in {(89, 39), (89, 40), (90, 39), (90, 40)}
     assert picture.max() == pytest.approx(140.0, rel=0.02)
     ringed = silent_camera(lighting=pixel.Lighting(ring=pixel.BrightRing(0.4, 0.02, 100.0)))
-    picture = pixel.empty_picture(ringed)
+    picture, _ = pixel.pictures(ringed)
     assert (picture[60, 80 + 48], picture[60, 80]) == (pytest.approx(140.0, rel=0.05), pytest.approx(40.0))
 
 
@@ -107,7 +107,7 @@ def test_moulded_pins_stand_on_a_dome_inside_a_white_mount_and_glue_touches_some
     flat, domed, glued = ((first_frame(tracks, camera=size, look=look) > 120).sum() for look in looks)
     assert flat > domed + 50
     assert glued > 1.2 * domed
-    mounted = pixel.empty_picture(silent_camera(camera=size, look=pixel.MOULDED, lighting=pixel.LAMPS))
+    mounted, _ = pixel.pictures(silent_camera(camera=size, look=pixel.MOULDED, lighting=pixel.LAMPS))
     assert np.unique(mounted[[0, 0, -1, -1], [0, -1, 0, -1]]).tolist() == [pytest.approx(245.0)]
     assert mounted[120, 160] < 130.0
     saturated = mounted[:, :] > 255.0
@@ -116,11 +116,11 @@ def test_moulded_pins_stand_on_a_dome_inside_a_white_mount_and_glue_touches_some
 
 def test_texture_is_of_the_background_alone_and_brightness_drifts_and_flickers():
     lighting = pixel.Lighting(texture=5.0)
-    first, again, other = (pixel.empty_picture(silent_camera(lighting=lighting, seed=seed)) for seed in (1, 1, 2))
+    first, again, other = (pixel.pictures(silent_camera(lighting=lighting, seed=seed))[0] for seed in (1, 1, 2))
     np.testing.assert_array_equal(first, again)
     assert np.abs(first - other).max() > 1
     assert first.std() == pytest.approx(5.0, rel=1e-5)
-    assert np.unique(pixel.marker_picture(silent_camera(lighting=lighting))).tolist() == [200.0]
+    assert np.unique(pixel.pictures(silent_camera(lighting=lighting))[1]).tolist() == [200.0]
     lighting = pixel.Lighting(drift=-0.01, flicker=0.1, flicker_rate=1.0)
     np.testing.assert_allclose(pixel.brightness(lighting, np.array([0.0, 0.25, 10.0, 1e6])), [1, 1.0975, 0.9, 0])
 

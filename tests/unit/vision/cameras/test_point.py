@@ -13,7 +13,6 @@ from fingerslip.vision.cameras.point import (
     PointCamera,
     following,
     measure_errors,
-    metres_per_pixel,
     pair_tracks,
     point_tracks,
     window_centroids,
@@ -105,7 +104,6 @@ def test_each_camera_of_a_pair_has_pixels_and_errors_of_its_own_and_internal_mar
     assert np.isnan(moved[1])
     assert found.attrs["metres_per_pixel_x"] == pytest.approx(60e-3 / 640)
     assert found.attrs["frame_rate"] == 20.0
-    assert metres_per_pixel(INSIDE) == pytest.approx(45e-3 / 640)
     both = make_tracks(np.zeros((400, 2, 3)), np.arange(400) / 20.0, units="m", kind=["internal", "external"])
     first, again, other = (
         pair_tracks(CameraPair(INSIDE, OUTSIDE, PositionErrors(0.05), seed), both)["position"].values
