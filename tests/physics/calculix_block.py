@@ -2,7 +2,7 @@
 
 ``python tests/physics/calculix_block.py FILE`` writes what CalculiX computes, where ``ccx`` is installed (on Debian in
 the package calculix-ccx). ``src/fingerslip/data/independent/calculix_block.json`` is such a file, and
-problems.verification.independent compares with it. Nothing else of CalculiX is used.
+problems.verification.dragged_cylinder compares with it. Nothing else of CalculiX is used.
 
 The block is one layer of hexahedra between two planes that hold it, which is plane strain. The cylinder is a strip
 along its surface, all of whose nodes are led, and its facets are half a degree long. Contact is CalculiX's penalty

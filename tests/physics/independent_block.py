@@ -1,6 +1,6 @@
 """A cylinder pressed deep into a neo-Hookean block and dragged: a second program, written from the equations alone.
 
-Run ``python tests/physics/independent_block.py 12 40``; problems.verification.large_contact keeps what it prints:
+Run ``python tests/physics/independent_block.py 12 40``; problems.verification.dragged_cylinder keeps what it prints:
 depth and travel [mm], and the force on the block along and across [N/m].
 
 It takes nothing from fingerslip, and does the problem another way: quadrilaterals with nine nodes and full integration,

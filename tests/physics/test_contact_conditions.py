@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 import fingerslip as fs
 from fingerslip.verification.meshes import box
 from problems.contact import TOLERANCE, Problem, assert_conditions, assert_coulomb
-from problems.verification.reference import condensed_states, make_stepper
+from problems.verification.condensed import condensed_states, make_stepper
 
 MOTIONS = {
     "any": lambda rng, shape: rng.normal(size=shape),

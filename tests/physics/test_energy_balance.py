@@ -18,7 +18,7 @@ from fingerslip.study.definition.runs import read_runs
 from fingerslip.study.running.build import build_mesh, build_model
 from places import STUDIES
 from problems.matrices import EXACT
-from problems.verification.reference import condensed_states, make_stepper
+from problems.verification.condensed import condensed_states, make_stepper
 
 # What holds an object has no programme of its own, and steps that are short against its latencies.
 SHIPPED = sorted(path for path in STUDIES.glob("*.yaml") if "\nreaction:\n" not in path.read_text(encoding="utf-8"))

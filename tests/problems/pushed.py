@@ -1,4 +1,4 @@
-"""A small press-and-slide."""
+"""Presses and slides: of a small block, and of the section of the fingertip in the paper."""
 
 import numpy as np
 
@@ -35,5 +35,21 @@ def push_and_slide(element="Q4", *, friction=0.4, damping=None, alpha=-0.05, sit
         "time": fs.TimeStepping(step, alpha),
         "damping": damping or fs.RayleighDamping(),
         "record": fs.Recording(sites=sites),
+    }
+    return fs.Model(**(values | changes))
+
+
+def section(finger=None, *, sizes=(0.15e-3, 0.4e-3), travel=3e-3, towards=-1.0, **changes):
+    """Return the model of the section, of cells of two sizes [m]: press by 1.5 mm, slide at 3 mm/s along x."""
+    finger = finger or fs.preset("wang2014-2d")
+    values = {
+        "mesh": fs.build_section(finger, contact_size=sizes[0], bulk_size=sizes[1]),
+        "materials": finger.materials,
+        "formulation": finger.formulation,
+        "depth": finger.depth,
+        "supports": {"phalanx": ("x", "y")},
+        "contacts": (fs.Contact("skin", fs.Plane(normal=(0.0, 1.0)), fs.Coulomb(0.6)),),
+        "programme": (fs.Press(1.5e-3, 1.5e-3), fs.Slide(travel, 3e-3, direction=(towards, 0.0))),
+        "time": fs.TimeStepping(5e-3, -0.41421),
     }
     return fs.Model(**(values | changes))

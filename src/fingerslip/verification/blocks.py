@@ -6,7 +6,8 @@ the normal load is known in closed form and constant.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -30,6 +31,22 @@ PRESSURE = _PENALTY * _DEPTH
 SHEAR_STIFFNESS = 1.0 / (_HEIGHT / (_MODULUS / 2) + 1.0 / _PENALTY)
 
 
+def block_on_plate(element: str, *grids: Array, material: Elastic, plate: Mapping[str, Any], **values: Any) -> Model:
+    """Return a block of one material between ascending coordinates [m], its lower side `bottom` on a flat plate.
+
+    `plate` holds what its contact has beside boundary and counterface, `values` what the model has besides.
+    """
+    facing_up = {"counterface": Plane(components(element, 0.0, 0.0, 1.0))}
+    contact: dict[str, Any] = {**facing_up, **plate}
+    return Model(
+        mesh=box(element, *grids),
+        materials={"bulk": material},
+        formulation=formulation_of(element),
+        contacts=(Contact("bottom", **contact),),
+        **values,
+    )
+
+
 def drag_block(
     element: str,
     friction: FrictionLaw,
@@ -46,12 +63,12 @@ def drag_block(
     """
     grid, axes = np.linspace(0.0, 10e-3, 6), axes_of(element)
     step = travel / speed / steps
-    model = Model(
-        mesh=box(element, grid, grid, np.linspace(0.0, _HEIGHT, 4)),
-        materials={"bulk": Elastic(_MODULUS, 0.0, 1.0)},
-        formulation=formulation_of(element),
+    model = block_on_plate(
+        element,
+        *(grid, grid, np.linspace(0.0, _HEIGHT, 4)),
+        material=Elastic(_MODULUS, 0.0, 1.0),
+        plate={"friction": friction, "normal_penalty": _PENALTY, "tangential_penalty": _PENALTY},
         supports={"bulk": axes[-1:], "top": axes[:-1]},
-        contacts=(Contact("bottom", Plane(components(element, 0.0, 0.0, 1.0)), friction, _PENALTY, _PENALTY),),
         programme=(Press(depth, depth / step), Slide(travel, speed, direction or None)),
         time=QuasiStatic(step),
     )
@@ -168,11 +185,11 @@ def _sliding(element: str) -> Iterator[Check]:
     time of stopping by about 1 / 1000 s, 0.5 % of it: 1 %, and for the way, which has it twice, 2 %.
     """
     speed = 1.0
-    model = Model(
-        mesh=box(element, np.linspace(0, 0.2, 9), np.linspace(0, 0.1, 3), np.linspace(0, 0.05, 3)),
-        materials={"bulk": Elastic(1e6, 0.3, 1000.0)},
-        formulation=formulation_of(element),
-        contacts=(Contact("bottom", Plane(components(element, 0.0, 0.0, 1.0), offset=0.0), Coulomb(_MU)),),
+    model = block_on_plate(
+        element,
+        *(np.linspace(0, 0.2, 9), np.linspace(0, 0.1, 3), np.linspace(0, 0.05, 3)),
+        material=Elastic(1e6, 0.3, 1000.0),
+        plate={"counterface": Plane(components(element, 0.0, 0.0, 1.0), offset=0.0), "friction": Coulomb(_MU)},
         time=TimeStepping(2.5e-4, end=0.3),
         damping=RayleighDamping(stiffness=2e-4),
         gravity=components(element, 0.0, 0.0, -_GRAVITY),

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from fingerslip.errors import FingerslipError
 from fingerslip.tables.table import Cell, Column, Table
@@ -92,6 +93,12 @@ def relative(quantity: str, expected: float, got: float, allowed: float) -> Chec
 def absolute(quantity: str, expected: float, got: float, allowed: float) -> Check:
     """Return a check of the absolute error."""
     return Check(quantity, float(expected), float(got), allowed, "absolute")
+
+
+def largest(quantity: str, expected: ArrayLike, got: ArrayLike, allowed: float, scale: float | None = None) -> Check:
+    """Return a check of the largest absolute error of an array, over a scale or else the largest expected value."""
+    error = np.abs(np.asarray(got) - expected).max() / (np.abs(expected).max() if scale is None else scale)
+    return absolute(quantity, 0.0, float(error), allowed)
 
 
 def run(problem: Problem) -> Outcome:

@@ -39,16 +39,18 @@ _MODULUS, _RATIO, _DENSITY = 100e3, 0.4, 1000.0
 _SHEAR = _MODULUS / (2 * (1 + _RATIO))
 
 
+def response_integral(terms: Prony, time: Array) -> Array:
+    """Return the integral of the stress over G after a strain of 1, from 0 to times (n,) [s], shape (n,) [s]."""
+    result = time.copy()
+    for term in terms:
+        result -= term.share * (time + term.time * np.expm1(-time / term.time))
+    return result
+
+
 def ramp_response(terms: Prony, duration: float, time: Array) -> Array:
     """Return the stress over G of a strain that rises to 1 within a duration [s] and stays, at times (n,) [s]."""
-
-    def integral(t: Array) -> Array:
-        result = t.copy()
-        for term in terms:
-            result -= term.share * (t + term.time * np.expm1(-t / term.time))
-        return result
-
-    return np.asarray((integral(time) - integral(np.maximum(time - duration, 0.0))) / duration)
+    before, after = (response_integral(terms, past) for past in (np.maximum(time - duration, 0.0), time))
+    return np.asarray((after - before) / duration)
 
 
 def complex_modulus(terms: Prony, frequency: float) -> complex:

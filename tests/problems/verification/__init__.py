@@ -3,8 +3,7 @@
 from importlib import import_module
 
 _FILES = (
-    *("locking", "condensed", "reduced", "impact", "resting", "bodies", "friction", "creep", "controlled"),
-    *("viscous_contact", "fingertip"),
-    *("large_laws", "large_relaxation", "large_motion", "large_contact", "independent"),
+    *("locking", "condensed", "fingertip", "time_steps", "plates", "bodies", "viscous_contact"),
+    *("large_laws", "large_relaxation", "large_motion", "dragged_cylinder"),
 )
 PROBLEMS = tuple(problem for name in _FILES for problem in import_module(f"problems.verification.{name}").PROBLEMS)

@@ -18,57 +18,50 @@ stiff: 1.7 % with half the size, 1.1 % more with cells that grow by 1.8, and cel
 change 0.2 %. So 2 % are allowed. The half width of contact is known to a cell, and the end of contact to a step.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy import optimize
 
 import fingerslip as fs
 from fingerslip.verification.line import HALF_WIDTH, RADIUS, line_model
 from fingerslip.verification.meshes import box, grade
-from fingerslip.verification.problem import Problem, absolute, solve_problem
+from fingerslip.verification.problem import Problem, absolute, largest, solve_problem
+from fingerslip.verification.viscoelastic import response_integral
 
 _TERMS = (fs.PronyTerm(0.4, 0.2), fs.PronyTerm(0.3, 2.0))
 _PRESS, _HOLD, _LIFT = 1.0, 0.5, 1.0
 
 
-@dataclass(frozen=True)
-class Pressed:
-    """A press, a hold and a lift at the same speed."""
+_START, _END = _PRESS + _HOLD, _PRESS + _HOLD + _LIFT
 
-    depth: float  # largest approach [m]
 
-    @property
-    def programme(self):
-        """The phases."""
-        return fs.Press(self.depth, self.depth / _PRESS), fs.Hold(_HOLD), fs.Lift(self.depth, self.depth / _LIFT)
+def _programme(depth):
+    """Return a press, a hold and a lift at the same speed."""
+    return fs.Press(depth, depth / _PRESS), fs.Hold(_HOLD), fs.Lift(depth, depth / _LIFT)
 
-    def approach(self, time):
-        """Return the approach at times (n,) [s], shape (n,) [m]."""
-        shares = (0.0, _PRESS, _PRESS + _HOLD, _PRESS + _HOLD + _LIFT), (0.0, 1.0, 1.0, 0.0)
-        return self.depth * np.interp(time, *shares)
+
+def _approach(time):
+    """Return the approach at times (n,) [s] over the largest, shape (n,) [-]."""
+    return np.interp(time, (0.0, _PRESS, _START, _END), (0.0, 1.0, 1.0, 0.0))
 
 
 def _integral(time):
     """Return the integral of g from 0 to times (n,) [s]; none before 0."""
-    found = np.maximum(np.asarray(time, dtype=float), 0.0)
-    past = found.copy()
-    for term in _TERMS:
-        found = found - term.share * (past + term.time * np.expm1(-past / term.time))
-    return found
+    return response_integral(_TERMS, np.maximum(np.asarray(time, dtype=float), 0.0))
+
+
+def _remembered(since, time):
+    """Return the integral of the first condition from a time of the press to one of the lift [s], over the depth."""
+    grown = float(_integral(time - since) - _integral(time - _PRESS)) / _PRESS
+    return grown - float(_integral(time - _START)) / _LIFT
 
 
 def forgotten_since(time):
     """Return the time t_1 [s] up to which a body remembers its contact at a time [s]; 0 where contact has ended."""
-    lifted = time - _PRESS - _HOLD
-    if lifted <= 0.0:
+    if time <= _START:
         return min(time, _PRESS)
-
-    def left(since):
-        grown = float(_integral(time - since) - _integral(time - _PRESS)) / _PRESS
-        return grown - float(_integral(lifted)) / _LIFT
-
-    return 0.0 if left(0.0) <= 0.0 else float(optimize.brentq(left, 0.0, _PRESS))
+    if _remembered(0.0, time) <= 0.0:
+        return 0.0
+    return float(optimize.brentq(_remembered, 0.0, _PRESS, args=(time,)))
 
 
 def remembered_force(elastic, time):
@@ -80,58 +73,45 @@ def remembered_force(elastic, time):
 
 
 def _computed(model):
-    """Return the histories of a body that does not relax and of one that does."""
-    return solve_problem(model(())), solve_problem(model(_TERMS))
-
-
-def _forces(histories):
-    """Return times [s], and the elastic force, that with relaxation and what it should be from the elastic one [N]."""
+    """Return histories of a body that does not relax and one that does, times, their forces, and what the latter is."""
+    histories = solve_problem(model(())), solve_problem(model(_TERMS))
     elastic, viscous = (history["counterface_force"].values[:, 0, -1] for history in histories)
     times = histories[0]["time"].values
     expected = [remembered_force(lambda at: np.interp(at, times, elastic), float(time)) for time in times]
-    return times, elastic, viscous, np.array(expected)
+    return histories, times, elastic, viscous, np.array(expected)
 
 
 def _phases(times):
-    lifting = times > _PRESS + _HOLD + 1e-9
+    lifting = times > _START + 1e-9
     return {"pressed and held": ~lifting, "lifted": lifting}
+
+
+_FORCE = "force, largest error / largest elastic force"
 
 
 def _line():
     """Press a cylinder on a block, hold and lift it."""
-    pressed, cells = Pressed(3e-6), 16
+    cells, face, programme = 16, fs.Cylinder(RADIUS), _programme(3e-6)
     size = HALF_WIDTH / cells
-    face, programme = fs.Cylinder(RADIUS), pressed.programme
-    histories = _computed(
+    histories, times, elastic, viscous, expected = _computed(
         lambda prony: line_model("Q4", lambda x: 0.0 * x, face, programme, cells=cells, mu=0.0, prony=prony)
     )
-    times, elastic, viscous, expected = _forces(histories)
     for name, phase in _phases(times).items():
-        error = float(np.abs(viscous - expected)[phase].max() / elastic.max())
-        yield absolute(f"{name}: force, largest error / largest elastic force", 0.0, error, 1e-3)
+        yield largest(f"{name}: {_FORCE}", expected[phase], viscous[phase], 1e-3, elastic.max())
     # Half the width of the nodes that press, half a cell beside them included.
     widths = [0.5 * size * (history["normal_traction"].values > 0.0).sum(axis=1) for history in histories]
     wanted = np.interp([forgotten_since(float(time)) for time in times], times, widths[0])
     touching = expected > 0.02 * elastic.max()
-    apart = float(np.abs(widths[1] - wanted)[touching].max() / size)
-    yield absolute("half width of contact, largest error / cell", 0.0, apart, 1.0)
-    yield absolute("approach at which contact ends / largest", *_parting(pressed, times, viscous), 1.0 / 40)
+    yield largest("half width of contact, largest error / cell", wanted[touching], widths[1][touching], 1.0, size)
+    yield _parting(times, viscous, 1.0 / 40)
 
 
-def _parting(pressed, times, force):
-    """Return the expected approach at which contact ends and the computed one, over the largest [-]."""
-    start, end = _PRESS + _HOLD, _PRESS + _HOLD + _LIFT
-    grown = float(_integral(start) - _integral(start - _PRESS))
-    assert grown > 0.0  # the body remembers the press when it is lifted
-
-    def left(time):
-        whole = float(_integral(time) - _integral(time - _PRESS)) / _PRESS
-        return whole - float(_integral(time - start)) / _LIFT
-
-    expected = float(optimize.brentq(left, start, end))
+def _parting(times, force, allowed):
+    """Return the check of the approach at which contact ends, over the largest [-]."""
+    assert _remembered(0.0, _START) > 0.0  # the body remembers the press when it is lifted
+    expected = float(optimize.brentq(lambda time: _remembered(0.0, time), _START, _END))
     last = times[np.flatnonzero(force > 0.0)[-1]]
-    there, here = pressed.approach(np.array([expected, last])) / pressed.depth
-    return float(there), float(here)
+    return absolute("approach at which contact ends / largest", *_approach(np.array([expected, last])), allowed)
 
 
 _MODULUS, _RATIO = 1e5, 0.4999
@@ -159,27 +139,25 @@ def _ball_model(cells, prony):
         formulation="solid",
         supports={"top": ("x", "y", "z"), "left": ("x",), "front": ("y",)},
         contacts=(contact,),
-        programme=Pressed(_APPROACH).programme,
+        programme=_programme(_APPROACH),
         time=fs.QuasiStatic(1.0 / 20),
     )
 
 
 def _sphere():
     """Press a ball on a quarter of a block, hold and lift it: beside its own elastic force, and beside Hertz's."""
-    times, elastic, viscous, expected = _forces(_computed(lambda prony: _ball_model(8, prony)))
-    stiffness = 4.0 / 3.0 * _MODULUS / (1.0 - _RATIO**2) * np.sqrt(_BALL) / 4.0
-    pressed = Pressed(_APPROACH)
-    hertz = [remembered_force(lambda at: stiffness * pressed.approach(at) ** 1.5, float(time)) for time in times]
-    largest = float(stiffness * _APPROACH**1.5)
+    _, times, elastic, viscous, expected = _computed(lambda prony: _ball_model(8, prony))
+    highest = float(4.0 / 3.0 * _MODULUS / (1.0 - _RATIO**2) * np.sqrt(_BALL) / 4.0 * _APPROACH**1.5)
+    hertz = np.array([remembered_force(lambda at: highest * _approach(at) ** 1.5, float(time)) for time in times])
     for name, phase in _phases(times).items():
-        errors = np.abs(viscous - expected)[phase].max() / elastic.max(), np.abs(viscous - hertz)[phase].max() / largest
-        yield absolute(f"{name}: force, largest error / largest elastic force", 0.0, float(errors[0]), 1e-3)
-        yield absolute(f"{name}: force, largest error / largest force of Hertz", 0.0, float(errors[1]), 0.02)
-    yield absolute("approach at which contact ends / largest", *_parting(pressed, times, viscous), 1.0 / 20)
+        of_hertz = f"{name}: force, largest error / largest force of Hertz"
+        yield largest(f"{name}: {_FORCE}", expected[phase], viscous[phase], 1e-3, elastic.max())
+        yield largest(of_hertz, hertz[phase], viscous[phase], 0.02, highest)
+    yield _parting(times, viscous, 1.0 / 20)
 
 
-_BALL_SOURCE = "Lee & Radok 1960; Ting 1966"
+_SOURCE = "Lee & Radok 1960; Ting 1966"
 PROBLEMS = (
     Problem("viscous-line", "Cylinder pressed, held and lifted", "Ting 1966", _line),
-    Problem("viscous-sphere", "Ball pressed, held and lifted", _BALL_SOURCE, _sphere, slow=True),
+    Problem("viscous-sphere", "Ball pressed, held and lifted", _SOURCE, _sphere, slow=True),
 )
