@@ -58,7 +58,7 @@ docs: $(READY)  ## build the documentation into docs/_build/html
 	$(BIN)/sphinx-build -W --keep-going -b html docs docs/_build/html
 
 bench: $(READY)  ## measure all figures of speed
-	$(BIN)/python tests/benchmarks/bench_all.py
+	$(BIN)/python tests/benchmarks/bench.py
 
 validate: $(READY)  ## compare with the published numbers
 	$(BIN)/fingerslip validate

@@ -1,9 +1,9 @@
 """What slides of the sensor cost, how much they depend on the mesh, on large strain and on its half: docs/tactip.md.
 
-    OMP_NUM_THREADS=1 python tests/benchmarks/bench_sensor.py [--cases section pressed meshes large whole]
+    OMP_NUM_THREADS=1 python tests/benchmarks/bench_sensor.py [--cases pressed meshes large whole]
         [--skins smooth ridged] [--sizes coarse shipped fine] [--depths 2 3] [--travel 1.5] [--part 0.25]
 
-`section` is the slide of 47 s in 2D. `pressed` slides the section at large strain as small motions about states of a
+`pressed` slides the section at large strain as small motions about states of a
 slide, beside the same slide step by step. `meshes` slides the ridged half in 3D over 14 mm on meshes of which all
 sizes have a common factor, with the surface in patches of one size, by the first of the depths and the others.
 `large` presses the half in 3D by the last depth and slides it, at small and at large strain (`--strains`); a run that
@@ -20,14 +20,10 @@ import resource
 import signal
 import sys
 import time
-from pathlib import Path
 
 import numpy as np
-from models import model_of, run_of
-from rows import line, options_of, table
 from scipy.interpolate import interp1d
-
-sys.path.insert(0, str(Path(__file__).parents[1]))
+from setups import line, model_of, options_of, run_of, table
 
 import fingerslip as fs
 from fingerslip.dynamics.statics.body import static_body
@@ -40,7 +36,7 @@ from fingerslip.slip import stick_ratio
 from fingerslip.specimens.tactip import PRESETS
 from fingerslip.specimens.tactip.meshing.sources import SensorSolidSizes
 from fingerslip.specimens.tactip.numbers import modelled_places
-from fingerslip.study.running.build import build_mesh, build_model
+from fingerslip.study.running.build import build_model
 from fingerslip.study.trials import bodies
 from problems.sensors import pressed_sensor
 from problems.whole_sensors import half_of, slid_beside_half
@@ -60,17 +56,6 @@ def timed(work):
     with limited_threads(1):
         found = work()
     return found, time.process_time() - start
-
-
-def section(_given):
-    """Print what the slide in 2D costs."""
-    run = run_of("tactip_slide")
-    mesh, meshing = timed(lambda: build_mesh(run))
-    model = build_model(run, mesh)
-    model = dataclasses.replace(model, record=dataclasses.replace(model.record, snapshots_every=0.0))
-    history, stepping = timed(lambda: fs.simulate(model, threads=1))
-    table("nodes", "steps", "simulated [s]", "mesh [CPU s]", "stepping [CPU s]")
-    line(mesh.p.shape[1], history.sizes["time"] - 1, float(history["time"][-1]), meshing, stepping)
 
 
 def pressed(given):
@@ -260,13 +245,13 @@ def whole(given):
         sys.stdout.flush()
 
 
-CASES = {"section": section, "pressed": pressed, "meshes": meshes, "large": large, "whole": whole}
+CASES = {"pressed": pressed, "meshes": meshes, "large": large, "whole": whole}
 
 
 def main():
     """Print the tables that are asked for."""
     parser = options_of(__doc__)
-    parser.add_argument("--cases", nargs="+", default=["section"], choices=CASES)
+    parser.add_argument("--cases", nargs="+", default=["pressed"], choices=CASES)
     parser.add_argument("--skins", nargs="+", default=["smooth", "ridged"], choices=["smooth", "ridged"])
     parser.add_argument("--sizes", nargs="+", default=list(SIZES), choices=list(SIZES))
     parser.add_argument("--depths", nargs="+", type=float, default=[2.0, 3.0])

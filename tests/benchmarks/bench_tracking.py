@@ -18,9 +18,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-import rows
-
-sys.path.insert(0, str(Path(__file__).parents[1]))
+import setups
 
 import fingerslip as fs
 from fingerslip.vision.cameras.pixel import DARK_ON_BRIGHT, HARSH_LIGHT, LAMPS, MOULDED, frames_of
@@ -31,7 +29,7 @@ from problems import clips
 from problems.nearest import track_flow, track_nearest, track_trackpy
 
 REST, RATE = 20, 60.0
-line, table = functools.partial(rows.line, digits=3), rows.table
+line, table = functools.partial(setups.line, digits=3), setups.table
 WORST = clips.with_look(clips.BAD, marker=150.0, background=50.0)
 
 

@@ -46,7 +46,7 @@ _TIMES_WITHOUT_INERTIA = {2: 36.0, 3: 22.0}
 # studies/reaction_map.yaml 0.58 s.
 _SECONDS_IN_BASIS, _SECONDS_IN_BASIS_PER_UNKNOWN_AND_STEP = 0.1, 5e-8
 
-# CPU seconds of a reduced basis, measured with the shipped studies by tests/benchmarks/bench_variants.py: for every
+# CPU seconds of a reduced basis, measured with the shipped studies by tests/benchmarks/bench.py: for every
 # unknown of the mesh and static response, for the cube of the constraint modes (eigenvectors), and for every unknown
 # (normal modes). CPU seconds of a step by which mesh and basis differ, for every unknown and for the square of the
 # responses. Only an estimate that is half as large again counts as a saving.
