@@ -151,7 +151,7 @@ def strains(study):
 def paper(step=5e-3):
     """Return the push and slide of the paper's section on elements of 0.15 mm."""
     sites = fs.Recording(sites=fs.receptor_sites(fs.preset("wang2014-2d")))
-    return section(sizes=(0.15e-3, 0.5e-3), travel=6e-3, towards=1.0, time=fs.TimeStepping(step), record=sites)
+    return section(sizes=(0.15e-3, 0.28e-3), travel=6e-3, towards=1.0, time=fs.TimeStepping(step), record=sites)
 
 
 def finger(size, *, steps=300, integration="selective"):
