@@ -10,7 +10,6 @@ from fingerslip.dynamics.motions import Motions, make_integrator
 from fingerslip.dynamics.recording.steps import step_times
 from fingerslip.dynamics.step.stepper import Stopwatch
 from fingerslip.dynamics.system.system import build_system
-from fingerslip.linear.resources import one_by_one
 from fingerslip.linear.solver import preferred_solver
 from fingerslip.mesh.source import MeshFile
 from fingerslip.results import SAMPLE
@@ -274,7 +273,7 @@ def test_dashpots_take_what_the_forces_of_a_body_at_large_strain_do_not_store():
     system = build_system(model)
     times = step_times(model)
     motions = Motions((model,), (system,), (times,), preferred_solver(), Stopwatch(), None, 1)
-    integrator = make_integrator(motions, [system], 0, one_by_one)
+    integrator = make_integrator(motions, [system], 0, map)
     state, lost, largest = integrator.start()[0], 0.0, 0.0
     for number in range(1, 41):
         before, state = state, integrator.advance({0: state}, times[number : number + 1])[0][0]

@@ -75,17 +75,15 @@ class ConstraintModes:
         return self._factors[0].backward(halfway)
 
 
-def constraint_modes(
-    body: ConstraintModes, rows: Integers, *, columns_at_once: int = _COLUMNS_AT_ONCE
-) -> tuple[Floats, Floats]:
+def constraint_modes(body: ConstraintModes, rows: Integers) -> tuple[Floats, Floats]:
     """Return the mass of the constraint modes, T^T M T (p, p) [kg], and T at the unknowns `rows`, (r, p) [-].
 
     All columns of T exist only some at a time, so that memory stays small: T^T M T is gathered from M T.
     """
     size = body.interface.size
     mass, at_rows = np.empty((size, size)), np.empty((rows.size, size))
-    for start in range(0, size, columns_at_once):
-        some = slice(start, min(start + columns_at_once, size))
+    for start in range(0, size, _COLUMNS_AT_ONCE):
+        some = slice(start, min(start + _COLUMNS_AT_ONCE, size))
         responses = body.follow(np.eye(size)[:, some])
         mass[:, some] = body.gather(body.mass @ responses)
         at_rows[:, some] = responses[rows]

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from numbers import Integral
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
+from typing import Any
 
 from threadpoolctl import ThreadpoolController
 
@@ -68,8 +68,6 @@ def _in_process() -> int | None:
     return None
 
 
-T = TypeVar("T")
-
 # Below this many degrees of freedom, by the dimension of space, the threads of BLAS and PARDISO wait for each other
 # longer than they work. In 2D rows of the factors are short: two threads make the substitution of a step with
 # 12,600 unknowns at best a quarter faster (0.49 → 0.37 ms) and that of 55,500 no faster, and where anything else runs
@@ -77,16 +75,8 @@ T = TypeVar("T")
 _WORTH_THREADS = {2: 100_000, 3: 15_000}
 
 
-class Mapper(Protocol):
-    """What :func:`map` does, perhaps in several threads."""
-
-    def __call__(self, function: Callable[..., T], /, *arguments: Iterable[Any]) -> Iterable[T]:
-        """Return the values of a function for each set of arguments, in order."""
-
-
-def one_by_one(function: Callable[..., T], /, *arguments: Iterable[Any]) -> Iterable[T]:
-    """Return the values of a function, computed in the caller's own thread: the :class:`Mapper` for one thread."""
-    return map(function, *arguments)
+#: What :class:`map` does, perhaps in several threads.
+Mapper = Callable[..., Iterable[Any]]
 
 
 def usable_cores() -> int:
@@ -141,9 +131,9 @@ def single_dense_thread() -> Iterator[None]:
 
 @contextlib.contextmanager
 def side_by_side(threads: int) -> Iterator[Mapper]:
-    """Give the block a :class:`Mapper` on `threads` threads, which end with it; one thread is the caller's own."""
+    """Give the block a mapper on `threads` threads, which end with it; one thread is the caller's own."""
     if threads == 1:
-        yield one_by_one
+        yield map
         return
     with ThreadPoolExecutor(threads) as pool:
         yield pool.map

@@ -15,7 +15,6 @@ from fingerslip.linear.resources import (
     allowed_threads,
     available_memory,
     limited_threads,
-    one_by_one,
     require_memory,
     side_by_side,
     single_dense_thread,
@@ -168,5 +167,5 @@ def test_functions_side_by_side_run_in_threads_that_end_with_the_block_and_one_t
         assert len({name for _, name in found}) == 2
     assert {name for _, name in found}.isdisjoint(thread.name for thread in threading.enumerate())
     with side_by_side(1) as mapper:
-        assert mapper is one_by_one
+        assert mapper is map
         assert list(mapper(lambda _: threading.current_thread(), [0, 0])) == [threading.current_thread()] * 2

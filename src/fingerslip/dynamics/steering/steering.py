@@ -28,7 +28,6 @@ from fingerslip.history import VARIABLES
 from fingerslip.linear.resources import (
     allowed_threads,
     limited_threads,
-    one_by_one,
     single_dense_thread,
     suitable_threads,
 )
@@ -149,7 +148,7 @@ class Simulation:
             reduced = in_basis(motions, bases) if model.basis and not model.is_finite else None
             self._system: System = reduced[0] if reduced else system
             self._residual = reduced[1] if reduced else None
-            self._integrator = make_integrator(motions, [self._system], needed, one_by_one)
+            self._integrator = make_integrator(motions, [self._system], needed, map)
             with self._watch.part("assembly"):
                 self._recorder = Recorder(model, self._system, times)
             checks = [] if self._residual is None else self._residual.motions

@@ -17,7 +17,7 @@ from fingerslip.dynamics.step.sharing import first_alike, same_motion
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
 from fingerslip.dynamics.system.system import System
-from fingerslip.linear.resources import Mapper, one_by_one
+from fingerslip.linear.resources import Mapper
 
 Array = NDArray[np.float64]
 
@@ -28,7 +28,7 @@ class Mesh(BodyIntegrator):
     steppers: Sequence[Stepper] = ()
 
     def __init__(
-        self, make: Callable[[float], Sequence[Stepper]], step: float, watch: Stopwatch, mapper: Mapper = one_by_one
+        self, make: Callable[[float], Sequence[Stepper]], step: float, watch: Stopwatch, mapper: Mapper = map
     ) -> None:
         self._by_length, self._watch, self._mapper = ByLength(make), watch, mapper
         self.steppers = self._by_length.at(step)
@@ -84,7 +84,7 @@ def advance(
     counterfaces: Sequence[Array],
     *,
     watch: Stopwatch,
-    mapper: Mapper = one_by_one,
+    mapper: Mapper = map,
 ) -> list[State]:
     """Take one step of several motions with one factorised matrix.
 
