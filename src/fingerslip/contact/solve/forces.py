@@ -117,7 +117,6 @@ class _Problem:
 def _solve_on_working_set(
     problem: _Problem, check: _Check, tolerance: float, old: WorkingSet | None
 ) -> tuple[ContactSolution, WorkingSet]:
-    # The old one, with the compliance of the present frames.
     working_set = _chosen(problem, check, None) if old is None else old.in_step(problem.compliance, problem.scale)
     iterations, solved = 0, True
     for round_number in range(_ROUNDS):
@@ -133,7 +132,7 @@ def _solve_on_working_set(
         # Newton's method on the working set; the other nodes have no force.
         nodes = working_set.nodes
         start = Start(check.forces[nodes], check.trial[nodes], _FINER * tolerance, problem.least, roughest)
-        forces, working_set, solved, used = newton_krylov(working_set, problem.friction[nodes], start)
+        forces, solved, used = newton_krylov(working_set, problem.friction[nodes], start)
         check = problem.check(_scatter(forces, nodes, check.forces))
         iterations += used
         if check.relative_residual <= tolerance:

@@ -10,7 +10,7 @@ of all candidates, who then calls again.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numba
@@ -44,16 +44,6 @@ class Start:
     roughest: float = _ROUGHEST  # relative residual of the first direction [-]
 
 
-def newton_krylov(working_set: WorkingSet, friction: Floats, start: Start) -> tuple[Floats, WorkingSet, bool, int]:
-    """Iterate until the residual is small enough, single precision allows no more, or the line search stalls.
-
-    Arrays: friction (k,) [-]; returns forces (k, dim) [N].
-    """
-    working_set = replace(working_set, inverse=working_set.inverse.copy())
-    forces, solved, iterations = _iterate(working_set, friction, start)
-    return forces, working_set, solved, iterations
-
-
 @dataclass(frozen=True)
 class _Iterate:
     """Forces on the way to the solution, all of shape (k, dim) [N]."""
@@ -81,8 +71,12 @@ class _Iterate:
         return owed == 0.0 or _largest(self.residual) > _KNOWN * owed
 
 
-def _iterate(working_set: WorkingSet, friction: Floats, start: Start) -> tuple[Floats, bool, int]:
-    """Return forces, whether they solve the problem, and iterations; the rows of the inverse are renewed."""
+def newton_krylov(working_set: WorkingSet, friction: Floats, start: Start) -> tuple[Floats, bool, int]:
+    """Iterate until the residual is small enough, single precision allows no more, or the line search stalls.
+
+    Returns forces (k, dim) [N], whether they solve the problem with friction (k,) [-], and iterations; the rows of the
+    inverse are renewed in place.
+    """
     iterate, exactness = _at(friction, start.forces, start.trial), start.roughest
     for iteration in range(NEWTON_LIMIT):
         enough = start.goal * max(_largest(iterate.forces), start.least)

@@ -100,12 +100,16 @@ class WorkingSet:
     is_exact: bool = False  # whether the entries of that compliance are of single precision themselves
 
     def in_step(self, compliance: Compliance, scale: Floats) -> WorkingSet:
-        """Return the working set with the compliance, frames and step lengths (n_c, dim) [N/m] of a step."""
+        """Return the working set with the compliance, frames and step lengths (n_c, dim) [N/m] of a step.
+
+        The rows of its inverse are its own, as a step renews them in place.
+        """
         if compliance.edition != self.edition:
             return gather(compliance, scale, self.nodes, self)
+        working_set = replace(self, inverse=self.inverse.copy())
         if compliance.frames is None:
-            return self
-        return replace(self, frames=compliance.frames[self.nodes], scale=scale[self.nodes])
+            return working_set
+        return replace(working_set, frames=compliance.frames[self.nodes], scale=scale[self.nodes])
 
     @property
     def weights(self) -> tuple[Floats, Floats]:
