@@ -52,12 +52,17 @@ Prony = tuple[PronyTerm, ...]
 
 @dataclass(frozen=True)
 class Recurrence:
-    """How dashpots follow strain over a step, a number for each of t terms."""
+    """How dashpots follow strain over a step: a number for each of t terms, in rows (..., t) for several materials."""
 
-    shares: Floats  # (t,), shares of the shear modulus [-]
-    decay: Floats  # (t,), weights of the dashpot at the start, and of the strain at the end and at the start [-]
-    end: Floats  # (t,), weights of the dashpot at the start, and of the strain at the end and at the start [-]
-    start: Floats  # (t,), weights of the dashpot at the start, and of the strain at the end and at the start [-]
+    shares: Floats  # shares of the shear modulus [-]
+    decay: Floats  # weights of the dashpot at the start [-]
+    end: Floats  # weights of the strain at the end [-]
+    start: Floats  # weights of the strain at the start [-]
+
+    @property
+    def taken_share(self) -> Floats:
+        """Share of a strain at the end of a step that dashpots have taken by then [-]."""
+        return np.asarray((self.shares * self.end).sum(axis=-1))
 
     def follow(self, strains: Floats) -> Floats:
         """Return the dashpots, shape (t, n_times, ...), of strains (n_times, ...) [-] at equal steps from rest."""

@@ -29,7 +29,7 @@ from fingerslip.fe.finite.history_kernels import follow, leave, principal_values
 from fingerslip.fe.finite.volumes import Volumes
 from fingerslip.materials.large_strain import FiniteMaterial, log_volume_of
 from fingerslip.materials.material import Formulation
-from fingerslip.materials.prony import recurrence
+from fingerslip.materials.prony import Recurrence, recurrence
 from fingerslip.materials.relaxing import Constants, constants_of, shape_energy, shape_stress, spring_strain
 from fingerslip.materials.viscoelastic import across_of
 
@@ -37,21 +37,6 @@ from fingerslip.materials.viscoelastic import across_of
 _LINEAR = 0.5
 #: Components of a packed tensor, by the dimension of space.
 PACKED = {2: 4, 3: 6}
-
-
-@dataclass(frozen=True)
-class Terms:
-    """Prony terms of all materials for a step, a row for each material; missing ones have a share of 0."""
-
-    shares: Floats  # (n_materials, t), shares of the shear modulus [-]
-    decay: Floats  # (n_materials, t), as of :class:`~fingerslip.materials.prony.Recurrence` [-]
-    end: Floats  # likewise
-    start: Floats  # likewise
-
-    @property
-    def taken_share(self) -> Floats:
-        """Share of a strain at the end of a step that dashpots have taken by then, shape (n_materials,) [-]."""
-        return np.asarray((self.shares * self.end).sum(axis=1))
 
 
 @dataclass(frozen=True)
@@ -68,7 +53,7 @@ class History:
 class Left:
     """What the start of a step leaves for its end."""
 
-    terms: Terms  # the terms for the step
+    terms: Recurrence  # (n_materials, t), the terms of all materials for the step; missing ones have a share of 0
     points: Floats  # (n_p, k + 3), sums of s_i times the part of the dashpots at the end that the start gives
     groups: Floats  # (n_groups, 2), the same of groups with a mean volume
     moduli: Floats  # (n_materials,), what the step adds to the selective modulus [Pa]
@@ -101,18 +86,14 @@ class Relaxation:
         points, groups = np.zeros((self.points.size, columns)), np.zeros((self.groups.size, 2))
         return History(points, np.zeros((count, *points.shape)), groups, np.zeros((count, *groups.shape)))
 
-    def terms(self, step: float) -> Terms:
-        """Return the terms for a step [s] that the model was checked for."""
+    def left(self, history: History, step: float) -> Left:
+        """Return what a step [s] that the model was checked for finds at its start."""
         count = max(len(constant.prony) for constant in self.constants)
-        tables = np.zeros((4, len(self.constants), count))
+        of_terms = np.zeros((4, len(self.constants), count))
         for number, constants in enumerate(self.constants):
             follows, size = recurrence(constants.prony, step, controlled=True), len(constants.prony)
-            tables[:, number, :size] = follows.shares, follows.decay, follows.end, follows.start
-        return Terms(*tables)
-
-    def left(self, history: History, step: float) -> Left:
-        """Return what a step [s] finds at its start."""
-        terms = self.terms(step)
+            of_terms[:, number, :size] = follows.shares, follows.decay, follows.end, follows.start
+        terms = Recurrence(*of_terms)
         points, groups = np.empty_like(history.points), np.empty_like(history.groups)
         tables = terms.shares, terms.decay, terms.start
         leave(self.points, *tables, history.points, history.point_dashpots, points)
@@ -121,7 +102,7 @@ class Relaxation:
         offsets = (pairs[self.points] * points[:, self.tensor + 1 :]).sum(axis=1)
         return Left(terms, points, groups, moduli, offsets, (pairs[self.groups] * groups).sum(axis=1))
 
-    def _selective(self, terms: Terms) -> tuple[Floats, Floats]:
+    def _selective(self, terms: Recurrence) -> tuple[Floats, Floats]:
         """Return what the step adds to the selective modulus, (n_materials,), and its derivatives by what is left."""
         twice = 2.0 * self.shear_moduli
         if self.formulation != "plane_stress":
@@ -131,7 +112,7 @@ class Relaxation:
         rest = 1.0 - terms.taken_share
         return twice * (rest * now - along), (twice * [rest * earlier, 2.0 * rest * earlier - 1.0]).T
 
-    def thickness_shares(self, terms: Terms) -> Floats:
+    def thickness_shares(self, terms: Recurrence) -> Floats:
         """Return the parts in w at the end of a step of x there and of what is left, shape (n_materials, 2) [-]."""
         pairs = zip(self.constants, terms.taken_share, strict=True)
         return np.array([across_of(element.poisson_ratio).of_step(float(share)) for element, share in pairs])

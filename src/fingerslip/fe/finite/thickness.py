@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
@@ -16,16 +15,6 @@ _LIMIT, _RENEWED = 60, 6
 # Change of an iteration after which rounding is left, as the next would be thousands of times smaller; and the largest
 # change, so that far steps do not overshoot.
 _LAST, _LARGEST = 1e-10, 0.5
-
-
-class _Law(Protocol):
-    """What the thickness follows from."""
-
-    def kirchhoff_stress(self, log_strain: Floats) -> Floats:
-        """Return the principal Kirchhoff stresses [Pa], shape (n, 3)."""
-
-    def kirchhoff_tangent(self, log_strain: Floats) -> Floats:
-        """Return their derivative by the logarithmic strains [Pa], shape (n, 3, 3)."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +32,7 @@ class Pulled:
         return third - pull, -2.0 / 3.0 * (third + pull)
 
 
-def thickness_strain(material: _Law, log_strain: Floats, pulled: Pulled | None = None) -> Floats:
+def thickness_strain(material: FiniteMaterial | StepLaw, log_strain: Floats, pulled: Pulled | None = None) -> Floats:
     """Return the logarithmic strain across the plane, shape (n,), searched from strains (n, 3) [-]."""
     trial, nothing = log_strain.copy(), np.zeros(len(log_strain))
     for iteration in range(_LIMIT):
@@ -71,6 +60,6 @@ def check_thickness(name: str, material: FiniteMaterial) -> None:
     raise InputError(f"materials.{name}", fault, "plane stress needs 0 Pa at rest, and growth with the strain", repair)
 
 
-def _name(material: _Law) -> str:
+def _name(material: FiniteMaterial | StepLaw) -> str:
     """Return the name of a law for messages."""
     return type(material.material if isinstance(material, StepLaw) else material).__name__
