@@ -21,7 +21,7 @@ from fingerslip.materials.material import Material
 from fingerslip.materials.mooney_rivlin import MooneyRivlin
 from fingerslip.materials.neo_hookean import NeoHookean
 from fingerslip.materials.ogden import Ogden
-from fingerslip.parameters.presets import Presets, PresetValue
+from fingerslip.parameters.presets import Presets
 from fingerslip.parameters.schema import require
 
 #: A law of small strain or of large strain.
@@ -160,13 +160,3 @@ def material(name: str) -> AnyMaterial:
     34000.0
     """
     return MATERIALS.read(name)
-
-
-def material_table(name: str) -> tuple[PresetValue, ...]:
-    """Return every value of a material with its source, the assumed ones first; `name` as of :func:`material`."""
-    return MATERIALS.table(name)
-
-
-def material_header(name: str) -> dict[str, str]:
-    """Return what a material says of itself: `citation`, `published` and `claims_not`."""
-    return MATERIALS.header(name)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import fingerslip as fs
-from fingerslip.materials.choice import LAWS, MaterialChoice, kept_values, material_header, material_table
+from fingerslip.materials.choice import LAWS, MATERIALS, MaterialChoice, kept_values
 from fingerslip.materials.large_strain import FiniteMaterial
 from fingerslip.materials.material import Material
 from fingerslip.parameters import as_mapping, from_mapping, parameters
@@ -38,7 +38,7 @@ def test_laws_are_elastic_unless_named_and_ranges_are_shown_with_the_notes():
     assert read(**HOOKE) == fs.Elastic(34e3, 0.48, 1000.0)
     assert read(law="elastic", **HOOKE) == fs.Elastic(34e3, 0.48, 1000.0)
     assert read(law="neo_hookean", **HOOKE) == fs.NeoHookean(34e3, 0.48, 1000.0)
-    rows = {row.path: row for row in material_table("sylgard-184")}
+    rows = {row.path: row for row in MATERIALS.table("sylgard-184")}
     assert rows["youngs_modulus"].note.endswith("range 1.32 to 2.97 MPa, cured at 25 to 200 degrees Celsius")
     with pytest.raises(fs.InputError, match=r"'ecoflex' is not known, needs one of agilus30, .*mean 'ecoflex-00-30'"):
         fs.material("ecoflex")
@@ -92,9 +92,9 @@ def test_another_law_keeps_what_it_needs(values, changes, kept):
 @pytest.mark.parametrize("name", fs.material_names())
 def test_every_material_is_a_law_says_what_it_claims_and_names_sources_the_assumed_ones_first(name):
     assert isinstance(fs.material(name), Material | FiniteMaterial)
-    assert all(material_header(name)[key] for key in ("citation", "published", "claims_not"))
+    assert all(MATERIALS.header(name)[key] for key in ("citation", "published", "claims_not"))
     references = resources.files("fingerslip").joinpath("references.bib").read_text()
-    sources = [row.source for row in material_table(name)]
+    sources = [row.source for row in MATERIALS.table(name)]
     assert all(source == "assumed" or f"{{{source}," in references for source in sources)
     assert sources == sorted(sources, key=lambda source: source != "assumed")
 

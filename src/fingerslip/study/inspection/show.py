@@ -10,7 +10,7 @@ from typing import Literal
 
 from fingerslip.errors import InputError
 from fingerslip.history import read_history
-from fingerslip.materials.choice import material_header, material_names, material_table
+from fingerslip.materials.choice import MATERIALS, material_names
 from fingerslip.parameters.presets import PresetValue
 from fingerslip.parameters.yaml_text import parse_document
 from fingerslip.report.tables.compare import difference_cell, differences_table
@@ -45,7 +45,7 @@ def show(target: str = "", figure: Path | None = None) -> tuple[Table, ...]:
     if target:
         return _tables(target)
     note = "In study files: materials: {REGION: {preset: NAME}}."
-    materials = tuple((name, material_header(name)["citation"]) for name in material_names())
+    materials = tuple((name, MATERIALS.header(name)["citation"]) for name in material_names())
     return presets_table(), Table("Materials", _CATALOGUE, materials, note)
 
 
@@ -64,7 +64,7 @@ def _tables(target: str) -> tuple[Table, ...]:
         presets = presets_of(target)
         return (_preset_table(target, presets.header(target), presets.table(target)),)
     if target in material_names():
-        return (_preset_table(target, material_header(target), material_table(target)),)
+        return (_preset_table(target, MATERIALS.header(target), MATERIALS.table(target)),)
     repair = f"presets: {', '.join((*preset_names(), *material_names()))}"
     raise InputError(f"show {target}", "is not there", "needs a preset, a study file or a folder of results", repair)
 
