@@ -16,7 +16,7 @@ import fingerslip as fs
 from fingerslip.dynamics.system.checks import inspect_model
 from fingerslip.errors import FingerslipError
 from fingerslip.mesh.io import read_mesh, write_mesh
-from fingerslip.mesh.scan.build import SurfaceMesh, scan_cells
+from fingerslip.mesh.scan.build import SurfaceMesh
 from fingerslip.mesh.scan.placement import place_surface, placement_from_directions
 from fingerslip.mesh.scan.repair import repair_surface
 from fingerslip.mesh.scan.surfaces import check_enclosure, decimate_surface, read_surface, write_surface
@@ -143,7 +143,7 @@ def _use(path: Path, chance: random.Random) -> None:
     unit = chance.choice(("mm", "mm", "mm", "cm", "um", "m"))
     settings = SurfaceMesh(skin=str(path), tip=(1.0, 0.0, 0.0), pad=(0.0, -1.0, 0.0), unit=unit)
     with contextlib.suppress(FingerslipError):
-        scan_cells(settings)
+        settings.estimated_cells()
     surface, _ = repair_surface(read_surface(path, unit), chance.choice((5e-3, 1e-9, 1.0)))
     placed = place_surface(surface, placement_from_directions(surface, settings.tip, settings.pad))
     decimate_surface(placed, 2e-3)

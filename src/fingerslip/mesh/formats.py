@@ -36,13 +36,8 @@ _OPTIONS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
 _READERS: Mapping[str, Callable[[Path], Deck]] = MappingProxyType({".inp": read_abaqus, ".feb": read_febio})
 
 
-def read_file(file: Path, needed: str) -> meshio.Mesh:
-    """Read points, cells and their named groups."""
-    return read_deck(file, needed).data
-
-
-def read_deck(file: Path, needed: str) -> Deck:
-    """Read a file with what else it tells; only decks of solvers tell more than a mesh."""
+def read_file(file: Path, needed: str) -> Deck:
+    """Read points, cells and their named groups, with what else a file tells; only decks of solvers tell more."""
     if not file.is_file():
         raise MeshError(str(file), "no such file", needed)
     if not file.stat().st_size:

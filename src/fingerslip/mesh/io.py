@@ -17,9 +17,9 @@ from skfem.io.meshio import from_meshio, to_meshio
 from fingerslip.arrays import Floats, Integers
 from fingerslip.errors import MeshError, shorten
 from fingerslip.mesh.decks.febio import chosen_unit
-from fingerslip.mesh.formats import read_deck, write_file
+from fingerslip.mesh.formats import read_file, write_file
 from fingerslip.mesh.mixed import NARROWER, is_degenerate, join_kinds, take_one_kind
-from fingerslip.mesh.quality import check_folds, positive_tetrahedra, turned_cells, turns
+from fingerslip.mesh.quality import check_folds, turned_cells, turns
 from fingerslip.units import LengthUnit, coordinates, metres
 
 
@@ -40,8 +40,8 @@ _CELLS = {
     "quad": _Cell(skfem.MeshQuad1, 4, 2, _LINES, 2, (1, 0, 3, 2)),
     "triangle": _Cell(skfem.MeshTri1, 3, 2, _LINES, 2, (0, 2, 1)),
     "triangle6": _Cell(skfem.MeshTri2, 3, 2, _LINES, 2, (0, 2, 1, 5, 4, 3)),
-    "tetra": _Cell(skfem.MeshTet1, 4, 3, _TRIANGLES, 3, ()),
-    "tetra10": _Cell(skfem.MeshTet2, 4, 3, _TRIANGLES, 3, ()),
+    "tetra": _Cell(skfem.MeshTet1, 4, 3, _TRIANGLES, 3, (1, 0, 2, 3)),
+    "tetra10": _Cell(skfem.MeshTet2, 4, 3, _TRIANGLES, 3, (1, 0, 2, 3, 4, 6, 5, 8, 7, 9)),
     "hexahedron": _Cell(skfem.MeshHex1, 8, 3, _QUADS, 4, (4, 5, 6, 7, 0, 1, 2, 3)),
 }
 _SIDES = {2: "lines", 3: "triangles", 4: "quadrilaterals"}
@@ -109,7 +109,7 @@ def read_mesh(path: str | Path, unit: LengthUnit | None = None) -> skfem.Mesh:
 
 def read_mesh_and_rest(file: Path, unit: LengthUnit | None) -> tuple[skfem.Mesh, tuple[str, ...]]:
     """Read a mesh [m] with its named groups, and in words what of the file is left out."""
-    deck = read_deck(file, "needs a mesh that meshio reads, or a deck of Abaqus or FEBio")
+    deck = read_file(file, "needs a mesh that meshio reads, or a deck of Abaqus or FEBio")
     data, left_out = deck.data, deck.left_out
     data.points = metres(chosen_unit(file, deck.unit, unit)) * np.asarray(data.points, dtype=float)
     if any(key.startswith("skfem:") for key in data.cell_data):
@@ -356,9 +356,12 @@ def _physical(file: Path, mesh: skfem.Mesh2D) -> meshio.Mesh:
     names = {name: np.array([number, mesh.dim()]) for number, name in enumerate(regions, start=1)}
     names |= {name: np.array([number, mesh.dim() - 1]) for number, name in enumerate(boundaries, start=first)}
     element = to_meshio(mesh, encode_cell_data=False)
-    flat = _CELLS[element.cells[0].type].sides[0]
-    blocks = [(element.cells[0].type, _counter_clockwise(element), tag)]
-    blocks += [(flat, np.vstack(facets), np.concatenate(facet_tags))] if facets else []
+    kind, nodes = element.cells[0].type, np.array(element.cells[0].data)
+    # Counter-clockwise and with positive volume: scikit-fem sorts the corners of simplices, and mirrors hexahedra.
+    turned = turned_cells(mesh) != (kind == "hexahedron")
+    nodes[turned] = nodes[turned][:, _CELLS[kind].turned]
+    blocks = [(kind, nodes, tag)]
+    blocks += [(_CELLS[kind].sides[0], np.vstack(facets), np.concatenate(facet_tags))] if facets else []
     tags = [tags_of_block for *_, tags_of_block in blocks]
     data = {"gmsh:physical": tags, "gmsh:geometrical": [np.maximum(t, 1) for t in tags]}
     cells = [(kind, nodes) for kind, nodes, _ in blocks]
@@ -378,14 +381,3 @@ def _narrow(data: meshio.Mesh) -> meshio.Mesh:
                 for name, arrays in data.cell_data.items():
                     fields[name].append(arrays[number][rows])
     return meshio.Mesh(data.points, cells, data.point_data, cell_data=fields, field_data=data.field_data)
-
-
-def _counter_clockwise(data: meshio.Mesh) -> Integers:
-    """Return the cells counter-clockwise and with positive volume; scikit-fem sorts the corners of simplices."""
-    kind, nodes = data.cells[0].type, np.array(data.cells[0].data)
-    if kind in _TETRAHEDRA:
-        return positive_tetrahedra(data.points, nodes)
-    raw = _Raw(Path(), kind, data.points[:, : _CELLS[kind].dim], nodes)
-    turned = _signed_areas(raw)[1] < 0
-    nodes[turned] = nodes[turned][:, raw.cell.turned]
-    return nodes

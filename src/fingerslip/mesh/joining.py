@@ -43,12 +43,17 @@ def join_meshes(meshes: Mapping[str, Any]) -> Any:
     >>> list(joined.subdomains), int(joined.nvertices)
     (['left_pulp', 'right_pulp'], 8)
     """
-    _check(meshes)
+    if not meshes:
+        raise InputError("meshes", "got none", "needs one or more")
+    kinds = {name: type(mesh).__name__ for name, mesh in meshes.items()}
+    if len(set(kinds.values())) > 1:
+        kinds_text = ", ".join(f"{name}: {kind}" for name, kind in kinds.items())
+        raise InputError("meshes", f"got {kinds_text}", "needs cells of one kind")
     bodies, kind = list(meshes.values()), type(next(iter(meshes.values())))
     linear = STRAIGHT.get(kind, kind)
-    firsts = _firsts([mesh.nvertices for mesh in bodies])
     vertices = [mesh.p[:, : mesh.nvertices] for mesh in bodies]
-    cells = np.hstack([mesh.t + first for mesh, first in zip(bodies, firsts, strict=True)])
+    firsts = itertools.accumulate((mesh.nvertices for mesh in bodies), initial=0)
+    cells = np.hstack([mesh.t + first for mesh, first in zip(bodies, firsts, strict=False)])
     joined = linear(np.hstack(vertices), np.ascontiguousarray(cells), sort_t=False, validate=False)
     if linear is not kind:
         joined = kind.from_mesh(joined)
@@ -56,37 +61,20 @@ def join_meshes(meshes: Mapping[str, Any]) -> Any:
         middles = np.hstack([mesh.doflocs[:, mesh.nvertices :] for mesh in bodies])
         joined = kind(np.ascontiguousarray(np.hstack([*vertices, middles])), joined.t, sort_t=False, validate=False)
     # Facets are numbered by their vertices, and so in the order of the bodies.
-    regions = _groups(meshes, "subdomains", [mesh.nelements for mesh in bodies])
-    return joined.with_subdomains(regions).with_boundaries(
-        _groups(meshes, "boundaries", [mesh.nfacets for mesh in bodies])
-    )
+    regions, boundaries = _groups(meshes, "subdomains", "nelements"), _groups(meshes, "boundaries", "nfacets")
+    return joined.with_subdomains(regions).with_boundaries(boundaries)
 
 
-def _check(meshes: Mapping[str, Any]) -> None:
-    if not meshes:
-        raise InputError("meshes", "got none", "needs one or more")
-    kinds = {name: type(mesh).__name__ for name, mesh in meshes.items()}
-    if len(set(kinds.values())) > 1:
-        kinds_text = ", ".join(f"{name}: {kind}" for name, kind in kinds.items())
-        raise InputError("meshes", f"got {kinds_text}", "needs cells of one kind")
-    for table in ("subdomains", "boundaries"):
-        names = [f"{name}_{group}" for name, mesh in meshes.items() for group in getattr(mesh, table) or {}]
-        twice = next((name for name in names if names.count(name) > 1), None)
-        if twice:
-            raise InputError("meshes", f"two {table} become '{twice}'", "needs names that stay apart", "rename a body")
-
-
-def _firsts(counts: list[int]) -> list[int]:
-    """Return where each part begins, when parts of some sizes stand one behind the other."""
-    return list(itertools.accumulate(counts[:-1], initial=0))
-
-
-def _groups(meshes: Mapping[str, Any], table: str, counts: list[int]) -> dict[str, Any]:
+def _groups(meshes: Mapping[str, Any], table: str, count: str) -> dict[str, Any]:
     """Return the named groups of all bodies, whose cells or facets are numbered one body behind the other."""
-    groups = {}
-    for (name, mesh), first in zip(meshes.items(), _firsts(counts), strict=True):
+    groups: dict[str, Any] = {}
+    first = 0
+    for body, mesh in meshes.items():
         for group, members in (getattr(mesh, table) or {}).items():
-            moved = np.asarray(members) + first
-            is_oriented = isinstance(members, OrientedBoundary)
-            groups[f"{name}_{group}"] = OrientedBoundary(moved, members.ori) if is_oriented else moved
+            name, moved = f"{body}_{group}", np.asarray(members) + first
+            if name in groups:
+                fault, allowed = f"two {table} become '{name}'", "needs names that stay apart"
+                raise InputError("meshes", fault, allowed, "rename a body")
+            groups[name] = OrientedBoundary(moved, members.ori) if isinstance(members, OrientedBoundary) else moved
+        first += getattr(mesh, count)
     return groups

@@ -325,7 +325,7 @@ STARTS = {".stl": b"\0", ".ply": b"ply", ".vtu": b"<?xml", ".msh": b"$MeshFormat
 def test_what_is_written_is_read_back(tmp_path, suffix, capfd):
     file = tmp_path / f"triangle{suffix}"
     write_file(file, TRIANGLE, ".stl")
-    np.testing.assert_allclose(read_file(file, "needs a file").points, CORNERS)
+    np.testing.assert_allclose(read_file(file, "needs a file").data.points, CORNERS)
     assert capfd.readouterr() == ("", "")
     content = file.read_bytes().replace(b"\r\n", b"\n")
     assert not content.startswith(b"solid") if suffix == ".stl" else content.startswith(STARTS[suffix])
@@ -363,10 +363,10 @@ def test_missing_damaged_and_cut_files_are_named(tmp_path, name, content, messag
 
 def test_a_text_of_triangles_and_a_point_that_no_cell_uses_are_read(tmp_path):
     (tmp_path / "whole.wkt").write_text(f"TIN ({WHOLE})")
-    assert len(read_file(tmp_path / "whole.wkt", "").cells_dict["triangle"]) == 30
+    assert len(read_file(tmp_path / "whole.wkt", "").data.cells_dict["triangle"]) == 30
     points = np.vstack([CORNERS, np.full(3, np.nan)])
     meshio.write(tmp_path / "good.vtu", meshio.Mesh(points, [("triangle", [[0, 1, 2]])]))
-    assert len(read_file(tmp_path / "good.vtu", "").points) == 4
+    assert len(read_file(tmp_path / "good.vtu", "").data.points) == 4
 
 
 @pytest.mark.parametrize(("name", "count"), [("a.stl", 1), ("a.xdmf", 2)])

@@ -206,17 +206,15 @@ class _Body:
 
     def _add_elements(self, keyword: Keyword, scope: str) -> None:
         name, first, labels = keyword.option("TYPE").upper(), self.count, self.elements.labels[scope]
-        matches = [(kind, match[1]) for start, kind in _KINDS.items() if (match := _type_match(start, name))]
-        kinds = [kind for kind, _ in matches]
-        _check_letters(keyword, name, [letters for _, letters in matches])
-        if not kinds:
+        kind_and_count = _kind_of(keyword, name)
+        if kind_and_count is None:
             self.left_out[f"elements {name}"] += 1
             for line, fields in keyword.data:
                 labels.setdefault(keyword.numbers(int, line, fields[:1])[0], NO_CELL)
             return
         if name.startswith("CAX"):
             self.left_out[f"the axial symmetry of {name}"] += 1
-        ((kind, count),), rows, record = kinds, list[list[int]](), list[int]()
+        (kind, count), rows, record = kind_and_count, list[list[int]](), list[int]()
         for line, fields in keyword.data:
             record += keyword.numbers(int, line, fields)
             # Behind a comma an element goes on in the next line.
@@ -342,18 +340,16 @@ class _Body:
         return f"{self.instances[scope][0]}.{entry.name}" if scope and len(scopes) > 1 else entry.name
 
 
-def _type_match(start: str, name: str) -> re.Match[str] | None:
-    """Match a type of element that begins so; the last group has the letters behind."""
-    return re.fullmatch(rf"(?:{start.replace('(', '(?:')})([A-Z]*)5?", name)
-
-
-def _check_letters(keyword: Keyword, name: str, endings: Sequence[str]) -> None:
-    """Refuse a type of element that ends in letters which none has."""
-    for letters in endings:
-        if len(set(letters) & _LETTERS) < len(letters):
-            near = name[: name.rindex(letters)]
-            needed = f"needs {near} with letters such as {near}R, {near}H or {near}RH"
+def _kind_of(keyword: Keyword, name: str) -> tuple[str, int] | None:
+    """Return the kind of cells of a type of element and their nodes, where it is taken."""
+    for start, kind in _KINDS.items():
+        match = re.fullmatch(rf"({start})(?P<letters>[A-Z]*)5?", name)
+        if match and len(_LETTERS.intersection(match["letters"])) < len(match["letters"]):
+            needed = f"needs {match[1]} with letters such as {match[1]}R, {match[1]}H or {match[1]}RH"
             raise keyword.error(f"has elements of the type {name}, which is not known", needed)
+        if match:
+            return kind
+    return None
 
 
 def _refuse_system(keyword: Keyword, _scope: str) -> None:

@@ -123,15 +123,27 @@ class SurfaceMesh(MeshSource):
 
     def key(self, _specimen: Any = None, /) -> str:
         """Return the hash of the settings and of what is in the files."""
-        values = as_mapping(self)
-        files = {name: values[name] for name in ("skin", "phalanx") if values[name] is not None}
-        return digest(
-            values | {name: content_hash(f"mesh.{name}", file, "needs a surface file") for name, file in files.items()}
-        )
+        values = dict(as_mapping(self))
+        for name in ("skin", "phalanx"):
+            if values[name] is not None:
+                values[name] = content_hash(f"mesh.{name}", values[name], "needs a surface file")
+        return digest(values)
 
     def estimated_cells(self, _specimen: Any = None, /) -> float:
-        """Return about how many tetrahedra the mesh will have; see :func:`scan_cells`."""
-        return scan_cells(self)
+        """Return about how many tetrahedra the mesh will have, without making it.
+
+        As many regular ones of the bulk's size as fill the convex hull of the skin, up to the cut along its longest
+        side.
+        """
+        from scipy.spatial import ConvexHull, QhullError
+
+        points = read_surface(self.skin, self.unit).points
+        try:
+            volume = float(ConvexHull(points).volume)
+        except QhullError:
+            raise MeshError(self.skin, "is flat", "needs a surface around a body") from None
+        share = min(self.layers.cut / float(np.ptp(points, axis=0).max()), 1.0) if self.layers.cut else 1.0
+        return 6.0 * float(np.sqrt(2.0)) * share * volume / self.layers.bulk_size**3
 
     def beside(self, folder: Path, /) -> Self:
         """Return the source with absolute paths, where they are relative to a folder."""
@@ -160,8 +172,8 @@ def mesh_scan(settings: SurfaceMesh) -> ScanMesh:
         Where a file cannot be read, is of the wrong size for its unit or open beyond repair, the phalanx is not inside
         the skin, or no mesh comes out.
     """
-    files = [settings.skin] + ([settings.phalanx] if settings.phalanx else [])
-    if len(set(files)) < len(files):
+    files = [file for file in (settings.skin, settings.phalanx) if file]
+    if settings.phalanx == settings.skin:
         raise InputError("phalanx", f"got '{settings.phalanx}', the file of the skin", "needs a file of its own")
     done = {file: repair_surface(read_surface(file, settings.unit), settings.largest_hole) for file in files}
     placement = placement_from_directions(done[settings.skin][0], settings.tip, settings.pad, settings.plate_angle)
@@ -177,22 +189,6 @@ def mesh_scan(settings: SurfaceMesh) -> ScanMesh:
         tuple(deviation(mesh, name, surface) for name, surface in zip(names, placed, strict=False)),
         skin_range(mesh, placed[0]),
     )
-
-
-def scan_cells(settings: SurfaceMesh) -> float:
-    """Return about how many tetrahedra the mesh of a scan will have, without making it.
-
-    As many regular ones of the bulk's size as fill the convex hull of the skin, up to the cut along its longest side.
-    """
-    from scipy.spatial import ConvexHull, QhullError
-
-    points = read_surface(settings.skin, settings.unit).points
-    try:
-        volume = float(ConvexHull(points).volume)
-    except QhullError:
-        raise MeshError(settings.skin, "is flat", "needs a surface around a body") from None
-    share = min(settings.layers.cut / float(np.ptp(points, axis=0).max()), 1.0) if settings.layers.cut else 1.0
-    return 6.0 * float(np.sqrt(2.0)) * share * volume / settings.layers.bulk_size**3
 
 
 def layer_quality(mesh: skfem.MeshTet1) -> tuple[LayerQuality, ...]:

@@ -99,7 +99,7 @@ def read_surface(path: str | Path, unit: LengthUnit = "mm") -> Surface:
         Where the unit is unknown.
     """
     scale, file = metres(unit), Path(path)
-    data = read_file(file, "needs a surface such as .stl, .ply or .obj")
+    data = read_file(file, "needs a surface such as .stl, .ply or .obj").data
     blocks = [block.data for block in data.cells if block.type == "triangle"]
     quadrilaterals = [block.data for block in data.cells if block.type == "quad"]
     blocks += [nodes[:, half] for nodes in quadrilaterals for half in ([0, 1, 2], [0, 2, 3])]

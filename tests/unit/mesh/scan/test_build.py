@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 import fingerslip as fs
 from fingerslip.mesh.scan import build
-from fingerslip.mesh.scan.build import deviation, layer_quality, scan_cells, skin_range
+from fingerslip.mesh.scan.build import deviation, layer_quality, skin_range
 from fingerslip.mesh.scan.layered import _bodies, _wanted_sizes
 from unit.ellipsoids import ellipsoid, with_hole
 from unit.scans import MESHES, SCAN, mesh_of_a_scan
@@ -35,8 +35,8 @@ def test_number_of_tetrahedra_is_foreseen_from_the_volume():
     box = np.ptp(skin.points, axis=0).prod()
     of_one_cell = SCAN.layers.bulk_size**3 / (6.0 * np.sqrt(2.0))
     whole = dataclasses.replace(SCAN, layers=dataclasses.replace(SCAN.layers, cut=None))
-    assert 0.3 * box < scan_cells(whole) * of_one_cell < box
-    assert SCAN.estimated_cells() == scan_cells(SCAN) < scan_cells(whole)
+    assert 0.3 * box < whole.estimated_cells() * of_one_cell < box
+    assert SCAN.estimated_cells() < whole.estimated_cells()
     assert (SCAN.dim, SCAN.element, SCAN.needs_specimen, SCAN.assumes_metres) == (3, "T4", False, False)
     assert SCAN.refined(0.5) is None
 
@@ -191,6 +191,6 @@ def test_scans_that_do_not_fit(changes, message, tmp_path, monkeypatch):
     points = np.array([[0, 0, 0], [10, 0, 0], [10, 10, 0], [0, 10, 0]], dtype=float)
     meshio.write("flat.vtu", meshio.Mesh(points, [("quad", [[0, 1, 2, 3]])]))
     scan = dataclasses.replace(SCAN, **changes)
-    make = {"none.stl": scan.key, "flat.vtu": lambda: scan_cells(scan)}.get(scan.skin, scan.build)
+    make = {"none.stl": scan.key, "flat.vtu": scan.estimated_cells}.get(scan.skin, scan.build)
     with pytest.raises((fs.InputError, fs.MeshError), match=message):
         make()

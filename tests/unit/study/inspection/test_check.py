@@ -100,7 +100,7 @@ def test_mesh_of_a_scan_is_written_for_paraview_with_its_tables(tmp_path, monkey
     for name in ("skin.stl", "phalanx.stl"):
         (tmp_path / name).write_text(name)
     monkeypatch.setattr("fingerslip.mesh.scan.build.mesh_scan", lambda _: made)
-    monkeypatch.setattr("fingerslip.mesh.scan.build.scan_cells", lambda _: 1e4)
+    monkeypatch.setattr("fingerslip.mesh.scan.build.SurfaceMesh.estimated_cells", lambda *_: 1e4)
     monkeypatch.chdir(tmp_path)
     path = tmp_path / "finger.yaml"
     path.write_text(yaml.safe_dump(scan_values()), encoding="utf-8")

@@ -287,5 +287,5 @@ def test_mesh_of_a_run_is_that_of_its_scan_and_its_error_names_the_study(tmp_pat
     monkeypatch.setattr(
         "fingerslip.mesh.scan.build.mesh_scan", lambda settings: made if settings.layers.cut == 16e-3 else None
     )
-    monkeypatch.setattr("fingerslip.mesh.scan.build.scan_cells", lambda _: 1e4)
+    monkeypatch.setattr("fingerslip.mesh.scan.build.SurfaceMesh.estimated_cells", lambda *_: 1e4)
     assert build_mesh(scanned) is inspect_mesh(scanned).mesh is made.mesh
