@@ -64,7 +64,7 @@ def _choices(
 
 def _print(tables: Sequence[Table], markdown: bool, as_json: bool, output: Path | None = None) -> None:
     """Print tables, and write them into a folder."""
-    from fingerslip.detect.evaluation.tables import output_tables
+    from fingerslip.detect.evaluation.scores import output_tables
 
     text = output_tables(tables, output)
     if markdown:
@@ -204,8 +204,8 @@ def inquire(
     as_json: AsJson = False,
 ) -> None:
     """Ask what a classifier needs, uses and bears: learning curve, importance of rings, robustness, with figures."""
-    from fingerslip.detect.inquiry import Levels, write_inquiry
-    from fingerslip.detect.inquiry import inquire as asked
+    from fingerslip.detect.evaluation.inquiries import Levels, write_inquiry
+    from fingerslip.detect.evaluation.inquiries import inquire as asked
     from fingerslip.storage.files import check_folder
 
     check_folder(output)
@@ -238,7 +238,7 @@ def vary(
 
     Finished parts are kept in DIR.unfinished until tables and figure are written: what is interrupted goes on.
     """
-    from fingerslip.detect.inquiry import vary as varied
+    from fingerslip.detect.evaluation.inquiries import vary as varied
     from fingerslip.detect.session import Choices
 
     choices = Choices("external_markers", rest_frames, window, samples, seed, workers)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -13,8 +14,10 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from fingerslip.detect.features import PUBLISHED
-from fingerslip.detect.optional import optional
-from fingerslip.errors import InputError, shorten
+from fingerslip.errors import InputError, optional_module, shorten
+
+#: Returns a module of an optional dependency, such as ``sklearn.svm``.
+optional = functools.partial(optional_module, extra="detect", where="detect", needs="slip detection needs it")
 
 Values = NDArray[np.float32]
 

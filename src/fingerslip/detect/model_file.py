@@ -13,12 +13,10 @@ from typing import Any
 import numpy as np
 import pydantic
 
-from fingerslip.detect.alarms import ForwardFilter, Thresholds
-from fingerslip.detect.classifiers import probabilities
+from fingerslip.detect.classifiers import optional, probabilities
 from fingerslip.detect.features import FeatureSettings, MotionSettings
 from fingerslip.detect.labels import CLASSES
-from fingerslip.detect.optional import optional
-from fingerslip.detect.training import Calibration, Detector, FrameRate, candidate_of_name
+from fingerslip.detect.training import Calibration, Detector, ForwardFilter, FrameRate, Thresholds, candidate_of_name
 from fingerslip.errors import DamagedError, InputError, shorten
 from fingerslip.storage.files import (
     check_replaceable,

@@ -14,20 +14,17 @@ from threadpoolctl import threadpool_limits
 from fingerslip.detect.classifiers import CLASSIFIERS, Candidate
 from fingerslip.detect.evaluation.crossval import READINGS, Evaluation, FoldFrames, Unseen, begin_evaluation, on_unseen
 from fingerslip.detect.evaluation.scores import (
+    INTERVALS,
+    accuracy_table,
     event_scores_of,
+    event_table,
     frame_scores_of,
+    frame_tables,
+    output_tables,
     reliability_of,
     rest_ends,
     score_submission,
-)
-from fingerslip.detect.evaluation.tables import (
-    INTERVALS,
-    accuracy_table,
-    event_table,
-    frame_tables,
-    output_tables,
     table_of,
-    unseen_tables,
 )
 from fingerslip.detect.features import MotionSettings
 from fingerslip.detect.labels import LabelSettings, Onsets, read_onsets
@@ -187,8 +184,7 @@ def evaluate_classifiers(
         *(_left_out_table(run, key, group, candidates) for key, group in groups.items()),
     ]
     if output is not None:
-        from fingerslip.detect.evaluation.page import Judged, write_evaluation
-        from fingerslip.detect.evaluation.stored import write_judged
+        from fingerslip.detect.evaluation.page import Judged, write_evaluation, write_judged
 
         output_tables(tables, output)
         judged = {
@@ -277,6 +273,14 @@ def score_onsets(dataset: Path, submission: Path, choices: Choices) -> Table:
         trials, submission, labels=choices.onsets(trials), seed=choices.seed, rest_frames=choices.rest_frames
     )
     return event_table({f"{submission.name}, {scores.trials} trials": scores}, title="Benchmark")
+
+
+def unseen_tables(result: Unseen) -> list[Table]:
+    """Return the tables of what was found: onsets in both readings, classes and confusion of all frames."""
+    frames = {"all frames": frame_scores_of(result.matrices)}
+    warning = f"Warning: the data set {result.rate_fault}. " if result.rate_fault else ""
+    note = f"{warning}Single frames: the first that is more likely slip than not, without smoothing or guarantee."
+    return [event_table(result.scores, note), *frame_tables(frames)]
 
 
 def _by_depth(result: Unseen, trials: TrialSet, onsets: Mapping[str, Onsets], rest_frames: int) -> list[Table]:

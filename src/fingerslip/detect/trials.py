@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fingerslip.detect.classifiers import optional
 from fingerslip.detect.labels import CLASSES, Onsets, classes_at, read_labels, write_onsets
-from fingerslip.detect.optional import optional
 from fingerslip.errors import DamagedError, InputError, ResultError, shorten
 from fingerslip.storage.files import (
     check_replaceable,

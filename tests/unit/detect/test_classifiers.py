@@ -8,7 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fingerslip.detect.alarms import (
+from fingerslip.detect.classifiers import CLASSIFIERS, Candidate, fit, optional, probabilities, union_of_sets
+from fingerslip.detect.labels import Onsets
+from fingerslip.detect.samples import columns_of
+from fingerslip.detect.training import (
     ForwardFilter,
     Thresholds,
     false_alarm_threshold,
@@ -17,10 +20,6 @@ from fingerslip.detect.alarms import (
     onsets_from,
     single_frame_scores,
 )
-from fingerslip.detect.classifiers import CLASSIFIERS, Candidate, fit, probabilities, union_of_sets
-from fingerslip.detect.labels import Onsets
-from fingerslip.detect.optional import optional
-from fingerslip.detect.samples import columns_of
 from fingerslip.errors import InputError
 
 DRAW = np.random.default_rng(0)

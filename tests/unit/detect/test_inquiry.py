@@ -7,12 +7,11 @@ from functools import partial
 import numpy as np
 import pytest
 
-from fingerslip.detect import inquiry
 from fingerslip.detect.classifiers import CLASSIFIERS
 from fingerslip.detect.evaluation import inquiries
 from fingerslip.detect.evaluation.crossval import fit_fold, matrices_of, parts_beside
+from fingerslip.detect.evaluation.inquiries import Levels, curve_sizes, inquire, vary, write_inquiry
 from fingerslip.detect.features import FeatureSettings
-from fingerslip.detect.inquiry import Levels, curve_sizes, inquire, vary, write_inquiry
 from fingerslip.detect.labels import LabelSettings, Onsets
 from fingerslip.detect.samples import grouped_folds, samples_of
 from fingerslip.detect.session import Choices
@@ -60,7 +59,7 @@ def test_a_label_that_never_comes_leaves_nothing(trials_folder, tmp_path, monkey
         store.write("assumption", 1, {"median onsets": np.zeros(2)})
         raise InputError("trial slide-0000", "has no gross slip", "needs both onsets here")
 
-    monkeypatch.setattr(inquiry, "sensitivity_of", told)
+    monkeypatch.setattr(inquiries, "sensitivity_of", told)
     with pytest.raises(InputError, match="has no gross slip"):
         vary(trials_folder, ["time_threshold"], CHOICES, output=tmp_path / "tables")
     assert list(tmp_path.iterdir()) == []
@@ -73,7 +72,7 @@ def test_labels_that_do_not_come_in_every_trial_are_no_assumption(trials, monkey
         asked.extend(one.labels for one in assumptions)
         raise InputError("trials", "are not asked here", "needs nothing")
 
-    monkeypatch.setattr(inquiry, "sensitivity_of", noted)
+    monkeypatch.setattr(inquiries, "sensitivity_of", noted)
     for labels in (trials.labels(trials.names[0]), {"contact": Onsets(1.0, None)}):
         monkeypatch.setattr(TrialSet, "labels", lambda *_, found=labels: found)
         with pytest.raises(InputError, match="are not asked here"):

@@ -9,8 +9,15 @@ import pytest
 import xarray as xr
 
 from fingerslip.detect import page
-from fingerslip.detect.evaluation.scores import Estimate, event_scores_of, frame_scores_of
-from fingerslip.detect.evaluation.tables import accuracy_table, event_table, frame_tables, output_tables
+from fingerslip.detect.evaluation.scores import (
+    Estimate,
+    accuracy_table,
+    event_scores_of,
+    event_table,
+    frame_scores_of,
+    frame_tables,
+    output_tables,
+)
 from fingerslip.detect.labels import CLASSES, Onsets, write_onsets
 from fingerslip.detect.live import Finding, findings_table
 from fingerslip.detect.model_file import read_detector

@@ -7,12 +7,11 @@ import pytest
 
 from fingerslip.detect import training
 from fingerslip.detect.evaluation.crossval import on_unseen
-from fingerslip.detect.evaluation.tables import unseen_tables
 from fingerslip.detect.features import motion_of
 from fingerslip.detect.labels import Onsets
 from fingerslip.detect.model_file import write_detector
 from fingerslip.detect.samples import held_out
-from fingerslip.detect.session import judge_detector
+from fingerslip.detect.session import judge_detector, unseen_tables
 from fingerslip.detect.synthetic import synthetic_slides
 from fingerslip.detect.trials import write_trials
 from fingerslip.errors import InputError

@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from fingerslip.detect.alarms import ForwardFilter, Thresholds, false_alarm_threshold, onsets_from, single_frame_scores
-from fingerslip.detect.classifiers import Candidate, describe, fit, probabilities, union_of_sets
+from fingerslip.detect.classifiers import Candidate, describe, fit, optional, probabilities, union_of_sets
 from fingerslip.detect.evaluation.scores import (
     EventScores,
     FrameScores,
@@ -26,16 +25,20 @@ from fingerslip.detect.evaluation.scores import (
 )
 from fingerslip.detect.features import FeatureSettings, MotionSettings, feature_names, features_of, motion_of
 from fingerslip.detect.labels import CLASSES, Onsets, classes_at
-from fingerslip.detect.optional import optional
 from fingerslip.detect.samples import Samples, Sampling, columns_of, held_out, sample_split, samples_of
 from fingerslip.detect.training import (
     Detector,
+    ForwardFilter,
+    Thresholds,
     calibration_count,
+    false_alarm_threshold,
     forward_filter,
     frame_chances,
     frame_scores,
     largest_before,
+    onsets_from,
     rate_fault,
+    single_frame_scores,
 )
 from fingerslip.detect.trials import TrialSet
 from fingerslip.errors import InputError

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -10,11 +10,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.detect.alarms import lead_bound, least_trials
 from fingerslip.detect.labels import CLASSES, Onsets, read_onsets
 from fingerslip.detect.samples import benchmark_test_trials
+from fingerslip.detect.training import lead_bound, least_trials
 from fingerslip.detect.trials import TrialSet, check_labels
 from fingerslip.errors import InputError, Mistakes
+from fingerslip.storage.files import write_text, writing
+from fingerslip.tables.table import Cell, Column, Interval, Missing, Table, to_csv, to_page
 
 Floats = NDArray[np.float64]
 _COUNT = len(CLASSES)
@@ -241,3 +243,99 @@ def rest_ends(trials: TrialSet, names: tuple[str, ...], rest_frames: int) -> tup
         ends[name] = float(time[rest_frames - 1])
         intervals.append(np.median(np.diff(time)))
     return ends, float(np.median(intervals))
+
+
+INTERVALS = "Brackets: the middle 95 % over trials drawn anew."
+_THREE_DIGITS = ("leakage", "calibration error", "Brier score", "unusable")
+
+
+def _cell(value: object) -> Cell:
+    """Return a value as a cell, an estimate with its interval."""
+    if isinstance(value, Estimate):
+        return Missing.NOT_DEFINED if value.value is None else Interval(value.value, value.low, value.high)
+    return Missing.NOT_DEFINED if value is None else value  # type: ignore[return-value]
+
+
+def table_of(
+    title: str, names: Sequence[str | Column], rows: Sequence[Sequence[object]], note: str = INTERVALS
+) -> Table:
+    """Return a table of estimates with their intervals, and other values."""
+    columns = tuple(
+        name if isinstance(name, Column) else Column(name, digits=3) if name in _THREE_DIGITS else Column(name)
+        for name in names
+    )
+    return Table(title, columns, tuple(tuple(map(_cell, row)) for row in rows), note)
+
+
+def accuracy_table(by_trial: Mapping[str, FrameScores], by_sample: Mapping[str, Estimate], note: str) -> Table:
+    """Return accuracies by trial beside those by sample, and the difference, which is what leaks."""
+    rows: list[tuple[object, ...]] = []
+    for name, scores in by_trial.items():
+        accuracy, other = scores.accuracy, by_sample[name]
+        leak = None if accuracy.value is None or other.value is None else other.value - accuracy.value
+        rows.append((name, accuracy, other, leak, scores.two_class))
+    names = ("classifier", "by trial", "by sample", "leakage", "gross or not, by trial")
+    return table_of("Accuracy on frames", names, rows, f"{note} {INTERVALS}")
+
+
+def frame_tables(by_trial: Mapping[str, FrameScores]) -> list[Table]:
+    """Return precision, recall and F1 of each class on trials that were not seen, and the confusion of their frames."""
+    classes, confusions = [], []
+    for name, scores in by_trial.items():
+        for number, entry in enumerate(CLASSES):
+            classes.append((name, entry, scores.precision[number], scores.recall[number], scores.f1[number]))
+            confusions.append((name, entry, *map(int, scores.matrix[number])))
+    names = ("classifier", "class", "precision", "recall", "F1")
+    columns = ("classifier", "true class", *(f"found {entry}" for entry in CLASSES))
+    return [
+        table_of("Classes, on trials that were not seen", names, classes),
+        table_of("Confusion, frames", columns, confusions, ""),
+    ]
+
+
+_EVENTS: tuple[tuple[str, str], ...] = (
+    ("missed", "missed"),
+    ("found before gross slip", "before_gross"),
+    ("found before the label", "early"),
+    ("false alarm", "at_rest"),
+    ("onset error [s]", "error"),
+    ("absolute error [s]", "absolute_error"),
+    ("error, standard deviation [s]", "error_spread"),
+    ("median delay [frames]", "delay_frames"),
+    ("lead before gross slip [s]", "lead"),
+    ("lead, standard deviation [s]", "lead_spread"),
+    ("lead of 95 % of trials [s]", "bound"),
+    ("gross slip found", "gross_found"),
+    ("gross onset error [s]", "gross_error"),
+)
+_EVENT_NOTE = (
+    "Errors are time found less label: negative is early. False alarm: at rest, or where there is no slip. "
+    f"Lead of 95 %: conformal bound, needs 19 trials. {INTERVALS}"
+)
+
+
+def event_table(scores: Mapping[str, EventScores], note: str = "", title: str = "Onset of slip") -> Table:
+    """Return scores of events, a column for each classifier."""
+
+    def text(value: object) -> object:
+        return f"{value:z.3f}" if isinstance(value, float) else str(value) if isinstance(value, int) else value
+
+    rows = [(label, *(text(getattr(entry, name)) for entry in scores.values())) for label, name in _EVENTS]
+    return table_of(title, ("event", *scores), rows, f"{note} {_EVENT_NOTE}".strip())
+
+
+def output_tables(tables: Sequence[Table], folder: Path | None = None) -> str:
+    """Return tables in Markdown, and write each as a CSV file where a folder is given."""
+    if folder is not None:
+        names = ("-".join(table.title.lower().replace(",", "").split()) for table in tables)
+        numbered = enumerate(zip(names, tables, strict=True), start=1)
+        write_tables({f"{number}-{name}": table for number, (name, table) in numbered}, folder)
+    return to_page(tables)
+
+
+def write_tables(tables: Mapping[str, Table], folder: Path) -> None:
+    """Write tables as CSV files by their names; other files of the folder stay."""
+    with writing(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+    for name, table in tables.items():
+        write_text(folder / f"{name}.csv", to_csv(table))

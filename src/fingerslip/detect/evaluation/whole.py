@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.detect.classifiers import scaled_logistic, small_forest, two_thresholds
+from fingerslip.detect.classifiers import optional, scaled_logistic, small_forest, two_thresholds
 from fingerslip.detect.evaluation.scores import Estimate, ratio_estimate
 from fingerslip.detect.features import FeatureSettings, MotionSettings, features_of, motion_of
 from fingerslip.detect.labels import Onsets
-from fingerslip.detect.optional import optional
 from fingerslip.detect.recordings import NO_SLIP_WORD, SLIP
 from fingerslip.detect.residual import ResidualSettings, detect_residual
 from fingerslip.detect.trials import TrialSet

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fingerslip.detect.figures import draw
 from fingerslip.detect.folders import OF_CLIPS, OF_EVALUATIONS, check_kind, kinds_of
 from fingerslip.errors import InputError, ResultError
 from fingerslip.history import is_solid, phase_times, read_history
@@ -119,6 +118,7 @@ def _save_of_detector(target: Path, choice: FigureChoice, output: Path | None) -
     for option, value in {"--run": choice.run, "--over": choice.path, "--time": choice.times}.items():
         if value:
             raise InputError(f"figure: {option}", f"does not fit --kind {choice.kind}", "needs none", "leave it out")
+    from fingerslip.detect.page import draw
     from fingerslip.report.figures.style import looking, save_figure
 
     path = output or target / f"{choice.kind}.{choice.form}"
@@ -168,9 +168,8 @@ def _save(subject: StudySubject | RunSubject, path: Path, choice: FigureChoice) 
 def _detector_figure(subject: RunSubject) -> Figure:
     """Draw what the detector that ships finds in the markers of a run from the hold before its slide on."""
     from fingerslip.detect.live import findings_table
-    from fingerslip.detect.page import SlipClip, timeline_of
+    from fingerslip.detect.page import SlipClip, timeline_figure, timeline_of
     from fingerslip.detect.residual import ResidualSettings, detect_residual, frames_at_rest
-    from fingerslip.detect.timeline import timeline_figure
     from fingerslip.report.figures.style import limit_to_slides, mark_panels, with_style
 
     history, holds = subject.history, phase_times(subject.history, "hold")

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fingerslip.detect.evaluation.page import FIGURES, Judged, write_evaluation
-from fingerslip.detect.evaluation.stored import read_judged, write_judged
+from fingerslip.detect.evaluation.page import FIGURES, Judged, read_judged, write_evaluation, write_judged
 from fingerslip.detect.evaluation.whole import SHIPS, slips_of
-from fingerslip.detect.figures import draw
 from fingerslip.detect.labels import Onsets
+from fingerslip.detect.page import draw
 from fingerslip.detect.session import Choices, evaluate_whole
 from fingerslip.detect.synthetic import SyntheticSensor, SyntheticSlide, synthetic_trial
 from fingerslip.detect.trials import TrialSet, write_trials
