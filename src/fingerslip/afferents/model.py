@@ -30,6 +30,7 @@ from fingerslip.errors import InputError, ResultError
 from fingerslip.history import site_kinds
 from fingerslip.parameters import Duration, PositiveDuration, Rate, parameters
 from fingerslip.parameters.presets import Presets
+from fingerslip.parameters.schema import require, require_kind
 from fingerslip.sites import RECEPTOR_KINDS
 
 Array = NDArray[np.float64]
@@ -159,7 +160,12 @@ def spikes_of(history: xr.Dataset, models: Mapping[str, AfferentModel]) -> Spike
         trains = [np.asarray(train, dtype=np.float64) for train in model.spikes(times, values)]
         if len(trains) != rows.size:
             raise InputError(f"{kind}.spikes", f"gave {len(trains)} arrays", f"needs {rows.size}, one a receptor")
-        _check_seconds(kind, trains, times)
+        spikes = np.concatenate([times[:1], *trains])
+        latest = times[-1] + max(_DELAY, times[-1] - times[0])
+        if not (spikes.min() >= times[0] and spikes.max() <= latest):
+            fault = f"are at {spikes.min():g} to {spikes.max():g} s"
+            allowed = f"needs seconds of the history, {times[0]:g} to {times[-1]:g} s"
+            raise InputError(f"{kind}.spikes", fault, allowed, "give neither milliseconds nor numbers of samples")
         # What a delay carries past the last record is not observed.
         result |= {int(row): train[train <= times[-1]] for row, train in zip(rows, trains, strict=True)}
     order = sorted(result)
@@ -176,30 +182,16 @@ def beyond_records(models: Mapping[str, AfferentModel], history: xr.Dataset) -> 
 
 def _check_models(models: Mapping[str, AfferentModel]) -> None:
     """Refuse what are no models of afferents."""
-    if not isinstance(models, Mapping):
-        fault, repair = f"got a {type(models).__name__}", "write {'SA-I': model}"
-        raise InputError("models", fault, "needs a model by the name of each receptor type", repair)
+    require_kind(models, Mapping, "a model by the name of each receptor type, such as {'SA-I': model}", "models")
     for kind, model in models.items():
-        for name in ("stimulus", "highest_frequency", "spikes"):
-            if not hasattr(model, name):
-                needed = "needs stimulus, highest_frequency [Hz] and spikes(times, values)"
-                raise InputError(f"{kind}.{name}", "is missing", needed, f"write {name} into the class of the model")
+        needs = "stimulus, highest_frequency [Hz] and spikes(times, values)"
+        require(model, AfferentModel, needs, kind)  # type: ignore[type-abstract]
         if model.stimulus.removesuffix("_rate") not in STIMULI:
             allowed = f"needs one of {', '.join(STIMULI)}, or the rate of one, such as speed_rate"
             raise InputError(f"{kind}.stimulus", f"'{model.stimulus}' is not known", allowed)
         if not 0.0 < model.highest_frequency < np.inf:
             fault = f"got {model.highest_frequency} Hz"
             raise InputError(f"{kind}.highest_frequency", fault, "needs a number above 0 Hz", "write for example 200.0")
-
-
-def _check_seconds(kind: str, trains: Sequence[Array], times: Array) -> None:
-    """Refuse spikes before the history, or later behind it than any delay carries them: of another unit."""
-    spikes = np.concatenate([times[:1], *trains])
-    latest = times[-1] + max(_DELAY, times[-1] - times[0])
-    if not (spikes.min() >= times[0] and spikes.max() <= latest):
-        fault = f"are at {spikes.min():g} to {spikes.max():g} s"
-        allowed = f"needs seconds of the history, {times[0]:g} to {times[-1]:g} s"
-        raise InputError(f"{kind}.spikes", fault, allowed, "give neither milliseconds nor numbers of samples")
 
 
 def spike_places(spikes: Spikes, history: xr.Dataset) -> Array:

@@ -45,9 +45,10 @@ class Interval:
         """Largest number."""
         return self.values[-1]
 
-    def percentile(self, percent: float) -> float:
-        """Return the number below which `percent` [%] of the samples lie, linear between samples."""
-        return float(np.percentile(self.values, percent))
+    @property
+    def summary(self) -> tuple[float, ...]:
+        """Smallest number, the percentiles 5, 50 and 95, linear between samples, and the largest."""
+        return (self.smallest, *np.percentile(self.values, (5, 50, 95)).tolist(), self.largest)
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from typing import Any
 
 from fingerslip.errors import InputError, shorten
 from fingerslip.published import PublishedValue, published_set
-from fingerslip.slip.windows import READINGS
+from fingerslip.slip.windows import READINGS, event_label
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.shipped import studies_folder
 from fingerslip.tables.table import Table, to_markdown
@@ -91,7 +91,7 @@ def _time_row(
     run = evidence.one(study, {VARIANT: variant, **REFINED[study]}).run
     ours = run.events.reading(reading).time(value.quantity)
     uncertainty = run.uncertainty.get(f"{reading}.{value.quantity}")
-    name = f"{_words(value.quantity)}, {', '.join(filter(None, (variant, model)))} ({READINGS[reading]})"
+    name = f"{event_label(value.quantity)}, {', '.join(filter(None, (variant, model)))} ({READINGS[reading]})"
     comparable = reading != "slip" or not value.otherwise
     return number_row(name, value, ours, uncertainty, resolution=TIME_RESOLUTION, basis=basis, comparable=comparable)
 
@@ -115,7 +115,7 @@ def _height_rows(evidence: Evidence) -> Iterator[Row]:
         incipient = value.quantity == "incipient_peak"
         peak = ours.incipient_peak if incipient else ours.overall_peak
         uncertainty = None if incipient else ours.run.uncertainty.get("overall_peak_height_m_per_s2")
-        name = f"height of the {_words(value.quantity)} peak, {value.conditions[VARIANT]}"
+        name = f"height of the {event_label(value.quantity.removesuffix('_peak'))} peak, {value.conditions[VARIANT]}"
         yield number_row(name, value, None if peak is None else peak.height, uncertainty, resolution=None)
 
 
@@ -136,7 +136,7 @@ def _solid_rows(evidence: Evidence) -> Iterator[Row]:
             sources = [max(changes) if changes and len(changes) == len(times) else None, reading]
             numbers = [number for number in sources if number is not None]
             uncertainty = math.hypot(*numbers) if numbers else None
-        name = f"{_words(value.quantity)}, fingertip in 3D ({SOLID_READINGS[value.reading]})"
+        name = f"{event_label(value.quantity)}, fingertip in 3D ({SOLID_READINGS[value.reading]})"
         yield number_row(name, value, ours, uncertainty, resolution=TIME_RESOLUTION)
 
 
@@ -145,12 +145,6 @@ def _statement_row(evidence: Evidence, value: PublishedValue, basis: Basis) -> R
     uncertainty = evidence.spread_of(lambda other: outcome_of(value.id, other)) if value.id in PHALANX_CHECKS else None
     comparable = value.quantity != "latency"
     return statement_row(value, outcome_of(value.id, evidence), uncertainty, basis=basis, comparable=comparable)
-
-
-def _words(quantity: str) -> str:
-    """Name a published quantity in words: 'three-quarter slip', 'latency', 'overall slip' for its peak too."""
-    plain = quantity.removesuffix("_peak").replace("_", "-")
-    return plain if plain == "latency" else f"{plain} slip"
 
 
 #: Parts that take so long that they are stored, and the paper that each of them is compared with.

@@ -308,15 +308,11 @@ def _geometry_row(entry: PublishedInterval, model: str) -> GeometryRow:
     value, interval = entry.value, entry.interval
     variant = f"{value.conditions[VARIANT]}, " if model == "section" else ""
     readings = READINGS if model == "section" else SOLID_READINGS
-    numbers: tuple[float, ...] | None = None
-    if interval is not None:
-        percentiles = (interval.percentile(percent) for percent in (5, 50, 95))
-        numbers = tuple(round(number, 6) for number in (interval.smallest, *percentiles, interval.largest))
     return GeometryRow(
         quantity=f"{event_label(value.quantity)}, {variant}{model} ({readings[entry.reading]})",
         source=value.source,
         published=value.span or value.value or 0.0,
-        interval=numbers,
+        interval=None if interval is None else tuple(round(number, 6) for number in interval.summary),
         where=entry.where,
         found=0 if interval is None else len(interval.values),
         samples=entry.samples,

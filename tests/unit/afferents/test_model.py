@@ -103,23 +103,21 @@ def test_rates_count_spikes_per_second_and_afferent():
         spikes.rates(0.0)
 
 
-def own(**fields):
-    return SimpleNamespace(spikes=None, **fields)
+def model_of(stimulus="equivalent_strain", highest_frequency=1.0, spikes=None):
+    return {"SA-I": SimpleNamespace(stimulus=stimulus, highest_frequency=highest_frequency, spikes=spikes)}
 
 
 @pytest.mark.parametrize(
     ("models", "message"),
     [
-        ([Once()], "models: got a list, needs a model by the name"),
-        ({"SA-I": SimpleNamespace(highest_frequency=9.0, spikes=None)}, r"SA-I\.stimulus: is missing"),
+        ([Once()], "models: got a list, needs a model by the name of each receptor type, such as {'SA-I': model}"),
         (
-            {"SA-I": SimpleNamespace(stimulus="speed", highest_frequency=np.inf, spikes=None)},
-            "got inf Hz, needs a number",
+            {"SA-I": SimpleNamespace(stimulus="speed", spikes=None)},
+            "SA-I: got a SimpleNamespace, needs stimulus, .*; SimpleNamespace lacks highest_frequency",
         ),
-        (
-            {"SA-I": SimpleNamespace(stimulus="speed", highest_frequency=-1.0, spikes=None)},
-            "got -1.0 Hz, needs a number",
-        ),
+        (model_of(highest_frequency=np.inf), "got inf Hz, needs a number above 0 Hz; write for example"),
+        (model_of(highest_frequency=-1.0), "got -1.0 Hz, needs a number"),
+        (model_of("tickle"), "'tickle' is not known, needs one of strain_energy_density"),
     ],
 )
 def test_what_is_no_model_is_refused_wherever_models_are_taken(history, models, message):
@@ -128,32 +126,25 @@ def test_what_is_no_model_is_refused_wherever_models_are_taken(history, models, 
             take(history, models)
 
 
-def test_a_stimulus_that_is_not_known_and_a_model_that_forgets_a_receptor_are_refused(history):
-    unknown = history.assign(strain=history.strain * np.nan)
+@pytest.mark.parametrize(
+    ("spikes", "message"),
+    [
+        (lambda times, _: [times[:1]], "gave 1 arrays, needs 2, one a receptor"),
+        (lambda times, _: [times[:1] - 0.1] * 2, "needs seconds"),
+        (lambda *_: [[10.0, 3000.0]] * 2, "to 3000 s, needs seconds of the history, 0 to .* s; give neither"),
+        (lambda *_: [[np.nan]] * 2, "nan s, needs seconds"),
+    ],
+)
+def test_spikes_of_too_few_receptors_or_at_impossible_times_are_refused(history, spikes, message):
+    with pytest.raises(fs.InputError, match=rf"SA-I\.spikes: .*{message}"):
+        spikes_of(history, model_of(spikes=spikes))
+
+
+def test_a_stimulus_without_values_or_time_is_told_and_an_afferent_responds_to_something(history):
     with pytest.raises(fs.ResultError, match=r"history\.equivalent_strain: is not known"):
-        spikes_of(unknown, {"SA-I": Once()})
+        spikes_of(history.assign(strain=history.strain * np.nan), {"SA-I": Once()})
     with pytest.raises(fs.ResultError, match="has 1 values, needs two or more"):
         spikes_of(history.isel(time=[0]), {"SA-I": Once()})
-    tickled, forgetful, hasty, in_samples, broken = (Once() for _ in range(5))
-    hasty.spikes = lambda times, _: [times[:1] - 0.1] * 2
-    in_samples.spikes = lambda *_: [[10.0, 3000.0]] * 2
-    broken.spikes = lambda *_: [[np.nan]] * 2
-    tickled.stimulus = "tickle"
-    forgetful.spikes = lambda times, _: [times[:1]]
-    for model, message in (
-        (tickled, "'tickle' is not known"),
-        (forgetful, "gave 1 arrays, needs 2, one a receptor"),
-        (hasty, "needs seconds"),
-        (in_samples, "to 3000 s, needs seconds"),
-        (broken, "nan s, needs seconds"),
-    ):
-        with pytest.raises(fs.InputError, match=message):
-            spikes_of(history, {"SA-I": model})
-    silent = SimpleNamespace(stimulus="strain", spikes=None)
-    with pytest.raises(fs.InputError, match=r"SA-I.highest_frequency: is missing, needs .* \[Hz\] .*; write highest_f"):
-        spikes_of(history, {"SA-I": silent})
-    with pytest.raises(fs.InputError, match=r"models: got a list, needs a model by the name of each .*; write"):
-        spikes_of(history, [Once()])
     with pytest.raises(fs.InputError, match="least_steady"):
         afferent(least_steady=None)
 

@@ -342,9 +342,9 @@ def tornado_figure(fits: Sequence[Fit], published: Mapping[int, tuple[float, flo
 
 def _draw_tornado(axes: Axes, fit: Fit, effects: Sequence[Any], published: tuple[float, float] | None) -> None:
     """Draw the bars of one fit, the interval of its samples and the published time."""
-    interval = fit.interval
-    axes.axvspan(interval.smallest, interval.largest, color=_WHOLE, linewidth=0.0, zorder=0)
-    axes.axvspan(interval.percentile(5), interval.percentile(95), color=_BAND, linewidth=0.0, zorder=0.5)
+    smallest, low, _, high, largest = fit.interval.summary
+    axes.axvspan(smallest, largest, color=_WHOLE, linewidth=0.0, zorder=0)
+    axes.axvspan(low, high, color=_BAND, linewidth=0.0, zorder=0.5)
     rows, half = np.arange(len(effects)), np.array([0.5 * effect.change for effect in effects])
     axes.barh(rows, -half, left=fit.middle, height=0.66, color=BLUE, zorder=2)
     axes.barh(rows, half, left=fit.middle, height=0.66, color=ORANGE, zorder=2)

@@ -25,9 +25,7 @@ def group_text(group: Mapping[str, Any]) -> str:
 
 def interval_cells(interval: Interval | None) -> tuple[Cell, ...]:
     """Return the cells of :data:`INTERVAL_COLUMNS`."""
-    if interval is None:
-        return (Missing.NO_EVENT,) * len(INTERVAL_COLUMNS)
-    return (interval.smallest, *(interval.percentile(percent) for percent in (5, 50, 95)), interval.largest)
+    return (Missing.NO_EVENT,) * len(INTERVAL_COLUMNS) if interval is None else interval.summary
 
 
 def sample_tables(study: StudyResult, references: Sequence[PublishedSet]) -> tuple[Table, ...]:
