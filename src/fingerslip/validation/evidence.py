@@ -138,7 +138,7 @@ def _measure_levels(
     """Measure the refined runs of a study that have some values, level by level."""
     chosen = [_meets(run.swept, conditions) for run in plan_study(study, results).runs]
     return tuple(
-        tuple(measured(folder, read_run(folder, {})) for folder in itertools.compress(folders, chosen))
+        tuple(measured(folder, read_run(folder)) for folder in itertools.compress(folders, chosen))
         for folders in level_folders(study, results).values()
     )
 

@@ -225,7 +225,7 @@ def test_every_load_may_stand_in_a_study(folder, load, last):
     assert run.study.held_object.load.series()[1][-1] == pytest.approx(last)
     # The file of a run needs no other.
     (folder / "again.yaml").write_text((folder / "load.yaml").read_text())
-    assert "series.csv" not in str(run.plain_values())
+    assert "series.csv" not in str(run.plain_values)
     assert build_model(run).bodies
 
 

@@ -79,31 +79,25 @@ _MESHES = {".inp": "a deck of Abaqus", ".feb": "a file of FEBio"} | dict.fromkey
 )
 
 
-def _refuse_mesh(path: Path) -> None:
-    kind = _MESHES.get(path.suffix.lower())
-    if kind is not None and path.is_file():
-        repair = "fingerslip new pad.yaml --template own-mesh writes a study that reads a mesh"
-        raise InputError(str(path), f"is {kind}", "needs a study file", repair)
-
-
 def _read_text(path: Path) -> str:
-    _refuse_mesh(path)
-    name = path.name.encode(errors="surrogateescape")
+    where, needed, name = str(path), "needs a study file", path.name.encode(errors="surrogateescape")
+    if (kind := _MESHES.get(path.suffix.lower())) and path.is_file():
+        repair = "fingerslip new pad.yaml --template own-mesh writes a study that reads a mesh"
+        raise InputError(where, f"is {kind}", needed, repair)
     if name.decode(errors="replace").encode() != name:
         repair = "rename the file: results and reports are written under its name"
-        raise InputError(shorten(ascii(path.name)), "is a name that is not UTF-8", "needs a study file", repair)
+        raise InputError(shorten(ascii(path.name)), "is a name that is not UTF-8", needed, repair)
     try:
         return path.read_text(encoding="utf-8")
     except FileNotFoundError:
-        near = ", ".join(most_similar(str(path), map(str, path.parent.glob("*.yaml"))))
-        repair = f"in that folder: {near}" if near else ""
-        raise InputError(str(path), "is not there", "needs a study file", repair) from None
+        near = ", ".join(most_similar(where, map(str, path.parent.glob("*.yaml"))))
+        raise InputError(where, "is not there", needed, f"in that folder: {near}" if near else "") from None
     except IsADirectoryError:
-        raise InputError(str(path), "is a folder", "needs a study file") from None
+        raise InputError(where, "is a folder", needed) from None
     except UnicodeDecodeError:
-        raise InputError(str(path), "is not text in UTF-8", "needs a study file", "save it as UTF-8") from None
+        raise InputError(where, "is not text in UTF-8", needed, "save it as UTF-8") from None
     except OSError as error:  # such as a name that is too long
-        raise InputError(shorten(str(path)), f"cannot be read ({error.strerror})", "needs a study file") from None
+        raise InputError(shorten(where), f"cannot be read ({error.strerror})", needed) from None
 
 
 #: The key that names the base of a study file.
@@ -131,24 +125,25 @@ def read_with_base(path: Path) -> dict[str, Any]:
 
 
 @contextlib.contextmanager
-def laws_of_base(path: Path, mapping: Mapping[str, Any]) -> Iterator[None]:
-    """Say of a constant that the law of a material does not have that the law comes from the base of a file."""
-    try:
-        yield
-    except InputError as error:
-        own = read_mapping(path)
-        raise Mistakes(_with_law(mistake, path, own, mapping) for mistake in error.all).error() from None
+def study_file(path: Path) -> Iterator[dict[str, Any]]:
+    """Give what a study file and its base hold; mistakes that are raised in the block get their lines in the file."""
+    mapping = read_with_base(path)
+    with line_numbers(path):
+        try:
+            yield mapping
+        except InputError as error:
+            own = read_mapping(path)
+            raise Mistakes(_with_law(mistake, path, own, mapping) for mistake in error.all).error() from None
 
 
 def _with_law(mistake: InputError, path: Path, own: Mapping[str, Any], mapping: Mapping[str, Any]) -> InputError:
+    """Say of a constant that the law of a material does not have where the law comes from the base of the file."""
     place = mistake.where.removeprefix(f"{path}: ").split(".")
     if BASE not in own or mistake.found != "is not known" or len(place) != 3 or place[0] != "materials":
         return mistake
     written, merged = ((study.get("materials") or {}).get(place[1]) for study in (own, mapping))
-    if not isinstance(written, Mapping) or not isinstance(merged, Mapping):
-        return mistake
-    law = merged.get("law")
-    if law is None or "law" in written or place[2] not in written:
+    law = merged.get("law") if isinstance(merged, Mapping) else None
+    if law is None or not isinstance(written, Mapping) or "law" in written or place[2] not in written:
         return mistake
     repair = f"law: {law} comes from its base {own[BASE]}: write constants of that law, or change it there"
     return InputError(mistake.where, mistake.found, mistake.allowed, repair, mistake.line)

@@ -26,7 +26,7 @@ from fingerslip.slip.events import Events
 from fingerslip.specimens.protocol import Specimen
 from fingerslip.storage.files import digest
 from fingerslip.study.definition.expressions import derive
-from fingerslip.study.definition.file import laws_of_base, line_numbers, read_with_base
+from fingerslip.study.definition.file import study_file
 from fingerslip.study.definition.spec import NOT_OF_A_RUN, PlainStudy, Study, given_in
 from fingerslip.study.definition.sweep import combinations, drawn, scatter_values
 from fingerslip.units import without_rounding
@@ -62,21 +62,13 @@ class Run:
     @cached_property
     def identity(self) -> str:
         """Hash of everything that decides its result: its values, its mesh files, the program."""
-        values = {key: value for key, value in self.plain_values().items() if key != "title"}
+        values = {key: value for key, value in self.plain_values.items() if key != "title"}
         values["mesh"] = {"hash": self.mesh_key}
         return digest([{"format": RESULT_FORMAT, "version": metadata.version("fingerslip")}, values])
 
-    def plain_values(self) -> dict[str, Any]:
-        """Return everything that makes the run as plain data, which is a study file of its own."""
-        return dict(self._all_values)
-
-    @property
-    def flat_values(self) -> dict[str, Any]:
-        """Everything that makes the run, by dotted path."""
-        return flatten(self._all_values)
-
     @cached_property
-    def _all_values(self) -> dict[str, Any]:
+    def plain_values(self) -> Mapping[str, Any]:
+        """Everything that makes the run as plain data, which is a study file of its own."""
         mapping: dict[str, Any] = as_mapping(self.study)
         kind = self.study.specimen_kind
         if kind is not None:
@@ -129,17 +121,14 @@ class Plan:
 
 def read_runs(path: str | Path) -> Plan:
     """Read a study file with its runs; errors as of :func:`~fingerslip.study.definition.spec.read_study`."""
-    source = Path(path)
-    mapping = read_with_base(source)
-    with line_numbers(source), laws_of_base(source, mapping):
-        return expand_mapping(mapping, source)
+    with study_file(Path(path)) as mapping:
+        return expand_mapping(mapping, Path(path))
 
 
 def plan_study(path: str | Path, results_dir: str | Path = "results") -> Plan:
     """Read a study file as :func:`read_runs`, and check all that can be before anything runs."""
     source = Path(path)
-    mapping = read_with_base(source)
-    with line_numbers(source), laws_of_base(source, mapping):
+    with study_file(source) as mapping:
         return plan_mapping(mapping, source, Path(results_dir) / source.stem)
 
 
@@ -164,7 +153,9 @@ def plan_mapping(mapping: Mapping[str, Any], source: Path, folder: Path) -> Plan
     plan = expand_mapping(mapping, source, folder)
     mistakes, derived = Mistakes(), plan.study.derived
     # A swept group may give runs other values than the first one has.
-    examples = [RunResult(run.name, run.swept, Events(), values=run.flat_values) for run in plan.runs if derived]
+    examples = [
+        RunResult(run.name, run.swept, Events(), values=flatten(run.plain_values)) for run in plan.runs if derived
+    ]
     for name, text in derived.items():
         with mistakes.collect():
             units = {derive(name, text, example).unit: example.name for example in examples}
@@ -207,23 +198,23 @@ def _tried_at_centre(runs: list[Run], centre: Run) -> list[Run]:
 
     The others search for the critical latency alone.
     """
-    values = centre.flat_values | {"title": ""}
-    if not any(run.flat_values | {"title": ""} == values for run in runs):
+    values = {**centre.plain_values, "title": ""}
+    are_centre = [{**run.plain_values, "title": ""} == values for run in runs]
+    if not any(are_centre):
         return runs
-    searching = []
-    for run in runs:
+
+    def searching(run: Run) -> Run:
         reaction = run.study.reaction and run.study.reaction.without_trials()
-        is_centre = run.flat_values | {"title": ""} == values
-        search = dataclasses.replace(run, study=dataclasses.replace(run.study, reaction=reaction))
-        searching.append(run if is_centre else search)
-    return searching
+        return dataclasses.replace(run, study=dataclasses.replace(run.study, reaction=reaction))
+
+    return [run if is_centre else searching(run) for run, is_centre in zip(runs, are_centre, strict=True)]
 
 
 def _draws(plain: PlainStudy, swept: dict[str, Any]) -> Iterator[tuple[int, dict[str, Any], dict[str, Any]]]:
     """Yield the number of each sample or repeat of swept values, what is drawn, and all values that it changes."""
     study = plain.study
     if study.repeats is not None:
-        values = _run(plain, swept).flat_values
+        values = flatten(_run(plain, swept).plain_values)
         for number in range(1, study.repeats.count + 1):
             try:
                 scattered = scatter_values(study.repeats, number, values)
@@ -282,7 +273,7 @@ def _name(swept: Mapping[str, Any], digits: Callable[[str], str]) -> str:
 def _slug(value: object, digits: Callable[[str], str]) -> str:
     """Return a value as part of a name; `digits` rounds the numbers of a text, or leaves them."""
     if isinstance(value, Mapping):
-        return "-".join(f"{_safe(str(key))}-{_slug(item, digits)}" for key, item in value.items()) or "none"
+        return "-".join(f"{_UNSAFE.sub('-', str(key))}-{_slug(item, digits)}" for key, item in value.items()) or "none"
     if isinstance(value, list | tuple):
         return "_".join(_slug(item, digits) for item in value) or "none"
     if isinstance(value, float):
@@ -291,9 +282,4 @@ def _slug(value: object, digits: Callable[[str], str]) -> str:
         return short if float(short) == value else repr(value)
     text = str(value).lower() if isinstance(value, bool) else digits(str(value))
     compact = re.sub(r"(?<=\d)\s+(?=[A-Za-z])", "", text).replace("/", "-per-").replace("µ", "u")
-    return _safe(compact).rstrip("-.") or "value"
-
-
-def _safe(text: str) -> str:
-    """Return text with every stretch of characters replaced that no folder should have in its name."""
-    return _UNSAFE.sub("-", text)
+    return _UNSAFE.sub("-", compact).rstrip("-.") or "value"

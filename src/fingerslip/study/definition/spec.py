@@ -40,7 +40,7 @@ from fingerslip.specimens.choice import SPECIMENS, SpecimenChoice, check_mesh, g
 from fingerslip.specimens.fingertip.meshing.sources import MeshSizes
 from fingerslip.specimens.protocol import Specimen
 from fingerslip.study.definition.expressions import check_expression, check_names
-from fingerslip.study.definition.file import laws_of_base, line_numbers, read_with_base
+from fingerslip.study.definition.file import study_file
 from fingerslip.study.definition.settings import (
     CameraKind,
     CameraSettings,
@@ -79,11 +79,12 @@ def mistakes_between(fields: Mapping[str, Any]) -> list[InputError]:
 
 
 def _held_by_friction(reaction: ReactionSettings | None, contact: ContactSettings | None, time: TimeSettings) -> None:
-    if reaction is not None and contact is None:
+    if reaction is None:
+        return
+    if contact is None:
         repair = "write contact: {friction_coefficient: 0.6}"
         raise InputError("reaction", "is given without contact", "needs the friction of a contact", repair)
-    if reaction is not None and contact is not None:
-        reaction.held_object(contact.contact(2), time.stepping)
+    reaction.held_object(contact.contact(2), time.stepping)
 
 
 def _not_both(first: str, second: str, repair: str) -> Callable[..., None]:
@@ -103,12 +104,12 @@ def _contact_of_a_programme(contact: object, contacts: object, programme: object
 
 
 def _sampled_apart_from_swept(sweep: Mapping[str, tuple[Any, ...]], sample: SampleSettings | None) -> None:
-    for path in () if sample is None else (*sample.paths, *sample.equal):
-        swept = next((other for other in sweep if is_below(path, other) or is_below(other, path)), None)
-        if sample is not None and swept is not None:
-            group = "choices" if path in sample.choices else "ranges"
-            fault = f"is swept too, by '{swept}'"
-            raise InputError(f"sample.{group}.{path}", fault, "needs paths apart from the sweep")
+    if sample is None:
+        return
+    for path in (*sample.paths, *sample.equal):
+        if swept := next((other for other in sweep if is_below(path, other) or is_below(other, path)), None):
+            where = f"sample.{'choices' if path in sample.choices else 'ranges'}.{path}"
+            raise InputError(where, f"is swept too, by '{swept}'", "needs paths apart from the sweep")
 
 
 def _fitted_by_samples(
@@ -122,9 +123,8 @@ def _fitted_by_samples(
     if sample.total < (least := RUNS_PER_VALUE * len(sample.ranges)):
         fault, allowed = f"makes {sample.total} runs", f"needs {RUNS_PER_VALUE} for each of the ranges that are fitted"
         raise InputError("sample.count", fault, allowed, f"write count: {least} or more")
-    for path in fit.bounds:
-        if path not in sample.ranges:
-            raise unknown_name("fit.bounds", path, sample.ranges)
+    if unknown := next((path for path in fit.bounds if path not in sample.ranges), None):
+        raise unknown_name("fit.bounds", unknown, sample.ranges)
 
 
 def _of_a_body(name: str) -> Callable[..., None]:
@@ -139,18 +139,17 @@ def _of_a_body(name: str) -> Callable[..., None]:
 
 def _no_sites_of_a_body(specimen: str | None, mesh: MeshSource, record: RecordSettings) -> None:
     """Refuse sites that only a specimen has."""
-    names = [name for name in ("receptors", "reference_nodes", "groups") if getattr(record, name)]
-    said = f"is given without a {_KINDS}", f"needs a {_KINDS}", "name points in record.sites"
     if specimen is None and not mesh.needs_specimen:
-        Mistakes([InputError(f"record.{name}", *said) for name in names]).raise_all()
+        names = [name for name in ("receptors", "reference_nodes", "groups") if getattr(record, name)]
+        said = f"is given without a {_KINDS}", f"needs a {_KINDS}", "name points in record.sites"
+        Mistakes(InputError(f"record.{name}", *said) for name in names).raise_all()
 
 
 def _sites_of_this_body(specimen: str | None, mesh: MeshSource, record: RecordSettings, *bodies: Any) -> None:
     """Refuse groups of sites that a specimen has not, where the dimension is known without building its mesh."""
-    dim = getattr(mesh, "dim", None)
-    if specimen is not None and record.groups and isinstance(dim, int):
+    if specimen is not None and record.groups and mesh.dim is not None:
         body = dict(zip(SPECIMENS, bodies, strict=True))[specimen]
-        SPECIMENS[specimen].changed(body).sites(record.groups, dim)
+        SPECIMENS[specimen].changed(body).sites(record.groups, mesh.dim)
 
 
 def _fixed_step_of_a_basis(dynamics: DynamicsSettings, time: TimeSettings) -> None:
@@ -355,10 +354,8 @@ def read_study(path: str | Path) -> Study:
         For all mistakes in the file, in its order and with their lines: those of the study, of its specimen, of
         every run of its sweep, and of the ends of the ranges of its samples.
     """
-    path = Path(path)
-    mapping = read_with_base(path)
-    with line_numbers(path), laws_of_base(path, mapping):
-        return parse_study(mapping, path)
+    with study_file(Path(path)) as mapping:
+        return parse_study(mapping, Path(path))
 
 
 def parse_study(mapping: Mapping[str, Any], source: Path) -> Study:

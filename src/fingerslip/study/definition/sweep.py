@@ -35,10 +35,7 @@ def check_sweep(sweep: Mapping[str, tuple[Any, ...]]) -> Mapping[str, tuple[Any,
 def _check_values(key: str, values: Sequence[Any], sweep: Mapping[str, Any]) -> None:
     if not values:
         raise InputError(key, "has no values", "needs a list such as [0.2, 0.4]")
-    plain = [_without_spaces(value) for value in values]
-    repeated = [value for number, value in enumerate(values) if plain[number] in plain[:number]]
-    if repeated:
-        raise InputError(key, f"has {repeated[0]!r} twice", "needs every value once")
+    _check_different(key, values)
     paths = swept_together(key)
     for number, value in enumerate(values if len(paths) > 1 else ()):
         if not isinstance(value, list | tuple) or len(value) != len(paths):
@@ -51,9 +48,14 @@ def _check_values(key: str, values: Sequence[Any], sweep: Mapping[str, Any]) -> 
             raise InputError(key, f"is a part of the swept '{outer or path}'", "needs paths apart from each other")
 
 
-def _without_spaces(value: object) -> object:
-    """Return a value that is the same for '1 mm' and '1mm'."""
-    return "".join(value.split()) if isinstance(value, str) and value[:1] in "+-.0123456789" else value
+def _check_different(path: str, values: Sequence[Any]) -> None:
+    """Refuse a value that is there twice, as '1 mm' and '1mm' are."""
+    plain: list[Any] = []
+    for value in values:
+        is_number = isinstance(value, str) and value[:1] in "+-.0123456789"
+        plain.append("".join(value.split()) if is_number else value)
+        if plain[-1] in plain[:-1]:
+            raise InputError(path, f"has {shorten(repr(value))} twice", "needs every value once")
 
 
 def swept_together(key: str) -> tuple[str, ...]:
@@ -95,36 +97,27 @@ def swept_mistakes(
         return []
     wrong_fields = {mistake.where.partition(".")[0] for mistake in mistakes} - paths.keys()
     keys = {path: key for key in plain["sweep"] for path in swept_together(key)}
-    unknown = unknown_paths([path for path in keys if path.partition(".")[0] not in wrong_fields], paths, "sweep")
-    misnamed = {keys[mistake.where.removeprefix("sweep.")] for mistake in unknown}
+    keys_of_right_fields = {path: key for path, key in keys.items() if path.partition(".")[0] not in wrong_fields}
+    unknown = unknown_paths(keys_of_right_fields, paths, "sweep")
+    misnamed = {mistake.where.removeprefix("sweep.") for mistake in unknown}
     sweep = {
         key: values for key, values in plain["sweep"].items() if key not in misnamed and _leads_to(plain, key, values)
     }
-    contents = {_content(mistake) for mistake in mistakes}
+    contents = {mistake.args[:3] for mistake in mistakes}
     of_runs: dict[tuple[str, ...], InputError] = {}
     for swept in combinations(sweep):
         for mistake in check(swept):
-            if _content(mistake) not in contents:
+            if mistake.args[:3] not in contents:
                 in_sweep = _place_mistake(mistake, swept, sweep)
-                of_runs.setdefault((in_sweep.where, *_content(mistake)), in_sweep)
-    in_keys = []
-    for mistake in unknown:
-        path = mistake.where.removeprefix("sweep.")
-        fault = f"has '{path}', which is not known"
-        is_key = keys[path] == path
-        in_keys.append(mistake if is_key else InputError(f"sweep.{keys[path]}", fault, mistake.allowed, mistake.repair))
-    return [*in_keys, *of_runs.values()]
+                of_runs.setdefault((in_sweep.where, *mistake.args[:3]), in_sweep)
+    return [*unknown, *of_runs.values()]
 
 
-def _content(mistake: InputError) -> tuple[str, str, str]:
-    return mistake.where, mistake.found, mistake.allowed
-
-
-def unknown_paths(paths: Sequence[str], available: Mapping[str, Sequence[str]], group: str) -> list[InputError]:
-    """Return a mistake for each of `paths`, which stand in `group` of a study, that leads to no value of the study."""
+def unknown_paths(keys: Mapping[str, str], available: Mapping[str, Sequence[str]], group: str) -> list[InputError]:
+    """Return a mistake for each path that leads to no value of the study; `keys` of a group of it have the paths."""
     names = [name for names_of_field in available.values() for name in names_of_field]
     mistakes = []
-    for path in (path for path in paths if path not in names):
+    for path, key in ((path, key) for path, key in keys.items() if path not in names):
         parent, near = path.rpartition(".")[0], nearest(path, names)
         beside = sorted({name.rpartition(".")[2] for name in names if parent and name.rpartition(".")[0] == parent})
         allowed, repair = "needs the dotted path of a value of the study", "fingerslip show STUDY lists all paths"
@@ -133,7 +126,8 @@ def unknown_paths(paths: Sequence[str], available: Mapping[str, Sequence[str]], 
             allowed, repair = f"{parent} may have {', '.join(beside)}", ""
         elif near:
             repair = f"did you mean '{near}'?"
-        mistakes.append(InputError(f"{group}.{path}", "is not known", allowed, repair))
+        fault = "is not known" if key == path else f"has '{path}', which is not known"
+        mistakes.append(InputError(f"{group}.{key}", fault, allowed, repair))
     return mistakes
 
 
@@ -257,9 +251,7 @@ def _check_choices(choices: Mapping[str, tuple[Any, ...]]) -> Mapping[str, tuple
     for path, values in choices.items():
         if len(values) < 2:
             raise InputError(path, f"has {len(values)} values", "needs two or more")
-        repeated = next((value for number, value in enumerate(values) if value in values[:number]), None)
-        if repeated is not None:
-            raise InputError(path, f"has {shorten(repr(repeated))} twice", "needs every value once")
+        _check_different(path, values)
     return choices
 
 
@@ -381,7 +373,11 @@ def sample_mistakes(
         }
         for group in ("ranges", "choices", "equal")
     }
-    unknown = [mistake for group in groups for mistake in unknown_paths(list(groups[group]), paths, f"sample.{group}")]
+    unknown = [
+        mistake
+        for group, values in groups.items()
+        for mistake in unknown_paths({path: path for path in values}, paths, f"sample.{group}")
+    ]
     misnamed, elsewhere = ({mistake.where for mistake in mistakes_of} for mistakes_of in (unknown, mistakes))
     equal = {path: other for path, other in groups["equal"].items() if f"sample.equal.{path}" not in misnamed}
     values = [

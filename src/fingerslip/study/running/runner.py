@@ -11,8 +11,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fingerslip.errors import DamagedError, FingerslipError, InputError, ResultError
+from fingerslip.parameters.dotted import flatten
 from fingerslip.parameters.schema import require_kind
-from fingerslip.results import RefusedRun, RunResult, StudyResult, result_mapping, stored_result
+from fingerslip.results import RefusedRun, StudyResult, result_mapping, stored_result
 from fingerslip.storage.files import check_folder, clean_stale, digest, remove_empty
 from fingerslip.study.definition.expressions import derive
 from fingerslip.study.definition.runs import Plan, Run, plan_studies
@@ -124,10 +125,10 @@ def run_plans(
     for plan in plans:
         check_folder(plan.folder.parent)
         check_folder(plan.folder)
-    finished = [{} if force else plan.finished_runs() for plan in plans]
-    to_compute = [
-        [run for run in plan.runs if run.name not in done] for plan, done in zip(plans, finished, strict=True)
-    ]
+    to_compute = []
+    for plan in plans:
+        finished = {} if force else plan.finished_runs()
+        to_compute.append([run for run in plan.runs if run.name not in finished])
     if scheduler is None and workers > 1 and max(map(len, to_compute), default=0) > 1:
         # Workers load what they need while meshes are made.
         from fingerslip.study.running.compute import prepare_workers
@@ -187,15 +188,16 @@ def _execute(
     for name in unchanged:
         progress.say(f"{stem}/{name}: unchanged")
     drawings: Mapping[str, Drawing] = {}
-    # What draws and films is slow to import.
-    if jobs:
+    if jobs:  # what draws and films is slow to import
         from fingerslip.study.running.compute import drawings_of
 
         drawings = drawings_of(plan, jobs)
     try:
         failures, pictures = compute_jobs(plan, jobs, engine, drawings)
     except KeyboardInterrupt:
-        _write_tables(plan, plan.finished_runs(), refused, report="")
+        stopped = _study_result(plan, refused)
+        if stopped.runs:
+            write_results(plan.source, stopped, "", plan.given)
         raise
     computed = tuple(name for name in to_compute if name not in failures)
     if plan.study.cameras:
@@ -261,21 +263,21 @@ def write_up(
     whole: Collection[str] = (),
 ) -> StudyResult:
     """Write summary, report and manifest of the runs that are finished; `whole` names those that need no check."""
-    finished, manifest = plan.finished_runs(whole), read_manifest(plan.folder)
-    refused = refused_in(manifest) if refused is None else refused
-    identities = {name: plan.identities[name] for name in finished}
-    uncertainties = {name: each.uncertainties for name, each in read_convergences(plan.folder, identities).items()}
-    about = f"{plan.study.title}\n{plan.study.description}"
-    films = film_keys(plan.folder, list(finished))
+    manifest = read_manifest(plan.folder)
+    study = _study_result(plan, refused_in(manifest) if refused is None else refused, whole)
+    if not study.runs:
+        return study
+    uncertainties = {run.name: dict(run.uncertainty) for run in study.runs if run.convergence}
+    about, films = f"{study.title}\n{study.description}", film_keys(study.folder, [run.name for run in study.runs])
     # All that a report shows: an unchanged one is not made again.
-    results = [result_mapping(result) for result in finished.values()]
-    key = digest([about, list(plan.study.compare), results, uncertainties, list(plan.given), films])
+    results = [result_mapping(run) for run in study.runs]
+    key = digest([about, list(study.compare), results, uncertainties, list(plan.given), films])
     current = manifest.get("report") == key and (plan.folder / REPORT).is_file()
-    result = _write_tables(plan, finished, refused, report=key if current else "")
-    if result.runs and not current:
-        write_report(result, pictures)
-        _write_tables(plan, finished, refused, report=key)
-    return result
+    write_results(plan.source, study, key if current else "", plan.given)
+    if not current:
+        write_report(study, pictures)
+        write_results(plan.source, study, key, plan.given)
+    return study
 
 
 def write_report(study: StudyResult, pictures: Mapping[str, RunPictures] | None = None) -> None:
@@ -288,18 +290,17 @@ def write_report(study: StudyResult, pictures: Mapping[str, RunPictures] | None 
         reporting.write_report(study, pictures)
 
 
-def _write_tables(
-    plan: Plan, finished: Mapping[str, RunResult], refused: tuple[RefusedRun, ...], report: str
-) -> StudyResult:
+def _study_result(plan: Plan, refused: tuple[RefusedRun, ...], whole: Collection[str] = ()) -> StudyResult:
+    """Return the runs of a study that are finished, with their uncertainties and derived quantities."""
+    finished, sample = plan.finished_runs(whole), plan.study.sample
     convergences = read_convergences(plan.folder, plan.identities)
     runs = []
     for run in (run for run in plan.runs if run.name in finished):
         result = with_convergence(finished[run.name], convergences.get(run.name))
-        result = dataclasses.replace(result, values=run.flat_values)
+        result = dataclasses.replace(result, values=flatten(run.plain_values))
         derived = {name: derive(name, text, result) for name, text in plan.study.derived.items()}
         runs.append(dataclasses.replace(result, derived=derived))
-    sample = plan.study.sample
-    study = StudyResult(
+    return StudyResult(
         plan.folder,
         plan.study.compare,
         tuple(runs),
@@ -309,6 +310,3 @@ def _write_tables(
         refused=refused,
         design=sample.design if sample else {},
     )
-    if runs:
-        write_results(plan.source, study, report, plan.given)
-    return study

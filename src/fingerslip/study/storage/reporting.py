@@ -349,7 +349,7 @@ def provenance_of(folder: Path, manifest: Mapping[str, Any]) -> dict[str, str]:
 
 def film_keys(folder: Path, runs: Sequence[str]) -> list[str]:
     """Return what tells the films of some runs from others, for the key of a report."""
-    return [str(read_json(path, _FILM_REPAIR)["key"]) for run in runs for path in _stored_films(folder / run)]
+    return [str(numbers["key"]) for run in runs for numbers in _stored_films(folder / run).values()]
 
 
 def read_films(folder: Path, histories: Mapping[str, xr.Dataset]) -> tuple[Film, ...]:
@@ -360,8 +360,7 @@ def read_films(folder: Path, histories: Mapping[str, xr.Dataset]) -> tuple[Film,
 
     films = []
     for run, history in histories.items():
-        for path in _stored_films(folder / run):
-            camera, numbers = path.parent, read_json(path, _FILM_REPAIR)
+        for camera, numbers in _stored_films(folder / run).items():
             truth, tracks = read_tracks(camera / "truth.nc"), read_tracks(camera / "tracks" / "matched.nc")
             displayed = {name: numbers[name] for name in ("frames", "markers", "rms", "largest", "kept", "swapped")}
             frames = _frames(camera / "video.avi", truth, history)
@@ -369,8 +368,9 @@ def read_films(folder: Path, histories: Mapping[str, xr.Dataset]) -> tuple[Film,
     return tuple(films)
 
 
-def _stored_films(run: Path) -> list[Path]:
-    return sorted(run.glob(f"{CAMERAS}/*/{ERRORS}"))
+def _stored_films(run: Path) -> dict[Path, dict[str, Any]]:
+    """Return how good the tracks of each camera of a run are, by the folder of the camera."""
+    return {path.parent: read_json(path, _FILM_REPAIR) for path in sorted(run.glob(f"{CAMERAS}/*/{ERRORS}"))}
 
 
 def _frames(video: Path, truth: xr.Dataset, history: xr.Dataset) -> dict[float, NDArray[np.uint8]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import functools
 import io
@@ -54,6 +55,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _logger = logging.getLogger("fingerslip.study")
+_warn_once = functools.cache(_logger.warning)
 
 _PACKAGES = (
     *("fingerslip", "scikit-fem", "gmsh", "pygmsh", "meshio"),
@@ -74,18 +76,13 @@ def mesh_hash(mesh: Any) -> str:
     return digest(np.rint(np.asarray(mesh.p) / step).astype(np.int64), np.asarray(mesh.t))
 
 
-def mesh_size(mesh: Any) -> float:
-    """Return the representative element size N^(-1/dim) of a mesh of N cells, for the ratio of two meshes of a body."""
-    return float(mesh.t.shape[1] ** (-1.0 / mesh.dim()))
-
-
 def write_run(folder: Path, run: Run, history: xr.Dataset, *, inputs: str, mesh: Any, seconds: float) -> RunResult:
     """Write the files of a run that took so many seconds, log its measures, and return its result."""
     result = dataclasses.replace(
         result_of(history, run.name, run.swept),
         identity=inputs,
         mesh_hash=mesh_hash(mesh),
-        mesh_size=mesh_size(mesh),
+        mesh_size=float(mesh.t.shape[1] ** (-1.0 / mesh.dim())),  # for the ratio of two meshes of a body
         seconds=seconds,
         versions=versions(),
         sampled=run.sampled,
@@ -100,16 +97,15 @@ def write_run(folder: Path, run: Run, history: xr.Dataset, *, inputs: str, mesh:
             _logger.warning("%s", warning)
     write_history(history, folder / HISTORY)
     with writing(folder):
-        write_mapping(run.plain_values(), folder / RUN, comment=REPEATS)
+        write_mapping(run.plain_values, folder / RUN, comment=REPEATS)
         write_snapshots(history, folder)
     write_result(result, folder)
     return result
 
 
-def read_run(folder: Path, uncertainty: Mapping[str, float] = MappingProxyType({})) -> RunResult:
+def read_run(folder: Path) -> RunResult:
     """Read a finished run back, with all its values."""
-    result = stored_result(folder)
-    return dataclasses.replace(result, values=flatten(read_mapping(folder / RUN)), uncertainty=uncertainty)
+    return dataclasses.replace(stored_result(folder), values=flatten(read_mapping(folder / RUN)))
 
 
 def write_snapshots(history: xr.Dataset, folder: Path) -> None:
@@ -129,10 +125,8 @@ def versions() -> Mapping[str, str]:
     """Return the versions of Python and of the packages that decide a result, those that are installed."""
     versions = {"python": platform.python_version(), "platform": platform.platform()}
     for name in _PACKAGES:
-        try:
+        with contextlib.suppress(metadata.PackageNotFoundError):
             versions[name] = metadata.version(name)
-        except metadata.PackageNotFoundError:
-            continue
     return MappingProxyType(versions)
 
 
@@ -284,10 +278,7 @@ def write_results(source: Path, study: StudyResult, report: str, given: Sequence
 
 def refused_in(manifest: Mapping[str, Any]) -> tuple[RefusedRun, ...]:
     """Return the samples that were not computed."""
-    return tuple(
-        RefusedRun(name, dict(reason["swept"]), dict(reason["sampled"]), reason["reason"])
-        for name, reason in manifest.get("refused", {}).items()
-    )
+    return tuple(RefusedRun(name, **values) for name, values in manifest.get("refused", {}).items())
 
 
 def stored_study(folder: Path, read: Callable[[Path], RunResult]) -> StudyResult:
@@ -296,8 +287,8 @@ def stored_study(folder: Path, read: Callable[[Path], RunResult]) -> StudyResult
     convergences = read_convergences(folder, identities(manifest))
     runs = []
     for name in manifest["runs"]:
-        quantities = manifest["derived"].get(name, {}).items()
-        derived = {label: Quantity(label, unit, value) for label, (value, unit) in quantities}
+        quantities = manifest["derived"].get(name, {})
+        derived = {label: Quantity(label, unit, value) for label, (value, unit) in quantities.items()}
         run = with_convergence(read(folder / name), convergences.get(name))
         runs.append(dataclasses.replace(run, derived=derived))
     return StudyResult(
@@ -323,15 +314,15 @@ def read_manifest(folder: Path) -> dict[str, Any]:
 
 def stored_manifest(folder: Path) -> dict[str, Any]:
     """Return what made the results of a study."""
-    needed = f"{folder}: holds no results of a study; needs a folder that fingerslip run wrote"
+    said = "holds no results of a study; needs a folder that fingerslip run wrote"
     if not folder.is_dir():
-        needed = f"{folder}: is not there; {other_folders(folder)}"
+        said = f"is not there; {other_folders(folder)}"
     try:
         return read_json(folder / MANIFEST, _REPAIR, _STORED)
     except (FileNotFoundError, NotADirectoryError):
-        raise ResultError(needed) from None
+        raise ResultError(f"{folder}: {said}") from None
     except DamagedError as error:
-        raise ResultError(f"{needed}: {error}") from None
+        raise ResultError(f"{folder}: {said}: {error}") from None
 
 
 def identities(manifest: Mapping[str, Any]) -> dict[str, str]:
@@ -356,13 +347,10 @@ class RunConvergence:
 
 def write_convergences(folder: Path, convergences: Mapping[str, RunConvergence]) -> None:
     """Write the convergence of the runs of a study into its results."""
-    values = {
-        name: {
-            "identity": convergence.identity,
-            "quantities": {key: _quantity_mapping(quantity) for key, quantity in convergence.quantities.items()},
-        }
-        for name, convergence in convergences.items()
-    }
+    values = {}
+    for name, convergence in convergences.items():
+        quantities = {key: _quantity_mapping(quantity) for key, quantity in convergence.quantities.items()}
+        values[name] = {"identity": convergence.identity, "quantities": quantities}
     with writing(folder):
         (folder / CONVERGENCE).mkdir(exist_ok=True)
     write_json(folder / CONVERGENCE / _CONVERGENCE_FILE, values)
@@ -375,7 +363,7 @@ def read_convergences(folder: Path, identities: Mapping[str, str]) -> dict[str, 
     except (FileNotFoundError, NotADirectoryError):
         return {}
     except DamagedError as error:
-        _warn(f"{error}; without it no uncertainties are known")
+        _warn_once("%s; without it no uncertainties are known", str(error))
         return {}
     return {
         name: RunConvergence(
@@ -394,36 +382,25 @@ def _quantity(stored: Mapping[str, Any]) -> Convergence:
     return Convergence(stored["name"], stored["unit"], stored["value"], sources)
 
 
-@functools.cache
-def _warn(message: str) -> None:
-    """Warn once, however often the file is read."""
-    _logger.warning("%s", message)
-
-
 def with_convergence(run: RunResult, convergence: RunConvergence | None) -> RunResult:
     """Return a run with its numerical uncertainties and where they are from; without them where none are known."""
-    if convergence is None:
-        return dataclasses.replace(run, uncertainty={}, convergence={})
-    return dataclasses.replace(run, uncertainty=convergence.uncertainties, convergence=convergence.quantities)
+    uncertainty, quantities = (convergence.uncertainties, convergence.quantities) if convergence else ({}, {})
+    return dataclasses.replace(run, uncertainty=uncertainty, convergence=quantities)
 
 
 def _quantity_mapping(convergence: Convergence) -> dict[str, Any]:
     """Return how a number converges as plain data, with what follows from its values."""
-    refinements = convergence.refinements
+    sources = {}
+    for setting, refinement in convergence.refinements.items():
+        series = convergence.sources[setting]
+        sources[setting] = {"sizes": list(series.sizes), "values": list(series.values)} | {
+            name: getattr(refinement, name) for name in ("behaviour", "order", "limit", "uncertainty")
+        }
     return {
         "name": convergence.quantity,
         "unit": convergence.unit,
         "value": convergence.value,
         "uncertainty": convergence.uncertainty,
         "converges": not convergence.unsettled_settings,
-        "sources": {
-            setting: {
-                "sizes": list(series.sizes),
-                "values": list(series.values),
-                **{
-                    name: getattr(refinements[setting], name) for name in ("behaviour", "order", "limit", "uncertainty")
-                },
-            }
-            for setting, series in convergence.sources.items()
-        },
+        "sources": sources,
     }

@@ -1,10 +1,8 @@
-"""The condensed bodies that trials of a study share, kept on disk: made once, with their mesh; and its plate.
+"""The condensed bodies that trials of a study share, kept on disk, and the whole sensor in a slide of any direction.
 
 At small strain one body serves all trials. At large strain each depth has a body of its own, all of one press, slid
 with the largest friction of all trials until the whole contact slips, so that its states reach as far as any trial
 shears it.
-
-The whole sensor in a slide of any direction, from its half in a slide along +x.
 
 A sensor whose rings all have a multiple of k markers looks the same after a turn by 1/k about its axis, and pressed by
 a plane square to its axis it moves the same, turned. The half z >= 0 is mirrored at its plane of symmetry. With a plane
@@ -84,7 +82,7 @@ def load_rate(plate: RigidBody) -> float:
 
 def sensor_key(run: Run, settings: TrialSettings) -> str:
     """Return what decides the sensor of a run, its mesh and its patches, hashed."""
-    values = run.plain_values()
+    values = run.plain_values
     values_of_body = {name: values.get(name) for name in _OF_BODY}
     specimen = values.get(run.study.specimen_kind or "", {})
     boundary = run.study.all_contacts[0].boundary
@@ -150,12 +148,11 @@ def shared_bodies(runs: Sequence[Run], settings: TrialSettings) -> dict[str, Bod
     if (count := len(set(sensors.values()))) > 1:
         fault = f"have {count} different sensors or meshes"
         raise InputError("sweep, sample", fault, "needs one in all trials of a data set", "make a study for each")
-    depths = {run.name: press_depth(run) for run in runs}
+    presses = {run.name: [phase for phase in programme_of(run.study) if isinstance(phase, Press)] for run in runs}
+    depths = {name: sum(phase.depth for phase in of_run) for name, of_run in presses.items()}
     if runs[0].study.kinematics == "small":
-        deepest = max(depths.values())
-        sensor = sensors[runs[0].name]
-        plan = BodyPlan(digest(sensor, deepest), sensor, runs[0], settings, deepest)
-        return dict.fromkeys(sensors, plan)
+        deepest, sensor = max(depths.values()), sensors[runs[0].name]
+        return dict.fromkeys(sensors, BodyPlan(digest(sensor, deepest), sensor, runs[0], settings, deepest))
     friction, plans = max(map(largest_friction, runs)), {}
     for run in runs:
         contact, depth = run.study.all_contacts[0].contact(3), depths[run.name]
@@ -192,11 +189,6 @@ def largest_friction(run: Run) -> float:
         float(np.max(law.coefficients(Conditions(pressure, rate, slip, time))))
         for time in np.linspace(0.0, end, _TIMES).tolist()
     )
-
-
-def press_depth(run: Run) -> float:
-    """Return how far the plate of a run is pressed in [m]."""
-    return sum(phase.depth for phase in programme_of(run.study) if isinstance(phase, Press))
 
 
 def make_bodies(plans: Sequence[BodyPlan], folder: Path, progress: Callable[[str, float], None]) -> Iterator[BodyPlan]:

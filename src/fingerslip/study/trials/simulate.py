@@ -76,7 +76,7 @@ def simulate_trials(
     bodies = shared_bodies(runs, settings)
     keys = {}
     for plan in plans:
-        values = {name: value for name, value in plan.run.plain_values().items() if name != "title"}
+        values = {name: value for name, value in plan.run.plain_values.items() if name != "title"}
         body = bodies[plan.run.name].key
         keys[plan.name] = digest([_VERSION, body, plan.number, plan.direction, as_mapping(settings), values])
     work = final.with_name(f"{final.name}.unfinished")
@@ -86,7 +86,7 @@ def simulate_trials(
             return open_trials(final)
         clean_stale(work)
         origin = {"study": source.name, "commit": commit() or ""}
-        missing = [plan for plan in plans if not _is_there(work / plan.name, keys[plan.name])]
+        missing = [plan for plan in plans if not holds(work / plan.name / FILES[3], "inputs", keys[plan.name])]
         with progress or StudyProgress() as reporter:
             failed = _make_bodies([bodies[plan.run.name] for plan in missing], final.with_name(_BODIES), reporter)
             bodies_of_plans = {plan.name: bodies[plan.run.name].key for plan in plans}
@@ -106,13 +106,8 @@ def _is_whole(folder: Path, keys: Mapping[str, str]) -> bool:
     return (
         trials is not None
         and set(trials.names) == set(keys)
-        and all(_is_there(folder / name, key) for name, key in keys.items())
+        and all(holds(folder / name / FILES[3], "inputs", key) for name, key in keys.items())
     )
-
-
-def _is_there(folder: Path, key: str) -> bool:
-    """Tell whether a trial is there, of the same inputs."""
-    return holds(folder / FILES[3], "inputs", key)
 
 
 @dataclass(frozen=True)
@@ -161,40 +156,27 @@ def _outcomes(
 ) -> Iterator[tuple[str, FingerslipError | None]]:
     """Yield the name of each trial when it is done, with its error."""
     if workers == 1 or len(plans) < 2:
-        _given[:] = [shared]
-        yield from map(_simulate, plans)
+        yield from (_simulate(plan, shared) for plan in plans)
         return
-    from fingerslip.study.running.compute import without_main_module
+    from fingerslip.study.running.compute import end_with_parent, without_main_module
 
     context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(workers, context, initializer=_begin_worker, initargs=(shared,)) as pool:
+    with ProcessPoolExecutor(workers, context, initializer=end_with_parent) as pool:
         try:
             with without_main_module():
-                futures = [pool.submit(_simulate, plan) for plan in plans]
+                futures = [pool.submit(_simulate, plan, shared) for plan in plans]
             for future in as_completed(futures):
                 yield future.result()
         finally:
             pool.shutdown(wait=True, cancel_futures=True)
 
 
-# What a worker has got for all of its trials.
-_given: list[_Shared] = []
-
-
-def _begin_worker(shared: _Shared) -> None:
-    from fingerslip.study.running.compute import end_with_parent
-
-    _given[:] = [shared]
-    end_with_parent()
-
-
-def _simulate(plan: TrialPlan) -> tuple[str, FingerslipError | None]:
+def _simulate(plan: TrialPlan, shared: _Shared) -> tuple[str, FingerslipError | None]:
     """Simulate a trial and write its folder."""
     from fingerslip.linear.resources import limited_threads
     from fingerslip.study.trials.bodies import stored_body
     from fingerslip.study.trials.trials import simulated_trial
 
-    (shared,) = _given
     key = shared.bodies[plan.name]
     origin = {**shared.origin, "body": key, "inputs": shared.keys[plan.name]}
     try:

@@ -50,13 +50,9 @@ _FALL = 14e-3
 def card_notes(study: Study, settings: TrialSettings) -> str:
     """Return the notes of a data card in Markdown."""
     ranges = study.sample.ranges if study.sample else {}
-    plate = plate_of(study)
-    falls = plate is not None and bool(plate.free)
     template = resources.files("fingerslip").joinpath("data", "templates", "trials.md").read_text(encoding="utf-8")
     notes = template.format(
-        motion="carries half a plate, which falls along its plane of symmetry"
-        if falls
-        else "slides along its plane of symmetry",
+        motion=f"{'carries half a plate, which falls' if _falls(study) else 'slides'} along its plane of symmetry",
         step=1e3 * study.time.stepping.step,
         settings=settings,
         strains=_LARGE if study.kinematics == "finite" else _SMALL,
@@ -119,15 +115,15 @@ def simulated_trial(plan: TrialPlan, settings: TrialSettings, body: StaticBody, 
     markers = _markers(plan, settings, body, motion, span)
     cameras = drawn_cameras(settings, eyes, markers)
     tracks = pair_tracks(cameras, markers)
-    mark = plate_mark(cameras, _fallen(plan, motion, span, markers), markers["time"].values) if _falls(plan) else None
     # What slips at rest slips by the press: the contact counts from the end of the rest on.
     part = (motion.time >= begin - 1e-9) & (motion.time <= span[1])
     contact_labels = labels_from_contact(motion.time[part] - span[0], motion.stick_ratio[part])
     seen = LabelSettings(rest_frames=max(1, math.floor(settings.rest * settings.frame_rate + 1e-9)))
-    if mark is None:
-        labels = {"external_markers": labels_from_external_markers(tracks, seen), "contact": contact_labels}
-    else:
+    if _falls(study):
+        mark = plate_mark(cameras, _fallen(plan, motion, span, markers), markers["time"].values)
         labels = {"plate": labels_from_plate(tracks, mark, seen), "contact": contact_labels}
+    else:
+        labels = {"external_markers": labels_from_external_markers(tracks, seen), "contact": contact_labels}
     conditions = _conditions(plan, settings, eyes) | _forces(motion, span[0])
     return Trial(plan.name, tracks, labels, conditions, _provenance(plan, origin))
 
@@ -150,16 +146,17 @@ def check_plan(plan: TrialPlan, settings: TrialSettings) -> None:
         raise InputError("trials.rest", fault, f"needs at most the hold, {hold.duration:g} s")
 
 
-def _falls(plan: TrialPlan) -> bool:
+def _falls(study: Study) -> bool:
     """Tell whether the plate of a trial is free to fall."""
-    plate = plate_of(plan.run.study)
+    plate = plate_of(study)
     return plate is not None and bool(plate.free)
 
 
 def _phases(plan: TrialPlan) -> tuple[Press, Hold, Slide | Hold]:
     """Return the phases of the run of a trial; a plate that is free falls in a second hold."""
-    match programme_of(plan.run.study):
-        case (Press() as press, Hold() as hold, Slide() | Hold() as task) if isinstance(task, Hold) == _falls(plan):
+    study = plan.run.study
+    match programme_of(study):
+        case (Press() as press, Hold() as hold, Slide() | Hold() as task) if isinstance(task, Hold) == _falls(study):
             return press, hold, task
         case found:
             kinds = ", ".join(type(phase).__name__ for phase in found) or "nothing"
@@ -184,7 +181,7 @@ def _markers(
     touching = body.positions[motion.rows][motion.state[step] != OPEN]
     beside = np.linalg.norm(rest[count:, None] - touching, axis=2)
     touches = beside.min(axis=1, initial=np.inf) <= settings.patch
-    camera = motion.counterface * (0.0, 1.0, 0.0) if _falls(plan) else motion.counterface
+    camera = motion.counterface * (0.0, 1.0, 0.0) if _falls(plan.run.study) else motion.counterface
     outside = np.where(touches[:, None], moved[:, count:] - camera[:, None], np.nan)
     both = [turned_whole(positions, half, whole, plan.direction) for positions in (moved[:, :count], outside)]
     tracks = make_tracks(np.concatenate(both, axis=1), motion.time, units="m")

@@ -57,7 +57,7 @@ def test_written_study_and_its_run_read_back_the_same(values):
     study = parse_study(globals()[values](), SOURCE)
     assert parse_study(as_mapping(study), SOURCE) == study
     (run,) = expand_mapping(globals()[values](), SOURCE).runs
-    assert parse_study(run.plain_values(), SOURCE).all_contacts == run.study.all_contacts
+    assert parse_study(run.plain_values, SOURCE).all_contacts == run.study.all_contacts
 
 
 DROP = {"static_kinetic": {"static": 0.8, "kinetic": 0.5, "decay_speed": "1 mm/s"}}
@@ -274,7 +274,7 @@ def test_materials_that_ship_are_named_in_a_study_with_changes():
     assert study.materials == {"dermis": {"preset": "ecoflex-00-30"}}
     assert parse_study(as_mapping(study), SOURCE) == study
     (run,) = expand_mapping(as_mapping(study), SOURCE).runs
-    again = parse_study(run.plain_values(), SOURCE)
+    again = parse_study(run.plain_values, SOURCE)
     assert again.all_materials == study.all_materials
     assert again.specimen("") == study.specimen("")
 
@@ -295,7 +295,7 @@ def test_materials_that_ship_may_change_in_any_value(entry, expected):
     study = parse_study(finger() | {"materials": {"dermis": entry}}, SOURCE)
     assert study.all_materials["dermis"] == expected
     (run,) = expand_mapping(as_mapping(study), SOURCE).runs
-    assert parse_study(run.plain_values(), SOURCE).all_materials["dermis"] == expected
+    assert parse_study(run.plain_values, SOURCE).all_materials["dermis"] == expected
 
 
 def test_names_and_values_of_materials_that_ship_are_swept():
@@ -333,7 +333,7 @@ LONG = (
 )
 def test_shipped_study_is_read_and_read_back(path):
     for run in read_runs(path).runs:
-        again = parse_study(run.plain_values(), path)
+        again = parse_study(run.plain_values, path)
         for name in ("all_contacts", "programme", "time"):
             assert getattr(again, name) == getattr(run.study, name)
 

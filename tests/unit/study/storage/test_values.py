@@ -77,7 +77,7 @@ OTHER |= {f"fingertip.materials.{layer}.law": "neo_hookean" for layer in ("epide
 
 def resolved(values):
     """Return what the run.yaml of a study without a sweep holds."""
-    return expand_mapping(values, Path("study.yaml")).runs[0].plain_values()
+    return expand_mapping(values, Path("study.yaml")).runs[0].plain_values
 
 
 @functools.cache
