@@ -83,9 +83,9 @@ def fold_samples(table: Table) -> Table:
 
 def _note(rows: Sequence[_Row], job_groups: Sequence[Sequence[Job]]) -> str:
     """Say how long all runs take, and what the groups need that are computed together."""
-    seconds = sum(row[-1] for row in rows if row[2] == "to do")
-    controlled = any(isinstance(row[-2], str) for row in rows)
-    about = "at least" if any(isinstance(row[-2], str) and row[2] == "to do" for row in rows) else "about"
+    to_do = [row for row in rows if row[2] == "to do"]
+    controlled, seconds = any(isinstance(row[-2], str) for row in rows), sum(row[-1] for row in to_do)
+    about = "at least" if any(isinstance(row[-2], str) for row in to_do) else "about"
     runs = f"{len(rows)} run{'s' * (len(rows) != 1)}"
     note = f"{runs}, {about} {max(seconds / 60, 0.1):.1f} min of computing in one process."
     compiling = compiling_seconds(job.model for jobs in job_groups for job in jobs)
@@ -94,16 +94,13 @@ def _note(rows: Sequence[_Row], job_groups: Sequence[Sequence[Job]]) -> str:
     if shared:
         matrices = f"{len(shared)} group{'s' * (len(shared) != 1)}"
         note += f" {sum(shared)} of those to do are computed in {matrices} with one matrix each."
-    if job_groups:
-        note += f" Each process takes about {max(map(_bytes, job_groups)) / 1e9:.1f} GB."
+    memory = []
+    for jobs in job_groups:
+        n_dofs, dim = jobs[0].n_dofs, jobs[0].model.mesh.dim()
+        records = sum(record_bytes(job.model, n_dofs // dim, job.contact_nodes) for job in jobs)
+        memory.append(process_bytes(n_dofs, records, dim))
+    note += f" Each process takes about {max(memory) / 1e9:.1f} GB." if memory else ""
     return note + _CONTROLLED * controlled
-
-
-def _bytes(jobs: Sequence[Job]) -> float:
-    """Estimate the memory of a process that computes jobs together [bytes]."""
-    n_dofs, dim = jobs[0].n_dofs, jobs[0].model.mesh.dim()
-    records = sum(record_bytes(job.model, n_dofs // dim, job.contact_nodes) for job in jobs)
-    return process_bytes(n_dofs, records, dim)
 
 
 def _size(job: Job) -> tuple[int, int, int | str, float]:
@@ -167,19 +164,14 @@ def draw_specimen(target: str, path: Path) -> None:
 
     if path.suffix not in _PICTURES:
         raise InputError("show --figure", f"got '{path}'", f"needs a file that ends in {', '.join(_PICTURES)}")
-    kind, specimen = _specimen(target)
+    if Path(target).suffix in _STUDIES:
+        run = plan_study(target).runs[0]
+        kind, specimen = run.study.specimen_kind, run.specimen
+    else:
+        presets = presets_of(target)
+        kind, specimen = next(kind for kind, of_kind in SPECIMENS.items() if of_kind is presets), presets.read(target)
+    if kind is None:
+        raise InputError(f"show {target}", "has no specimen to draw", f"needs a study with a {' or '.join(SPECIMENS)}")
     with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
     save_figure(SPECIMEN_FIGURES[kind](specimen, Path(target).stem), path)
-
-
-def _specimen(target: str) -> tuple[str, Any]:
-    """Return the kind of the specimen of a preset or a study, and the specimen."""
-    if Path(target).suffix not in _STUDIES:
-        presets = presets_of(target)
-        return next(kind for kind, element in SPECIMENS.items() if element is presets), presets.read(target)
-    run = plan_study(target).runs[0]
-    kind = run.study.specimen_kind
-    if kind is None:
-        raise InputError(f"show {target}", "has no specimen to draw", f"needs a study with a {' or '.join(SPECIMENS)}")
-    return kind, run.specimen

@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -82,18 +82,12 @@ _LENGTH, _STIFFNESS = Unit("m", "µm"), Unit("Pa/m", "GPa/m")
 
 @dataclass(frozen=True)
 class _Facts:
-    """What was run: values by path without those that are not used, histories' attributes for each mesh, results."""
+    """What was run."""
 
-    values: Mapping[str, ShownValue]
-    attributes: Sequence[Mapping[str, Any]]
-    regions: Sequence[str]  # those with cells of their own
-    elements: Sequence[str]  # in words
-    supports: Sequence[str]
-    receptors: Mapping[str, int]  # how many of each type were recorded
-    afferents: Sequence[str]  # types of receptor whose spikes are computed
-    study: StudyResult
-    versions: Mapping[str, str]
-    commit: str
+    values: Mapping[str, ShownValue]  # by path, without those that are not used
+    histories: Sequence[xr.Dataset]  # one for each mesh
+    study: StudyResult  # the results
+    commit: str  # of the program
 
     def text(self, path: str) -> str:
         """Return a value as text; empty where there is none."""
@@ -109,7 +103,7 @@ class _Facts:
 
     def span(self, name: str, unit: Unit | None = None) -> str:
         """Return a property of the meshes, or the smallest and the largest of them."""
-        numbers = sorted({float(values[name]) for values in self.attributes if name in values})
+        numbers = sorted({float(history.attrs[name]) for history in self.histories if name in history.attrs})
         texts = [f"{number:,.10g}" if unit is None else unit.format(float(f"{number:.3g}")) for number in numbers]
         return " to ".join(dict.fromkeys((texts[0], texts[-1]))) if texts else ""
 
@@ -122,19 +116,8 @@ class _Facts:
 def methods_and_papers(folder: Path, *, only_bibtex: bool = False) -> str:
     """Return a paragraph of methods on a run or a study, and the papers behind it as BibTeX."""
     facts = _facts_of(folder)
-    text = " ".join(
-        filter(
-            None,
-            (
-                *_model(facts),
-                *_contact(facts),
-                *_motion(facts),
-                *_receptors_and_afferents(facts),
-                *_trust(facts),
-                *_software(facts),
-            ),
-        )
-    )
+    about = _model, _contact, _motion, _receptors_and_afferents, _trust, _software
+    text = " ".join(sentence for sentences in about for sentence in sentences(facts))
     keys = dict.fromkeys(_CITED.findall(text))
     entries = bibtex_entries((), [published_set(name) for name in facts.study.compare], keys)
     readable = _CITED.sub(lambda key: short_citation(key[1]), text)
@@ -154,41 +137,15 @@ def _facts_of(folder: Path) -> _Facts:
     rows = value_rows(specified, manifest.get("given") or None)
     # One history for each mesh says how large it is and how it was solved.
     meshes = {run.mesh_hash: folders[run.name] for run in reversed(study.runs)}
-    histories = [read_history(path / HISTORY) for path in reversed(meshes.values())]
-    return _Facts(
-        values={row.path: _in_a_sentence(row) for row in rows if row.source != NOT_USED},
-        attributes=[history.attrs for history in histories],
-        regions=_regions_with_cells(histories[0]) if histories else [],
-        elements=list(dict.fromkeys(map(_elements_of, histories))),
-        supports=[str(name) for name in histories[0]["support"].values] if histories else [],
-        receptors=_receptors(histories[0]) if histories else {},
-        afferents=list(dict.fromkeys(kind for history in histories for kind in _afferents(history))),
-        study=study,
-        versions={
-            name: _enumerate(dict.fromkeys(run.versions[name] for run in study.runs if name in run.versions))
-            for name in {name: "" for run in study.runs for name in run.versions}
-        },
-        commit=str(manifest.get("commit") or ""),
-    )
+    histories = tuple(read_history(path / HISTORY) for path in reversed(meshes.values()))
+    values = {row.path: _in_a_sentence(row) for row in rows if row.source != NOT_USED}
+    return _Facts(values, histories, study, str(manifest.get("commit") or ""))
 
 
 def _regions_with_cells(history: xr.Dataset) -> list[str]:
     """Return the regions that give cells their material; sets of a deck that hold others do not."""
     names = str(history.attrs.get("regions", "")).split(", ")
     return [names[number] for number in np.unique(history["cell_region"].values) if number >= 0]
-
-
-def _receptors(history: xr.Dataset) -> dict[str, int]:
-    """Return how many receptors of each type a history records."""
-    kinds = list(map(str, site_kinds(history)))
-    return {kind: kinds.count(kind) for kind in RECEPTOR_KINDS if kind in kinds}
-
-
-def _afferents(history: xr.Dataset) -> list[str]:
-    """Return the types of receptor whose spikes figures and files have."""
-    from fingerslip.afferents.model import resolved_afferents  # slow to load, and few studies have receptors
-
-    return [kind for kind in _receptors(history) if "strain" in history and kind in resolved_afferents(history)]
 
 
 def _elements_of(history: xr.Dataset) -> str:
@@ -221,9 +178,9 @@ def _model(facts: _Facts) -> Iterator[str]:
         scan, file = facts.text("mesh.skin"), Path(facts.text("mesh.file")).name
         yield f"The specimen was {f'a scan ({Path(scan).name})' if scan else f'the mesh {file}'}{across}."
     yield from _layers(facts, kind)
-    if facts.supports:
+    if supports := [str(name) for name in facts.histories[0]["support"].values]:
         components = facts.below("supports")
-        fixed = (f"{name} ({components[name]})" if name in components else name for name in facts.supports)
+        fixed = (f"{name} ({components[name]})" if name in components else name for name in supports)
         yield f"Fixed: {_enumerate(fixed)}."
     yield f"Strains and rotations were taken as {facts.text('kinematics').replace('finite', 'large')}."
     yield from _mesh(facts)
@@ -252,7 +209,7 @@ def _origins(facts: _Facts, kind: str) -> Iterator[str]:
 def _layers(facts: _Facts, kind: str) -> Iterator[str]:
     """Yield a sentence on the material of every region."""
     texts = []
-    for region in facts.regions:
+    for region in _regions_with_cells(facts.histories[0]):
         values = facts.below(f"materials.{region}") or facts.below(f"{kind}.materials.{region}")
         law = values.pop("law", "elastic")
         words = _LAWS.get(law, law.replace("_", " "))
@@ -269,12 +226,12 @@ def _layers(facts: _Facts, kind: str) -> Iterator[str]:
 
 def _mesh(facts: _Facts) -> Iterator[str]:
     """Yield a sentence on the mesh."""
-    names = list(dict.fromkeys(str(values["element"]) for values in facts.attributes))
+    names = {str(history.attrs["element"]) for history in facts.histories}
     sizes = {path: text for path, text in facts.below("mesh").items() if path.endswith(("contact_size", "bulk_size"))}
     size = f", {_in_words(sizes)}" if sizes else ""
     rule = facts.text("integration")
-    integrated = _INTEGRATION.get(rule, "") if rule != "selective" or set(names) & set(_SELECTIVE) else ""
-    elements = _enumerate(facts.elements)
+    integrated = _INTEGRATION.get(rule, "") if rule != "selective" or names & set(_SELECTIVE) else ""
+    elements = _enumerate(dict.fromkeys(map(_elements_of, facts.histories)))
     mesher = ", meshed by fTetWild (@hu2020)" if facts.text("mesh.skin") else ""
     yield (
         f"The mesh had {facts.span('n_nodes')} nodes and {facts.span('n_degrees_of_freedom')} unknowns in "
@@ -295,9 +252,13 @@ def _contact(facts: _Facts) -> Iterator[str]:
     parameters = _in_words({path: value.value for path, value in friction.items()})
     penalties = f"by penalties at the nodes ({normal} normal, {tangential} tangential)"
     pair = f"{_enumerate(dict.fromkeys(boundaries))} with a rigid {_enumerate(bodies) or 'plane'}"
+    penetration, stretch = facts.largest("penetration_max_m"), facts.largest("elastic_slip_max_m")
+    deviations = ""
+    if penetration is not None and stretch is not None:
+        lengths = [_LENGTH.format(float(f"{length:.2g}")) for length in (penetration, stretch)]
+        deviations = f"; the largest penetration was {lengths[0]}, the largest elastic part of slip {lengths[1]}"
     yield (
-        f"Contact of the boundary {pair} was unilateral, with friction ({law}{parameters}), "
-        f"{penalties}{_deviations(facts)}"
+        f"Contact of the boundary {pair} was unilateral, with friction ({law}{parameters}), {penalties}{deviations}."
     )
     finite = "finite" in facts.text("kinematics")
     large = f"; at large strain the balance of forces to {_TOLERANCE_FINITE:g}" if finite else ""
@@ -305,15 +266,6 @@ def _contact(facts: _Facts) -> Iterator[str]:
         f"In every step the conditions of contact and friction (@alart1991) held to {_TOLERANCE:g} of the largest "
         f"force{large}."
     )
-
-
-def _deviations(facts: _Facts) -> str:
-    """Say how far the penalties let the surface go."""
-    penetration, stretch = facts.largest("penetration_max_m"), facts.largest("elastic_slip_max_m")
-    if penetration is None or stretch is None:
-        return "."
-    texts = [_LENGTH.format(float(f"{length:.2g}")) for length in (penetration, stretch)]
-    return f"; the largest penetration was {texts[0]}, the largest elastic part of slip {texts[1]}."
 
 
 def _motion(facts: _Facts) -> Iterator[str]:
@@ -343,17 +295,20 @@ def _motion(facts: _Facts) -> Iterator[str]:
 
 def _receptors_and_afferents(facts: _Facts) -> Iterator[str]:
     """Yield sentences on receptors and the afferents behind them."""
-    if not facts.receptors:
+    recorded = list(map(str, site_kinds(facts.histories[0])))
+    receptors = [kind for kind in RECEPTOR_KINDS if kind in recorded]
+    if not receptors:
         return
-    yield f"Recorded: {_enumerate(f'{count} {kind}' for kind, count in facts.receptors.items())}."
-    if not facts.afferents:
-        return
-    from fingerslip.afferents.model import human_afferents
+    yield f"Recorded: {_enumerate(f'{recorded.count(kind)} {kind}' for kind in receptors)}."
+    from fingerslip.afferents.model import human_afferents, resolved_afferents  # slow, and few studies have receptors
 
+    resolved = {kind for history in facts.histories if "strain" in history for kind in resolved_afferents(history)}
     models = human_afferents()
     kinds: dict[str, list[str]] = {}
-    for kind in facts.afferents:
+    for kind in (kind for kind in receptors if kind in resolved):
         kinds.setdefault(models[kind].stimulus.replace("_", " "), []).append(kind)
+    if not kinds:
+        return
     stimuli = _enumerate(f"{stimulus} ({', '.join(names)})" for stimulus, names in kinds.items())
     yield (
         "Spikes come from leaky integrate-and-fire models with the time constants of @saal2017, driven by "
@@ -429,17 +384,18 @@ def _unsettled_times(runs: Sequence[RunResult]) -> str:
 
 def _software(facts: _Facts) -> Iterator[str]:
     """Yield a sentence on programs and their versions."""
-    versions = facts.versions
-    commit = (
-        f" (commit {facts.commit[:12]}{', with changes' if facts.commit.endswith('-dirty') else ''})"
-        if facts.commit
-        else ""
-    )
+    runs = facts.study.runs
+    versions = {
+        name: _enumerate(dict.fromkeys(run.versions[name] for run in runs if name in run.versions))
+        for name in {name: "" for run in runs for name in run.versions}
+    }
+    changes = ", with changes" if facts.commit.endswith("-dirty") else ""
+    commit = f" (commit {facts.commit[:12]}{changes})" if facts.commit else ""
     # Gmsh meshes the specimens; a mesh of one's own is only read.
     meshed = any(f"{kind}.preset" in facts.values for kind in _SPECIMENS)
     names = [name for name in _LIBRARIES if name in versions and (meshed or name != "gmsh")]
     libraries = (f"{name} {versions[name]}{_LIBRARIES[name]}" for name in names)
-    solvers = dict.fromkeys(str(values.get("linear_solver", "")) for values in facts.attributes)
+    solvers = dict.fromkeys(str(history.attrs.get("linear_solver", "")) for history in facts.histories)
     solved = _enumerate(f"{name}{_SOLVERS.get(name, '')}" for name in solvers if name)
     program = f"fingerslip {versions.get('fingerslip', '')}{commit} on Python {versions.get('python', '')}"
     yield f"Computed with {program}, with {_enumerate(libraries)}; linear systems were solved by {solved}."

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Literal
 
 from fingerslip.errors import InputError
 from fingerslip.history import read_history
 from fingerslip.materials.choice import MATERIALS, material_names
-from fingerslip.parameters.presets import PresetValue
 from fingerslip.parameters.yaml_text import parse_document
 from fingerslip.report.tables.compare import difference_cell, differences_table
 from fingerslip.report.tables.parameters import ASSUMED, COLUMNS, NOT_USED
@@ -42,42 +41,27 @@ def show(target: str = "", figure: Path | None = None) -> tuple[Table, ...]:
         from fingerslip.study.inspection.check import draw_specimen
 
         draw_specimen(target, figure)
-    if target:
-        return _tables(target)
-    note = "In study files: materials: {REGION: {preset: NAME}}."
-    materials = tuple((name, MATERIALS.header(name)["citation"]) for name in material_names())
-    return presets_table(), Table("Materials", _CATALOGUE, materials, note)
-
-
-def _tables(target: str) -> tuple[Table, ...]:
     path = Path(target)
+    if not target:
+        materials = tuple((name, MATERIALS.header(name)["citation"]) for name in material_names())
+        note = "In study files: materials: {REGION: {preset: NAME}}."
+        return presets_table(), Table("Materials", _CATALOGUE, materials, note)
     if path.is_dir():
         return _show_result(path)
     if path.suffix in (".yaml", ".yml"):
         plan = read_runs(path)
-        assumed_first = sorted(
-            value_rows(plan.runs, plan.given), key=lambda value: (value.source == NOT_USED, value.source != ASSUMED)
-        )
-        rows = tuple((value.path, value.value, value.source, value.note) for value in assumed_first)
+        shown = value_rows(plan.runs, plan.given)
+        assumed_first = sorted(shown, key=lambda value: (value.source == NOT_USED, value.source != ASSUMED))
+        rows = tuple(map(dataclasses.astuple, assumed_first))
         return (Table(f"{path}: {plan.study.title}", COLUMNS, rows, "The assumed values come first."),)
-    if target in preset_names():
-        presets = presets_of(target)
-        return (_preset_table(target, presets.header(target), presets.table(target)),)
-    if target in material_names():
-        return (_preset_table(target, MATERIALS.header(target), MATERIALS.table(target)),)
-    repair = f"presets: {', '.join((*preset_names(), *material_names()))}"
-    raise InputError(f"show {target}", "is not there", "needs a preset, a study file or a folder of results", repair)
-
-
-def presets_table() -> Table:
-    """Return the presets that ship."""
-    rows = tuple((name, presets_of(name).header(name)["citation"]) for name in preset_names())
-    return Table("Presets", _CATALOGUE, rows, "fingerslip show NAME lists all values.")
-
-
-def _preset_table(name: str, header: Mapping[str, str], values: Sequence[PresetValue]) -> Table:
+    names = (*preset_names(), *material_names())
+    if target not in names:
+        repair, needed = f"presets: {', '.join(names)}", "needs a preset, a study file or a folder of results"
+        raise InputError(f"show {target}", "is not there", needed, repair)
+    presets = presets_of(target) if target in preset_names() else MATERIALS
+    header, values = presets.header(target), presets.table(target)
     rows = tuple((row.path, row.value, row.source, row.note) for row in values)
-    return Table(f"{name}: {header['citation']}", COLUMNS, rows, f"{header['published']} {header['claims_not']}")
+    return (Table(f"{target}: {header['citation']}", COLUMNS, rows, f"{header['published']} {header['claims_not']}"),)
 
 
 def _show_result(folder: Path) -> tuple[Table, ...]:
@@ -94,6 +78,12 @@ def _show_result(folder: Path) -> tuple[Table, ...]:
     )
 
 
+def presets_table() -> Table:
+    """Return the presets that ship."""
+    rows = tuple((name, presets_of(name).header(name)["citation"]) for name in preset_names())
+    return Table("Presets", _CATALOGUE, rows, "fingerslip show NAME lists all values.")
+
+
 _SIDES = ("A", "B")
 
 
@@ -101,10 +91,8 @@ def diff_runs(first: str | Path, second: str | Path) -> tuple[Table, ...]:
     """Compare two finished runs, of one study or of two."""
     runs = read_stored_run(first), read_stored_run(second)
     values = _values(Path(first), runs[0]), _values(Path(second), runs[1])
-    differ = differences_table(
-        *values, same="Both have the same values and versions.", note=f"A: {first}; B: {second}."
-    )
-    return differ, _results_table(runs)
+    same, note = "Both have the same values and versions.", f"A: {first}; B: {second}."
+    return differences_table(*values, same=same, note=note), _results_table(runs)
 
 
 def _values(folder: Path, run: RunResult) -> dict[str, str]:
@@ -121,17 +109,15 @@ def _results_table(runs: tuple[RunResult, RunResult]) -> Table:
             cells = (time_cell(run, reading, time, factor) for run in runs)
             events.append((f"{event_label(time)} ({words})", unit, *cells))
     rows = tuple((*row, difference_cell(row[2], row[3])) for row in (*events, *measures_table(runs, _SIDES).rows))
-    clear = [isinstance(row[-1], Measured) and abs(row[-1].value) > row[-1].uncertainty for row in rows]
-    columns = (
-        Column("result"),
-        Column("unit"),
-        *(Column(name, significant=5) for name in _SIDES),
-        Column("B - A", significant=3),
+    differences = enumerate(row[-1] for row in rows)
+    marked = (
+        number for number, cell in differences if isinstance(cell, Measured) and abs(cell.value) > cell.uncertainty
     )
+    sides = (Column(name, significant=5) for name in _SIDES)
+    columns = Column("result"), Column("unit"), *sides, Column("B - A", significant=3)
     has_uncertainty = any(run.uncertainty for run in runs)
     note = "After ±: numerical uncertainty; bold: the difference exceeds that of both runs." if has_uncertainty else ""
-    marked = tuple(number for number, is_clear in enumerate(clear) if is_clear)
-    return Table("Slip events and measures", columns, rows, note, marked)
+    return Table("Slip events and measures", columns, rows, note, tuple(marked))
 
 
 def export_result(
@@ -217,7 +203,6 @@ def predict_table(folder: Path, assignments: Sequence[str], outputs: Sequence[st
         raise InputError("study", "has no finished runs", "needs ten or more")
     fitted = [fit_surrogate(study.runs, output) for output in outputs]
     paths = {surrogate.path for surrogate in fitted[0].inputs}
-    for path in values:
-        if path not in paths:
-            raise InputError(path, "does not differ between the runs", f"needs {', '.join(sorted(paths))}")
+    if unknown := next((path for path in values if path not in paths), ""):
+        raise InputError(unknown, "does not differ between the runs", f"needs {', '.join(sorted(paths))}")
     return prediction_table([(surrogate, surrogate.predict(values)) for surrogate in fitted], values)

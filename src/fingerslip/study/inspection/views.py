@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+import functools
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -100,17 +101,31 @@ def write_figure(target: Path, choice: FigureChoice, output: Path | None = None)
     if choice.kind == FILM and path.suffix.lower() != _MP4:
         raise InputError("figure: --output", f"got '{path}'", f"needs a name that ends in {_MP4}", "films are MP4")
     if choice.kind in _OF_REACTIONS:
-        _save_reactions(target, path, choice)
-        return path
+        return _save(_reaction_figure(target, choice.kind), path, choice)
     if choice.kind in OF_STUDIES:
-        _save(_study_subject(target, choice), path, choice)
-        return path
-    subject = _run_subject(_run_folder(target, choice.run), choice)
+        study = _study_subject(target, choice)
+        return _save(lambda: _figure_of(study, choice.kind), path, choice)
+    run = _run_subject(_run_folder(target, choice.run), choice)
     if choice.kind == FILM:
-        _write_film(subject, path, choice)
-    else:
-        _save(subject, path, choice)
+        return _write_film(run, path, choice)
+    return _save(lambda: _figure_of(run, choice.kind), path, choice)
+
+
+def _save(draw_figure: Callable[[], Figure], path: Path, choice: FigureChoice) -> Path:
+    # Libraries that draw are slow to load: what is wrong with the results is said before.
+    from fingerslip.report.figures.style import looking, save_figure
+
+    with looking(choice.style):
+        save_figure(draw_figure(), path, choice.dpi)
     return path
+
+
+def _figure_of(subject: StudySubject | RunSubject, kind: str) -> Figure:
+    from fingerslip.report.page.pictures import draw_of_run, draw_of_study
+
+    if isinstance(subject, StudySubject):
+        return draw_of_study(kind, subject)
+    return _detector_figure(subject) if kind == DETECTOR else draw_of_run(kind, subject)
 
 
 def _save_of_detector(target: Path, choice: FigureChoice, output: Path | None) -> Path:
@@ -119,12 +134,8 @@ def _save_of_detector(target: Path, choice: FigureChoice, output: Path | None) -
         if value:
             raise InputError(f"figure: {option}", f"does not fit --kind {choice.kind}", "needs none", "leave it out")
     from fingerslip.detect.page import draw
-    from fingerslip.report.figures.style import looking, save_figure
 
-    path = output or target / f"{choice.kind}.{choice.form}"
-    with looking(choice.style):
-        save_figure(draw(target, choice.kind), path, choice.dpi)
-    return path
+    return _save(lambda: draw(target, choice.kind), output or target / f"{choice.kind}.{choice.form}", choice)
 
 
 def with_run(target: Path, choice: FigureChoice) -> FigureChoice:
@@ -135,34 +146,17 @@ def with_run(target: Path, choice: FigureChoice) -> FigureChoice:
     return dataclasses.replace(choice, run=runs[len(runs) // 2])
 
 
-def _save_reactions(target: Path, path: Path, choice: FigureChoice) -> None:
-    """Write a figure of a study with the block `reaction`."""
+def _reaction_figure(target: Path, kind: str) -> Callable[[], Figure]:
+    """Return what draws a figure of a study with the block `reaction`."""
     from fingerslip.react.figures import reaction_figures
-    from fingerslip.report.figures.style import looking, save_figure
 
     study = read_results(target)
     reactions = reactions_of(study) if any(run.reaction for run in study.runs) else None
     figures = reaction_figures(reactions) if reactions else {}
-    if reactions is None or choice.kind not in figures:
+    if reactions is None or kind not in figures:
         needs = f"needs one of {', '.join(figures)}" if figures else "needs results of a study with the block reaction"
-        raise InputError("figure: --kind", f"got '{choice.kind}', of which {target} has nothing", needs)
-    with looking(choice.style):
-        save_figure(figures[choice.kind](reactions), path, choice.dpi)
-
-
-def _save(subject: StudySubject | RunSubject, path: Path, choice: FigureChoice) -> None:
-    # Libraries that draw are slow to load: what is wrong with the results is said before.
-    from fingerslip.report.figures.style import looking, save_figure
-    from fingerslip.report.page.pictures import draw_of_run, draw_of_study
-
-    with looking(choice.style):
-        if isinstance(subject, StudySubject):
-            figure = draw_of_study(choice.kind, subject)
-        elif choice.kind == DETECTOR:
-            figure = _detector_figure(subject)
-        else:
-            figure = draw_of_run(choice.kind, subject)
-        save_figure(figure, path, choice.dpi)
+        raise InputError("figure: --kind", f"got '{kind}', of which {target} has nothing", needs)
+    return functools.partial(figures[kind], reactions)
 
 
 def _detector_figure(subject: RunSubject) -> Figure:
@@ -236,7 +230,7 @@ def _run_subject(folder: Path, choice: FigureChoice) -> RunSubject:
     return RunSubject(history, result.events, options, times, title=title)
 
 
-def _write_film(subject: RunSubject, path: Path, choice: FigureChoice) -> None:
+def _write_film(subject: RunSubject, path: Path, choice: FigureChoice) -> Path:
     import matplotlib as mpl
 
     from fingerslip.report.figures.motion import Film, film_frames
@@ -247,6 +241,7 @@ def _write_film(subject: RunSubject, path: Path, choice: FigureChoice) -> None:
     with mpl.rc_context():
         frames = film_frames(subject.history, subject.events, subject.options, film)
         write_video(path, (frame[..., ::-1] for frame in frames), film.frame_rate, codec=_CODEC)
+    return path
 
 
 def view_result(
@@ -271,34 +266,32 @@ def view_result(
         save_still(history, screenshot, moment, chosen)
     if movie is not None:
         save_movie(history, movie, chosen)
-    title = f"fingerslip: {target}"
-    if screenshot is None and movie is None and served is None:
-        open_window(history, chosen, title, find_events(history))
-    elif screenshot is None and movie is None and served is not None:
+    written = tuple(path for path in (screenshot, movie) if path is not None)
+    if written:
+        return written
+    events, title = find_events(history), f"fingerslip: {target}"
+    if served is None:
+        open_window(history, chosen, title, events)
+    else:
         from fingerslip.report.scene.web import serve
 
-        serve(history, find_events(history), chosen, title, served)
-    return tuple(path for path in (screenshot, movie) if path is not None)
+        serve(history, events, chosen, title, served)
+    return ()
 
 
 def _stored_history(target: Path) -> xr.Dataset:
+    """Read the history of a file, of a run, or of the only run of a study."""
     if target.is_file():
         return read_history(target)
-    if (target / HISTORY).is_file():
-        return _whole_history(target)
-    runs = sorted(path.parent.name for path in target.glob(f"*/{HISTORY}"))
-    if len(runs) == 1:
-        return _whole_history(target / runs[0])
-    if runs:
-        raise InputError(str(target), f"holds {len(runs)} runs", f"needs one of {', '.join(runs)}", "name its folder")
-    raise ResultError(f"{target}: holds no run; needs a folder that fingerslip run wrote")
-
-
-def _whole_history(folder: Path) -> xr.Dataset:
-    """Read the history of a run, not one that is known to be damaged."""
-    if (folder / RESULT).exists():
-        stored_result(folder)
-    return read_history(folder / HISTORY)
+    runs = [target] if (target / HISTORY).is_file() else sorted(path.parent for path in target.glob(f"*/{HISTORY}"))
+    if not runs:
+        raise ResultError(f"{target}: holds no run; needs a folder that fingerslip run wrote")
+    if len(runs) > 1:
+        needed = f"needs one of {', '.join(folder.name for folder in runs)}"
+        raise InputError(str(target), f"holds {len(runs)} runs", needed, "name its folder")
+    if (runs[0] / RESULT).exists():
+        stored_result(runs[0])  # a history that is known to be damaged is not read
+    return read_history(runs[0] / HISTORY)
 
 
 def time_of_run(history: xr.Dataset, text: str, where: str) -> float:

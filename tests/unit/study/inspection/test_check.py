@@ -197,7 +197,8 @@ def test_a_figure_of_a_study_or_of_a_run_stands_beside_its_results(finished, for
 
 def test_a_composed_figure_of_a_study_with_several_runs_says_which_it_shows(finished, monkeypatch):
     drawn = []
-    monkeypatch.setattr(views, "_save", lambda subject, path, _: drawn.append((path.name, subject.title)))
+    monkeypatch.setattr(views, "_save", lambda draw, path, _: drawn.append((path.name, draw())))
+    monkeypatch.setattr(views, "_figure_of", lambda subject, _: subject.title)
     write_figure(finished, FigureChoice("composed"))
     write_figure(finished, FigureChoice("composed", run=RUN), finished / "other.pdf")
     write_figure(finished / RUN, FigureChoice("composed"))
