@@ -36,7 +36,7 @@ _AHEAD = 2
 _SECONDS_TO_CONNECT = 20
 # Dask takes other text for a host, and leaves threads that fail when the process ends.
 _ADDRESS = re.compile(r"(?:tcp|tls|wss?|ucx)://\S+:\d+|inproc://\S+")
-_REPAIR = "install the same environment on the cluster"
+_SAME, _REPAIR = "needs the same version", "install the same environment on the cluster"
 _KILLED = "the workers that computed it died again and again, perhaps because there was not enough memory"
 # Several threads of one worker would share its logs and limits.
 _ONE_AT_A_TIME = threading.Lock()
@@ -65,7 +65,8 @@ class Task:
 
 def compute_task(task: Task, mesh: Any) -> _Outcome:
     """Compute runs in a folder that is removed, and return their files or errors by the names of the runs."""
-    _check_version("worker", metadata.version("fingerslip"), task.version)
+    if difference := _difference(metadata.version("fingerslip"), task.version):
+        raise InputError("worker", difference, _SAME, _REPAIR)
     dask = sys.modules.get("dask")
     # Libraries that know Dask, such as xarray's writer, would ask the scheduler for locks.
     alone = contextlib.nullcontext() if dask is None else dask.config.set(scheduler="synchronous")
@@ -81,14 +82,10 @@ def _files(folder: Path) -> dict[str, bytes]:
     return {str(path.relative_to(folder)): path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
 
 
-def _check_version(worker: str, version: object, needed: str) -> None:
-    if version != needed:
-        raise InputError(worker, _difference(version, needed), "needs the same version", _REPAIR)
-
-
 def _difference(version: object, needed: str) -> str:
+    """Say which version of fingerslip a worker has, if any, where another one is needed; empty where it has that."""
     has = f"has fingerslip {version}" if isinstance(version, str) else "has no fingerslip"
-    return f"{has}, this process {needed}"
+    return "" if version == needed else f"{has}, this process {needed}"
 
 
 def compute_on_cluster(jobs: Sequence[Job], address: str, progress: StudyProgress) -> Generator[Outcome, None, None]:
@@ -106,28 +103,28 @@ def compute_on_cluster(jobs: Sequence[Job], address: str, progress: StudyProgres
         yield Outcome(tuple(waiting.values()), dict.fromkeys(waiting, error))
 
 
+def _differences(client: Any) -> dict[str, str]:
+    """Return what each worker has in the place of this version, empty where it has this one."""
+    # A function of the standard library, for the worker has to find it; one without fingerslip returns an error.
+    versions = client.run(metadata.version, "fingerslip", on_error="return")
+    return {worker: _difference(version, metadata.version("fingerslip")) for worker, version in versions.items()}
+
+
 def _check_workers(client: Any, progress: StudyProgress) -> None:
     """Refuse workers that cannot compute: one without fingerslip would die of its first task without a word."""
-    versions = _versions(client)
-    for worker, version in versions.items():
-        _check_version(f"worker {worker}", version, metadata.version("fingerslip"))
-    if not versions:
+    differences = _differences(client)
+    for worker, difference in differences.items():
+        if difference:
+            raise InputError(f"worker {worker}", difference, _SAME, _REPAIR)
+    if not differences:
         progress.say("the cluster has no workers yet; the study waits for them")
-
-
-def _versions(client: Any) -> dict[str, object]:
-    """Return the version of fingerslip of each worker, or the error where it has none."""
-    # A function of the standard library, for the worker has to find it.
-    versions: dict[str, object] = client.run(metadata.version, "fingerslip", on_error="return")
-    return versions
 
 
 def _refuse_workers(client: Any, progress: StudyProgress) -> list[str]:
     """Send workers away that cannot compute, which have joined meanwhile, and return their addresses."""
-    needed = metadata.version("fingerslip")
-    wrong = {worker: version for worker, version in _versions(client).items() if version != needed}
-    for worker, version in wrong.items():
-        progress.say(f"worker {worker}: {_difference(version, needed)}; it is sent away; {_REPAIR}")
+    wrong = {worker: difference for worker, difference in _differences(client).items() if difference}
+    for worker, difference in wrong.items():
+        progress.say(f"worker {worker}: {difference}; it is sent away; {_REPAIR}")
     if wrong:
         client.retire_workers(list(wrong))
     return list(wrong)

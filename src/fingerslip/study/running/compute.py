@@ -185,22 +185,18 @@ def compute_all(
         yield from _compute_apart(job_groups, at_once, progress, threads, drawings)
         return
     for part in job_groups:
-        yield Outcome(part, *_compute_and_draw(part, progress.advance, threads, drawings, lambda: False))
+        yield Outcome(part, *_compute_and_draw(part, threads, drawings, progress.advance))
 
 
 def _compute_and_draw(
-    jobs: Sequence[Job],
-    tell: Callable[[str, float], None],
-    threads: int,
-    drawings: Mapping[str, Drawing],
-    stopped: Callable[[], bool],
+    jobs: Sequence[Job], threads: int, drawings: Mapping[str, Drawing], tell: Callable[[str, float], None]
 ) -> tuple[Mapping[str, Exception], Mapping[str, RunPictures]]:
     """Return what went wrong in jobs, and what was drawn of the others."""
     pictures: dict[str, RunPictures] = {}
 
     def draw(finished: Finished) -> None:
         drawing = drawings.get(finished.result.name)
-        if drawing is not None and not stopped():
+        if drawing is not None and not (_stop and _stop.is_set()):
             # Whatever goes wrong here goes wrong in the report too, which tells the user.
             with contextlib.suppress(Exception):
                 pictures[finished.result.name] = draw_run(finished, drawing)
@@ -222,7 +218,7 @@ def _compute_apart(
     try:
         with hold_interrupts(), without_main_module():
             # The workers start here. They inherit that Ctrl-C does not reach them: the parent alone answers it.
-            futures = {pool.submit(_compute_in_worker, jobs, threads, drawings): jobs for jobs in job_groups}
+            futures = {pool.submit(_compute_and_draw, jobs, threads, drawings, _tell): jobs for jobs in job_groups}
         yield from _follow(futures, news, progress)
     finally:
         stop.set()
@@ -295,6 +291,7 @@ def hold_interrupts() -> Iterator[None]:
             signal.signal(signal.SIGINT, handler)
 
 
+# What a worker tells its parent through, what tells it to stop, and when it has told of each run.
 _news: Any = None
 _stop: Any = None
 _told: dict[str, float] = {}
@@ -306,12 +303,6 @@ def _begin_worker(news: Any, stop: Any) -> None:
     _news, _stop = news, stop
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     end_with_parent()
-
-
-def _compute_in_worker(
-    jobs: Sequence[Job], threads: int, drawings: Mapping[str, Drawing]
-) -> tuple[Mapping[str, Exception], Mapping[str, Any]]:
-    return _compute_and_draw(jobs, _tell, threads, drawings, _stop.is_set)
 
 
 def _tell(name: str, fraction: float) -> None:

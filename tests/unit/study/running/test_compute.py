@@ -270,9 +270,8 @@ def test_the_main_module_is_there_again_behind_the_block():
 PARENT = """
 import multiprocessing, os, signal, time
 from concurrent.futures import ProcessPoolExecutor
-from fingerslip.study.running.compute import without_main_module
-from fingerslip.study.trials.simulate import _begin_worker
-pool = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), initializer=_begin_worker, initargs=((),))
+from fingerslip.study.running.compute import end_with_parent, without_main_module
+pool = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), initializer=end_with_parent)
 with without_main_module():
     first, _ = pool.submit(os.getpid), pool.submit(time.sleep, 3600.0)
 print(first.result(), flush=True)
