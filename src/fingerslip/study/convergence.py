@@ -38,19 +38,15 @@ class Level:
 
 
 def levels_of(study: Study) -> tuple[Level, ...]:
-    """Return the levels that a study asks for and can have.
-
-    A mesh that is read or made of a scan has no element sizes to change here, a body without contact no contact
-    stiffness: :func:`refinement_warnings` says so.
-    """
+    """Return the levels that a study asks for and can have; :func:`refinement_warnings` says what it cannot have."""
     applies: Mapping[str, Callable[[float], bool]] = {
         "mesh": lambda factor: study.mesh.refined(factor) is not None,
         "step": lambda _: True,
         "penalty": lambda _: bool(study.all_contacts),
         "alpha": lambda value: study.time.scheme == "hht_alpha" and value != study.time.alpha,
     }
-    values = {setting.name: getattr(study.converge, setting.name) for setting in SETTINGS}
-    return tuple(Level(name, value) for name in values for value in values[name] if applies[name](value))
+    asked = (Level(setting.name, value) for setting in SETTINGS for value in getattr(study.converge, setting.name))
+    return tuple(level for level in asked if applies[level.setting](level.value))
 
 
 _LEFT_OUT: Mapping[str, str] = {
@@ -132,11 +128,7 @@ def converge(
     workers: int = 2,
     progress: StudyProgress | None = None,
 ) -> StudyConvergence:
-    """Run a study, repeat its runs with other settings, and find the numerical uncertainty of every result.
-
-    Element sizes, time step and contact stiffness are refined and the numerical damping is changed, one at a time, as
-    the study's section `converge` says. Runs that are finished with the same inputs are not computed again.
-    """
+    """Run a study, repeat its runs with one setting changed at a time, and find the uncertainty of every result."""
     reporter = progress or StudyProgress()
     plan = plan_study(path, results_dir)
     names = [run.name for run in plan.runs]

@@ -106,10 +106,7 @@ def _taken_names() -> frozenset[str]:
 
 
 def derive(name: str, text: str, result: RunResult) -> Quantity:
-    """Return one derived quantity [SI]; without a value where an event that it needs did not happen.
-
-    Nor has it a value where there is none, as of a square root of a negative number; its unit is known all the same.
-    """
+    """Return one derived quantity [SI]; without a value where an event did not happen, or as of a negative root."""
     tree, names = _parse(text)
     quantities: dict[str, tuple[float | None, str]] = {}
     for key, path in names.items():
@@ -130,7 +127,7 @@ def derive(name: str, text: str, result: RunResult) -> Quantity:
 
 
 def _number_in(value: float, unit: str) -> Any:
-    """Return a number in a unit that becomes infinite or no number where Python's own would raise or become complex."""
+    """Return a number in a unit, which becomes infinite or no number where Python's own would raise."""
     return with_unit(np.float64(value), unit)
 
 

@@ -146,10 +146,7 @@ def plan_studies(paths: Sequence[str | Path], results_dir: str | Path = "results
 
 
 def plan_mapping(mapping: Mapping[str, Any], source: Path, folder: Path) -> Plan:
-    """Return the plan of a study that is given as plain data.
-
-    Derived quantities whose names a run does not know, or whose units do not fit, are refused.
-    """
+    """Return the plan of a study from plain data; refuse derived quantities of unknown names or unfit units."""
     plan = expand_mapping(mapping, source, folder)
     mistakes, derived = Mistakes(), plan.study.derived
     # A swept group may give runs other values than the first one has.
@@ -169,9 +166,9 @@ def plan_mapping(mapping: Mapping[str, Any], source: Path, folder: Path) -> Plan
 
 
 def expand_mapping(mapping: Mapping[str, Any], source: Path, folder: Path = Path()) -> Plan:
-    """Return a study from plain data with its runs; the first swept path varies slowest, samples vary fastest.
+    """Return a study from plain data with its runs; samples whose values do not fit together are refused, unless all.
 
-    Runs whose values do not fit together are refused: an error where all are, and where nothing is sampled.
+    The first swept path varies slowest, samples vary fastest.
     """
     plain = PlainStudy(mapping, source)
     study = plain.study
@@ -194,10 +191,7 @@ def expand_mapping(mapping: Mapping[str, Any], source: Path, folder: Path = Path
 
 
 def _tried_at_centre(runs: list[Run], centre: Run) -> list[Run]:
-    """Return runs of which the one with the study's own values, if there is one, tries reactions alone.
-
-    The others search for the critical latency alone.
-    """
+    """Return runs of which only that with the study's own values tries reactions; others search critical latencies."""
     values = {**centre.plain_values, "title": ""}
     are_centre = [{**run.plain_values, "title": ""} == values for run in runs]
     if not any(are_centre):

@@ -373,10 +373,7 @@ def given_in(mapping: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 class PlainStudy:
-    """A study as plain data that was checked with all its runs; every run of its sweep is read once.
-
-    Errors as of :func:`read_study`, without lines.
-    """
+    """A study as plain data that was checked with all its runs; every run of its sweep is read once."""
 
     def __init__(self, mapping: Mapping[str, Any], source: Path) -> None:
         self.source = source

@@ -69,10 +69,9 @@ def compute_group(
     threads: int,
     show: Callable[[Finished], None] = lambda _: None,
 ) -> dict[str, FingerslipError | MemoryError]:
-    """Compute jobs together, or in halves where that fails, so that only those fail that would fail alone.
+    """Compute jobs together, or in halves where that fails; return what went wrong by the names of the runs.
 
-    `tell` receives the name of a run and how much of it is done, `show` every finished run; returns what went wrong by
-    the names of the runs.
+    `tell` receives the name of a run and how much of it is done, `show` every finished run.
     """
 
     def tell_all(fraction: float) -> None:

@@ -212,11 +212,7 @@ def _execute(
 def compute_jobs(
     plan: Plan, jobs: Sequence[Job], engine: Engine, drawings: Mapping[str, Drawing] | None = None
 ) -> tuple[dict[str, FingerslipError], dict[str, RunPictures]]:
-    """Compute jobs of a study, and return what went wrong and what was drawn, by the names of the runs.
-
-    What is unfinished at the end is removed, also after Ctrl-C. One job that fails does not keep the others from being
-    computed.
-    """
+    """Compute jobs of a study, and return what went wrong and what was drawn; what is unfinished is removed."""
     created = [folder for folder in (plan.folder, *plan.folder.parents) if not folder.exists()]
     clean_stale(plan.folder)
     failures: dict[str, FingerslipError] = {}

@@ -109,11 +109,7 @@ def read_run(folder: Path) -> RunResult:
 
 
 def write_snapshots(history: xr.Dataset, folder: Path) -> None:
-    """Write ``snapshots.pvd`` and one ``.vtu`` file per snapshot; nothing where there are no snapshots.
-
-    The points are reference positions. The field ``displacement`` [m] has three components, so that *Warp By Vector*
-    shows the deformed body, to scale or exaggerated.
-    """
+    """Write ``snapshots.pvd`` and a ``.vtu`` file for each snapshot, if there are any, at reference positions."""
     from fingerslip.export.paraview import write_series
 
     if count := history.sizes.get("snapshot_time", 0):

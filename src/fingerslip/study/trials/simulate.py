@@ -48,11 +48,10 @@ class TrialsFailedError(FingerslipError):
 def simulate_trials(
     path: str | Path, output: str | Path, *, workers: int = 2, progress: StudyProgress | None = None
 ) -> TrialSet:
-    """Make the data set of a study: simulate its runs, film them, label them.
+    """Make the data set of a study, or read it back where it is whole: simulate its runs, film them, label them.
 
     Finished trials are kept beside the data set, in ``OUTPUT.unfinished``, until it is whole: an interrupted call goes
-    on where it stopped. The condensed sensor is kept in ``.bodies`` there, for the next data set, too. A whole data set
-    of the same study is read back; trials whose study has changed are computed again.
+    on where it stopped. The condensed sensor is kept in ``.bodies`` there, for the next data set, too.
     """
     source, final = Path(path), Path(output)
     check_replaceable(final, MANIFEST)
