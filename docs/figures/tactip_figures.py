@@ -24,7 +24,7 @@ from fingerslip.report.colours import BLUE
 from fingerslip.report.figures.markers import ring_colours
 from fingerslip.report.figures.style import add_legend, figure_grid, save_figure, with_style
 from fingerslip.specimens.choice import presets_of
-from fingerslip.specimens.tactip.meshing.sources import SensorSectionSizes, SensorSolidSizes
+from fingerslip.specimens.tactip.tactip import SensorSectionSizes, SensorSolidSizes
 
 HERE = Path(__file__).parent
 COLOURS = {"skin": "#4a4a4a", "gel": "#cfe6f5", "rods": "#f4f1e6", "window": "#d9d9d9"}

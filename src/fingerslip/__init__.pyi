@@ -116,17 +116,19 @@ from .slip import (
     acceleration_peaks as acceleration_peaks,
     find_events as find_events,
 )
-from .specimens.fingertip import (
+from .specimens.fingertip.fingertip import (
     Fingertip as Fingertip,
+    MeshSizes as MeshSizes,
+    SolidSizes as SolidSizes,
+    build_section as build_section,
+    build_solid as build_solid,
     fingertip_from as fingertip_from,
     preset as preset,
     preset_names as preset_names,
     preset_table as preset_table,
 )
-from .specimens.fingertip.meshing.sources import MeshSizes as MeshSizes, build_section as build_section
-from .specimens.fingertip.meshing.sources import SolidSizes as SolidSizes, build_solid as build_solid
-from .specimens.fingertip.sites import receptor_sites as receptor_sites
 from .specimens.fingertip.sites import (
+    receptor_sites as receptor_sites,
     reference_sites as reference_sites,
     solid_receptor_sites as solid_receptor_sites,
 )

@@ -39,10 +39,9 @@ from fingerslip.react.spikes import SpikeStream, stimulus_of
 from fingerslip.report.colours import BLACK, BLUE, VERMILLION
 from fingerslip.report.figures.style import with_style
 from fingerslip.sites import ReceptorKind
-from fingerslip.specimens.fingertip.fingertip import preset
-from fingerslip.specimens.fingertip.meshing.sources import MeshSizes
-from fingerslip.specimens.tactip import PRESETS as SENSORS
-from fingerslip.specimens.tactip.meshing.sources import SensorSectionSizes
+from fingerslip.specimens.fingertip.fingertip import MeshSizes, preset
+from fingerslip.specimens.tactip.tactip import PRESETS as SENSORS
+from fingerslip.specimens.tactip.tactip import SensorSectionSizes
 from fingerslip.study.definition.runs import Run, read_runs
 from fingerslip.study.running.build import build_model
 

@@ -5,9 +5,8 @@ import pytest
 
 import fingerslip as fs
 from fingerslip.mesh.quality import quality_limits, quality_table
-from fingerslip.specimens.tactip import PRESETS
-from fingerslip.specimens.tactip.meshing.sources import SensorSolidSizes
 from fingerslip.specimens.tactip.numbers import modelled_places
+from fingerslip.specimens.tactip.tactip import PRESETS, SensorSolidSizes
 from problems.sensors import slid_sensor
 
 DEPTH = 1e-3

@@ -7,8 +7,9 @@ import pytest
 
 import fingerslip as fs
 from fingerslip.contact.friction import StaticKinetic
-from fingerslip.specimens.tactip import PRESETS, marker_places
 from fingerslip.specimens.tactip.numbers import modelled_places
+from fingerslip.specimens.tactip.parts import marker_places
+from fingerslip.specimens.tactip.tactip import PRESETS
 from fingerslip.study.trials.bodies import turned_whole
 from problems.sensors import slid_sensor
 from problems.whole_sensors import slid_beside_half

@@ -9,9 +9,9 @@ import skfem
 
 import fingerslip as fs
 from fingerslip.marker_tracks import marker_tracks
-from fingerslip.specimens.tactip import marker_places
-from fingerslip.specimens.tactip.meshing.build import with_names
+from fingerslip.specimens.tactip.meshing import with_names
 from fingerslip.specimens.tactip.numbers import REGIONS, modelled_places
+from fingerslip.specimens.tactip.parts import marker_places
 from fingerslip.study.trials.bodies import turned_whole
 from problems.sensors import pressed_sensor
 

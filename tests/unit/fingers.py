@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from fingerslip.specimens.fingertip import Fingertip, fingertip_from
+from fingerslip.specimens.fingertip.fingertip import Fingertip, fingertip_from
 
 SECTIONS = ("sagittal", "transverse")
 VARIANTS = ("original", "flattened", "scaled")
@@ -33,7 +33,7 @@ def coarse_solid(variant: str = "original") -> Any:
 
 @functools.cache
 def _coarse_solid(variant: str) -> Any:
-    from fingerslip.specimens.fingertip.meshing.sources import build_solid
+    from fingerslip.specimens.fingertip.fingertip import build_solid
 
     return build_solid(change_solid(phalanx={"variant": variant}), contact_size=0.8e-3, bulk_size=1.6e-3, element="T4")
 

@@ -13,7 +13,7 @@ import pytest
 
 import fingerslip as fs
 from fingerslip.history import read_history
-from fingerslip.specimens.gel_pad import PRESETS
+from fingerslip.specimens.gel_pad.gel_pad import PRESETS
 from fingerslip.study.running.runner import run_study
 from places import ROOT
 from unit.specimens.gel_pad.test_gel_pad import thin_layer

@@ -11,8 +11,7 @@ import skfem
 import fingerslip as fs
 from fingerslip.fe.space import build_space
 from fingerslip.mesh.quality import check_folds, turned_cells
-from fingerslip.specimens.tactip.meshing.sources import SensorSectionSizes, SensorSolidSizes
-from fingerslip.specimens.tactip.tactip import PRESETS
+from fingerslip.specimens.tactip.tactip import PRESETS, SensorSectionSizes, SensorSolidSizes
 from places import ROOT
 from unit.ellipsoids import ellipsoid
 from unit.fingers import coarse_solid

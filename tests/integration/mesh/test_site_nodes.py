@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from fingerslip.mesh.facets import site_nodes
-from fingerslip.specimens.fingertip import preset
-from fingerslip.specimens.fingertip.meshing.sources import build_section
+from fingerslip.specimens.fingertip.fingertip import build_section, preset
 from fingerslip.specimens.fingertip.sites import receptor_sites
 from integration.conftest import cases
 from unit.fingers import SECTIONS, change

@@ -8,8 +8,9 @@ import pytest
 import skfem
 
 from fingerslip.mesh.quality import quality_table
-from fingerslip.specimens.fingertip import at_depth, interface_depth, outline_curve, phalanx_contour, preset
-from fingerslip.specimens.fingertip.meshing.sources import build_section
+from fingerslip.specimens.fingertip.fingertip import build_section, preset
+from fingerslip.specimens.fingertip.outline import at_depth, interface_depth, outline_curve
+from fingerslip.specimens.fingertip.phalanx import phalanx_contour
 from integration.conftest import cases
 from unit.fingers import SECTIONS, VARIANTS, change, shoelace
 

@@ -10,9 +10,11 @@ from scipy.spatial import cKDTree
 from fingerslip.errors import FingerslipError, InputError
 from fingerslip.fe.space import build_space
 from fingerslip.mesh.quality import check_quality, quality_table
-from fingerslip.specimens.fingertip import depth_below_skin, outline_curve, phalanx_surface, preset
+from fingerslip.specimens.fingertip.fingertip import SolidSizes, build_solid, preset
 from fingerslip.specimens.fingertip.meshing.solid import mesh_phalanx, mesh_solid, rim, solid_cells, sweep_solid_skin
-from fingerslip.specimens.fingertip.meshing.sources import SolidSizes, build_solid
+from fingerslip.specimens.fingertip.outline import outline_curve
+from fingerslip.specimens.fingertip.phalanx import phalanx_surface
+from fingerslip.specimens.fingertip.skin import depth_below_skin
 from fingerslip.study.definition.spec import read_study
 from places import STUDIES
 from unit.fingers import HARD, NAIL, VARIANTS, change_solid, coarse_solid, volumes

@@ -15,8 +15,8 @@ from fingerslip.react.loads import GRAVITY, DroppedBall, FilledVessel, LoadSerie
 from fingerslip.react.reflex import REACTIONS, Actuator, Reaction, Reflex
 from fingerslip.react.scenario import OBJECT, HeldObject, held_model, holder_of, travel_after
 from fingerslip.specimens.choice import SPECIMENS
-from fingerslip.specimens.fingertip.meshing.sources import MeshSizes
-from fingerslip.specimens.tactip.meshing.sources import SensorSectionSizes
+from fingerslip.specimens.fingertip.fingertip import MeshSizes
+from fingerslip.specimens.tactip.tactip import SensorSectionSizes
 from unit.pads import pad
 
 LOAD = RampLoad(rate=4.0, force=2.0)

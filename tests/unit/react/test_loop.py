@@ -19,8 +19,7 @@ from fingerslip.react.reflex import Actuator, Reaction, Reflex
 from fingerslip.react.reflex import reaction as shipped
 from fingerslip.react.run import critical_start, search_edge
 from fingerslip.react.scenario import HeldObject, holder_of
-from fingerslip.specimens.tactip import PRESETS
-from fingerslip.specimens.tactip.meshing.sources import SensorSectionSizes
+from fingerslip.specimens.tactip.tactip import PRESETS, SensorSectionSizes
 from unit.pads import pad
 from unit.test_howto import names_of
 

@@ -20,8 +20,7 @@ from fingerslip.specimens.choice import (
     presets_of,
     specimen_mesh_sources,
 )
-from fingerslip.specimens.fingertip import Fingertip, preset
-from fingerslip.specimens.fingertip.meshing.sources import MeshSizes, SolidSizes
+from fingerslip.specimens.fingertip.fingertip import Fingertip, MeshSizes, SolidSizes, preset
 from fingerslip.specimens.gel_pad.gel_pad import MARKERS
 from fingerslip.specimens.protocol import Specimen
 from fingerslip.specimens.tactip.numbers import GROUPS

@@ -27,23 +27,21 @@ from fingerslip.report.labels import of_histories
 from fingerslip.report.scene.options import SceneOptions
 from fingerslip.report.scene.scene import CORNERS, check_options, region_names
 from fingerslip.snapshot import curved_outlines
-from fingerslip.specimens.fingertip import (
-    REGIONS,
-    Fingertip,
+from fingerslip.specimens.fingertip.fingertip import Fingertip
+from fingerslip.specimens.fingertip.numbers import REGIONS, Section
+from fingerslip.specimens.fingertip.outline import (
+    arc_length_at_cut,
     at_depth,
     interface_depth,
     outline_curve,
-    phalanx_contour,
-    phalanx_surface,
-    pose_points,
-    skin_grid,
     surface_depth,
 )
-from fingerslip.specimens.fingertip.numbers import Section
-from fingerslip.specimens.fingertip.outline import arc_length_at_cut
-from fingerslip.specimens.gel_pad import GelPad
-from fingerslip.specimens.tactip import TacTip, marker_places, skin_lines
+from fingerslip.specimens.fingertip.phalanx import phalanx_contour, phalanx_surface
+from fingerslip.specimens.fingertip.skin import pose_points, skin_grid
+from fingerslip.specimens.gel_pad.gel_pad import GelPad
 from fingerslip.specimens.tactip.numbers import modelled_places, points_at
+from fingerslip.specimens.tactip.parts import marker_places, skin_lines
+from fingerslip.specimens.tactip.tactip import TacTip
 
 Floats = NDArray[np.float64]
 

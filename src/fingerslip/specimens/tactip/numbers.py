@@ -14,8 +14,16 @@ from fingerslip.materials.choice import MaterialChoice
 from fingerslip.parameters import PositiveLength, parameters
 from fingerslip.sites import Site, ring_sites
 from fingerslip.specimens.protocol import check_regions
-from fingerslip.specimens.tactip.parts import Dome, Markers, Rods, Skin, Window
-from fingerslip.specimens.tactip.profile import MarkerPlaces, marker_places, place_points
+from fingerslip.specimens.tactip.parts import (
+    Dome,
+    MarkerPlaces,
+    Markers,
+    Rods,
+    Skin,
+    Window,
+    marker_places,
+    place_points,
+)
 from fingerslip.units import millimetres
 
 #: What of the sensor is modelled: its section in 2D, its half z >= 0 or the whole of it in 3D.

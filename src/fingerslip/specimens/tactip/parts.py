@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Annotated, Literal
 
 import numpy as np
 import pydantic
+from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
+from fingerslip.marker_layouts import hexagonal_layout, ring_layout
 from fingerslip.parameters import NonNegativeLength, PositiveLength, parameters
 from fingerslip.units import millimetres
 
@@ -153,3 +156,128 @@ class Window:
     """
 
     thickness: PositiveLength
+
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+# Points on an arc of a ridge, and the longest distance of two on the plain skin [m]; cubic splines join them.
+_ON_ARC = 7
+_LONGEST = 1e-3
+# Markers nearer to the axis plane than this share of their spacing lie on it.
+_ON_PLANE = 1e-9
+
+
+@dataclass(frozen=True)
+class MarkerPlaces:
+    """The places of n markers, from the axis outwards."""
+
+    ring: Integers  # (n,), number of the ring, 0 on the axis
+    along: Floats  # (n,), arc length from the axis along the outermost surface [m]
+    azimuth: Floats  # (n,), angle about the axis, 0 towards +x, a quarter turn towards +z [rad]
+
+    @property
+    def across(self) -> Floats:
+        """Arc length towards +z [m]; 0 in the axis plane."""
+        return self.along * np.sin(self.azimuth)
+
+    def chosen(self, rows: NDArray[np.bool_]) -> MarkerPlaces:
+        """Return some of the places."""
+        return MarkerPlaces(self.ring[rows], self.along[rows], self.azimuth[rows])
+
+    def on_plane(self, spacing: float) -> NDArray[np.bool_]:
+        """Tell which places lie in the axis plane z = 0."""
+        return np.abs(self.across) < _ON_PLANE * spacing
+
+
+def marker_places(markers: Markers) -> MarkerPlaces:
+    """Return the places of all markers of a layout, whose distances from the middle are arc lengths on the dome.
+
+    Examples
+    --------
+    >>> from fingerslip.specimens.tactip.parts import Markers
+    >>> [len(marker_places(Markers("hexagonal", (1,), layers, 1e-3)).ring) for layers in (6, 10)]
+    [127, 331]
+    """
+    if markers.layout == "rings":
+        layout = ring_layout(markers.spacing, markers.rings)
+    else:
+        layout = hexagonal_layout(markers.spacing, markers.layers)
+    along: Floats = np.hypot(*layout.position.T)
+    return MarkerPlaces(layout.ring, along, layout.angle)
+
+
+def place_points(dome: Dome, along: Floats, depth: Floats | float) -> Floats:
+    """Return the points (n, 2) [m], distance from the axis and height above the lowest point, of a dome.
+
+    They are at arc lengths `along` (n,) from the axis along the outermost surface, at a `depth` along its normal [m].
+    """
+    turned = np.clip((along - dome.flat_radius) / dome.radius, 0.0, np.pi / 2)
+    straight = np.maximum(along - dome.flat_radius - 0.5 * np.pi * dome.radius, 0.0)
+    inside = dome.radius - depth
+    distance = np.minimum(along, dome.flat_radius) + inside * np.sin(turned)
+    height = dome.radius - inside * np.cos(turned) + straight
+    return np.column_stack([distance, height])
+
+
+@dataclass(frozen=True)
+class SkinLines:
+    """The outer and the inner line of the skin, from the axis to the window, finely sampled."""
+
+    outer: Floats  # (n, 2), distance from the axis and height [m]
+    inner: Floats  # (n, 2), distance from the axis and height [m]
+    corners: Integers  # (k,), rows at which smooth pieces of both lines begin and end: crowns, valleys and both ends
+
+
+def skin_lines(dome: Dome, skin: Skin, spacing: float) -> SkinLines:
+    """Return the lines of the skin of a sensor, on the plain skin with points about as far apart as the spacing [m]."""
+    step = spacing / np.ceil(spacing / _LONGEST)
+    if not skin.ridges.enabled:
+        lines = [_to_window(dome, np.array([[0.0, depth]]), step) for depth in (0.0, skin.thickness)]
+        return SkinLines(lines[0], lines[1], np.array([0, len(lines[0]) - 1]))
+    ridges, half = skin.ridges, skin.thickness / 2
+    far, near = ridges.bend_radius + half, ridges.bend_radius - half
+    centres = (far, ridges.height - near)
+    # Arc lengths and depths of both lines up to the valley behind the last ridge.
+    waves = [_waves(ridges, radii, centres) for radii in ((far, near), (near, far))]
+    corners = np.linspace(0, len(waves[0]) - 1, 2 * ridges.number + 2).round().astype(np.int64)
+    outer, inner = (_to_window(dome, line, step) for line in waves)
+    return SkinLines(outer, inner, np.append(corners, len(outer) - 1))
+
+
+def _waves(ridges: Ridges, radii: tuple[float, float], centres: tuple[float, float]) -> Floats:
+    """Return a line over all ridges, by the radii and depths of centres [m] of the arcs of crowns and valleys.
+
+    It is the half wave from a crown to the valley beside it, and then waves of two mirrored ones.
+    """
+    angle = np.linspace(0.0, ridges.steepness, _ON_ARC)
+    crown = np.column_stack([radii[0] * np.sin(angle), centres[0] - radii[0] * np.cos(angle)])
+    valley = np.column_stack([ridges.pitch / 2 - radii[1] * np.sin(angle), centres[1] + radii[1] * np.cos(angle)])
+    meets = np.allclose(crown[-1], valley[-1], rtol=0.0, atol=1e-9)
+    half = np.vstack([crown, valley[-2 if meets else -1 :: -1]])
+    up = np.column_stack([ridges.pitch - half[:, 0], half[:, 1]])[::-1]
+    wave = np.vstack([up[1:], (half + np.array([ridges.pitch, 0.0]))[1:]])
+    waves = [wave + np.array([number * ridges.pitch, 0.0]) for number in range(ridges.number)]
+    return np.vstack([half, *waves])
+
+
+def _to_window(dome: Dome, line: Floats, step: float) -> Floats:
+    """Return the points of a line in 2D, continued at its last depth up to the window."""
+    last, depth = line[-1]
+    # The same number of points for both lines of a skin.
+    between = np.arange(1, np.ceil((_end(dome, 0.0) - last) / step - 0.5)) * step
+    end = _end(dome, depth)
+    rest = np.append(last + between * min(1.0, (end - last) / (_end(dome, 0.0) - last)), end)
+    along = np.concatenate([line[:, 0], rest])
+    points = place_points(dome, along, np.concatenate([line[:, 1], np.full(len(rest), depth)]))
+    points[-1, 1] = dome.height
+    return points
+
+
+def _end(dome: Dome, depth: float) -> float:
+    """Return the arc length at which a depth reaches the window [m]."""
+    above = dome.height - dome.radius
+    if above >= 0.0:
+        return dome.flat_radius + 0.5 * np.pi * dome.radius + above
+    turned = float(np.arccos(np.clip(-above / (dome.radius - depth), -1.0, 1.0)))
+    return dome.flat_radius + dome.radius * turned

@@ -37,7 +37,7 @@ from fingerslip.react.scenario import HeldObject
 from fingerslip.react.settings import ReactionSettings
 from fingerslip.sampling.curves import RUNS_PER_VALUE, FitSettings
 from fingerslip.specimens.choice import SPECIMENS, SpecimenChoice, check_mesh, given_specimen
-from fingerslip.specimens.fingertip.meshing.sources import MeshSizes
+from fingerslip.specimens.fingertip.fingertip import MeshSizes
 from fingerslip.specimens.protocol import Specimen
 from fingerslip.study.definition.expressions import check_expression, check_names
 from fingerslip.study.definition.file import study_file

@@ -32,7 +32,7 @@ from fingerslip.model.model import Contact
 from fingerslip.model.programme import Phase, Press, Slide, phase_duration
 from fingerslip.model.rigid_bodies import RigidBody
 from fingerslip.model.timing import QuasiStatic
-from fingerslip.specimens.tactip.profile import MarkerPlaces
+from fingerslip.specimens.tactip.parts import MarkerPlaces
 from fingerslip.storage.files import digest
 from fingerslip.study.definition.runs import Run
 from fingerslip.study.definition.settings import TrialSettings

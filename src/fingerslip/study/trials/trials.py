@@ -24,8 +24,9 @@ from fingerslip.dynamics.statics.body import StaticBody
 from fingerslip.dynamics.statics.motion import StaticMotion, static_motion
 from fingerslip.errors import InputError
 from fingerslip.model.programme import Hold, Press, Slide, phase_duration
-from fingerslip.specimens.tactip import TacTip, marker_places
 from fingerslip.specimens.tactip.numbers import modelled_places
+from fingerslip.specimens.tactip.parts import marker_places
+from fingerslip.specimens.tactip.tactip import TacTip
 from fingerslip.study.definition.runs import Run
 from fingerslip.study.definition.settings import TrialSettings
 from fingerslip.study.definition.spec import Study

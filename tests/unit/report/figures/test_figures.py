@@ -28,8 +28,8 @@ from fingerslip.results import RunResult
 from fingerslip.sampling.sensitivity import fits_of
 from fingerslip.slip import Events, EventSettings, SlipEvents, contact_patch, slide_window
 from fingerslip.slip.windows import slipped_fraction
-from fingerslip.specimens.gel_pad import PRESETS as GEL_PADS
-from fingerslip.specimens.tactip import PRESETS
+from fingerslip.specimens.gel_pad.gel_pad import PRESETS as GEL_PADS
+from fingerslip.specimens.tactip.tactip import PRESETS
 from fingerslip.uncertainty import Convergence, Series
 from unit.filmed import NODES, filmed_history
 from unit.fingers import change, change_solid

@@ -7,9 +7,8 @@ import pytest
 
 import fingerslip as fs
 from fingerslip.parameters import as_mapping, from_mapping, walk_values
-from fingerslip.specimens.fingertip import Nail
 from fingerslip.specimens.fingertip.fingertip import PRESETS
-from fingerslip.specimens.fingertip.numbers import Fingerprint, Layers, Ridges, skin_room
+from fingerslip.specimens.fingertip.numbers import Fingerprint, Layers, Nail, Ridges, skin_room
 from unit.fingers import HARD, NAIL, change, change_solid
 
 NAME = "wang2014-2d"

@@ -7,8 +7,17 @@ from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 from scipy.special import ellipe
 
-from fingerslip.specimens.fingertip import at_depth, interface_depth, outline_curve, preset, surface_depth
-from fingerslip.specimens.fingertip.outline import arc_length_at_cut, fade, inward_normal, position
+from fingerslip.specimens.fingertip.fingertip import preset
+from fingerslip.specimens.fingertip.outline import (
+    arc_length_at_cut,
+    at_depth,
+    fade,
+    interface_depth,
+    inward_normal,
+    outline_curve,
+    position,
+    surface_depth,
+)
 from unit.fingers import SECTIONS, change, shoelace
 
 

@@ -3,8 +3,9 @@
 import pytest
 
 import fingerslip as fs
-from fingerslip.specimens.fingertip import phalanx_contour, phalanx_surface, solid_shape
+from fingerslip.specimens.fingertip.phalanx import phalanx_contour, phalanx_surface
 from fingerslip.specimens.fingertip.sites import skin_markers
+from fingerslip.specimens.fingertip.skin import solid_shape
 from unit.fingers import HARD, NAIL, change, change_solid
 
 NAME = "wang2014-2d"

@@ -7,10 +7,16 @@ import skfem
 from scipy.spatial import cKDTree
 
 import fingerslip as fs
-from fingerslip.specimens.fingertip import at_depth, interface_depth, outline_curve, phalanx_contour, surface_depth
 from fingerslip.specimens.fingertip.meshing import section as meshing
 from fingerslip.specimens.fingertip.meshing.section import DERMIS, EPIDERMIS, NAIL, PHALANX, TISSUE
-from fingerslip.specimens.fingertip.outline import arc_length_at_cut
+from fingerslip.specimens.fingertip.outline import (
+    arc_length_at_cut,
+    at_depth,
+    interface_depth,
+    outline_curve,
+    surface_depth,
+)
+from fingerslip.specimens.fingertip.phalanx import phalanx_contour
 from unit.fingers import SECTIONS, change, shoelace
 
 

@@ -9,8 +9,10 @@ from scipy.spatial import cKDTree
 
 from fingerslip.mesh.facets import site_nodes
 from fingerslip.sites import RECEPTOR_KINDS
-from fingerslip.specimens.fingertip import depth_below_skin, outline_curve, preset
+from fingerslip.specimens.fingertip.fingertip import preset
+from fingerslip.specimens.fingertip.outline import outline_curve
 from fingerslip.specimens.fingertip.sites import receptor_sites, reference_sites, skin_markers, solid_receptor_sites
+from fingerslip.specimens.fingertip.skin import depth_below_skin
 from unit.fingers import SECTIONS, change, change_solid, coarse_solid
 
 

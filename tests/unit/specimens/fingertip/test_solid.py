@@ -8,10 +8,10 @@ import pytest
 
 from fingerslip.errors import MeshError
 from fingerslip.mesh.gmsh_session import mesh_surface
-from fingerslip.specimens.fingertip import depth_below_skin, onto_skin, phalanx_surface
+from fingerslip.specimens.fingertip.fingertip import SolidSizes
 from fingerslip.specimens.fingertip.meshing import solid
-from fingerslip.specimens.fingertip.meshing.sources import SolidSizes
-from fingerslip.specimens.fingertip.skin import below_skin, skin_grid
+from fingerslip.specimens.fingertip.phalanx import phalanx_surface
+from fingerslip.specimens.fingertip.skin import below_skin, depth_below_skin, onto_skin, skin_grid
 from fingerslip.study.definition.spec import read_study
 from places import STUDIES
 from unit.fingers import change_solid

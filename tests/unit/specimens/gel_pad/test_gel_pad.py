@@ -9,8 +9,7 @@ import fingerslip as fs
 from fingerslip.errors import InputError
 from fingerslip.marker_tracks import filmed_tracks
 from fingerslip.mesh.facets import site_nodes
-from fingerslip.specimens.gel_pad import PRESETS, PadSizes
-from fingerslip.specimens.gel_pad.gel_pad import MARKERS
+from fingerslip.specimens.gel_pad.gel_pad import MARKERS, PRESETS, PadSizes
 from fingerslip.specimens.protocol import ModelUse
 from fingerslip.study.definition.settings import CameraSettings
 from fingerslip.study.running.films import film_history

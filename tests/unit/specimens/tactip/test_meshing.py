@@ -8,10 +8,9 @@ import pytest
 from fingerslip.errors import InputError, MeshError
 from fingerslip.mesh.facets import site_nodes
 from fingerslip.mesh.quality import quality_table
-from fingerslip.specimens.tactip.meshing.build import mesh_sensor_section, size_function
-from fingerslip.specimens.tactip.meshing.sources import SensorSectionSizes, SensorSolidSizes
+from fingerslip.specimens.tactip.meshing import mesh_sensor_section, size_function
 from fingerslip.specimens.tactip.numbers import GROUPS
-from fingerslip.specimens.tactip.tactip import PRESETS
+from fingerslip.specimens.tactip.tactip import PRESETS, SensorSectionSizes, SensorSolidSizes
 
 
 def test_a_section_is_no_solid_and_refinement_scales_both_sizes():

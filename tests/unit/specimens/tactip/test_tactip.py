@@ -9,8 +9,7 @@ import pytest
 from fingerslip.errors import InputError
 from fingerslip.specimens.protocol import ModelUse
 from fingerslip.specimens.tactip.numbers import GROUPS, marker_sites, modelled_places
-from fingerslip.specimens.tactip.parts import Dome, Markers, Ridges, Skin
-from fingerslip.specimens.tactip.profile import marker_places, place_points, skin_lines
+from fingerslip.specimens.tactip.parts import Dome, Markers, Ridges, Skin, marker_places, place_points, skin_lines
 from fingerslip.specimens.tactip.tactip import PRESETS
 
 SENSOR = PRESETS.read("tactip-ridged-2d")

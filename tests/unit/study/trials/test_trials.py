@@ -9,8 +9,9 @@ import fingerslip as fs
 from fingerslip.dynamics.statics.body import StaticBody
 from fingerslip.errors import InputError, ResultError
 from fingerslip.parameters import as_mapping
-from fingerslip.specimens.tactip import PRESETS, marker_places
 from fingerslip.specimens.tactip.numbers import modelled_places, points_at
+from fingerslip.specimens.tactip.parts import marker_places
+from fingerslip.specimens.tactip.tactip import PRESETS
 from fingerslip.study.definition.runs import expand_mapping
 from fingerslip.study.definition.settings import TrialSettings
 from fingerslip.study.definition.spec import read_study

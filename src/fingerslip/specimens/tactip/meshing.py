@@ -23,7 +23,7 @@ from fingerslip.mesh.quality import check_quality
 from fingerslip.mesh.repair import repair_tetrahedra, smooth
 from fingerslip.mesh.source import GROWTH, GradedMesh
 from fingerslip.specimens.tactip.numbers import REGIONS, TacTipNumbers, modelled_places, points_at
-from fingerslip.specimens.tactip.profile import skin_lines
+from fingerslip.specimens.tactip.parts import skin_lines
 from fingerslip.units import millimetres
 
 Floats = NDArray[np.float64]
