@@ -244,109 +244,58 @@ class Fingertip(FingertipNumbers):
     def sites(self, groups: Sequence[str], dim: int, /) -> tuple[Site, ...]:
         """Return the sites of groups: kinds of receptors, and in 3D ``reference_nodes`` and ``external_markers``.
 
-        Parameters
-        ----------
-        groups : sequence of str
-            Among FA-I, SA-I, FA-II, SA-II, reference_nodes and external_markers, the dots on the skin of a finger that
-            is filmed.
-        dim : int
-            Dimension of space, 2 for a section.
-
-        Raises
-        ------
-        InputError
-            For reference nodes and markers of a section, and for unknown groups.
+        The latter are the dots on the skin of a finger that is filmed.
         """
         available = (*RECEPTOR_KINDS, *_IN_3D)
         unknown = next((group for group in groups if group not in available), None)
         if unknown is not None:
             allowed = f"needs some of {', '.join(available)}"
             raise InputError("record.groups", f"a fingertip has no '{unknown}'", allowed)
-        flat = next((group for group in _IN_3D if group in groups and dim == 2), None)
-        if flat is not None:
-            raise InputError(f"record.{flat}", "without a fingertip in 3D", "needs mesh.element T4 or T10")
-        receptors = set(groups) & set(RECEPTOR_KINDS)
+        receptors, others = set(groups) & set(RECEPTOR_KINDS), [group for group in _IN_3D if group in groups]
+        if others and dim == 2:
+            raise InputError(f"record.{others[0]}", "without a fingertip in 3D", "needs mesh.element T4 or T10")
         candidates: tuple[Site, ...] = ()
         if receptors:
             candidates = solid_receptor_sites(self) if dim == 3 else receptor_sites(self)
-        only_3d = [site for group in _IN_3D if group in groups for site in _IN_3D[group](self)]
+        only_3d = [site for group in others for site in _IN_3D[group](self)]
         return (*(site for site in candidates if site.kind in receptors), *only_3d)
 
     def unused_reason(self, path: str, use: ModelUse, /) -> str:
         """Return why a value, such as ``phalanx.tissue_thickness``, makes no difference to a model; see `ModelUse`."""
-        kind = _KIND_OF_DEPTH.get(path)
-        if kind is not None:
-            return "" if kind in use.groups else f"no {kind} receptors are recorded"
-        if path == "phalanx.rigid":
-            return "" if use.held else "the study gives its own supports"
-        return (
-            _of_another_model(self, path, use)
-            or _of_another_mesh(path, use)
-            or _of_another_phalanx(self, path)
-            or _switched_off(self, path, use)
-            or _of_an_empty_zone(self, path, use)
+        group, _, name = path.partition(".")
+        in_2d, variant, kind = use.dim == 2, self.phalanx.variant, _KIND_OF_DEPTH.get(path)
+        other = "transverse" if self.section == "sagittal" else "sagittal"
+        of_other = path.startswith((f"{other}.", f"phalanx.{other}."))
+        senses = not use.groups.isdisjoint(RECEPTOR_KINDS)
+        # The phalanx of a section that is the cut x = 0 of a finger is as high as in the sagittal section.
+        is_cut = self.solid is not None and other == "sagittal" and variant != "scaled" and ".zone." not in path
+        of_phalanx = path.startswith(("phalanx.sagittal.", "phalanx.transverse.", "solid.phalanx."))
+        bare = group in ("phalanx", "fingerprint") or path.startswith(("solid.phalanx.", "solid.nail."))
+        of_shape = group in _SHAPE and path != "phalanx.rigid"
+        of_print = group == "fingerprint" and name != "enabled"
+        # Receptors sit at the ridges, also where these are switched off.
+        of_ridges = group == "ridges" and name != "enabled" and not (name == "pitch" and senses)
+        # In 3D the zone across the finger bounds the fingerprint alone.
+        relief = use.meshed and (self.fingerprint.enabled or (self.ridges.enabled and in_2d))
+        in_zone = relief or (senses and (in_2d or group != "transverse"))
+        reasons = (
+            (f"no {kind} receptors are recorded", kind is not None and kind not in use.groups),
+            ("the study gives its own supports", path == "phalanx.rigid" and not use.held),
+            ("of 2D sections only", not in_2d and (group in _OF_SECTIONS or path == "ridges.enabled")),
+            ("of the fingertip in 3D only", in_2d and group == "solid"),
+            (f"of the {other} section only", in_2d and of_other and not is_cut),
+            ("the mesh comes from a file", not use.meshed and of_shape and (bare or not use.groups)),
+            ("not of the scaled phalanx", variant == "scaled" and of_phalanx),
+            ("of the scaled phalanx only", variant != "scaled" and path == "phalanx.tissue_thickness"),
+            ("of the original phalanx only", variant == "flattened" and ".concavity_" in path),
+            ("of the flattened phalanx only", variant == "original" and path == "phalanx.transverse.palmar_level"),
+            ("switched off", of_print and not self.fingerprint.enabled),
+            ("switched off", of_ridges and in_2d and not self.ridges.enabled),
+            ("of 2D sections and receptors only", of_ridges and not in_2d and name == "pitch"),
+            ("of 2D sections only", of_ridges and not in_2d),
+            ("nothing lies in the zone", name.startswith("zone.") and not in_zone),
         )
-
-
-def _has_receptors(use: ModelUse) -> bool:
-    return not use.groups.isdisjoint(RECEPTOR_KINDS)
-
-
-def _of_another_model(fingertip: FingertipNumbers, path: str, use: ModelUse) -> str:
-    group = path.partition(".")[0]
-    if use.dim == 3:
-        return "of 2D sections only" if group in _OF_SECTIONS or path == "ridges.enabled" else ""
-    other = "transverse" if fingertip.section == "sagittal" else "sagittal"
-    if group == "solid":
-        return "of the fingertip in 3D only"
-    of_other = group == other or path.startswith(f"phalanx.{other}.")
-    # The phalanx of a section that is the cut x = 0 of a finger is as high as in the sagittal section.
-    is_cut = fingertip.solid is not None and other == "sagittal" and fingertip.phalanx.variant != "scaled"
-    return f"of the {other} section only" if of_other and not (is_cut and ".zone." not in path) else ""
-
-
-def _of_another_mesh(path: str, use: ModelUse) -> str:
-    """Look at a mesh from a file, for which the shape gives the recorded sites at most."""
-    group = path.partition(".")[0]
-    if use.meshed or group not in _SHAPE:
-        return ""
-    bare = group in ("phalanx", "fingerprint") or path.startswith(("solid.phalanx.", "solid.nail."))
-    return "the mesh comes from a file" if bare or not use.groups else ""
-
-
-def _of_another_phalanx(fingertip: FingertipNumbers, path: str) -> str:
-    variant = fingertip.phalanx.variant
-    if variant == "scaled":
-        shaped = path.startswith(("phalanx.sagittal.", "phalanx.transverse.", "solid.phalanx."))
-        return "not of the scaled phalanx" if shaped else ""
-    if path == "phalanx.tissue_thickness":
-        return "of the scaled phalanx only"
-    if variant == "flattened" and ".concavity_" in path:
-        return "of the original phalanx only"
-    flattened = path == "phalanx.transverse.palmar_level"
-    return "of the flattened phalanx only" if flattened and variant == "original" else ""
-
-
-def _switched_off(fingertip: FingertipNumbers, path: str, use: ModelUse) -> str:
-    """Look at ridges and fingerprint. Receptors sit at the ridges, also where these are switched off."""
-    group, _, name = path.partition(".")
-    if group == "fingerprint":
-        return "switched off" if name != "enabled" and not fingertip.fingerprint.enabled else ""
-    if group != "ridges" or name == "enabled" or (name == "pitch" and _has_receptors(use)):
-        return ""
-    if use.dim == 3:
-        return "of 2D sections and receptors only" if name == "pitch" else "of 2D sections only"
-    return "" if fingertip.ridges.enabled else "switched off"
-
-
-def _of_an_empty_zone(fingertip: FingertipNumbers, path: str, use: ModelUse) -> str:
-    """Look at the zones: in 3D the one across the finger bounds the fingerprint alone."""
-    outline, _, name = path.partition(".")
-    if not name.startswith("zone."):
-        return ""
-    relief = fingertip.fingerprint.enabled or (fingertip.ridges.enabled and use.dim == 2)
-    receptors = _has_receptors(use) and not (use.dim == 3 and outline == "transverse")
-    return "" if (relief and use.meshed) or receptors else "nothing lies in the zone"
+        return next((reason for reason, holds in reasons if holds), "")
 
 
 PRESETS = Presets(Fingertip, "fingerslip.specimens.fingertip", kept_values)
@@ -384,11 +333,6 @@ def preset_table(name: str) -> tuple[PresetValue, ...]:
     ----------
     name : str
         One of :func:`preset_names`.
-
-    Raises
-    ------
-    InputError
-        Where no preset has that name.
     """
     return PRESETS.table(name)
 

@@ -414,10 +414,7 @@ class FingertipNumbers:
     def __post_init__(self) -> None:
         has_nail = self.solid is not None and self.solid.nail is not None
         check_regions(self.materials, (*REGIONS, "nail") if has_nail else REGIONS)
-        _check_skin(self)
-        _check_ridges(self)
-        _check_fingerprint(self)
-        _check_receptors(self)
+        _check_layers(self)
         if self.solid is not None:
             _check_solid(self, self.solid)
 
@@ -435,10 +432,9 @@ class FingertipNumbers:
 def _check_solid(fingertip: FingertipNumbers, solid: SolidShape) -> None:
     sagittal, transverse = fingertip.sagittal, fingertip.transverse
     if abs(sagittal.half_height - transverse.half_height) > 1e-9 * sagittal.half_height:
-        allowed = (
-            f"needs {millimetres(sagittal.half_height)} (sagittal.half_height): both sections are cuts of one finger"
-        )
-        raise InputError("transverse.half_height", f"got {millimetres(transverse.half_height)}", allowed)
+        fault, height = f"got {millimetres(transverse.half_height)}", millimetres(sagittal.half_height)
+        allowed = f"needs {height} (sagittal.half_height): both sections are cuts of one finger"
+        raise InputError("transverse.half_height", fault, allowed)
     if not -sagittal.pad_length < solid.phalanx.waist_position < 0.0:
         allowed = f"needs a value between {millimetres(-sagittal.pad_length)} (proximal cut) and 0 mm"
         raise InputError("solid.phalanx.waist_position", f"got {millimetres(solid.phalanx.waist_position)}", allowed)
@@ -456,44 +452,31 @@ def _check_solid(fingertip: FingertipNumbers, solid: SolidShape) -> None:
             raise InputError(f"solid.nail.{name}", f"got {millimetres(value)}", allowed)
 
 
-def _check_ridges(fingertip: FingertipNumbers) -> None:
-    ridges, layers = fingertip.ridges, fingertip.layers
-    if not ridges.enabled:
-        return
-    room = layers.dermis_thickness + ridges.mean_height
-    for name in ("intermediate_height", "limiting_height"):
+def _check_layers(fingertip: FingertipNumbers) -> None:
+    """Refuse layers, ridges, ripples and receptors that have no room.
+
+    A phalanx that is too large for a skin above FA-II shows with its contour.
+    """
+    layers, ridges, receptors = fingertip.layers, fingertip.ridges, fingertip.receptors
+    thickness, (room, limit) = layers.skin_thickness, skin_room(fingertip.outline, fingertip.phalanx)
+    if thickness >= fingertip.outline.half_height or thickness >= max(room, receptors.fa_ii_depth):
+        fault, allowed = f"got {millimetres(thickness)}", f"needs a value < {millimetres(room)}"
+        raise InputError("layers.skin_thickness", fault, allowed, f"make the skin thinner or change {limit}")
+    mean_height = ridges.mean_height if ridges.enabled else 0.0
+    for name in ("intermediate_height", "limiting_height") if ridges.enabled else ():
         reason = ", above which the ridge pierces the dermis"
-        _check_below(f"ridges.{name}", getattr(ridges, name), room, reason)
-    if ridges.mean_height >= layers.epidermis_thickness:
-        fault = f"mean height {millimetres(ridges.mean_height)}, (intermediate_height + limiting_height) / 4"
+        _check_below(f"ridges.{name}", getattr(ridges, name), layers.dermis_thickness + mean_height, reason)
+    if mean_height >= layers.epidermis_thickness:
+        fault = f"mean height {millimetres(mean_height)}, (intermediate_height + limiting_height) / 4"
+        allowed = f"needs < {millimetres(layers.epidermis_thickness)} (epidermis_thickness)"
         repair = "make them lower or the epidermis thicker, which between ridges is thinner by that height"
-        raise InputError(
-            "ridges", fault, f"needs < {millimetres(layers.epidermis_thickness)} (epidermis_thickness)", repair
-        )
-
-
-def _check_fingerprint(fingertip: FingertipNumbers) -> None:
-    ridges = fingertip.ridges
-    room = fingertip.layers.epidermis_thickness - (ridges.mean_height if ridges.enabled else 0.0)
+        raise InputError("ridges", fault, allowed, repair)
     if fingertip.fingerprint.enabled:
+        limit_of_grooves = 2 * (layers.epidermis_thickness - mean_height)
         reason = ", above which the grooves reach the dermis"
-        _check_below("fingerprint.height", fingertip.fingerprint.height, 2 * room, reason)
-
-
-def _check_receptors(fingertip: FingertipNumbers) -> None:
-    receptors, layers = fingertip.receptors, fingertip.layers
+        _check_below("fingerprint.height", fingertip.fingerprint.height, limit_of_grooves, reason)
     reason = " (thickness of the dermis)"
     _check_below("receptors.sa_ii_height", receptors.sa_ii_height, layers.dermis_thickness, reason)
-    if receptors.fa_ii_depth <= layers.skin_thickness:
-        allowed = f"needs a value > {millimetres(layers.skin_thickness)} (skin_thickness)"
+    if receptors.fa_ii_depth <= thickness:
+        allowed = f"needs a value > {millimetres(thickness)} (skin_thickness)"
         raise InputError("receptors.fa_ii_depth", f"got {millimetres(receptors.fa_ii_depth)}", allowed)
-
-
-def _check_skin(fingertip: FingertipNumbers) -> None:
-    """Refuse a skin without room; a phalanx that is too large for a skin above FA-II shows with its contour."""
-    thickness, (room, limit) = fingertip.layers.skin_thickness, skin_room(fingertip.outline, fingertip.phalanx)
-    if thickness >= fingertip.outline.half_height or thickness >= max(room, fingertip.receptors.fa_ii_depth):
-        repair = f"make the skin thinner or change {limit}"
-        raise InputError(
-            "layers.skin_thickness", f"got {millimetres(thickness)}", f"needs a value < {millimetres(room)}", repair
-        )

@@ -55,8 +55,6 @@ def receptor_sites(fingertip: FingertipNumbers) -> tuple[Site, ...]:
 
 
 _LINES: Mapping[str, Section] = MappingProxyType({"h": "sagittal", "v": "transverse"})
-_NUMBER = 7
-_MIDDLE = 3.5
 
 
 def solid_receptor_sites(fingertip: FingertipNumbers) -> tuple[Site, ...]:
@@ -69,11 +67,6 @@ def solid_receptor_sites(fingertip: FingertipNumbers) -> tuple[Site, ...]:
     ----------
     fingertip : FingertipNumbers
         A fingertip in 3D.
-
-    Raises
-    ------
-    InputError
-        Where the fingertip has only sections.
     """
     solid_shape(fingertip)
     plain = dataclasses.replace(fingertip.ridges, enabled=False)
@@ -105,32 +98,19 @@ def reference_sites(fingertip: FingertipNumbers, spacing: float = 2.2e-3) -> tup
     tuple of Site
         ``skin-h1`` ... of the kind `skin surface`, then ``tissue-h1`` ... of the kind `tissue surface`, each below the
         one on the skin.
-
-    Raises
-    ------
-    InputError
-        Where the fingertip has only sections.
     """
     solid_shape(fingertip)
     layers = {"skin": ("epidermis", 0.0), "tissue": ("tissue", fingertip.layers.skin_thickness)}
-    sites = []
+    arc_length, still, sites = spacing * np.linspace(-2.5, 3.5, 7), np.zeros(7), []
     for layer, (region, depth) in layers.items():
-        for line in _LINES:
-            places = pose_points(fingertip, _line(fingertip, line, spacing, depth))
+        for line, name in _LINES.items():
+            along, up = at_depth(outline_curve(dataclasses.replace(fingertip, section=name)), arc_length, depth).T
+            level = np.column_stack([along, up, still] if line == "h" else [still, up, along])
             sites += [
                 Site(f"{layer}-{line}{number}", f"{layer} surface", _position(point), region)
-                for number, point in enumerate(places, start=1)
+                for number, point in enumerate(pose_points(fingertip, level), start=1)
             ]
     return tuple(sites)
-
-
-def _line(fingertip: FingertipNumbers, line: str, spacing: float, depth: float) -> Floats:
-    """Return the (7, 3) places of a line of reference nodes of the level finger [m]."""
-    section = dataclasses.replace(fingertip, section=_LINES[line])
-    arc_length = spacing * np.linspace(1 - _MIDDLE, _NUMBER - _MIDDLE, _NUMBER)
-    along, up = at_depth(outline_curve(section), arc_length, depth).T
-    still = np.zeros(_NUMBER)
-    return np.column_stack([along, up, still] if line == "h" else [still, up, along])
 
 
 def _position(point: Floats) -> tuple[float, ...]:

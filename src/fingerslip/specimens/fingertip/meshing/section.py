@@ -235,17 +235,16 @@ def _generate(
     gmsh.option.setNumber("Mesh.RecombineMinimumQuality", 0.4)
     with gmsh_errors("tissue and phalanx", "needs a section that Gmsh can mesh"):
         geometry.generate_mesh(dim=2, algorithm=_FRONTAL_FOR_QUADRILATERALS if quadrilaterals else _FRONTAL)
-    cells = {name: _cell_nodes(surface, 4 if quadrilaterals else 3) for name, surface in surfaces.items()}
+    cells, corners = {}, 4 if quadrilaterals else 3
+    for name, surface in surfaces.items():
+        kinds, _, nodes = gmsh.model.mesh.getElements(2, surface)
+        if len(kinds) != 1 or gmsh.model.mesh.getElementProperties(kinds[0])[3] != corners:
+            fault = f"Gmsh made cells of {len(kinds)} kinds"
+            raise MeshError("tissue and phalanx", fault, f"needs {corners} corners each")
+        cells[name] = np.asarray(nodes[0], dtype=np.int64).reshape(-1, corners)
     used = np.unique(np.concatenate([nodes.ravel() for nodes in cells.values()]))
     points = node_positions(used)[:, :2] / MILLIMETRES
     return CoreMesh(points, {name: np.searchsorted(used, nodes) for name, nodes in cells.items()})
-
-
-def _cell_nodes(surface: int, corners: int) -> Integers:
-    kinds, _, nodes = gmsh.model.mesh.getElements(2, surface)
-    if len(kinds) != 1 or gmsh.model.mesh.getElementProperties(kinds[0])[3] != corners:
-        raise MeshError("tissue and phalanx", f"Gmsh made cells of {len(kinds)} kinds", f"needs {corners} corners each")
-    return np.asarray(nodes[0], dtype=np.int64).reshape(-1, corners)
 
 
 def sweep_skin(fingertip: FingertipNumbers, sizes: GradedMesh, contour: Floats) -> SkinGrid:
@@ -253,8 +252,11 @@ def sweep_skin(fingertip: FingertipNumbers, sizes: GradedMesh, contour: Floats) 
     curve, layers = outline_curve(fingertip), fingertip.layers
     spacing = _contact_spacing(fingertip, sizes)
     rows = row_counts(fingertip, spacing)
-    limits = arc_length_at_cut(fingertip, curve, 0.0)
-    _check_zone(fingertip, limits)
+    limits, zone = arc_length_at_cut(fingertip, curve, 0.0), fingertip.zone
+    if not limits[0] <= zone.start < zone.end <= limits[1]:
+        fault = f"reaches from {millimetres(zone.start)} to {millimetres(zone.end)}"
+        allowed = f"needs to lie within {millimetres(limits[0])} to {millimetres(limits[1])}, the skin of the section"
+        raise InputError(f"{fingertip.section}.zone", fault, allowed)
     low = curve.points[:, 1] <= curve.points[:, 1].min() + sizes.contact_reach
     in_reach = curve.arc_length[low & (curve.arc_length >= limits[0]) & (curve.arc_length <= limits[1])]
     contact = float(in_reach[0]), float(in_reach[-1])
@@ -309,14 +311,6 @@ def row_counts(fingertip: FingertipNumbers, spacing: float) -> tuple[int, int]:
     # Dermis rows may be a little taller: nothing in the dermis changes as fast as under the surface.
     in_dermis = round(layers.dermis_thickness / (1.25 * spacing))
     return max(1, round(layers.epidermis_thickness / spacing)), max(1, in_dermis)
-
-
-def _check_zone(fingertip: FingertipNumbers, limits: tuple[float, float]) -> None:
-    zone, where = fingertip.zone, f"{fingertip.section}.zone"
-    if not limits[0] <= zone.start < zone.end <= limits[1]:
-        fault = f"reaches from {millimetres(zone.start)} to {millimetres(zone.end)}"
-        allowed = f"needs to lie within {millimetres(limits[0])} to {millimetres(limits[1])}, the skin of the section"
-        raise InputError(where, fault, allowed)
 
 
 def _row(fingertip: FingertipNumbers, curve: Curve, columns: Floats, share: tuple[float, float]) -> Floats:
