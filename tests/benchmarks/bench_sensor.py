@@ -33,9 +33,8 @@ from fingerslip.errors import FingerslipError
 from fingerslip.linear.resources import limited_threads
 from fingerslip.marker_tracks import marker_tracks
 from fingerslip.slip import stick_ratio
-from fingerslip.specimens.tactip.tactip import PRESETS
-from fingerslip.specimens.tactip.tactip import SensorSolidSizes
 from fingerslip.specimens.tactip.numbers import modelled_places
+from fingerslip.specimens.tactip.tactip import PRESETS, SensorSolidSizes
 from fingerslip.study.running.build import build_model
 from fingerslip.study.trials import bodies
 from problems.sensors import pressed_sensor
