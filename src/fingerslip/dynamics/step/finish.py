@@ -15,7 +15,8 @@ from fingerslip.dynamics.step.contact_step import ContactStep
 from fingerslip.dynamics.step.prediction import Prediction
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.stepper import Stepper
-from fingerslip.dynamics.step.viscoelastic import HistoryVariables
+from fingerslip.dynamics.step.viscoelastic import HistoryVariables, relaxed_force
+from fingerslip.dynamics.system.scheme import start_push
 from fingerslip.linear.symmetric import row_products
 
 Array = NDArray[np.float64]
@@ -144,7 +145,7 @@ def _end_state(stepper: Stepper, start: Prediction, contact: ContactStep, end: _
     if not moving.size:
         return after
     # The work of moving supports, by the mean of their forces.
-    forces = stepper.support_force(before) + stepper.support_force(after)
+    forces = _support_force(stepper, before) + _support_force(stepper, after)
     work = energies.external_work + 0.5 * float(forces @ change[moving])
     return replace(after, energies=replace(energies, external_work=work))
 
@@ -181,3 +182,22 @@ def _contact_record(
         work=inward,
     )
     return moved, moments, outward, outcome
+
+
+def _support_force(stepper: Stepper, state: State) -> Array:
+    """Return the forces of the moving supports on the body, shape (k,) [N]: what their equations lack."""
+    system, damping, moving = stepper.system, stepper.damping, stepper.system.unknowns.moving
+    if state.body is None:
+        force = system.stiffness[moving] @ (state.displacement + damping.stiffness * state.velocity)
+    else:
+        force = state.body.force[moving] + damping.stiffness * (system.stiffness[moving] @ state.velocity)
+    unbalance = state.unbalance[moving]
+    if not state.step:
+        unbalance = unbalance - start_push(stepper.scheme) * (unbalance - state.unbalance_before[moving])
+    force += -state.load[moving] - unbalance
+    if damping.mass:
+        force += damping.mass * (system.mass[moving] @ state.velocity)
+    if stepper.viscous:
+        rows = [layer.layers.apply_map(lambda matrix: matrix[moving]) for layer in stepper.viscous]
+        force -= relaxed_force(rows, stepper.viscous, state.history_variables)
+    return np.asarray(force - (system.relative[:, moving].T @ state.contact_forces.ravel()))

@@ -17,9 +17,8 @@ from fingerslip.contact.counterfaces import tangent_lengths
 from fingerslip.contact.solve.compliance import Compliance
 from fingerslip.dynamics.step.condensation import Condensed
 from fingerslip.dynamics.step.sharing import first_alike, same_compliance
-from fingerslip.dynamics.step.state import State
-from fingerslip.dynamics.step.viscoelastic import Viscous, relaxed_force, viscous_steps
-from fingerslip.dynamics.system.scheme import Scheme, make_scheme, start_push
+from fingerslip.dynamics.step.viscoelastic import Viscous, viscous_steps
+from fingerslip.dynamics.system.scheme import Scheme, make_scheme
 from fingerslip.dynamics.system.system import System
 from fingerslip.linear.solver import LinearSolver, preferred_solver
 from fingerslip.linear.symmetric import row_products
@@ -127,24 +126,6 @@ class Stepper:
         if self.system.dampers is not None:
             total += self.system.dampers * velocity
         return total
-
-    def support_force(self, state: State) -> Array:
-        """Return the forces of the moving supports on the body, shape (k,) [N]: what their equations lack."""
-        system, moving = self.system, self.system.unknowns.moving
-        if state.body is None:
-            force = system.stiffness[moving] @ (state.displacement + self.damping.stiffness * state.velocity)
-        else:
-            force = state.body.force[moving] + self.damping.stiffness * (system.stiffness[moving] @ state.velocity)
-        unbalance = state.unbalance[moving]
-        if not state.step:
-            unbalance = unbalance - start_push(self.scheme) * (unbalance - state.unbalance_before[moving])
-        force += -state.load[moving] - unbalance
-        if self.damping.mass:
-            force += self.damping.mass * (system.mass[moving] @ state.velocity)
-        if self.viscous:
-            rows = [layer.layers.apply_map(lambda matrix: matrix[moving]) for layer in self.viscous]
-            force -= relaxed_force(rows, self.viscous, state.history_variables)
-        return np.asarray(force - (system.relative[:, moving].T @ state.contact_forces.ravel()))
 
 
 def is_large(systems: Sequence[System]) -> bool:
