@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from fingerslip.dynamics.integrator import BodyIntegrator
+from fingerslip.dynamics.loop import BodyIntegrator
 from fingerslip.dynamics.recording.steps import Span, spans_of
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.system.scheme import Scheme

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from fingerslip.dynamics.adaptive import Controlled
 from fingerslip.dynamics.compact.integrator import Compact, is_compact
 from fingerslip.dynamics.finite.large import Large
-from fingerslip.dynamics.integrator import BodyIntegrator
-from fingerslip.dynamics.loop import BodyObserver, Loop
+from fingerslip.dynamics.loop import BodyIntegrator, BodyObserver, Loop
 from fingerslip.dynamics.recording.recorder import Recorder
 from fingerslip.dynamics.recording.snapshots import Recoveries
 from fingerslip.dynamics.recording.steps import record_bytes

@@ -15,7 +15,7 @@ import fingerslip as fs
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.dynamics.recording.steps import step_times
 from fingerslip.dynamics.step.mesh import advance
-from fingerslip.dynamics.step.prediction import first_state
+from fingerslip.dynamics.step.state import first_state
 from fingerslip.dynamics.step.stepper import Stopwatch, build_steppers
 from fingerslip.dynamics.system.system import build_system
 from fingerslip.errors import ConvergenceError

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import fingerslip as fs
-from fingerslip.dynamics.finite import inclusions
-from fingerslip.dynamics.finite.inclusions import find_inclusions
+from fingerslip.dynamics.finite import body
+from fingerslip.dynamics.finite.body import find_inclusions
 from fingerslip.dynamics.system.operators import Unknowns
 from fingerslip.verification.meshes import box
 
@@ -96,7 +96,7 @@ def sheared_block(element, *counts):
 def test_a_turned_rod_costs_few_factors_and_ends_where_it_does_without_its_coordinates(element, counts, monkeypatch):
     model = sheared_block(element, *counts)
     history = fs.simulate(model)
-    monkeypatch.setattr(inclusions, "_STIFF", np.inf)
+    monkeypatch.setattr(body, "_STIFF", np.inf)
     plain = fs.simulate(model)
     largest = np.abs(plain.support_force.values).max()
     np.testing.assert_allclose(history.support_force.values, plain.support_force.values, atol=1e-5 * largest)

@@ -13,12 +13,11 @@ from fingerslip.contact.interface import InterfaceState, conditions
 from fingerslip.contact.solve.newton import solve_friction
 from fingerslip.contact.solve.partition import first_partition
 from fingerslip.dynamics.compact.kernel import ENERGIES, Body, Driving, Inverse, Motion, Records, take_steps
-from fingerslip.dynamics.integrator import BodyIntegrator
+from fingerslip.dynamics.loop import BodyIntegrator
 from fingerslip.dynamics.reduced.reduction import ByModes
 from fingerslip.dynamics.step.contact_step import GOAL, TOLERANCE, unsolved
-from fingerslip.dynamics.step.prediction import first_state
 from fingerslip.dynamics.step.release import remainder
-from fingerslip.dynamics.step.state import State
+from fingerslip.dynamics.step.state import State, first_state
 from fingerslip.dynamics.step.stepper import Stepper
 from fingerslip.dynamics.system.system import System
 
@@ -47,7 +46,7 @@ def is_compact(stepper: Stepper) -> bool:
 
 
 class Compact(BodyIntegrator):
-    """Motions whose steps compiled code takes; see :class:`fingerslip.dynamics.integrator.BodyIntegrator`."""
+    """Motions whose steps compiled code takes; see :class:`fingerslip.dynamics.loop.BodyIntegrator`."""
 
     def __init__(self, steppers: Sequence[Stepper]) -> None:
         self._motions = list(map(_Steps, steppers))
@@ -67,7 +66,7 @@ class Compact(BodyIntegrator):
         ends: Array,
         length: float | None = None,  # noqa: ARG002
     ) -> dict[int, tuple[State, list[State]]]:
-        """Take steps to times (k,) [s]; see :meth:`fingerslip.dynamics.integrator.Integrator.advance`."""
+        """Take steps to times (k,) [s]; see :meth:`fingerslip.dynamics.loop.Integrator.advance`."""
         return {number: self._motions[number].advance(state, ends) for number, state in states.items()}
 
     def steer(self, system: System) -> None:

@@ -1,18 +1,33 @@
-"""The deformable body of a motion at large strain: its forces on the unknowns, and what of it a state keeps."""
+"""The deformable body of a motion at large strain: its forces on the unknowns, its stiff inclusions, and its state.
+
+How far each inclusion, such as a rod of a sensor, has turned is a coordinate of its own. Where one is a hundred
+thousand times stiffer than what it lies in, a linear step that turns it also stretches it, by half the square of the
+angle: its forces then outweigh all others. And factors of a tangent hold an inclusion that has turned by a thousandth
+since. So the position of a node of an inclusion is written ::
+
+    x = c + t + R(phi) R_0 (a + d),    a = X - c
+
+with the mean c of its nodes at rest, their mean displacement t, the rotation R_0 of the tangent that is factorised, the
+rotation vector phi since then, and small displacements d that deform it. Iterates are extrapolated, mixed and corrected
+in t, phi and d. The inverse of the tangent serves at another rotation as T A^-1 T^T, where T takes each motion of an
+inclusion to that which is turned with it.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial.transform import Rotation
 
-from fingerslip.dynamics.system.operators import MeshCoordinates
+from fingerslip.dynamics.system.operators import MeshCoordinates, Unknowns
 from fingerslip.fe.finite.bulk import LargeStrain
 from fingerslip.fe.finite.history import Deformed
-
-__all__ = ["Body", "BodyState"]
 
 Array = NDArray[np.float64]
 
@@ -76,3 +91,174 @@ class Body:
             return of_mesh[unknowns.free][:, unknowns.free]
         expansion = unknowns.expansion(self.coordinates.n_dofs)
         return sparse.csr_matrix(expansion.T @ of_mesh @ expansion + sparse.diags(self.springs))
+
+
+Indices = NDArray[np.int64]
+
+# Stiffness over that of the softest material from which cells are stiff.
+_STIFF = 1e3
+
+
+@dataclass(frozen=True)
+class Local:
+    """Displacements of a body in coordinates in which turned inclusions are not stretched.
+
+    The displacement counts from the predictor of the step, as that of a body that has travelled far has few digits left
+    for what the step adds.
+    """
+
+    values: Array  # (n,), the displacement since the predictor; of inclusions it does not count [m]
+    strained: Array  # (m, 3), the displacements d that deform inclusions [m]
+    shift: Array  # (k, 3), mean displacements t of inclusions [m]
+    turn: Array  # (k, 3), their rotation vectors phi since R_0 [rad]
+
+    def flat(self) -> Array:
+        """Return all coordinates in one row, shape (n + 3 m + 6 k,)."""
+        return np.concatenate([self.values, self.strained.ravel(), self.shift.ravel(), self.turn.ravel()])
+
+
+@dataclass(frozen=True)
+class Inclusions:
+    """The stiff inclusions of a body, k with m nodes in all, among the n unknowns."""
+
+    rows: Indices  # (m, dim), the unknowns of their nodes; n where a support holds them
+    owner: Indices  # (m,), the inclusion of each node
+    means: sparse.csr_matrix  # (k, m), means over the nodes of each
+    arms: Array  # (m, 3), a, their places at rest about the mean of their inclusion [m]
+
+    @cached_property
+    def _inertia(self) -> Array:
+        """Means of |a|^2 I - a a^T at rest, shape (k, 3, 3) [m^2]."""
+        squares = self._outer(self.arms, self.arms)
+        inertia: Array = np.trace(squares, axis1=1, axis2=2)[:, None, None] * np.eye(3) - squares
+        return inertia
+
+    def rotations(self, displacement: Array) -> Array:
+        """Return how inclusions have turned at a displacement (n,) [m], shape (k, 3, 3)."""
+        positions = self.arms + self._read(displacement)
+        # That of the nodes about their mean; arms have none.
+        left, _, right = np.linalg.svd(self._outer(positions, self.arms))
+        left[:, :, 2] *= np.linalg.det(left @ right)[:, None]
+        return np.asarray(left @ right)
+
+    def local(self, since: Array, predictor: Array, start: Array) -> Local:
+        """Return the coordinates of a displacement since a predictor, both (n,) [m], from rotations R_0 (k, 3, 3)."""
+        if not self.owner.size:
+            return Local(since, *np.zeros((3, 0, 3)))
+        displacement = predictor + since
+        positions, turn = self.arms + self._read(displacement), self.rotations(displacement)
+        shift = self.means @ positions
+        strained = _turned_back(turn[self.owner], positions - shift[self.owner]) - self.arms
+        return Local(since, strained, shift, self._vectors(turn @ np.swapaxes(start, 1, 2)))
+
+    def since(self, flat: Array, predictor: Array, start: Array) -> Array:
+        """Return the displacement since a predictor, both (n,) [m], of coordinates (n + 3 m + 6 k,)."""
+        if not self.owner.size:
+            return flat
+        sizes = 3 * np.array([len(self.arms), len(self._inertia), len(self._inertia)])
+        values, *parts = np.split(flat, flat.size - np.cumsum(sizes[::-1])[::-1])
+        strained, shift, turn = (part.reshape(-1, 3) for part in parts)
+        arms = _turned((self._matrices(turn) @ start)[self.owner], self.arms + strained)
+        return self._written(values, arms + shift[self.owner] - self.arms - self._read(predictor))
+
+    def moved(self, local: Local, change: Array, start: Array) -> Array:
+        """Return the coordinates (n + 3 m + 6 k,) after a linear change of displacements (n,) [m]."""
+        if not self.owner.size:
+            return local.values + change
+        since = self._matrices(local.turn)
+        matrices = since @ start
+        shift, turn, rest = self._split(self._read(change), matrices)
+        rest -= np.cross(turn[self.owner], _turned(matrices[self.owner], local.strained))
+        strained = local.strained + _turned_back(matrices[self.owner], rest)
+        turns = self._vectors(self._matrices(turn) @ since)
+        return Local(local.values + change, strained, local.shift + shift, turns).flat()
+
+    def motion(self, values: Array, local: Local, start: Array) -> Array:
+        """Return T x of a motion x (n,), from rotations R_0 (k, 3, 3) to where inclusions are."""
+        if not self.owner.size:
+            return values
+        since, owner = self._matrices(local.turn), self.owner
+        shift, turn, rest = self._split(self._read(values), start)
+        across = np.cross(turn[owner], _turned((since @ start)[owner], self.arms))
+        return self._written(values, shift[owner] + across + _turned(since[owner], rest))
+
+    def forces(self, values: Array, local: Local, start: Array) -> Array:
+        """Return T^T f of forces f (n,); see :meth:`motion`."""
+        if not self.owner.size:
+            return values
+        since, owner, forces = self._matrices(local.turn), self.owner, self._read(values)
+        mean, moment = self.means @ forces, self.means @ np.cross(_turned((since @ start)[owner], self.arms), forces)
+        mean -= _turned_back(since, mean)
+        turn = self._per_moment(moment - _turned_back(since, moment), start)
+        across = np.cross(turn[owner], _turned(start[owner], self.arms))
+        return self._written(values, _turned_back(since[owner], forces) + mean[owner] + across)
+
+    def _matrices(self, vectors: Array) -> Array:
+        """Return the rotations (k, 3, 3) of rotation vectors (k, 3) [rad]."""
+        return np.asarray(Rotation.from_rotvec(vectors).as_matrix())
+
+    def _vectors(self, matrices: Array) -> Array:
+        """Return the rotation vectors (k, 3) [rad] of rotations (k, 3, 3)."""
+        return np.asarray(Rotation.from_matrix(matrices).as_rotvec())
+
+    def _split(self, change: Array, turn: Array) -> tuple[Array, Array, Array]:
+        """Return the mean shifts (k, 3) and rotations (k, 3) of changes (m, 3), and what is left of these (m, 3)."""
+        arms, shift = _turned(turn[self.owner], self.arms), self.means @ change
+        rest = change - shift[self.owner]
+        rotation = self._per_moment(self.means @ np.cross(arms, rest), turn)
+        return shift, rotation, rest - np.cross(rotation[self.owner], arms)
+
+    def _per_moment(self, moments: Array, turn: Array) -> Array:
+        """Return what moments (k, 3) turn inclusions by that have turned (k, 3, 3)."""
+        back = _turned_back(turn, moments)
+        return _turned(turn, np.linalg.solve(self._inertia, back[:, :, None])[:, :, 0])
+
+    def _outer(self, left: Array, right: Array) -> Array:
+        """Return the means of products (m, 3) by (m, 3) of each inclusion, shape (k, 3, 3)."""
+        return np.asarray(self.means @ (left[:, :, None] * right[:, None, :]).reshape(-1, 9)).reshape(-1, 3, 3)
+
+    def _read(self, values: Array) -> Array:
+        """Return the components of nodes of inclusions among values (n,) of the unknowns, shape (m, 3)."""
+        padded = np.zeros((len(self.rows), 3))
+        padded[:, : self.rows.shape[1]] = np.append(values, 0.0)[self.rows]
+        return padded
+
+    def _written(self, values: Array, components: Array) -> Array:
+        """Return values (n,) of the unknowns with the components (m, 3) of nodes of inclusions."""
+        padded = np.append(values, 0.0)
+        padded[self.rows] = components[:, : self.rows.shape[1]]
+        return padded[:-1]
+
+
+def _turned(matrices: Array, vectors: NDArray[np.floating[Any]]) -> Array:
+    """Return vectors (k, 3) turned by matrices (k, 3, 3)."""
+    return np.asarray(np.einsum("kij,kj->ki", matrices, vectors))
+
+
+def _turned_back(matrices: Array, vectors: Array) -> Array:
+    """Return vectors (k, 3) turned back by matrices (k, 3, 3)."""
+    return np.asarray(np.einsum("kji,kj->ki", matrices, vectors))
+
+
+def find_inclusions(
+    positions: Array, cells: Indices, stiffness: Array, unknowns: Unknowns, touching: Indices
+) -> Inclusions:
+    """Return what is stiff beside the softest cells, wholly inside and not supported.
+
+    Arrays: positions (n_nodes, dim) [m]; cells (n_cells, n_nodes_of_cell); stiffness (n_cells,) [Pa]; touching (n_c,).
+    """
+    stiff = cells[stiffness > _STIFF * stiffness.min()]
+    size, dim = positions.shape
+    first = np.repeat(stiff[:, 0], stiff.shape[1])
+    joined = sparse.coo_matrix((np.ones(first.size), (first, stiff.ravel())), shape=(size, size))
+    part = connected_components(joined, directed=False)[1]
+    rows = unknowns.rows(size * dim).reshape(size, dim)
+    is_carried = (rows >= unknowns.free.size).any(axis=1) | (rows < 0).all(axis=1)
+    refused = np.union1d(part[is_carried], part[touching])
+    nodes = np.setdiff1d(stiff, np.flatnonzero(np.isin(part, refused)))
+    owner = np.unique(part[nodes], return_inverse=True)[1].astype(np.int64)
+    arms = np.zeros((nodes.size, 3))
+    arms[:, :dim] = positions[nodes]
+    counts = np.bincount(owner)
+    means = sparse.csr_matrix((1.0 / counts[owner], (owner, np.arange(nodes.size))), shape=(counts.size, nodes.size))
+    return Inclusions(np.where(rows < 0, unknowns.count, rows)[nodes], owner, means, arms - (means @ arms)[owner])

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.dynamics.finite.newton import Factors, advance_finite
-from fingerslip.dynamics.integrator import ByLength
-from fingerslip.dynamics.step.prediction import first_state
-from fingerslip.dynamics.step.state import State
+from fingerslip.dynamics.loop import ByLength
+from fingerslip.dynamics.step.state import State, first_state
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
 from fingerslip.dynamics.system.scheme import Scheme, make_scheme, static
 from fingerslip.dynamics.system.system import System
@@ -31,7 +30,7 @@ _DEEPEST = 6
 
 
 class Large:
-    """One motion at large strain; see :class:`fingerslip.dynamics.integrator.BodyIntegrator`.
+    """One motion at large strain; see :class:`fingerslip.dynamics.loop.BodyIntegrator`.
 
     A step of the model that is not solved is taken in halves.
     """

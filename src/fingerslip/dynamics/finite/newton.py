@@ -8,7 +8,7 @@ An iteration solves for the change of x with the effective matrix A of some tang
 the forces r obey the law of contact at the new displacement, whatever the iterate, far better than the iterate itself
 obeys its equation. So the only residual is that of the equation of motion, and of curved counterfaces, whose gap is
 linear about the iterate. It shrinks from one iteration to the next the more, the nearer the tangent is; iterates are
-mixed so that it shrinks faster (:mod:`fingerslip.dynamics.step.anchor`).
+mixed so that it shrinks faster (:mod:`fingerslip.dynamics.step.mesh`).
 
 Factors are kept from step to step as long as that costs less than new ones.
 """
@@ -23,14 +23,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.dynamics.finite.body import BodyState
-from fingerslip.dynamics.finite.inclusions import Inclusions, Local, find_inclusions
-from fingerslip.dynamics.step.anchor import Mixing
+from fingerslip.dynamics.finite.body import BodyState, Inclusions, Local, find_inclusions
 from fingerslip.dynamics.step.contact_step import ContactStep, solve_step, turn, weighted_forces
 from fingerslip.dynamics.step.finish import Strained, finish
-from fingerslip.dynamics.step.prediction import Prediction, predict_ends
+from fingerslip.dynamics.step.mesh import Mixing
 from fingerslip.dynamics.step.release import fading_forces
-from fingerslip.dynamics.step.state import State
+from fingerslip.dynamics.step.state import Prediction, State, predict_ends
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch, build_stepper, is_large
 from fingerslip.dynamics.system.operators import Pose
 from fingerslip.dynamics.system.scheme import Predictor, Scheme

@@ -249,7 +249,7 @@ class _State:
 
 
 class _Steps:
-    """One motion, step by step: see :class:`fingerslip.dynamics.integrator.Integrator`."""
+    """One motion, step by step: see :class:`fingerslip.dynamics.loop.Integrator`."""
 
     def __init__(self, setting: _Setting, step: float) -> None:
         self._setting, self._step = setting, step

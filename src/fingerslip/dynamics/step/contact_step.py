@@ -17,8 +17,8 @@ from fingerslip.contact.solve.forces import solve_contact
 from fingerslip.contact.solve.newton import ContactSolution
 from fingerslip.contact.solve.partition import Partition
 from fingerslip.contact.solve.working_set import WorkingSet
-from fingerslip.dynamics.step.prediction import Prediction
 from fingerslip.dynamics.step.release import Release, drop, fade, fading_forces, mark_changes
+from fingerslip.dynamics.step.state import Prediction
 from fingerslip.dynamics.step.stepper import Stepper
 from fingerslip.dynamics.system.operators import Pose
 from fingerslip.errors import ConvergenceError

@@ -12,8 +12,7 @@ from fingerslip.contact.counterfaces import tangent_lengths
 from fingerslip.contact.interface import StepOutcome, settle
 from fingerslip.dynamics.finite.body import BodyState
 from fingerslip.dynamics.step.contact_step import ContactStep
-from fingerslip.dynamics.step.prediction import Prediction
-from fingerslip.dynamics.step.state import State
+from fingerslip.dynamics.step.state import Prediction, State
 from fingerslip.dynamics.step.stepper import Stepper
 from fingerslip.dynamics.step.viscoelastic import HistoryVariables, relaxed_force
 from fingerslip.dynamics.system.scheme import start_push

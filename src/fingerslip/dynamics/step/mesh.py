@@ -1,29 +1,143 @@
-"""Steps at small strain, on the mesh or in a reduced basis: forward, contact, backward, finish."""
+"""Steps at small strain, on the mesh or in a reduced basis: forward, contact, backward, finish.
+
+Bodies without inertia, deformable and rigid, that only contact holds have a singular stiffness: rigid motions cost
+nothing until contact resists. Soft springs hold the body to an anchor, and a step is solved again with the anchor where
+the body went, until the springs pull no more. What is left is equilibrium of loads and contact alone: a proximal point
+iteration (Rockafellar 1976). Each pass shrinks the error by about the ratio of the springs' stiffness to what else
+resists the motion, which is little where a body rolls, so that passes are mixed (:class:`Mixing`).
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.dynamics.integrator import BodyIntegrator, ByLength
-from fingerslip.dynamics.step.anchor import Lead, is_at_rest, move_anchor, passes
-from fingerslip.dynamics.step.contact_step import ContactStep, solve_step, turn, weighted_forces
+from fingerslip.dynamics.loop import BodyIntegrator, ByLength
+from fingerslip.dynamics.step.contact_step import POSE_GOAL, ContactStep, solve_step, turn, weighted_forces
 from fingerslip.dynamics.step.finish import finish
-from fingerslip.dynamics.step.prediction import first_state, predict
 from fingerslip.dynamics.step.sharing import first_alike, same_motion
-from fingerslip.dynamics.step.state import State
+from fingerslip.dynamics.step.state import Prediction, State, first_state, predict
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
 from fingerslip.dynamics.system.system import System
+from fingerslip.errors import EquilibriumError
 from fingerslip.linear.resources import Mapper
 
 Array = NDArray[np.float64]
 
+# Iterations that are combined: more do not shrink the residual faster, as contact changes meanwhile.
+_KEPT = 5
+# Singular values of the changes of residuals below this part of the largest, or of the residual, are rounding.
+_RESIDUAL_ROUNDING = 1e-8
+
+
+class Mixing:
+    """Mixing of iterates: Anderson's acceleration of an iteration on factors that are not quite the tangent's.
+
+    An iteration leads from an iterate with a residual to an end. Of the last few of them, the combination with the
+    least residual, in the sense of least squares, is also made of the ends: that is where the next iterate goes
+    (Anderson 1965; Walker & Ni 2011). For a linear problem this is the generalised minimal residual method.
+    """
+
+    def __init__(self) -> None:
+        self._residuals: list[Array] = []
+        self._ends: list[Array] = []
+
+    def next(self, end: Array, residual: Array) -> Array:
+        """Return where the next iterate goes, from where the last iteration leads, and the residual of its iterate.
+
+        Arrays: end (n,); residual (n,) [N].
+        """
+        self._residuals = [*self._residuals[1 - _KEPT :], residual]
+        self._ends = [*self._ends[1 - _KEPT :], end]
+        if len(self._ends) == 1:
+            return end
+        changes = np.stack([residual - earlier for earlier in self._residuals[:-1]], axis=1)
+        largest = max(float(np.linalg.norm(changes)), 1e-300)
+        rounding = _RESIDUAL_ROUNDING * max(1.0, float(np.linalg.norm(residual)) / largest)
+        weights = np.linalg.lstsq(changes, residual, rcond=rounding)[0]
+        mixed = end.copy()
+        for weight, earlier in zip(weights, self._ends[:-1], strict=True):
+            mixed -= weight * (end - earlier)
+        return mixed
+
+
+_MOST_PASSES = 200
+# What a mixed pass leaves of the springs' force at most.
+_SHRINKS = 0.9
+# Force of the springs over all forces of contact and loads.
+_TOLERANCE = 1e-10
+# Of positions, which moves the force of a contact by as much times its stiffness.
+_ROUNDING = 1e-16
+
+
+def passes(steppers: Sequence[Stepper], time: float) -> Iterator[int]:
+    """Count the passes of a step: one where supports or inertia hold the body; refuse more than the most."""
+    if steppers[0].anchoring is None:
+        yield 0
+    else:
+        yield from range(_MOST_PASSES)
+        raise EquilibriumError(time, steppers[0].system.held_by_contact)
+
+
+def is_at_rest(stepper: Stepper, start: Prediction, contact: ContactStep, unknown: Array) -> bool:
+    """Tell whether the springs to the anchor pull no more, and turned bodies see candidates where they are.
+
+    Arrays: unknown (n,) [m].
+    """
+    if stepper.anchoring is None:
+        return True
+    rotations = stepper.system.rotations
+    if rotations is not None:
+        end = start.about(stepper, stepper.system.relative @ unknown, unknown[rotations.at])
+        if end.distance(stepper, contact.pose) > POSE_GOAL:
+            return False
+    pull = float(np.abs(start.anchor_force(stepper, unknown)).sum())
+    acting = float(np.abs(contact.forces).sum() + np.abs(start.load).sum())
+    rounding = _ROUNDING * _size(stepper) * float(stepper.system.candidates.normal_stiffness.sum())
+    return pull <= max(_TOLERANCE * acting, rounding)
+
+
+class Lead:
+    """Where the anchor of a motion goes from pass to pass of a step."""
+
+    def __init__(self) -> None:
+        self._mixing, self._mixes = Mixing(), False
+        self._end, self._pull = np.zeros(0), np.inf
+
+    def next(self, end: Array, pull: Array) -> Array:
+        """Return where the anchor goes (n,) [m] after a pass that ended at `end` (n,) [m] with spring forces (n,) [N].
+
+        Where contact has changed, mixing can lead astray: then the last pass before it goes on by itself.
+        """
+        size = float(np.linalg.norm(pull))
+        if self._mixes and size > _SHRINKS * self._pull:
+            self._mixing, self._mixes = Mixing(), False
+            return self._end
+        led = self._mixing.next(end, pull)
+        self._mixes, self._end, self._pull = not np.array_equal(led, end), end, size
+        return led
+
+
+def move_anchor(stepper: Stepper, start: Prediction, unknown: Array, lead: Lead) -> Prediction:
+    """Return the step with the anchor where this pass, which went by `unknown` (n,) [m], and those before it lead."""
+    if stepper.anchoring is None:
+        return start
+    beyond = lead.next(unknown, start.anchor_force(stepper, unknown)) - unknown
+    # No farther at once than the body is large: where nothing holds it, mixing would lead to where all is rounding.
+    far = float(np.abs(stepper.system.relative @ beyond).max(initial=0.0)) / _size(stepper)
+    return start.with_anchor(stepper, unknown + beyond / max(far, 1.0))
+
+
+def _size(stepper: Stepper) -> float:
+    """Return the size of the body [m]."""
+    return float(np.ptp(stepper.system.space.positions, axis=0).max())
+
 
 class Mesh(BodyIntegrator):
-    """Motions that share a factorised matrix; see :class:`fingerslip.dynamics.integrator.BodyIntegrator`."""
+    """Motions that share a factorised matrix; see :class:`fingerslip.dynamics.loop.BodyIntegrator`."""
 
     steppers: Sequence[Stepper] = ()
 

@@ -11,19 +11,23 @@ so whatever is left over is rounding, or an error. The numerical dissipation is 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import repeat
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.contact.interface import InterfaceState
+from fingerslip.contact.interface import InterfaceState, rest_state
 from fingerslip.contact.solve.partition import Partition
 from fingerslip.contact.solve.working_set import WorkingSet
 from fingerslip.dynamics.finite.body import BodyState
-from fingerslip.dynamics.step.release import Release
-from fingerslip.dynamics.step.viscoelastic import HistoryVariables
+from fingerslip.dynamics.step.release import Release, fading_forces
+from fingerslip.dynamics.step.stepper import Stepper, with_known
+from fingerslip.dynamics.step.viscoelastic import HistoryVariables, variables_at_rest
+from fingerslip.dynamics.system.operators import Pose
+from fingerslip.dynamics.system.scheme import Predictor, start_push, starts_damped
 
 Array = NDArray[np.float64]
 
@@ -91,3 +95,158 @@ class State:
         if self.body is None:
             raise ValueError("a state at small strain")
         return self.body
+
+
+_NONE = np.zeros(0)
+
+
+def first_state(stepper: Stepper) -> State:
+    """Return the state at time zero, with the acceleration that loads and damping give it; supports are at rest."""
+    system, candidates = stepper.system, stepper.system.candidates
+    velocity, load = system.initial_velocity, system.load(0.0)
+    damped, factor = stepper.damping_force(velocity), stepper.scheme.inertia_factor
+    kinetic = 0.5 * factor * float(velocity @ (system.mass @ velocity))
+    acceleration, inertia = _acceleration(stepper, (load - damped) * factor)
+    unbalance, moving = damped - load, system.unknowns.moving
+    unbalance[moving] = -inertia[moving]
+    unbalance_before = unbalance
+    if starts_damped(stepper.scheme, stepper.damping, system.dampers):
+        # The balance of energy closes with the forces with which damping takes up within a step what inertia lacks.
+        unbalance[moving] -= stepper.resisting(acceleration)[moving]
+        lacking, weight = unbalance + inertia, stepper.scheme.start_weight
+        unbalance = unbalance - start_push(stepper.scheme) / weight * lacking
+        unbalance_before = unbalance + lacking / weight
+    none = np.zeros((len(candidates.nodes), system.space.dim))
+    return State(
+        time=0.0,
+        displacement=np.zeros_like(velocity),
+        velocity=velocity,
+        acceleration=acceleration,
+        inertia=inertia,
+        load=load,
+        unbalance=unbalance,
+        unbalance_before=unbalance_before,
+        counterfaces=np.zeros((len(system.motions), system.space.dim)),
+        moved=none,
+        contact_forces=none,
+        contact_forces_before=none,
+        interface=rest_state(candidates, system.counterfaces.gaps(candidates.positions, candidates.counterface)),
+        energies=Energies(kinetic=kinetic, initial=kinetic),
+        moments=np.zeros(0 if system.rotations is None else system.rotations.at.size),
+        history_variables=tuple(map(variables_at_rest, stepper.viscous)),
+        body=None if system.body is None else system.body.at_rest(stepper.scheme.step),
+    )
+
+
+def _acceleration(stepper: Stepper, forces: Array) -> tuple[Array, Array]:
+    """Return the acceleration (n,) [m/s^2] under forces (n,) [N], and the mass times it; moving supports have none."""
+    system, moving = stepper.system, stepper.system.unknowns.moving
+    forces_left = forces.copy()
+    forces_left[moving] = 0.0
+    if not forces_left.any():
+        return forces_left, np.zeros_like(forces_left)
+    if starts_damped(stepper.scheme, stepper.damping, system.dampers):
+        halfway = stepper.condensed.forward(forces_left)
+        acceleration = stepper.condensed.backward(halfway, np.zeros_like(halfway.local))
+        return acceleration, system.mass @ acceleration
+    acceleration = system.coordinates.solve(with_known(system.mass, moving), forces_left, stepper.solver)
+    return acceleration, (system.mass @ acceleration if moving.size else forces_left)
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """A step of one motion, ready for its substitution."""
+
+    before: State  # the state at the start of the step
+    time: float  # end of the step [s]
+    counterfaces: Array  # (n_counterfaces, dim), prescribed displacement of the counterfaces at the end [m]
+    load: Array  # (n,), forces of loads at the end, those on rigid bodies included [N]
+    free: Predictor  # the end of the step with no unknown
+    moved: Array  # (n_c, dim), displacement of the candidates relative to their counterfaces there [m]
+    pose: Pose | None  # the candidates there as bodies see them that turn
+    right_hand_side: Array  # (n,), right-hand side of the step without contact forces [N]
+    prescribed: Array | None = None  # (n,), acceleration of moving supports at the end, zero elsewhere [m/s^2]
+    anchor: Array | None = None  # (n,), where the springs of the stepper pull to, relative to `free` [m]
+
+    @property
+    def arms(self) -> Array:
+        """Displacement of the candidates relative to turning bodies per rotation, shape (n_c * dim, r) [m]."""
+        return np.zeros((self.moved.size, 0)) if self.pose is None else self.pose.columns
+
+    def about(self, stepper: Stepper, moved: Array, angles: Array) -> Prediction:
+        """Return the step predicted to end with candidates (n_c * dim,) and rotations (r,) at these unknowns."""
+        system, factor = stepper.system, stepper.scheme.displacement_factor
+        displacement, reached = self.free.displacement.copy(), self.moved + factor * moved.reshape(self.moved.shape)
+        if system.rotations is not None:
+            displacement[system.rotations.at] += factor * angles
+        return replace(self, moved=reached, pose=system.pose(displacement, reached))
+
+    def distance(self, stepper: Stepper, pose: Pose | None) -> float:
+        """Return how far candidates are from where turned bodies see them in a pose, over the size of the mesh [-]."""
+        if self.pose is None or pose is None:
+            return 0.0
+        size = float(np.ptp(stepper.system.space.positions, axis=0).max())
+        return float(np.abs(self.pose.points - pose.points).max()) / size
+
+    def with_anchor(self, stepper: Stepper, anchor: Array) -> Prediction:
+        """Return the step with the anchor (n,) [m] of a body that only contact holds, relative to `free`."""
+        moved = anchor if self.anchor is None else anchor - self.anchor
+        right_hand_side = self.right_hand_side + stepper.anchor_force(moved)
+        return replace(self, anchor=anchor, right_hand_side=right_hand_side)
+
+    def anchor_force(self, stepper: Stepper, unknown: Array) -> Array:
+        """Return the force that the anchor exerts on the body at the end of the step, shape (n,) [N]."""
+        return stepper.anchor_force((0.0 if self.anchor is None else self.anchor) - unknown)
+
+
+def predict(
+    steppers: Sequence[Stepper], states: Sequence[State], time: float, counterfaces: Sequence[Array]
+) -> list[Prediction]:
+    """Carry the states of k motions, which share their matrices, to the end of a step as if no force acted there.
+
+    Arrays: time [s]; counterfaces (n_counterfaces, dim), their prescribed displacement at the end [m].
+    """
+    starts = list(map(predict_ends, steppers, states, repeat(time), counterfaces))
+    displacement = np.stack([start.free.displacement for start in starts])
+    velocity = np.stack([start.free.velocity for start in starts])
+    predictions, resisting = [], steppers[0].resisting_force(displacement, velocity)
+    for stepper, start, resisting_force in zip(steppers, starts, resisting, strict=True):
+        scheme, system, before = stepper.scheme, stepper.system, start.before
+        force = start.load - resisting_force
+        for layer, variables in zip(stepper.viscous, before.history_variables, strict=True):
+            force += layer.force(variables)
+        side = scheme.end_weight * force + scheme.start_weight * before.unbalance
+        if start.prescribed is not None:
+            # The inertia of moving supports is known; their own equations are empty.
+            side -= system.mass @ start.prescribed
+            side[system.unknowns.moving] = 0.0
+        if before.release is not None:
+            side += system.push(fading_forces(scheme, before.release), start.pose)
+        predictions.append(replace(start, right_hand_side=side))
+    return predictions
+
+
+def predict_ends(stepper: Stepper, before: State, time: float, counterfaces: Array) -> Prediction:
+    """Return the prediction of one motion without its right-hand side; see :func:`predict`."""
+    system, scheme = stepper.system, stepper.scheme
+    free, moving = scheme.predict(before.displacement, before.velocity, before.acceleration), system.unknowns.moving
+    prescribed = None
+    if moving.size:
+        # Moving supports move by the scheme like all others.
+        unknown = np.zeros_like(free.displacement)
+        unknown[moving] = (system.support_values(time) - free.displacement[moving]) / scheme.displacement_factor
+        displacement = free.displacement + scheme.displacement_factor * unknown
+        free = Predictor(displacement, free.velocity + scheme.velocity_factor * unknown)
+        prescribed = scheme.inertia_factor * unknown
+    moved = system.moved(free.displacement, counterfaces)
+    return Prediction(
+        before=before,
+        time=time,
+        counterfaces=counterfaces,
+        load=system.load(time),
+        free=free,
+        moved=moved,
+        pose=system.pose(free.displacement, moved),
+        right_hand_side=_NONE,
+        prescribed=prescribed,
+    )
