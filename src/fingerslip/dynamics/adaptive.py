@@ -13,16 +13,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from fingerslip.dynamics.loop import BodyIntegrator
+from fingerslip.dynamics.loop import BodyIntegrator, Integrator
 from fingerslip.dynamics.recording.steps import Span, spans_of
 from fingerslip.dynamics.step.state import State
-from fingerslip.dynamics.system.scheme import Scheme
 from fingerslip.errors import ConvergenceError
 from fingerslip.model.model import Model
 from fingerslip.model.timing import Adaptive
@@ -33,77 +32,28 @@ Array = NDArray[np.float64]
 _GOOD, _MARGIN = 2, 0.9
 
 
-class _Errors:
-    """Errors of the steps of one motion, over those that are allowed.
-
-    Arrays: mass (n, n) [kg].
-    """
-
-    def __init__(self, mass: sparse.csr_matrix, tolerance: float) -> None:
-        self._mass, self._tolerance, self._largest = mass, tolerance, 0.0
-
-    def of_step(self, before: State, after: State, scheme: Scheme) -> float:
-        """Return the error of a step of implicit dynamics, over the allowed one."""
-        error = (scheme.displacement_factor - after.step**2 / 6.0) * (after.acceleration - before.acceleration)
-        return self._ratio(error, after, 1.0)
-
-    def of_halves(self, whole: State, halves: State, share: float) -> float:
-        """Return the error of two halves of a quasi-static step, over the allowed one."""
-        return self._ratio(whole.displacement - halves.displacement, halves, share)
-
-    def accept(self, after: State) -> None:
-        """Take note of the displacement at the end of a step that is kept."""
-        self._largest = max(self._largest, self._size(after.displacement))
-
-    def _ratio(self, error: Array, after: State, share: float) -> float:
-        allowed = self._tolerance * share * max(self._largest, self._size(after.displacement))
-        size = self._size(error)
-        return size / allowed if allowed else float(size > 0.0)
-
-    def _size(self, field: Array) -> float:
-        """Return the norm of a field (n,) [kg^(1/2) m]."""
-        return float(np.sqrt(field @ (self._mass @ field)))
-
-
-@dataclass
-class _Counts:
-    """What the steps of a motion were."""
-
-    steps_taken: int = 0
-    steps_rejected: int = 0
-    steps_above_tolerance: int = 0
-    shortest_step: float = float("inf")
-    longest_step: float = 0.0
-
-    def take(self, length: float) -> None:
-        """Count a step of a length [s]."""
-        self.steps_taken += 1
-        self.shortest_step, self.longest_step = min(self.shortest_step, length), max(self.longest_step, length)
-
-
-class Controlled:
-    """Takes one motion from record to record by an integrator, with steps that control their error.
-
-    `pass_by` is told the states between records.
-    """
+class Controlled(Integrator[State]):
+    """Takes one motion from record to record, with steps that control their error; tells states between records."""
 
     def __init__(
         self, integrator: BodyIntegrator, model: Model, mass: sparse.csr_matrix, pass_by: Callable[[State], None]
     ) -> None:
         assert isinstance(model.time, Adaptive)
-        self._integrator, self._time, self._pass_by = integrator, model.time, pass_by
-        self._errors = _Errors(mass, model.time.tolerance)
+        self._integrator, self._time, self._mass, self._pass_by = integrator, model.time, mass, pass_by
         self._halves = model.time.scheme == "quasi_static"
-        # By how much the error over the allowed one grows with twice the step.
-        self._growth = 2.0 if self._halves else 8.0
-        self._counts = _Counts()
+        # By how much the error over the allowed one grows with twice the step; the largest norm of the displacement.
+        self._growth, self._largest = 2.0 if self._halves else 8.0, 0.0
+        self._counts = {"steps_taken": 0, "steps_rejected": 0, "steps_above_tolerance": 0}
+        self._lengths = np.inf, 0.0
         self._records = ((span, units) for span in spans_of(model, model.time) for units in span.intervals())
         self._span: Span | None = None
 
     @property
     def attributes(self) -> Mapping[str, object]:
         """What a history says of the steps, and of how they were computed."""
-        steps = {"time_step": "auto", "time_tolerance": self._time.tolerance, **vars(self._counts)}
+        shortest, longest = self._lengths
+        lengths = {"shortest_step": shortest, "longest_step": longest}
+        steps = {"time_step": "auto", "time_tolerance": self._time.tolerance, **self._counts, **lengths}
         return {**steps, **self._integrator.attributes}
 
     def start(self) -> dict[int, State]:
@@ -132,40 +82,48 @@ class Controlled:
         while True:
             lowest = level <= int(self._halves)
             try:
-                states, error = self._try_step(state, at, level)
+                states, error = self._try_step(state, at, 1 << level)
             except ConvergenceError:
                 if lowest:
                     raise
                 error = float("inf")
             if error <= 1.0 or lowest:
                 break
-            self._counts.steps_rejected += 1
+            self._counts["steps_rejected"] += 1
             level -= 1
             self._level, self._good = level, 0
         after = at + (1 << level)
         for element in states if after < last else states[:-1]:
             self._pass_by(element)
         # Take note of them, and decide how long the next step is.
-        self._counts.steps_above_tolerance += error > 1.0
+        self._counts["steps_above_tolerance"] += error > 1.0
         for element in states:
-            self._counts.take(element.step)
-            self._errors.accept(element)
+            self._counts["steps_taken"] += 1
+            self._lengths = min(self._lengths[0], element.step), max(self._lengths[1], element.step)
+            self._largest = max(self._largest, self._norm(element.displacement))
         if level >= self._level:
             self._good = self._good + 1 if error * self._growth <= _MARGIN else 0
             if self._good >= _GOOD and level < self._highest:
                 self._level, self._good = level + 1, 0
         return states[-1], after
 
-    def _try_step(self, state: State, at: int, level: int) -> tuple[list[State], float]:
-        """Return the states of a step, and its error over the allowed one."""
-        size = 1 << level
-        whole = self._advance(state, at, size)
-        if not self._halves:
-            scheme = self._integrator.steppers[0].scheme
-            return [whole], self._errors.of_step(state, whole, scheme)
-        middle = self._advance(state, at, size // 2)
-        after = self._advance(middle, at + size // 2, size // 2)
-        return [middle, after], self._errors.of_halves(whole, after, size / (at + size))
+    def _try_step(self, state: State, at: int, size: int) -> tuple[list[State], float]:
+        """Return the states of a step of a size from a place, both in ticks, and its error over the allowed one."""
+        whole, share = self._advance(state, at, size), 1.0
+        if self._halves:
+            middle = self._advance(state, at, size // 2)
+            after = self._advance(middle, at + size // 2, size // 2)
+            states, error, share = [middle, after], whole.displacement - after.displacement, size / (at + size)
+        else:
+            factor = self._integrator.steppers[0].scheme.displacement_factor - whole.step**2 / 6.0
+            states, error = [whole], factor * (whole.acceleration - state.acceleration)
+        allowed = self._time.tolerance * share * max(self._largest, self._norm(states[-1].displacement))
+        missed = self._norm(error)
+        return states, missed / allowed if allowed else float(missed > 0.0)
+
+    def _norm(self, field: Array) -> float:
+        """Return the norm of a field (n,) [kg^(1/2) m]."""
+        return float(np.sqrt(field @ (self._mass @ field)))
 
     def _advance(self, state: State, at: int, size: int) -> State:
         """Take a step of a size from a place, both in ticks."""

@@ -23,6 +23,11 @@ Array = NDArray[np.float64]
 class Integrator(Protocol[S]):
     """Takes the steps of motions that are numbered from 0; what the loop over time drives."""
 
+    @property
+    def attributes(self) -> Mapping[str, object]:
+        """What histories say of how they were computed."""
+        return {}
+
     def start(self) -> dict[int, S]:
         """Return the states of all motions at time zero."""
 
@@ -40,11 +45,6 @@ class BodyIntegrator(Integrator[State], Protocol):
     @property
     def steppers(self) -> Sequence[Stepper]:
         """What stayed the same in the last step of each motion."""
-
-    @property
-    def attributes(self) -> Mapping[str, object]:
-        """What histories say of how they were computed."""
-        return {}
 
     def advance(
         self, states: Mapping[int, State], ends: Array, length: float | None = None
@@ -177,6 +177,11 @@ class Loop(Generic[S]):
         self.states = integrator.start()
         for number, state in self.states.items():
             observers[number].record(state)
+
+    @property
+    def attributes(self) -> Mapping[str, object]:
+        """What histories say of how they were computed."""
+        return self._integrator.attributes
 
     @property
     def last(self) -> int:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -18,6 +17,7 @@ from fingerslip.dynamics.recording.snapshots import Recoveries
 from fingerslip.dynamics.recording.steps import record_bytes
 from fingerslip.dynamics.state_checks import Check
 from fingerslip.dynamics.step.mesh import Mesh
+from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch, build_stepper, build_steppers
 from fingerslip.dynamics.system.scheme import make_scheme
 from fingerslip.dynamics.system.system import System
@@ -38,8 +38,16 @@ class Motions:
     times: tuple[Array, ...]  # (n_times,), times of their steps [s]
     solver: LinearSolver  # what factorises
     watch: Stopwatch  # takes the times
-    progress: Callable[[float], None] | None  # called after every step with the fraction that is done
-    threads: int  # threads that solve contacts side by side
+    progress: Callable[[float], None] | None = None  # called after every step with the fraction that is done
+    threads: int = 1  # threads that solve contacts side by side
+
+    @property
+    def record_bytes(self) -> int:
+        """What the records of all of them take [bytes]."""
+        pairs = zip(self.models, self.systems, strict=True)
+        return sum(
+            record_bytes(model, len(system.space.positions), len(system.candidates.nodes)) for model, system in pairs
+        )
 
     def part(self, numbers: slice) -> Motions:
         """Return some of the motions."""
@@ -55,32 +63,19 @@ class Outcome:
     attributes: Mapping[str, object]  # what histories say of how they were computed
 
 
-def make_integrator(motions: Motions, systems: Sequence[System], reserved_bytes: int, mapper: Mapper) -> BodyIntegrator:
-    """Return what takes the steps of motions in the coordinates of their systems.
-
-    Units: reserved_bytes [bytes].
-    """
-    model, solver, watch = motions.models[0], motions.solver, motions.watch
-    time, damping = model.time, model.damping
-    if model.is_finite:
-        return Large(model, systems[0], solver, watch, reserved_bytes)
-    if isinstance(time, Adaptive):
-
-        def make(length: float) -> list[Stepper]:
-            scheme = make_scheme(time.fixed(length))
-            with watch.part("factorisation"):
-                return [build_stepper(systems[0], scheme, damping, solver=solver, reserved_bytes=reserved_bytes)]
-
-        return Mesh(make, time.shortest, watch)
-    with watch.part("factorisation"):
-        steppers = build_steppers(systems, time, damping, solver=solver, reserved_bytes=reserved_bytes)
-    if all(map(is_compact, steppers)):
-        return Compact(steppers)
-    return Mesh(lambda _: steppers, time.step, watch, mapper)
-
-
 def compute(motions: Motions, systems: Sequence[System], checks: Sequence[Check] = ()) -> Outcome:
     """Compute motions in the coordinates of their systems, each with a further check, if any."""
+    with side_by_side(min(motions.threads, len(systems))) as mapper:
+        loop, integrator, recorders = prepare(motions, systems, checks, mapper)
+        with motions.watch.part("stepping"), single_dense_thread():
+            loop.run(motions.progress)
+    return Outcome(tuple(integrator.steppers), recorders, loop.attributes)
+
+
+def prepare(
+    motions: Motions, systems: Sequence[System], checks: Sequence[Check] = (), mapper: Mapper = map
+) -> tuple[Loop[State], BodyIntegrator, tuple[Recorder, ...]]:
+    """Return the loop that computes motions from time zero, what takes its steps, and what records each motion."""
     watch, model = motions.watch, motions.models[0]
     with watch.part("assembly"):
         recoveries = Recoveries(systems[0])
@@ -90,15 +85,30 @@ def compute(motions: Motions, systems: Sequence[System], checks: Sequence[Check]
         )
     further = [[check] for check in checks] or [[] for _ in recorders]
     observers = list(map(BodyObserver, recorders, systems, further))
-    counts = ((len(system.space.positions), len(system.candidates.nodes)) for system in systems)
-    reserved = sum(record_bytes(model, *count) for model, count in zip(motions.models, counts, strict=True))
-    with contextlib.ExitStack() as stack:
-        mapper = stack.enter_context(side_by_side(min(motions.threads, len(systems))))
-        integrator = make_integrator(motions, systems, reserved, mapper)
-        stack.enter_context(watch.part("stepping"))
-        stack.enter_context(single_dense_thread())
-        driven: BodyIntegrator | Controlled = integrator
-        if isinstance(model.time, Adaptive):
-            driven = Controlled(integrator, model, systems[0].mass, observers[0].pass_by)
-        Loop(driven, observers, motions.times, watch).run(motions.progress)
-    return Outcome(tuple(integrator.steppers), recorders, driven.attributes)
+    integrator = _integrator(motions, systems, mapper)
+    driven: BodyIntegrator | Controlled = integrator
+    if isinstance(model.time, Adaptive):
+        driven = Controlled(integrator, model, systems[0].mass, observers[0].pass_by)
+    with single_dense_thread():
+        return Loop(driven, observers, motions.times, watch), integrator, recorders
+
+
+def _integrator(motions: Motions, systems: Sequence[System], mapper: Mapper) -> BodyIntegrator:
+    """Return what takes the steps of motions in the coordinates of their systems."""
+    model, solver, watch, reserved = motions.models[0], motions.solver, motions.watch, motions.record_bytes
+    time, damping = model.time, model.damping
+    if model.is_finite:
+        return Large(model, systems[0], solver, watch, reserved)
+    if isinstance(time, Adaptive):
+
+        def make(length: float) -> list[Stepper]:
+            scheme = make_scheme(time.fixed(length))
+            with watch.part("factorisation"):
+                return [build_stepper(systems[0], scheme, damping, solver=solver, reserved_bytes=reserved)]
+
+        return Mesh(make, time.shortest, watch)
+    with watch.part("factorisation"):
+        steppers = build_steppers(systems, time, damping, solver=solver, reserved_bytes=reserved)
+    if all(map(is_compact, steppers)):
+        return Compact(steppers)
+    return Mesh(lambda _: steppers, time.step, watch, mapper)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from fingerslip.dynamics.motions import Motions, Outcome, compute
 from fingerslip.dynamics.recording.labels import labelled_history
-from fingerslip.dynamics.recording.steps import record_bytes, require_record_memory, step_times
+from fingerslip.dynamics.recording.steps import require_record_memory, step_times
 from fingerslip.dynamics.reduced.basis import BasisStore, compute_in_basis
 from fingerslip.dynamics.step.sharing import check_same_matrix
 from fingerslip.dynamics.step.stepper import Stopwatch
@@ -31,72 +31,36 @@ from fingerslip.parameters.schema import describe
 if TYPE_CHECKING:
     import xarray as xr
 
+Array = NDArray[np.float64]
+
+# Share of the approach of the counterface that candidates are searched for in, in the first stage in 3D, where contact
+# nodes decide what a simulation costs, and in the last, where that of the checks is too short. Measured on the shipped
+# fingertip pressed by 2 mm: 0.91 in the press, up to 1.18 after 5 mm of slide in eight directions, as the pad rolls
+# across. Too short a search costs all steps up to where that shows: every step tells whether a node outside touches.
+_NEAR, _FAR = 1.25, 3.0
+_HOW = "write fs.Model(mesh=..., materials=..., formulation=..., contacts=..., programme=..., time=...)"
+
+_logger = logging.getLogger(__name__)
+
 #: What receives the fraction that is done; True for a bar on standard error, False and None for nothing.
 Progress = Callable[[float], None] | bool | None
 
 
 @contextlib.contextmanager
-def shown_progress(progress: Progress) -> Iterator[Callable[[float], None] | None]:
+def _shown_progress(progress: Progress) -> Iterator[Callable[[float], None] | None]:
     """Give what receives the fraction that is done; a bar is drawn as long as the block lasts."""
     if not isinstance(progress, bool) or not progress:
         yield progress or None
         return
     # Only a bar needs it.
-    from rich import progress as rich_progress
+    from rich import progress as bars
     from rich.console import Console
-    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-    columns = (
-        TextColumn("simulation"),
-        BarColumn(),
-        TextColumn("{task.percentage:>3.0f} %"),
-        TimeElapsedColumn(),
-        TextColumn("left"),
-        TimeRemainingColumn(),
-    )
-    with rich_progress.Progress(*columns, console=Console(stderr=True)) as bar:
+    text = bars.TextColumn
+    columns = text("simulation"), bars.BarColumn(), text("{task.percentage:>3.0f} %"), bars.TimeElapsedColumn()
+    with bars.Progress(*columns, text("left"), bars.TimeRemainingColumn(), console=Console(stderr=True)) as bar:
         task = bar.add_task("simulation", total=1.0)
         yield lambda fraction: bar.update(task, completed=fraction)
-
-
-# Search distance of the first stage over the approach of the counterface. Measured on the shipped fingertip pressed by
-# 2 mm: 0.91 in the press, up to 1.18 after 5 mm of slide in eight directions, as the pad rolls across. Too short a
-# search costs all steps up to where that shows.
-_NEAR = 1.25
-# That of the last stage, where the search of the checks is too short as well.
-_FAR = 3.0
-
-
-def with_short_search(model: Model) -> Model:
-    """Return a model in 3D whose automatic search for candidates is short; any other model as it is.
-
-    In 3D the contact nodes decide what a simulation costs. A boundary seldom touches further out than the counterface
-    goes, while the search of :mod:`fingerslip.dynamics.system.checks` reaches half as far again. Every step tells
-    whether a node outside reaches the counterface; if one does, the simulation begins again with all candidates.
-    """
-    return model if model.mesh.dim() == 2 else _with_search(model, _NEAR)
-
-
-def _with_search(model: Model, share: float) -> Model:
-    """Return a model whose automatic searches reach as far as a share of the approach of their counterfaces."""
-    if model.is_loaded:
-        return model
-    contacts = []
-    for number, contact in enumerate(model.contacts):
-        approach = 0.0
-        if contact.search_distance is None:
-            # The checks of the model say what is wrong, and where.
-            with contextlib.suppress(InputError):
-                approach = largest_approach(contact_motion(model, number), contact.counterface)
-        contacts.append(replace(contact, search_distance=share * approach) if approach > 0.0 else contact)
-    return model if all(map(operator.is_, contacts, model.contacts)) else replace(model, contacts=tuple(contacts))
-
-
-Array = NDArray[np.float64]
-
-_HOW = "write fs.Model(mesh=..., materials=..., formulation=..., contacts=..., programme=..., time=...)"
-
-_logger = logging.getLogger(__name__)
 
 
 def simulate(
@@ -188,10 +152,9 @@ def simulate_together(
         _require_model(model, f"models.{number}")
     check_same_matrix(models)
     times = [step_times(model) for model in models]
-    allowed = allowed_threads(threads)
-    mesh = models[0].mesh
-    threads_of_algebra = suitable_threads(mesh.p.size, allowed, mesh.dim())
-    with limited_threads(threads_of_algebra), shown_progress(progress) as reporter:
+    allowed, mesh = allowed_threads(threads), models[0].mesh
+    of_algebra = suitable_threads(mesh.p.size, allowed, mesh.dim())
+    with limited_threads(of_algebra), _shown_progress(progress) as reporter:
         run = functools.partial(_simulate, times=times, progress=reporter, threads=allowed, solver=solver, bases=bases)
         return _in_stages(models, run)
 
@@ -199,8 +162,8 @@ def simulate_together(
 def _in_stages(
     models: Sequence[Model], run: Callable[[Sequence[Model]], tuple[xr.Dataset, ...]]
 ) -> tuple[xr.Dataset, ...]:
-    """Simulate with few contact candidates; again with all, and with more than the checks found, where too few."""
-    near = list(map(with_short_search, models))
+    """Simulate in 3D with few contact candidates; again with all, and with more than the checks found, if too few."""
+    near = [model if model.mesh.dim() == 2 else _with_search(model, _NEAR) for model in models]
     if not all(map(operator.is_, near, models)):
         try:
             return run(near)
@@ -216,6 +179,21 @@ def _in_stages(
             raise
         _logger.info("%s: starts again with more contact candidates", error)
     return run(farther)
+
+
+def _with_search(model: Model, share: float) -> Model:
+    """Return a model whose automatic searches reach as far as a share of the approach of their counterfaces."""
+    if model.is_loaded:
+        return model
+    contacts = []
+    for number, contact in enumerate(model.contacts):
+        approach = 0.0
+        if contact.search_distance is None:
+            # The checks of the model say what is wrong, and where.
+            with contextlib.suppress(InputError):
+                approach = largest_approach(contact_motion(model, number), contact.counterface)
+        contacts.append(replace(contact, search_distance=share * approach) if approach > 0.0 else contact)
+    return model if all(map(operator.is_, contacts, model.contacts)) else replace(model, contacts=tuple(contacts))
 
 
 def _require_model(value: Any, where: str) -> None:
@@ -236,11 +214,9 @@ def _simulate(
     with watch.part("assembly"):
         systems = [build_system(models[0])]
         systems += [build_system(model, systems[0]) for model in models[1:]]
-        counts = ((len(system.space.positions), len(system.candidates.nodes)) for system in systems)
-        needed = sum(record_bytes(model, *count) for model, count in zip(models, counts, strict=True))
-        require_record_memory(models[0], needed)
     chosen = solver or preferred_solver()
     motions = Motions(tuple(models), tuple(systems), tuple(times), chosen, watch, progress, threads)
+    require_record_memory(models[0], motions.record_bytes)
     basis, is_finite = models[0].basis, models[0].is_finite
     if is_finite and basis is not None:
         _logger.info("large strain is computed on the mesh, not in a reduced basis")
@@ -258,7 +234,7 @@ def _histories(outcome: Outcome, watch: Stopwatch) -> tuple[xr.Dataset, ...]:
     attributes = {**outcome.attributes, "n_simulated_together": len(outcome.steppers)}
     with watch.part("recording"):
         values = [recorder.values() for recorder in outcome.recorders]
-    parts = zip(values, outcome.steppers, outcome.recorders, strict=True)
     return tuple(
-        labelled_history(each, stepper, attributes | recorder.attributes, watch) for each, stepper, recorder in parts
+        labelled_history(of_motion, stepper, attributes | recorder.attributes, watch)
+        for of_motion, stepper, recorder in zip(values, outcome.steppers, outcome.recorders, strict=True)
     )

@@ -64,13 +64,12 @@ class OutsideCheck(Check):
 
     def __init__(self, system: System) -> None:
         numbered = enumerate(zip(system.outsiders, system.counterfaces.shapes, strict=True))
-        self._beside = [_beside(*contact, number, system.rotations) for number, contact in numbered]
+        self._beside = [_Beside(*contact, number, system.rotations) for number, contact in numbered]
 
     def look(self, steps: Steps) -> None:
         """Check states; refuse slip outside."""
         for number, beside in enumerate(self._beside):
-            gaps = beside.gaps(steps.motion[0][:, beside.columns], steps.counterfaces[:, number])
-            outsiders = beside.outsiders
+            outsiders, gaps = beside.outsiders, beside.gaps(steps.motion[0], steps.counterfaces[:, number])
             for time, row in zip(steps.time.tolist(), gaps, strict=True):
                 check_outsiders(
                     *(row, outsiders.nodes, outsiders.positions, time),
@@ -80,41 +79,31 @@ class OutsideCheck(Check):
                 )
 
 
-@dataclass(frozen=True)
 class _Beside:
-    """Nodes beside the candidates of a counterface."""
+    """The k nodes beside the candidates of a counterface; gaps to what is flat need but one displacement of each."""
 
-    outsiders: Outsiders  # the k nodes
-    shape: Counterface  # the counterface
-    columns: NDArray[np.integer]  # (m,), the unknowns that their displacement depends on
-    moved: Array | sparse.csr_matrix  # map from these to their displacement, or to that along the normal
-    number: int  # which of the counterfaces it is
-    rotations: Rotations | None  # the rotations of rigid bodies, whose unknowns are the last columns
+    def __init__(self, outsiders: Outsiders, shape: Counterface, number: int, rotations: Rotations | None) -> None:
+        self.outsiders, self.shape, self._number = outsiders, shape, number
+        self._rotations = rotations if rotations is not None and rotations.axes[:, number].any() else None
+        # The unknowns that they depend on, and the map from these to their displacement, or to that along the normal.
+        moved: Any = outsiders.relative
+        self._columns = np.unique(moved.indices) if sparse.issparse(moved) else np.arange(moved.shape[1])
+        self._moved = moved[:, self._columns]
+        if self._rotations is None and shape.is_flat:
+            along = sparse.kron(sparse.identity(len(outsiders.nodes)), shape.unit_normal[None], format="csr")
+            self._moved = along @ self._moved
 
     def gaps(self, fields: Array, travel: Array) -> Array:
-        """Return the gaps, shape (n, k) [m], for unknowns (n, m) and displacements (n, dim) of the counterface [m]."""
-        positions, moved = self.outsiders.positions, (self.moved @ fields[:, : self.moved.shape[1]].T).T
-        if self.shape.is_flat and self.rotations is None:
+        """Return the gaps (n, k) [m] for displacements of all unknowns (n, m) and of the counterface (n, dim) [m]."""
+        positions, moved = self.outsiders.positions, (self._moved @ fields[:, self._columns].T).T
+        if self.shape.is_flat and self._rotations is None:
             return np.asarray(self.shape.gap(positions) + moved - (travel @ self.shape.unit_normal)[:, None])
         points = positions + moved.reshape(len(fields), *positions.shape) - travel[:, None]
-        if self.rotations is not None:
-            counterface = np.full(len(positions), self.number)
-            turned = self.rotations.matrices(fields[:, self.moved.shape[1] :])[:, counterface]
-            points = self.rotations.seen(turned, points, counterface)
+        if self._rotations is not None:
+            counterface = np.full(len(positions), self._number)
+            turned = self._rotations.matrices(fields[:, self._rotations.at])[:, counterface]
+            points = self._rotations.seen(turned, points, counterface)
         return self.shape.gap(points.reshape(-1, positions.shape[1])).reshape(len(fields), -1)
-
-
-def _beside(outsiders: Outsiders, shape: Counterface, number: int, rotations: Rotations | None) -> _Beside:
-    """Return what a check reads of the nodes beside candidates; gaps to what is flat need but one displacement each."""
-    moved: Any = outsiders.relative
-    columns = np.unique(moved.indices) if sparse.issparse(moved) else np.arange(moved.shape[1])
-    moved = moved[:, columns]
-    if rotations is not None and rotations.axes[:, number].any():
-        return _Beside(outsiders, shape, np.append(columns, rotations.at), moved, number, rotations)
-    if shape.is_flat:
-        along = sparse.kron(sparse.identity(len(outsiders.nodes)), shape.unit_normal[None], format="csr")
-        moved = along @ moved
-    return _Beside(outsiders, shape, columns, moved, number, None)
 
 
 # About one axis any angle is exact. Angles about several axes are added as if they were small: turned by one, the axis
@@ -128,9 +117,8 @@ class RotationCheck(Check):
     """Looks at the rotations of those of a motion's rigid bodies that are free about several axes."""
 
     def __init__(self, system: System) -> None:
-        rigid = [
-            freedom for freedom in zip(system.coordinates.rigid, system.unknowns.rigid, strict=True) if freedom[1].turns
-        ]
+        pairs = zip(system.coordinates.rigid, system.unknowns.rigid, strict=True)
+        rigid = [(at, freedom) for at, freedom in pairs if freedom.turns]
         axes = Counter(freedom.body for _, freedom in rigid)
         turning = [(at, freedom) for at, freedom in rigid if axes[freedom.body] > 1]
         self._at = np.array([at for at, _ in turning], dtype=np.int64)

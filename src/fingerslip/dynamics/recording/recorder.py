@@ -72,14 +72,13 @@ class Recorder:
     Arrays: times (n_times,) [s].
     """
 
-    def __init__(self, model: Model, system: System, times: Array, recoveries: Recoveries | None = None) -> None:
+    def __init__(self, model: Model, system: System, times: Array, recoveries: Recoveries) -> None:
         self._system, self._size, self._next = system, times.size, 0
         space, dim = system.space, system.space.dim
         regions = [site.region for site in model.record.sites]
         body = system.body
         self._finite = None if body is None else finite_site_recovery(body.bulk, system.site_nodes, regions)
-        self._recoveries = recoveries or Recoveries(system)
-        self._at_sites = self._recoveries.at_sites(system.site_nodes, regions)
+        self._at_sites = recoveries.at_sites(system.site_nodes, regions)
         scheme = make_scheme(model.time)
         # A function that is not its own: a recorder in a ring would keep all factors until Python looks for rings.
         histories = functools.partial(_strain_histories, system.materials.formulation, scheme.step)
@@ -98,7 +97,7 @@ class Recorder:
         self._observed = np.zeros((len(_FIELDS), min(_STEPS_AT_ONCE, self._size), self._taken.size))
         self._has_warned, self._completed = False, (-1, -1)
         snapshots = snapshot_steps(times, model.record.snapshots_every)
-        self._snapshots = SnapshotRecords(system, self._recoveries, self._viscous, snapshots)
+        self._snapshots = SnapshotRecords(system, recoveries, self._viscous, snapshots)
         # What a history says of a section, whose forces are those of its depth [m].
         self.attributes: dict[str, object] = {"depth": model.depth} if space.dim == 2 else {}
         self.coordinates = record_coordinates(model, system, times, times[snapshots])

@@ -30,7 +30,7 @@ from fingerslip.contact.solve.compliance import Compliance
 from fingerslip.contact.solve.partition import Partition
 from fingerslip.contact.solve.working_set import WorkingSet
 from fingerslip.contact.states import OPEN, STICK
-from fingerslip.dynamics.loop import Loop
+from fingerslip.dynamics.loop import Integrator, Loop
 from fingerslip.dynamics.statics.body import REPAIR, StaticBody, shear_distances
 from fingerslip.dynamics.step.contact_step import solve_law
 from fingerslip.dynamics.step.stepper import Stopwatch
@@ -248,8 +248,8 @@ class _State:
     iterations: int = 0  # iterations of the contact problem
 
 
-class _Steps:
-    """One motion, step by step: see :class:`fingerslip.dynamics.loop.Integrator`."""
+class _Steps(Integrator[_State]):
+    """One motion, step by step."""
 
     def __init__(self, setting: _Setting, step: float) -> None:
         self._setting, self._step = setting, step

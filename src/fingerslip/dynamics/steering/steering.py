@@ -13,16 +13,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.dynamics.loop import BodyObserver, Loop
-from fingerslip.dynamics.motions import Motions, make_integrator
+from fingerslip.dynamics.motions import Motions, prepare
 from fingerslip.dynamics.recording.labels import labelled_history
 from fingerslip.dynamics.recording.recorder import Recorder
-from fingerslip.dynamics.recording.steps import record_bytes, require_record_memory, step_times
+from fingerslip.dynamics.recording.steps import require_record_memory, step_times
 from fingerslip.dynamics.reduced.basis import BasisStore, in_basis
 from fingerslip.dynamics.steering.commands import Command, with_command
 from fingerslip.dynamics.steering.packing import is_like, read_archive, write_archive
 from fingerslip.dynamics.step.stepper import Stopwatch
-from fingerslip.dynamics.system.system import System, build_system
+from fingerslip.dynamics.system.system import build_system
 from fingerslip.errors import DamagedError, FingerslipError, InputError
 from fingerslip.history import VARIABLES
 from fingerslip.linear.resources import (
@@ -142,18 +141,13 @@ class Simulation:
             stack.enter_context(single_dense_thread())
             with self._watch.part("assembly"):
                 times, system = step_times(model), build_system(model)
-                needed = record_bytes(model, len(system.space.positions), len(system.candidates.nodes))
-                require_record_memory(model, needed)
-            motions = Motions((model,), (system,), (times,), solver or preferred_solver(), self._watch, None, 1)
-            reduced = in_basis(motions, bases) if model.basis and not model.is_finite else None
-            self._system: System = reduced[0] if reduced else system
-            self._residual = reduced[1] if reduced else None
-            self._integrator = make_integrator(motions, [self._system], needed, map)
-            with self._watch.part("assembly"):
-                self._recorder = Recorder(model, self._system, times)
+            motions = Motions((model,), (system,), (times,), solver or preferred_solver(), self._watch)
+            require_record_memory(model, motions.record_bytes)
+            self._system, self._residual = system, None
+            if model.basis and not model.is_finite:
+                self._system, self._residual = in_basis(motions, bases) or (system, None)
             checks = [] if self._residual is None else self._residual.motions
-            observer = BodyObserver(self._recorder, self._system, checks)
-            self._loop = Loop(self._integrator, [observer], [times], self._watch)
+            self._loop, self._integrator, (self._recorder,) = prepare(motions, [self._system], checks)
             self._stack = stack.pop_all()
 
     def __enter__(self) -> Simulation:
