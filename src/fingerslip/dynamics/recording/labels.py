@@ -60,9 +60,7 @@ def record_coordinates(model: Model, system: System, times: Array, snapshot_time
         "support": np.array(list(model.supports), dtype=str),
         "counterface_normal": np.reshape([counterface.unit_normal for counterface in counterfaces], (-1, dim)),
         "counterface_shape": np.array([key_of(type(counterface)) for counterface in counterfaces], dtype=str),
-        "counterface_outline": counterface_outlines(
-            system.counterfaces.shapes, candidates, float(np.ptp(positions, axis=0).max())
-        ),
+        "counterface_outline": counterface_outlines(system.counterfaces.shapes, candidates, system.size),
         "counterface_rigid_body": np.array([contact.rigid_body or "" for contact in model.contacts], dtype=str),
         "counterface_friction_coefficient": np.array(
             [element.friction.coefficient for element in model.contacts], dtype=float

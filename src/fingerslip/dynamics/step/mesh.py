@@ -9,7 +9,7 @@ resists the motion, which is little where a body rolls, so that passes are mixed
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -31,6 +31,11 @@ Array = NDArray[np.float64]
 _KEPT = 5
 # Singular values of the changes of residuals below this part of the largest, or of the residual, are rounding.
 _RESIDUAL_ROUNDING = 1e-8
+# Passes of a step, and what a mixed one leaves of the springs' force at most.
+_MOST_PASSES, _SHRINKS = 200, 0.9
+# Force of the springs over all forces of contact and loads; rounding of positions, which moves the force of a contact
+# by as much times its stiffness.
+_TOLERANCE, _ROUNDING = 1e-10, 1e-16
 
 
 class Mixing:
@@ -46,10 +51,7 @@ class Mixing:
         self._ends: list[Array] = []
 
     def next(self, end: Array, residual: Array) -> Array:
-        """Return where the next iterate goes, from where the last iteration leads, and the residual of its iterate.
-
-        Arrays: end (n,); residual (n,) [N].
-        """
+        """Return where the next iterate goes, from where the last leads (n,), and the residual (n,) of its iterate."""
         self._residuals = [*self._residuals[1 - _KEPT :], residual]
         self._ends = [*self._ends[1 - _KEPT :], end]
         if len(self._ends) == 1:
@@ -64,50 +66,21 @@ class Mixing:
         return mixed
 
 
-_MOST_PASSES = 200
-# What a mixed pass leaves of the springs' force at most.
-_SHRINKS = 0.9
-# Force of the springs over all forces of contact and loads.
-_TOLERANCE = 1e-10
-# Of positions, which moves the force of a contact by as much times its stiffness.
-_ROUNDING = 1e-16
-
-
-def passes(steppers: Sequence[Stepper], time: float) -> Iterator[int]:
-    """Count the passes of a step: one where supports or inertia hold the body; refuse more than the most."""
-    if steppers[0].anchoring is None:
-        yield 0
-    else:
-        yield from range(_MOST_PASSES)
-        raise EquilibriumError(time, steppers[0].system.held_by_contact)
-
-
-def is_at_rest(stepper: Stepper, start: Prediction, contact: ContactStep, unknown: Array) -> bool:
-    """Tell whether the springs to the anchor pull no more, and turned bodies see candidates where they are.
-
-    Arrays: unknown (n,) [m].
-    """
-    if stepper.anchoring is None:
-        return True
-    rotations = stepper.system.rotations
-    if rotations is not None:
-        end = start.about(stepper, stepper.system.relative @ unknown, unknown[rotations.at])
-        if end.distance(stepper, contact.pose) > POSE_GOAL:
-            return False
-    pull = float(np.abs(start.anchor_force(stepper, unknown)).sum())
-    acting = float(np.abs(contact.forces).sum() + np.abs(start.load).sum())
-    rounding = _ROUNDING * _size(stepper) * float(stepper.system.candidates.normal_stiffness.sum())
-    return pull <= max(_TOLERANCE * acting, rounding)
-
-
-class Lead:
+class _Lead:
     """Where the anchor of a motion goes from pass to pass of a step."""
 
     def __init__(self) -> None:
         self._mixing, self._mixes = Mixing(), False
         self._end, self._pull = np.zeros(0), np.inf
 
-    def next(self, end: Array, pull: Array) -> Array:
+    def move(self, stepper: Stepper, start: Prediction, unknown: Array) -> Prediction:
+        """Return the step with the anchor where this pass, which went by `unknown` (n,) [m], and those before lead."""
+        beyond = self._next(unknown, start.anchor_force(stepper, unknown)) - unknown
+        # No farther at once than the body is large: where nothing holds it, mixing would lead to where all is rounding.
+        far = float(np.abs(stepper.system.relative @ beyond).max(initial=0.0)) / stepper.system.size
+        return start.with_anchor(stepper, unknown + beyond / max(far, 1.0))
+
+    def _next(self, end: Array, pull: Array) -> Array:
         """Return where the anchor goes (n,) [m] after a pass that ended at `end` (n,) [m] with spring forces (n,) [N].
 
         Where contact has changed, mixing can lead astray: then the last pass before it goes on by itself.
@@ -121,19 +94,19 @@ class Lead:
         return led
 
 
-def move_anchor(stepper: Stepper, start: Prediction, unknown: Array, lead: Lead) -> Prediction:
-    """Return the step with the anchor where this pass, which went by `unknown` (n,) [m], and those before it lead."""
+def _is_at_rest(stepper: Stepper, start: Prediction, contact: ContactStep, unknown: Array) -> bool:
+    """Tell whether springs to the anchor pull no more, and turned bodies see candidates where they are (n,) [m]."""
     if stepper.anchoring is None:
-        return start
-    beyond = lead.next(unknown, start.anchor_force(stepper, unknown)) - unknown
-    # No farther at once than the body is large: where nothing holds it, mixing would lead to where all is rounding.
-    far = float(np.abs(stepper.system.relative @ beyond).max(initial=0.0)) / _size(stepper)
-    return start.with_anchor(stepper, unknown + beyond / max(far, 1.0))
-
-
-def _size(stepper: Stepper) -> float:
-    """Return the size of the body [m]."""
-    return float(np.ptp(stepper.system.space.positions, axis=0).max())
+        return True
+    system = stepper.system
+    if system.rotations is not None:
+        end = start.about(stepper, system.relative @ unknown, unknown[system.rotations.at])
+        if end.distance(stepper, contact.pose) > POSE_GOAL:
+            return False
+    pull = float(np.abs(start.anchor_force(stepper, unknown)).sum())
+    acting = float(np.abs(contact.forces).sum() + np.abs(start.load).sum())
+    rounding = _ROUNDING * system.size * float(system.candidates.normal_stiffness.sum())
+    return pull <= max(_TOLERANCE * acting, rounding)
 
 
 class Mesh(BodyIntegrator):
@@ -175,14 +148,9 @@ class Mesh(BodyIntegrator):
         for number, state in states.items():
             groups.setdefault((self._alike[number], id(state), shifts[number].tobytes()), []).append(number)
         first = [members[0] for members in groups.values()]
-        after = advance(
-            [self.steppers[number] for number in first],
-            [states[number] for number in first],
-            time,
-            [shifts[number] for number in first],
-            watch=self._watch,
-            mapper=self._mapper,
-        )
+        steppers, before = [self.steppers[number] for number in first], [states[number] for number in first]
+        travels = [shifts[number] for number in first]
+        after = advance(steppers, before, time, travels, watch=self._watch, mapper=self._mapper)
         pairs = zip(groups.values(), after, strict=True)
         return {number: (state, [state]) for members, state in pairs for number in members}
 
@@ -200,13 +168,10 @@ def advance(
     watch: Stopwatch,
     mapper: Mapper = map,
 ) -> list[State]:
-    """Take one step of several motions with one factorised matrix.
-
-    Arrays: time [s]; counterfaces (n_counterfaces, dim) [m].
-    """
+    """Take one step of several motions with one matrix to a time [s] and counterfaces (n_counterfaces, dim) [m]."""
     condensed = steppers[0].condensed
-    starts, leads = predict(steppers, states, time, counterfaces), [Lead() for _ in steppers]
-    for _ in passes(steppers, time):
+    starts, leads = predict(steppers, states, time, counterfaces), [_Lead() for _ in steppers]
+    for _ in range(_MOST_PASSES):
         with watch.part("substitution"):
             sides = [start.right_hand_side for start in starts]
             # A single vector is faster than a matrix with one column.
@@ -221,9 +186,11 @@ def advance(
             unknowns = condensed.backward(halfway, forces, moved).reshape(-1, len(starts)).T
             for arguments in zip(steppers, starts, contacts, unknowns, strict=True):
                 turn(*arguments)
-        if all(map(is_at_rest, steppers, starts, contacts, unknowns)):
+        if all(map(_is_at_rest, steppers, starts, contacts, unknowns)):
             break
-        starts = list(map(move_anchor, steppers, starts, unknowns, leads))
+        starts = list(map(_Lead.move, leads, steppers, starts, unknowns))
+    else:
+        raise EquilibriumError(time, steppers[0].system.held_by_contact)
     with watch.part("recording"):
         return finish(steppers, starts, contacts, unknowns)
 

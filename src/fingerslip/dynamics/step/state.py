@@ -185,8 +185,7 @@ class Prediction:
         """Return how far candidates are from where turned bodies see them in a pose, over the size of the mesh [-]."""
         if self.pose is None or pose is None:
             return 0.0
-        size = float(np.ptp(stepper.system.space.positions, axis=0).max())
-        return float(np.abs(self.pose.points - pose.points).max()) / size
+        return float(np.abs(self.pose.points - pose.points).max()) / stepper.system.size
 
     def with_anchor(self, stepper: Stepper, anchor: Array) -> Prediction:
         """Return the step with the anchor (n,) [m] of a body that only contact holds, relative to `free`."""

@@ -81,10 +81,14 @@ class System:
         return self.unknowns.free
 
     @cached_property
+    def size(self) -> float:
+        """Size of the mesh [m]."""
+        return float(np.ptp(self.space.positions, axis=0).max())
+
+    @cached_property
     def rounding(self) -> float:
         """Force that is rounding [N], from the largest stiffness and the size of the body."""
-        size = float(np.ptp(self.space.positions, axis=0).max())
-        return _ROUNDING * size * float(np.abs(self.stiffness.diagonal()).max())
+        return _ROUNDING * self.size * float(np.abs(self.stiffness.diagonal()).max())
 
     def require_body(self) -> Body:
         """Return the deformable body at large strain, where there is one."""
