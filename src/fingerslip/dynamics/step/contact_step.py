@@ -107,24 +107,31 @@ def _solve_about(
     stepper: Stepper, start: Prediction, local: Array, earlier: ContactStep | None, goal: float | None
 ) -> ContactStep:
     """Find the contact forces of a step with frames, gaps and arms linear about where it is predicted to end."""
+    before, scheme, system = start.before, stepper.scheme, stepper.system
     frames, relative = _free_motion(stepper, start, local.reshape(start.moved.shape))
     compliance = _compliance(stepper, start, frames)
-    solution = _solve(stepper, start, compliance, frames, relative, earlier=earlier, goal=goal)
-    marks = _changes(stepper, start, solution)
-    before = start.before
+
+    def solve(relative: Array, earlier: ContactStep | None) -> ContactStep:
+        """Search from an earlier solution of the step, or from the forces at its start."""
+        warm: tuple[Array, WorkingSet | Partition | None] = before.interface.forces, before.working_set
+        if earlier is not None:
+            warm = earlier.solution.forces, earlier.working_set
+        surface, over = (system.candidates, system.counterfaces), (before.step, start.time)
+        return solve_law(surface, compliance, frames, relative, before.interface, over=over, warm=warm, goal=goal)
+
+    contact = solve(relative, earlier)
+    marks = _changes(stepper, start, contact)
     if not marks.any():
-        left = None if before.release is None else fade(stepper.scheme, before.release)
-        return solution if before.release is None else replace(solution, release=left)
+        return contact if before.release is None else replace(contact, release=fade(scheme, before.release))
     forces, dropped = (before.contact_forces_before, before.contact_forces), np.zeros_like(marks)
     while (marks > dropped).any():
         dropped = np.maximum(dropped, marks)
-        release, release_force = drop(stepper.scheme, forces, before.release, dropped, frames)
-        start_forces = in_frames(frames, release_force) / stepper.scheme.end_weight
-        response = compliance.response(start_forces)
-        again = _solve(stepper, start, compliance, frames, relative + response, earlier=solution, goal=goal)
-        solution = replace(again, release=release, release_force=release_force, release_response=response)
-        marks = _changes(stepper, start, solution)
-    return solution
+        release, release_force = drop(scheme, forces, before.release, dropped, frames)
+        response = compliance.response(in_frames(frames, release_force) / scheme.end_weight)
+        again = solve(relative + response, contact)
+        contact = replace(again, release=release, release_force=release_force, release_response=response)
+        marks = _changes(stepper, start, contact)
+    return contact
 
 
 def weighted_forces(stepper: Stepper, contact: ContactStep) -> Array:
@@ -195,25 +202,6 @@ def unsolved(candidates: Candidates, worst: int, residual: float, accepted: floa
     node = int(candidates.nodes[worst]) if candidates.nodes.size else -1
     advice = "try a smaller time step, softer contact penalties or less friction"
     return ConvergenceError(time, node, residual, accepted, advice)
-
-
-def _solve(
-    stepper: Stepper,
-    start: Prediction,
-    compliance: Compliance,
-    frames: Array,
-    relative: Array,
-    *,
-    earlier: ContactStep | None,
-    goal: float | None,
-) -> ContactStep:
-    """Solve the contact problem from an earlier solution of the step, or from the forces at its start."""
-    system, before = stepper.system, start.before
-    warm = before.interface.forces, before.working_set
-    if earlier is not None:
-        warm = earlier.solution.forces, earlier.working_set
-    surface, over = (system.candidates, system.counterfaces), (before.step, start.time)
-    return solve_law(surface, compliance, frames, relative, before.interface, over=over, warm=warm, goal=goal)
 
 
 def _free_motion(stepper: Stepper, start: Prediction, unknown: Array) -> tuple[Array, Array]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,18 +33,6 @@ class Strained:
     body: BodyState | None = None  # the body at large strain
 
 
-@dataclass(frozen=True)
-class _Fields:
-    """A motion at the end of a step."""
-
-    unknown: Array  # (n,), the unknown of the step
-    displacement: Array  # (n,) [m]
-    velocity: Array  # (n,) [m/s]
-    acceleration: Array  # (n,) [m/s^2]
-    inertia: Array  # (n,), mass times acceleration [N]
-    kinetic: float  # kinetic energy [J]
-
-
 def finish(
     steppers: Sequence[Stepper],
     starts: Sequence[Prediction],
@@ -51,11 +40,9 @@ def finish(
     unknowns: Array,
     strained: Sequence[Strained] = (),
 ) -> list[State]:
-    """Return the states of k motions, which share matrices and scheme, at the end of a step.
+    """Return the states of k motions, which share matrices and scheme, at the end of a step with unknowns (k, n).
 
     Without `strained` bodies they are those of small strain.
-
-    Arrays: unknowns (k, n).
     """
     scheme, system = steppers[0].scheme, steppers[0].system
     displacement = np.stack([start.free.displacement for start in starts]) + scheme.displacement_factor * unknowns
@@ -69,7 +56,7 @@ def finish(
         # The mass is read once for velocities and accelerations.
         products = row_products(system.mass, np.concatenate([velocity, acceleration]))
         kinetic, inertia = 0.5 * scheme.inertia_factor * np.vecdot(velocity, products[:count]), products[count:]
-    fields = map(_Fields, unknowns, displacement, velocity, acceleration, inertia, kinetic.tolist())
+    fields = zip(unknowns, displacement, velocity, acceleration, inertia, kinetic.tolist(), strict=True)
     strained = strained or _small_strain(steppers, starts, displacement)
     return list(map(_end_state, steppers, starts, contacts, fields, strained))
 
@@ -87,42 +74,43 @@ def _small_strain(steppers: Sequence[Stepper], starts: Sequence[Prediction], dis
     return bodies
 
 
-def _end_state(stepper: Stepper, start: Prediction, contact: ContactStep, end: _Fields, strained: Strained) -> State:
+def _end_state(
+    stepper: Stepper, start: Prediction, contact: ContactStep, fields: tuple[Any, ...], strained: Strained
+) -> State:
     """Return the state of a motion at the end of a step."""
     before, scheme, system = start.before, stepper.scheme, stepper.system
-    unbalance = scheme.start_weight * before.unbalance - end.inertia
+    unknown, displacement, velocity, acceleration, inertia, kinetic = fields
+    unbalance = scheme.start_weight * before.unbalance - inertia
     if stepper.anchoring is not None:
-        unbalance = unbalance + start.anchor_force(stepper, end.unknown)
+        unbalance = unbalance + start.anchor_force(stepper, unknown)
     if contact.release is not None:
         unbalance = unbalance + system.push(contact.release.correction, contact.pose)
     unbalance = unbalance / scheme.end_weight
-    change = end.displacement - before.displacement
-    dissipated = scheme.dissipation(
-        change,
-        end.velocity - before.velocity,
-        end.inertia - before.inertia,
-        (before.unbalance_before, before.unbalance, unbalance),
-    )
-    moved, moments, outward, outcome = _contact_record(stepper, start, contact, end.displacement)
+    change, unbalances = displacement - before.displacement, (before.unbalance_before, before.unbalance, unbalance)
+    dissipated = scheme.dissipation(change, velocity - before.velocity, inertia - before.inertia, unbalances)
+    moved, moments, outward, outcome = _contact_record(stepper, start, contact, displacement)
     damping = 0.0
     if stepper.damping.mass or stepper.damping.stiffness or system.dampers is not None:
-        damping = float(change @ stepper.damping_force(0.5 * (before.velocity + end.velocity)))
-    spent = {
-        "friction": outcome.friction,
-        "damping": damping,
-        "viscous": strained.viscous,
-        "numerical": dissipated + outcome.numerical + strained.numerical,
-        "external_work": 0.5 * float((before.load + start.load) @ change) + outward,
-    }
-    stored = {"kinetic": end.kinetic, "strain": strained.stored, "contact": outcome.stored}
-    energies = before.energies.after(stored, spent)
+        damping = float(change @ stepper.damping_force(0.5 * (before.velocity + velocity)))
+    balance = before.energies
+    energies = replace(
+        balance,
+        kinetic=kinetic,
+        strain=strained.stored,
+        contact=outcome.stored,
+        friction=balance.friction + outcome.friction,
+        damping=balance.damping + damping,
+        viscous=balance.viscous + strained.viscous,
+        numerical=balance.numerical + (dissipated + outcome.numerical + strained.numerical),
+        external_work=balance.external_work + (0.5 * float((before.load + start.load) @ change) + outward),
+    )
     after = State(
         time=start.time,
         step=scheme.step,
-        displacement=end.displacement,
-        velocity=end.velocity,
-        acceleration=end.acceleration,
-        inertia=end.inertia,
+        displacement=displacement,
+        velocity=velocity,
+        acceleration=acceleration,
+        inertia=inertia,
         load=start.load,
         unbalance=unbalance,
         unbalance_before=before.unbalance,
@@ -154,8 +142,7 @@ def _contact_record(
 ) -> tuple[Array, Array, float, StepOutcome]:
     """Return what contact has done in a step that ended at displacements (n,) [m].
 
-    That is the motion of the candidates (n_c, dim) [m], moments on rotations (r,) [N m], work on counterfaces [J], and
-    the interface.
+    Motion of the candidates (n_c, dim) [m], moments on rotations (r,) [N m], work on counterfaces [J], the interface.
     """
     before, system = start.before, stepper.system
     moved, moments = system.moved(end, start.counterfaces), before.moments

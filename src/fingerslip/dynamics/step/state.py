@@ -11,7 +11,7 @@ so whatever is left over is rounding, or an error. The numerical dissipation is 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import repeat
 from typing import Any
@@ -55,10 +55,6 @@ class Energies:
             - (self.kinetic + self.strain + self.contact)
             - (self.friction + self.damping + self.viscous + self.numerical)
         )
-
-    def after(self, stored: Mapping[str, Any], spent: Mapping[str, Any]) -> Energies:
-        """Return the energies after a step, by their names: those stored at its end, and those spent in it [J]."""
-        return replace(self, **stored, **{name: getattr(self, name) + energy for name, energy in spent.items()})
 
 
 @dataclass(frozen=True)
