@@ -18,7 +18,7 @@ from fingerslip.dynamics.recording.steps import record_bytes
 from fingerslip.dynamics.state_checks import Check
 from fingerslip.dynamics.step.mesh import Mesh
 from fingerslip.dynamics.step.state import State
-from fingerslip.dynamics.step.stepper import Stepper, Stopwatch, build_stepper, build_steppers
+from fingerslip.dynamics.step.stepper import Stepper, Stopwatch, build_steppers, factorised
 from fingerslip.dynamics.system.scheme import make_scheme
 from fingerslip.dynamics.system.system import System
 from fingerslip.linear.resources import Mapper, side_by_side, single_dense_thread
@@ -104,7 +104,7 @@ def _integrator(motions: Motions, systems: Sequence[System], mapper: Mapper) -> 
         def make(length: float) -> list[Stepper]:
             scheme = make_scheme(time.fixed(length))
             with watch.part("factorisation"):
-                return [build_stepper(systems[0], scheme, damping, solver=solver, reserved_bytes=reserved)]
+                return factorised(systems, scheme, damping, solver, reserved)
 
         return Mesh(make, time.shortest, watch)
     with watch.part("factorisation"):

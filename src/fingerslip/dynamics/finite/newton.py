@@ -29,7 +29,7 @@ from fingerslip.dynamics.step.finish import Strained, finish
 from fingerslip.dynamics.step.mesh import Mixing
 from fingerslip.dynamics.step.release import fading_forces
 from fingerslip.dynamics.step.state import Prediction, State, predict_ends
-from fingerslip.dynamics.step.stepper import Stepper, Stopwatch, build_stepper, is_large
+from fingerslip.dynamics.step.stepper import Stepper, Stopwatch, factorised, is_large
 from fingerslip.dynamics.system.operators import Pose
 from fingerslip.dynamics.system.scheme import Predictor, Scheme
 from fingerslip.dynamics.system.system import System
@@ -170,9 +170,7 @@ class Factors:
         with self.watch.part("factorisation"):
             tangential = replace(self.system, stiffness=tangent)
             solver = self._rough if made_of.rough and is_large([self.system]) else self._exact
-            stepper = build_stepper(
-                tangential, self.scheme, self.damping, solver=solver, reserved_bytes=self.reserved_bytes
-            )
+            (stepper,) = factorised([tangential], self.scheme, self.damping, solver, self.reserved_bytes)
         # A working set of other factors, or of those of a halved step, holds another compliance.
         edition = replace(stepper.compliance, edition=(self._length, self.count))
         self.stepper, self.made_of = replace(stepper, system=self.system, compliance=edition), made_of

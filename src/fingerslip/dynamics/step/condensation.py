@@ -110,10 +110,7 @@ def _symmetric_times(matrix: Reals, vector: Array) -> Array:
 def condense(
     matrix: sparse.csr_matrix, local: sparse.csr_matrix, solver: LinearSolver, reserved_bytes: int = 0
 ) -> tuple[BySchur, Reals]:
-    """Factorise and condense a matrix.
-
-    Arrays: matrix (n, n); local (m, n); reserved_bytes [bytes]; returns compliance (m, m).
-    """
+    """Factorise and condense a matrix (n, n) for local displacements (m, n); also return their compliance (m, m)."""
     interface = np.unique(local.indices).astype(np.int64)
     if local.shape[0] * matrix.shape[0] > _SMALL:
         dense = 8 * max(local.shape[0], interface.size) ** 2

@@ -97,11 +97,7 @@ def fade(scheme: Scheme, release: Release) -> Release | None:
 def drop(
     scheme: Scheme, forces: tuple[Array, Array], release: Release | None, marks: Marks, frames: Array
 ) -> tuple[Release, Array]:
-    """Drop forces at the start of a step.
-
-    Arrays: forces (n_c, dim), those at the start of the step before and of this one [N]; marks (n_c,); frames (n_c,
-    dim, dim) [-]; returns force (n_c, dim) [N].
-    """
+    """Drop forces (n_c, dim) [N] at the start of the step before and of this one; also return what replaces them."""
     nothing = np.zeros_like(forces[1])
     weights = scheme.start_weight, scheme.end_weight, remainder(scheme)
     before = nothing if release is None else release.cancelled

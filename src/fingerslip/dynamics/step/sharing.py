@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
 from fingerslip.dynamics.system.scheme import make_scheme
 from fingerslip.errors import InputError
-from fingerslip.model.model import Contact, Model
+from fingerslip.model.model import Model
 from fingerslip.model.timing import Adaptive
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ _OF_RIGID = ("mass", "free", "centre", "inertia", "springs", "dampers")
 
 def same_matrix(first: Model, other: Model) -> bool:
     """Tell whether two models have the same effective matrix, so that they can be simulated together."""
-    return not _difference(first, other)
+    return not any(_differences(first, other))
 
 
 def same_body(first: Model, other: Model) -> bool:
@@ -102,12 +102,26 @@ def groups_to_share(
 ) -> list[list[int]]:
     """Return the indices of models that are best simulated together, group by group.
 
-    Small models stay apart. A large group is split evenly, so that not too many histories are kept at once.
+    Small models stay apart. A large group is split evenly, into a multiple of the parts that run at once, so that all
+    of these end together and not too many histories are kept.
     """
-    first = first_alike(models, lambda one, other: _gains(other) and same_matrix(one, other), material_key)
+
+    def gains(model: Model) -> bool:
+        """Tell whether a model gains by sharing: not at large strain nor with steps of its own."""
+        is_large = model.mesh.p.size >= _WORTH_SHARING[model.mesh.dim()]
+        return is_large and not (model.is_finite or isinstance(model.time, Adaptive))
+
+    first = first_alike(models, lambda one, other: gains(other) and same_matrix(one, other), material_key)
     alike = [[number for number, leader in enumerate(first) if leader == kind] for kind in dict.fromkeys(first)]
-    each = math.ceil(at_once / max(1, len(alike)))
-    return [part for group in alike for part in _even_parts([models[leader] for leader in group], group, each, most)]
+    groups = []
+    for group in alike:
+        model = models[group[0]]
+        beside = math.ceil(at_once / max(1, len(alike))) if model.mesh.dim() == 2 else 1
+        few = len(group) <= _FULL * beside
+        rounds = 1 if few else math.ceil(len(group) / (max(_FULL, most(model)) * beside))
+        size = math.ceil(len(group) / (rounds * beside))
+        groups += [group[start : start + size] for start in range(0, len(group), size)]
+    return groups
 
 
 def check_same_matrix(models: Sequence[Model]) -> None:
@@ -115,52 +129,29 @@ def check_same_matrix(models: Sequence[Model]) -> None:
     if not models:
         raise InputError("models", "got none", "needs one or more")
     for number, model in enumerate(models):
-        part = _difference(models[0], model)
+        part = next(_differences(models[0], model), None)
         if part:
             fault = "differs from that of the first model"
             allowed = "needs the same matrix to be simulated together"
             raise InputError(f"models.{number}.{part}", fault, allowed, "simulate it by itself")
 
 
-def _gains(model: Model) -> bool:
-    """Tell whether a model gains by sharing: not at large strain nor with steps of its own, whose matrix is its own."""
-    if model.mesh.p.size < _WORTH_SHARING[model.mesh.dim()]:
-        return False
-    return not (model.is_finite or isinstance(model.time, Adaptive))
-
-
-def _even_parts(
-    models: Sequence[Model], group: list[int], at_once: int, most: Callable[[Model], int]
-) -> list[list[int]]:
-    """Split a group of models into a multiple of the parts that run at once, so that all of these end together."""
-    at_once = at_once if models[0].mesh.dim() == 2 else 1
-    few = len(group) <= _FULL * at_once
-    rounds = 1 if few else math.ceil(len(group) / (max(_FULL, most(models[0])) * at_once))
-    size = math.ceil(len(group) / (rounds * at_once))
-    return [group[start : start + size] for start in range(0, len(group), size)]
-
-
-def _difference(first: Model, other: Model) -> str:
-    """Return what keeps two models from having the same matrix; empty if nothing does."""
-    for name in (*_OF_BODY, "damping", "basis"):
-        if getattr(first, name) != getattr(other, name):
-            return name
+def _differences(first: Model, other: Model) -> Iterator[str]:
+    """Yield what keeps two models from having the same matrix."""
+    yield from (name for name in (*_OF_BODY, "damping", "basis") if getattr(first, name) != getattr(other, name))
     if not _same_mesh(first.mesh, other.mesh):
-        return "mesh"
+        yield "mesh"
     are_adaptive = isinstance(first.time, Adaptive), isinstance(other.time, Adaptive)
     if are_adaptive[0] != are_adaptive[1] or make_scheme(first.time) != make_scheme(other.time):
-        return "time"
+        yield "time"
     if len(first.contacts) != len(other.contacts):
-        return "contacts"
+        yield "contacts"
     if _rigid_parts(first) != _rigid_parts(other):
-        return "bodies"
-    pairs = enumerate(zip(first.contacts, other.contacts, strict=True))
-    return next((f"contacts.{number}" for number, (a, b) in pairs if _of_matrix(a) != _of_matrix(b)), "")
-
-
-def _of_matrix(contact: Contact) -> list[Any]:
-    """Return what of a contact decides the matrix and the compliance."""
-    return [contact.drive and contact.drive.mass, *(getattr(contact, name) for name in _OF_CONTACT)]
+        yield "bodies"
+    for number, pair in enumerate(zip(first.contacts, other.contacts, strict=False)):
+        a, b = ([each.drive and each.drive.mass, *(getattr(each, name) for name in _OF_CONTACT)] for each in pair)
+        if a != b:
+            yield f"contacts.{number}"
 
 
 def _rigid_parts(model: Model) -> list[tuple[Any, ...]]:

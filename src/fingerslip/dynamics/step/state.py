@@ -24,7 +24,7 @@ from fingerslip.contact.solve.partition import Partition
 from fingerslip.contact.solve.working_set import WorkingSet
 from fingerslip.dynamics.finite.body import BodyState
 from fingerslip.dynamics.step.release import Release, fading_forces
-from fingerslip.dynamics.step.stepper import Stepper, with_known
+from fingerslip.dynamics.step.stepper import Stepper, with_empty
 from fingerslip.dynamics.step.viscoelastic import HistoryVariables, variables_at_rest
 from fingerslip.dynamics.system.operators import Pose
 from fingerslip.dynamics.system.scheme import Predictor, start_push, starts_damped
@@ -145,7 +145,7 @@ def _acceleration(stepper: Stepper, forces: Array) -> tuple[Array, Array]:
         halfway = stepper.condensed.forward(forces_left)
         acceleration = stepper.condensed.backward(halfway, np.zeros_like(halfway.local))
         return acceleration, system.mass @ acceleration
-    acceleration = system.coordinates.solve(with_known(system.mass, moving), forces_left, stepper.solver)
+    acceleration = system.coordinates.solve(with_empty(system.mass, moving), forces_left, stepper.solver)
     return acceleration, (system.mass @ acceleration if moving.size else forces_left)
 
 
@@ -197,10 +197,7 @@ class Prediction:
 def predict(
     steppers: Sequence[Stepper], states: Sequence[State], time: float, counterfaces: Sequence[Array]
 ) -> list[Prediction]:
-    """Carry the states of k motions, which share their matrices, to the end of a step as if no force acted there.
-
-    Arrays: time [s]; counterfaces (n_counterfaces, dim), their prescribed displacement at the end [m].
-    """
+    """Carry states that share their matrices to a time [s] as if no force acted there; counterfaces as prescribed."""
     starts = list(map(predict_ends, steppers, states, repeat(time), counterfaces))
     displacement = np.stack([start.free.displacement for start in starts])
     velocity = np.stack([start.free.velocity for start in starts])

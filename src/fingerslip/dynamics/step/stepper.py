@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from fingerslip.contact.candidates import Candidates
 from fingerslip.contact.counterfaces import tangent_lengths
 from fingerslip.contact.solve.compliance import Compliance
 from fingerslip.dynamics.step.condensation import Condensed
@@ -20,6 +21,7 @@ from fingerslip.dynamics.step.sharing import first_alike, same_compliance
 from fingerslip.dynamics.step.viscoelastic import Viscous, viscous_steps
 from fingerslip.dynamics.system.scheme import Scheme, make_scheme
 from fingerslip.dynamics.system.system import System
+from fingerslip.fe.space import vector_dofs
 from fingerslip.linear.solver import LinearSolver, preferred_solver
 from fingerslip.linear.symmetric import row_products
 from fingerslip.materials.elastic import RayleighDamping
@@ -83,10 +85,7 @@ class Stepper:
         return None if self.constant_frames is None else tangent_lengths(self.constant_frames)
 
     def resisting_force(self, displacement: Array, velocity: Array) -> Array:
-        """Return what resists k motions at the end of a step, K u + C v with the stiffness of the step, (k, n) [N].
-
-        Arrays: displacement (k, n) [m]; velocity (k, n) [m/s].
-        """
+        """Return what resists k motions u (k, n) [m] and v [m/s] at the end of a step, K u + C v, (k, n) [N]."""
         damping, system = self.damping, self.system
         if self.viscous or not damping.stiffness:
             force = row_products(self.stiffness, displacement)
@@ -142,57 +141,46 @@ def build_steppers(
     solver: LinearSolver | None = None,
     reserved_bytes: int = 0,
 ) -> list[Stepper]:
-    """Factorise and condense for a fixed step.
-
-    Units: reserved_bytes [bytes].
-    """
+    """Factorise and condense the matrix that systems share for a fixed step, roughly where steps correct it."""
     scheme, solver = make_scheme(time), solver or preferred_solver()
     # The equation of the next step contains the forces of the displacement reached, and so corrects what rough factors
     # miss. Without inertia a single step may be all of a motion, and has to be exact.
     corrected = bool(scheme.inertia_factor) and not systems[0].held_by_contact and is_large(systems)
-    steppers = _build(systems, scheme, damping, solver.rough() if corrected else solver, reserved_bytes)
+    steppers = factorised(systems, scheme, damping, solver.rough() if corrected else solver, reserved_bytes)
     return [replace(stepper, solver=solver) for stepper in steppers]
 
 
-def build_stepper(
-    system: System, scheme: Scheme, damping: RayleighDamping, *, solver: LinearSolver, reserved_bytes: int = 0
-) -> Stepper:
-    """Factorise and condense one system for the steps of a scheme; see :func:`build_steppers`."""
-    return _build([system], scheme, damping, solver, reserved_bytes)[0]
-
-
-def _build(
+def factorised(
     systems: Sequence[System], scheme: Scheme, damping: RayleighDamping, solver: LinearSolver, reserved_bytes: int
 ) -> list[Stepper]:
+    """Factorise and condense the matrix that systems share for the steps of a scheme."""
+    system, moving = systems[0], systems[0].unknowns.moving
     local, rows = _joint_rows(systems)
-    anchoring = _anchoring(systems[0])
-    viscous = viscous_steps(systems[0].viscoelastic, scheme.step)
-    effective = _effective_matrix(systems[0], scheme, damping, viscous)
-    if anchoring is not None:
-        effective += sparse.diags(anchoring)
-    matrix = with_known(sparse.csr_matrix(effective), systems[0].unknowns.moving)
-    local = _without(local, systems[0].unknowns.moving)
-    condensed, compliance = systems[0].coordinates.condense(matrix, local, solver, reserved_bytes)
-    # A force at the end of the step has the end weight, a unit of the unknown the displacement factor.
-    factor = scheme.end_weight * scheme.displacement_factor
+    anchoring, viscous = _anchoring(system), viscous_steps(system.viscoelastic, scheme.step)
+    matrix = with_empty(_effective_matrix(system, scheme, damping, viscous, anchoring), moving)
+    if moving.size:
+        local = sparse.csr_matrix(local @ _selector(local.shape[1], moving))
+        local.eliminate_zeros()
+    condensed, compliance = system.coordinates.condense(matrix, local, solver, reserved_bytes)
     # What unit moments on rotations of bodies do without contact.
-    rotations = systems[0].rotations
-    at = np.zeros(0, dtype=np.int64) if rotations is None else rotations.at
-    turning = np.zeros((systems[0].mass.shape[0], at.size), order="F")
+    at = np.zeros(0, dtype=np.int64) if system.rotations is None else system.rotations.at
+    turning = np.zeros((system.mass.shape[0], at.size), order="F")
     turning[at, np.arange(at.size)] = 1.0
     if at.size:
         turning = condensed.backward(condensed.forward(turning), np.zeros((len(compliance), at.size)))
+    # A force at the end of the step has the end weight, a unit of the unknown the displacement factor.
+    factor = scheme.end_weight * scheme.displacement_factor
     first = first_alike(systems, same_compliance)
     compliances = {kind: _own_compliance(systems[kind], compliance, rows[kind], factor) for kind in set(first)}
     alike = scheme, damping, solver, condensed
     return [
-        Stepper(system, *alike, rows[number], *compliances[first[number]], turning, anchoring, viscous)
-        for number, system in enumerate(systems)
+        Stepper(each, *alike, rows[number], *compliances[first[number]], turning, anchoring, viscous)
+        for number, each in enumerate(systems)
     ]
 
 
 def _effective_matrix(
-    system: System, scheme: Scheme, damping: RayleighDamping, viscous: Sequence[Viscous]
+    system: System, scheme: Scheme, damping: RayleighDamping, viscous: Sequence[Viscous], anchoring: Array | None
 ) -> sparse.csr_matrix:
     """Return the matrix A of a step, which the unknown is solved for, shape (n, n)."""
     stiffness_part = scheme.displacement_factor + scheme.velocity_factor * damping.stiffness
@@ -202,28 +190,23 @@ def _effective_matrix(
         effective += sparse.diags(scheme.end_weight * scheme.velocity_factor * system.dampers)
     for layer in viscous:
         effective = effective + scheme.end_weight * scheme.displacement_factor * layer.stiffness
-    return sparse.csr_matrix(effective)
+    return sparse.csr_matrix(effective if anchoring is None else effective + sparse.diags(anchoring))
 
 
-def with_known(matrix: sparse.csr_matrix, fixed: Indices) -> sparse.csr_matrix:
-    """Return a matrix (n, n) in whose equations the unknowns `known` (k,) are zero."""
-    if not fixed.size:
+def with_empty(matrix: sparse.csr_matrix, rows: Indices) -> sparse.csr_matrix:
+    """Return a matrix (n, n) in whose equations some unknowns (k,) are zero."""
+    if not rows.size:
         return matrix
-    is_free = np.ones(matrix.shape[0])
-    is_free[fixed] = 0.0
-    selector = sparse.diags(is_free)
-    return sparse.csr_matrix(selector @ matrix @ selector + sparse.diags((1.0 - is_free) * matrix.diagonal().mean()))
+    selector = _selector(matrix.shape[0], rows)
+    left_out = sparse.diags((1.0 - selector.diagonal()) * matrix.diagonal().mean())
+    return sparse.csr_matrix(selector @ matrix @ selector + left_out)
 
 
-def _without(local: sparse.csr_matrix, fixed: Indices) -> sparse.csr_matrix:
-    """Return a map (m, n) that does not read the unknowns `known` (k,)."""
-    if not fixed.size:
-        return local
-    is_free = np.ones(local.shape[1])
-    is_free[fixed] = 0.0
-    product = sparse.csr_matrix(local @ sparse.diags(is_free))
-    product.eliminate_zeros()
-    return product
+def _selector(size: int, rows: Indices) -> sparse.dia_matrix:
+    """Return the identity (n, n) without some rows (k,)."""
+    is_free = np.ones(size)
+    is_free[rows] = 0.0
+    return sparse.diags(is_free)
 
 
 def _anchoring(system: System) -> Array | None:
@@ -252,23 +235,22 @@ def _joint_rows(systems: Sequence[System]) -> tuple[sparse.csr_matrix, list[Indi
         system.candidates.counterface * len(system.space.positions) + system.candidates.nodes for system in systems
     ]
     joint, first = np.unique(np.concatenate(marks), return_index=True)
-    rows = [_components(np.searchsorted(joint, mark), dim) for mark in marks]
+    rows = [vector_dofs(np.searchsorted(joint, mark), dim).ravel() for mark in marks]
     if all(row.size == dim * joint.size for row in rows):
         return systems[0].relative, rows
     stacked = sparse.vstack([system.relative for system in systems], format="csr")
-    return stacked[_components(first, dim)], rows
-
-
-def _components(nodes: Indices, dim: int) -> Indices:
-    return np.asarray((nodes[:, None] * dim + np.arange(dim)).ravel())
+    return stacked[vector_dofs(first, dim).ravel()], rows
 
 
 def _own_compliance(
     system: System, joint: NDArray[np.floating[Any]], rows: Indices, factor: float
 ) -> tuple[Compliance, Array | None]:
     """Return the compliance of a system's candidates, in their frames where these stay, and these frames."""
-    candidates = system.candidates
-    stiffness = [candidates.normal_stiffness] + [candidates.tangential_stiffness] * (system.space.dim - 1)
-    block = joint if rows.size == len(joint) else joint[np.ix_(rows, rows)]
-    frames = system.constant_frames()
-    return Compliance(block, 1.0 / np.column_stack(stiffness), frames, factor), frames
+    block, frames = joint if rows.size == len(joint) else joint[np.ix_(rows, rows)], system.constant_frames()
+    return Compliance(block, penalty_compliance(system.candidates), frames, factor), frames
+
+
+def penalty_compliance(candidates: Candidates) -> Array:
+    """Return by how much a force moves candidates into their counterfaces, (n_c, dim) [m/N]."""
+    tangential = [candidates.tangential_stiffness] * (candidates.dim - 1)
+    return np.asarray(1.0 / np.column_stack([candidates.normal_stiffness, *tangential]))
