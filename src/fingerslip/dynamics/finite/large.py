@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.dynamics.finite.newton import Factors, advance_finite
-from fingerslip.dynamics.loop import ByLength
+from fingerslip.dynamics.loop import BodyIntegrator, ByLength
 from fingerslip.dynamics.step.state import State, first_state
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
 from fingerslip.dynamics.system.scheme import Scheme, make_scheme, static
@@ -21,19 +21,14 @@ from fingerslip.materials.elastic import RayleighDamping
 from fingerslip.model.model import Model
 from fingerslip.model.timing import Adaptive, QuasiStatic, TimeStepping
 
-__all__ = ["Large"]
-
 Array = NDArray[np.float64]
 
 # How often a step may be halved.
 _DEEPEST = 6
 
 
-class Large:
-    """One motion at large strain; see :class:`fingerslip.dynamics.loop.BodyIntegrator`.
-
-    A step of the model that is not solved is taken in halves.
-    """
+class Large(BodyIntegrator):
+    """One motion at large strain; a step of the model that is not solved is taken in halves."""
 
     def __init__(
         self,
@@ -47,11 +42,10 @@ class Large:
     ) -> None:
         self._time, self._damping, self._system = model.time, model.damping, system
         self._solver, self._watch, self._reserved, self._halvings = solver, watch, reserved_bytes, halvings
-        is_adaptive = isinstance(model.time, Adaptive)
         self._step = model.time.shortest if isinstance(model.time, Adaptive) else make_scheme(model.time).step
         # In 3D the memory has no room for more factors: those of whole steps are made again after halved ones.
         halves = 1 if system.space.dim == 3 else halvings + 1
-        self._factors = ByLength(self._make, most=4 if is_adaptive else halves)
+        self._factors = ByLength(self._make, most=4 if isinstance(model.time, Adaptive) else halves)
         self._last = self._factors.at(self._step)
         self._counts = {"newton_iterations": 0, "factorisations": 0, "halved_steps": 0}
 
@@ -113,16 +107,8 @@ class Large:
             time = time.fixed(length)
         elif isinstance(time, TimeStepping | QuasiStatic):
             time = replace(time, step=length)
-        return Factors(self._system, make_scheme(time), self._damping, self._solver, self._watch, self._reserved)
-
-    def _factors_for(self, length: float) -> Factors:
-        """Return the factors of steps of a length [s]: at rest those of one length serve all, unless rates matter."""
-        system, is_damped = self._system, self._damping != RayleighDamping() or self._system.dampers is not None
-        if not isinstance(self._time, QuasiStatic) or is_damped or system.require_body().relaxes:
-            return self._factors.at(length)
-        factors = self._factors.at(self._step)
-        factors.rescale(static(length))
-        return factors
+        of_model = self._system, make_scheme(time), self._damping, self._solver
+        return Factors(*of_model, watch=self._watch, reserved_bytes=self._reserved)
 
     def _halves(self, state: State, end: float, depth: int) -> State:
         """Take one step to a time [s], or two halves of it where it is not solved."""
@@ -138,12 +124,16 @@ class Large:
 
     def _whole(self, state: State, end: float, length: float) -> State:
         """Take one step of a length [s] to a time [s]."""
-        self._last = self._factors_for(length)
+        system, is_damped = self._system, self._damping != RayleighDamping() or self._system.dampers is not None
+        if not isinstance(self._time, QuasiStatic) or is_damped or system.require_body().relaxes:
+            self._last = self._factors.at(length)
+        else:
+            # At rest the factors of one length serve all, unless rates matter.
+            self._last = self._factors.at(self._step)
+            self._last.rescale(static(length))
         before = self._last.count
         try:
-            after, iterations = advance_finite(
-                self._last, state, end, self._system.displacements(end), watch=self._watch
-            )
+            after, iterations = advance_finite(self._last, state, end)
         finally:
             self._counts["factorisations"] += self._last.count - before
         self._counts["newton_iterations"] += iterations

@@ -16,7 +16,7 @@ Factors are kept from step to step as long as that costs less than new ones.
 from __future__ import annotations
 
 import contextlib
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -36,8 +36,6 @@ from fingerslip.dynamics.system.system import System
 from fingerslip.errors import ConvergenceError, FingerslipError, InvertedCellError
 from fingerslip.linear.solver import LinearSolver
 from fingerslip.materials.elastic import RayleighDamping
-
-__all__ = ["Factors", "advance_finite"]
 
 Array = NDArray[np.float64]
 
@@ -60,39 +58,39 @@ class MadeOf(NamedTuple):
     rough: bool
 
 
-@dataclass
 class Factors:
-    """The factors of a tangent, for steps of one length."""
+    """The factors of a tangent, for steps of one length, with bytes that must stay free for the histories."""
 
-    system: System  # the system of a body at large strain
-    scheme: Scheme  # time integration
-    damping: RayleighDamping  # material damping
-    solver: LinearSolver  # what factorises
-    watch: Stopwatch  # takes the times of tangents and factorisations
-    reserved_bytes: int = 0  # memory that must stay free for the histories [bytes]
-    stepper: Stepper | None = None
-    # (k, 3, 3), rotations R_0 of the inclusions of what they are made of [-]
-    rotations: Array = field(default_factory=lambda: np.zeros((0, 3, 3)), repr=False)
-    count: int = 0
-    made_of: MadeOf | None = None
-    _least: int = field(default=0, repr=False)
-    _excess: int = field(default=0, repr=False)
-    _served: int = field(default=0, repr=False)
+    def __init__(
+        self,
+        system: System,
+        scheme: Scheme,
+        damping: RayleighDamping,
+        solver: LinearSolver,
+        *,
+        watch: Stopwatch,
+        reserved_bytes: int,
+    ) -> None:
+        self.system, self.scheme, self.damping, self.watch = system, scheme, damping, watch
+        self._solver, self._reserved, self._length = solver, reserved_bytes, scheme.step
+        self._exact, self._rough = solver.series(), solver.rough()
+        self._stepper: Stepper | None = None
+        # (k, 3, 3), rotations R_0 of the inclusions of what they are made of [-]
+        self.rotations: Array = np.zeros((0, 3, 3))
+        self._made_of: MadeOf | None = None
+        self.count = self._least = self._excess = self._served = 0
 
-    def __post_init__(self) -> None:
-        self._exact, self._rough, self._length = self.solver.series(), self.solver.rough(), self.scheme.step
-
-    def at(self, state: BodyState, velocity: Array | None = None) -> Stepper:
+    def at(self, state: BodyState, velocity: Array) -> Stepper:
         """Return the stepper of a step that begins with a body; new where old factors have cost more than these.
 
         With its velocity (n,) [m/s], new factors are those of where the body will be in the middle of their time: they
         then fit from beginning to end. That time is expected to be as long as that of the last ones.
         """
-        if self.stepper is not None and self._excess < _COST[self.system.space.dim]:
-            return self.stepper
+        if self._stepper is not None and self._excess < _COST[self.system.space.dim]:
+            return self._stepper
         ahead, steps = None, min(self._served // 2, _FURTHEST)
         with contextlib.suppress(InvertedCellError):
-            if steps and velocity is not None:
+            if steps:
                 further = steps * self.scheme.step * velocity
                 ahead = self.system.require_body().at(state.displacement + further, state)
         return self.renew(state, ahead)
@@ -100,14 +98,14 @@ class Factors:
     @property
     def current(self) -> Stepper:
         """The stepper of the present factors."""
-        if self.stepper is None:
+        if self._stepper is None:
             raise ValueError("no factors were made yet")
-        return self.stepper
+        return self._stepper
 
     @property
     def is_positive(self) -> bool:
         """Whether the tangent of the present factors was made definite."""
-        return self.made_of is not None and self.made_of.positive
+        return self._made_of is not None and self._made_of.positive
 
     def renew(self, state: BodyState, ahead: BodyState | None = None, *, rough: bool = True) -> Stepper:
         """Return the stepper with the tangent of a body, or of where it goes if that can be factorised.
@@ -116,7 +114,7 @@ class Factors:
         iteration more slowly to the same solution. Its factors are never rough: it may be nearly singular.
         """
         # The old factors go first: in 3D there is no memory for both.
-        self.stepper, self.count = None, self.count + 1
+        self._stepper, self.count = None, self.count + 1
         self._least = self._excess = self._served = 0
         for body in (state,) if ahead is None else (ahead, state):
             with contextlib.suppress(FingerslipError):
@@ -125,21 +123,21 @@ class Factors:
 
     def release(self) -> None:
         """Let go of the factors, and of the analyses that serve the next ones, which take as much memory."""
-        self.stepper, self._exact, self._rough = None, self.solver.series(), self.solver.rough()
+        self._stepper, self._exact, self._rough = None, self._solver.series(), self._solver.rough()
 
     def steer(self, system: System) -> None:
         """Go on with a system whose counterfaces or loads are others from now on."""
         self.system = system
-        self.stepper = self.stepper and replace(self.stepper, system=system)
+        self._stepper = self._stepper and replace(self._stepper, system=system)
 
     def rescale(self, scheme: Scheme) -> None:
         """Go on with steps of another length, on which the tangent must not depend."""
         self.scheme = scheme
-        self.stepper = self.stepper and replace(self.stepper, scheme=scheme)
+        self._stepper = self._stepper and replace(self._stepper, scheme=scheme)
 
     def saved_state(self) -> tuple[MadeOf | None, int, tuple[int, int, int]]:
         """Return what :meth:`restore` needs."""
-        return self.made_of, self.count, (self._least, self._excess, self._served)
+        return self._made_of, self.count, (self._least, self._excess, self._served)
 
     def restore(self, made_of: tuple[BodyState, bool, bool] | None, count: int, used: tuple[int, int, int]) -> None:
         """Make the factors again that were saved."""
@@ -170,12 +168,12 @@ class Factors:
         with self.watch.part("factorisation"):
             tangential = replace(self.system, stiffness=tangent)
             solver = self._rough if made_of.rough and is_large([self.system]) else self._exact
-            (stepper,) = factorised([tangential], self.scheme, self.damping, solver, self.reserved_bytes)
+            (stepper,) = factorised([tangential], self.scheme, self.damping, solver, self._reserved)
         # A working set of other factors, or of those of a halved step, holds another compliance.
         edition = replace(stepper.compliance, edition=(self._length, self.count))
-        self.stepper, self.made_of = replace(stepper, system=self.system, compliance=edition), made_of
+        self._stepper, self._made_of = replace(stepper, system=self.system, compliance=edition), made_of
         self.rotations = self.inclusions.rotations(made_of.body.displacement)
-        return self.stepper
+        return self._stepper
 
 
 # Residual over the forces of the step. On the shipped fingertip it leaves 1e-7 of the displacement and 6e-5 of the
@@ -195,53 +193,40 @@ _PROBLEM = "motion at large strain"
 
 @dataclass(frozen=True)
 class _Iterate:
-    """An iterate, evaluated.
+    """An iterate, evaluated."""
 
-    `residual` (n,) is that of the equation of motion without contact forces [N], `size` the scale of its forces [N];
-    `moved` (n_c, dim) [m] and `pose` are those of the candidates, `local` are the coordinates of the displacement.
-    """
-
-    unknown: Array
-    displacement: Array
-    local: Local
-    velocity: Array
-    moved: Array
-    pose: Pose | None
+    unknown: Array  # (n,)
+    displacement: Array  # (n,) [m]
+    local: Local  # coordinates of the displacement
+    velocity: Array  # (n,) [m/s]
+    moved: Array  # (n_c, dim), motion of the candidates [m]
+    pose: Pose | None  # the candidates as bodies see them that turn
     body: BodyState
-    residual: Array
-    size: float
+    residual: Array  # (n,), that of the equation of motion without contact forces [N]
+    size: float  # the scale of its forces [N]
 
 
 @dataclass(frozen=True)
 class _Linearised:
-    """The step linearised about an iterate, and solved.
-
-    `force` (n_c, dim) is that of contact as the equation of motion counts it [N], `end` (m,) where the iterate goes.
-    `residual` (n,) is that of the iterate with these forces [N], `error` its norm over the size, and `contraction` that
-    over the error of the iteration before.
-    """
+    """The step linearised about an iterate, and solved."""
 
     contact: ContactStep
-    force: Array
-    end: Array
-    residual: Array
-    error: float
-    contraction: float
+    force: Array  # (n_c, dim), that of contact as the equation of motion counts it [N]
+    end: Array  # (m,), where the iterate goes
+    residual: Array  # (n,), that of the iterate with these forces [N]
+    error: float  # its norm over the size [-]
+    contraction: float  # that over the error of the iteration before [-]
 
 
-def advance_finite(
-    factors: Factors, before: State, time: float, counterfaces: Array, *, watch: Stopwatch
-) -> tuple[State, int]:
-    """Take one step at large strain.
-
-    Arrays: time [s]; counterfaces (n_counterfaces, dim) [m].
-    """
+def advance_finite(factors: Factors, before: State, time: float) -> tuple[State, int]:
+    """Take one step at large strain to a time [s]; also return how many iterations it took."""
     begun = replace(before, body=factors.system.require_body().begun(before.large_body, factors.scheme.step))
-    start = predict_ends(factors.at(before.large_body, before.velocity), begun, time, counterfaces)
-    iterate, contact, iterations = _solve(factors, start, watch)
+    stepper, counterfaces = factors.at(before.large_body, before.velocity), factors.system.displacements(time)
+    start = predict_ends(stepper, begun, time, counterfaces)
+    iterate, contact, iterations = _solve(factors, start)
     factors.used(iterations)
     stepper = factors.current
-    with watch.part("recording"):
+    with factors.watch.part("recording"):
         # The energies are those of the mean force. In a body that relaxes, the work that it does not store is what
         # dashpots take, and else an error of the step.
         body, start_body = stepper.system.require_body(), before.large_body
@@ -253,12 +238,12 @@ def advance_finite(
         return finish([stepper], [start], [contact], iterate.unknown[None], [strained])[0], iterations
 
 
-def _solve(factors: Factors, start: Prediction, watch: Stopwatch) -> tuple[_Iterate, ContactStep, int]:
+def _solve(factors: Factors, start: Prediction) -> tuple[_Iterate, ContactStep, int]:
     """Iterate to the solution of a step; also return its contact and how many iterations it took."""
     iterate, mixing, contact = _first(factors, start), Mixing(), None
     last, contraction, slow, renewals = np.inf, _USUAL, 0, 0
     for iteration in range(1, _MOST + 1):
-        solved = _linearise(factors, start, iterate, contact, (last, contraction), watch=watch)
+        solved = _linearise(factors, start, iterate, contact, (last, contraction))
         contact, contraction = solved.contact, solved.contraction
         slow = slow + 1 if _iterations_left(solved.error, last) > _COST[factors.system.space.dim] else 0
         if slow >= (_LITTLE if renewals else _PATIENCE):
@@ -320,15 +305,14 @@ def _linearise(
     iterate: _Iterate,
     earlier: ContactStep | None,
     errors: tuple[float, float],
-    *,
-    watch: Stopwatch,
 ) -> _Linearised:
     """Solve the step linearised about an iterate.
 
     Contact is searched from that of an earlier iteration. It is as exact as the iterate needs, whose error is expected
-    from the error of the iteration before and the contraction that are `known`, until contact tells it.
+    from the error of the iteration before and the contraction, until contact tells it.
     """
-    (last, contraction), stepper, body = errors, factors.current, factors.inclusions
+    (last, contraction), watch = errors, factors.watch
+    stepper, body = factors.current, factors.inclusions
     turns = iterate.local, factors.rotations
     here = replace(
         start,

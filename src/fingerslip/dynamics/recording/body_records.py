@@ -17,8 +17,6 @@ from fingerslip.dynamics.system.system import System
 from fingerslip.materials.elastic import RayleighDamping
 from fingerslip.model.model import Model
 
-__all__ = ["BodyRecords", "SupportRecords", "moments"]
-
 Array = NDArray[np.float64]
 
 # Variables of translations and of rotations: displacement, velocity and acceleration.

@@ -28,7 +28,6 @@ from fingerslip.units import millimetres
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["labelled_history", "made_energy", "record_coordinates"]
 
 Array = NDArray[np.float64]
 

@@ -32,8 +32,6 @@ from fingerslip.model.model import Model
 from fingerslip.model.timing import Adaptive
 from fingerslip.units import coordinates
 
-__all__ = ["Recorder"]
-
 Array = NDArray[np.float64]
 
 _logger = logging.getLogger("fingerslip.dynamics")

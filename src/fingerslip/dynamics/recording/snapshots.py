@@ -22,8 +22,6 @@ from fingerslip.history import VARIABLES
 from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.viscoelastic import Relaxed, with_across
 
-__all__ = ["AtSites", "Recoveries", "SnapshotRecords", "dashpots_reader"]
-
 Array = NDArray[np.float64]
 
 

@@ -24,18 +24,6 @@ from fingerslip.model.model import Model, Traction
 from fingerslip.model.programme import Hold, Phase, Ramp, phase_duration
 from fingerslip.model.timing import Adaptive
 
-__all__ = [
-    "Span",
-    "record_bytes",
-    "record_shapes",
-    "record_type",
-    "require_record_memory",
-    "snapshot_steps",
-    "spans_of",
-    "step_count",
-    "step_times",
-]
-
 Array = NDArray[np.float64]
 
 # Of the length of the simulation: knots that are nearer are one.
