@@ -14,11 +14,9 @@ before left its patches.
 
 from __future__ import annotations
 
-import functools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,9 +31,10 @@ from fingerslip.contact.states import OPEN, STICK
 from fingerslip.dynamics.loop import Integrator, Loop
 from fingerslip.dynamics.statics.body import REPAIR, StaticBody, shear_distances
 from fingerslip.dynamics.step.contact_step import solve_law
-from fingerslip.dynamics.step.stepper import Stopwatch
+from fingerslip.dynamics.step.stepper import Stopwatch, penalty_compliance
 from fingerslip.dynamics.system.bodies import Motion, counterface_motion, largest_approach
 from fingerslip.errors import InputError
+from fingerslip.fe.space import vector_dofs
 from fingerslip.model.model import Contact
 from fingerslip.model.programme import Phase, Press, Ramp, phase_duration
 from fingerslip.model.rigid_bodies import DIRECTIONS, Direction, RigidBody
@@ -56,10 +55,7 @@ class FreePlate:
     loads: tuple[tuple[tuple[float, Ramp], ...], ...]  # forces along each axis [N] with their factors
 
     def free_displacements(self, time: float, before: Floats) -> Floats:
-        """Return the displacements (k,) at the end of a step [m] if there were no contact.
-
-        Arrays: time [s]; before (k,) [m].
-        """
+        """Return the displacements (k,) [m] at the end of a step without contact, from those before it (k,) [m]."""
         force = [sum(value * ramp.at(time) for value, ramp in load) for load in self.loads]
         return np.asarray(self.compliance * (np.array(force) + self.drag * before))
 
@@ -77,22 +73,14 @@ class FreePlate:
         return compliance + along.T @ (self.compliance[:, None] * along)
 
 
-def prescribed_plate(dim: int) -> FreePlate:
-    """Return a plate that is free along no axis."""
-    return FreePlate(np.zeros((0, dim)), np.zeros(0), np.zeros(0), ())
-
-
 def free_plate(plate: RigidBody, motion: Motion, step: float) -> FreePlate:
-    """Return the free axes of a plate.
-
-    Units: step [s].
-    """
+    """Return the free axes of a plate, for steps of a length [s]."""
     for number, direction in enumerate(plate.free):
         _check(f"bodies.free.{number}", plate, direction, motion)
     drag, dim = np.array([plate.damping(direction) / step for direction in plate.free]), motion.positions.shape[1]
     stiffness = np.array([plate.stiffness(direction) for direction in plate.free])
     return FreePlate(
-        np.eye(dim)[[DIRECTIONS.index(direction) for direction in plate.free]].reshape(-1, dim),
+        np.array([np.eye(dim)[DIRECTIONS.index(direction)] for direction in plate.free]).reshape(-1, dim),
         1.0 / (drag + stiffness),
         drag,
         tuple(tuple((getattr(load, direction), load.ramp) for load in plate.loads) for direction in plate.free),
@@ -137,41 +125,6 @@ class StaticMotion:
     iterations: Integers  # (n_times,), iterations of the contact problem
 
 
-@dataclass(frozen=True)
-class _Setting:
-    """What stays the same from step to step; `rows` are the contact nodes among those of the body."""
-
-    body: StaticBody
-    rows: Integers
-    candidates: Candidates
-    counterfaces: Counterfaces
-    motion: Motion
-    frames: Floats
-    plate: FreePlate
-    begin: float  # [s]
-
-    def compliance(self, state: int) -> Compliance:
-        """Return the compliance of the contact nodes by a state of the body, with that of a free plate."""
-        springs, across = self.candidates, self.candidates.dim - 1
-        flexible = 1.0 / np.stack([springs.normal_stiffness, *[springs.tangential_stiffness] * across], 1)
-        element = np.ascontiguousarray(self.body.compliance[state][np.ix_(self.dofs, self.dofs)])
-        in_frames = rotate_compliance(self.plate.add_to(element), self.frames)
-        return Compliance(in_frames, flexible, edition=(float(state),))
-
-    @cached_property
-    def dofs(self) -> Integers:
-        """Displacements of the contact nodes among those of the body's patches."""
-        dim = self.candidates.dim
-        return np.asarray((dim * self.rows[:, None] + np.arange(dim)).ravel())
-
-    def displacement(self, state: _State, rows: slice) -> Floats:
-        """Return the displacement of some rows of the body's answers [m]."""
-        forces = np.zeros_like(self.body.positions)
-        forces[self.rows] = state.forces
-        answers = self.body.answers[state.nearest, rows]
-        return np.asarray(self.body.unloaded_displacement[state.nearest, rows] + answers @ forces.ravel())
-
-
 def static_motion(
     body: StaticBody,
     contact: Contact,
@@ -181,56 +134,19 @@ def static_motion(
     plate: RigidBody | None = None,
     farthest: float = math.inf,
 ) -> StaticMotion:
-    """Compute a motion of a condensed body; that of a pressed one begins where the first phase, the press, ends.
+    """Compute a motion of a condensed body in steps [s], until its plate has moved farthest [m].
 
-    Units: step [s]; farthest [m].
+    That of a pressed body begins where the first phase, the press, ends.
     """
-    programme = contact.programme or programme
-    setting = _setting(body, contact, programme, plate, step)
-    count = math.ceil((setting.motion.knots[-1] - setting.begin) / step - 1e-9)
-    times = setting.begin + step * np.arange(count + 1)
-    records = _Records(setting, times.size)
-    loop = Loop(_Steps(setting, step), [records], [times], Stopwatch())
+    steps = _Steps(body, contact, contact.programme or programme, plate or RigidBody(1.0), step)
+    count = math.ceil((steps.motion.knots[-1] - steps.begin) / step - 1e-9)
+    times = steps.begin + step * np.arange(count + 1)
+    records = _Records(steps)
+    loop = Loop(steps, [records], [times], Stopwatch())
     while loop.taken < loop.last and np.linalg.norm(loop.states[0].plate) <= farthest:
         loop.step()
     loop.finish()
     return records.motion(times)
-
-
-def _setting(
-    body: StaticBody, contact: Contact, programme: Sequence[Phase], plate: RigidBody | None, step: float
-) -> _Setting:
-    """Return the contact nodes that a motion needs, and what stays the same in it."""
-    plane = contact.counterface.at_start(body.skin)
-    if not plane.is_flat:
-        raise InputError("contact.counterface", "is curved", "needs a plane", REPAIR)
-    motion = counterface_motion(programme, plane)
-    free = prescribed_plate(plane.dim) if plate is None else free_plate(plate, motion, step)
-    reach = _NEAR * largest_approach(motion, plane)
-    rows = np.flatnonzero((plane.gap(body.positions) <= reach) | body.is_pressed)
-    if not rows.size:
-        raise InputError("programme", f"reaches {1e3 * reach:.4g} mm", "needs a press that touches a contact node")
-    penalties = contact.normal_penalty, contact.tangential_penalty
-    for kind, penalty in zip(("normal", "tangential"), penalties, strict=True):
-        if penalty is None:
-            raise InputError(f"contact.{kind}_penalty", "is missing", "needs a value, as no cell is looked at here")
-    area, nodes, none = body.area[rows], body.nodes[rows], np.zeros(rows.size, dtype=np.int64)
-    springs = [(penalty or 0.0) * area for penalty in penalties]
-    candidates = Candidates(nodes, none, body.positions[rows], area, *springs)
-    counterfaces = Counterfaces((plane,), (contact.friction,))
-    frames = counterfaces.frames(candidates.positions, candidates.counterface)
-    begin = _begin(body, programme)
-    return _Setting(body, rows, candidates, counterfaces, motion, frames, free, begin)
-
-
-def _begin(body: StaticBody, programme: Sequence[Phase]) -> float:
-    """Return when a motion begins [s]: at once, or at the end of the press that the body has behind it."""
-    if not body.is_pressed:
-        return 0.0
-    press, depth = programme[0], float(np.linalg.norm(body.shift))
-    if not isinstance(press, Press) or abs(press.depth - depth) > _ZERO * depth:
-        raise InputError("programme.0", f"is {press}", f"needs the press of the body, by {1e3 * depth:.6g} mm")
-    return phase_duration(press)
 
 
 @dataclass(frozen=True)
@@ -251,41 +167,86 @@ class _State:
 class _Steps(Integrator[_State]):
     """One motion, step by step."""
 
-    def __init__(self, setting: _Setting, step: float) -> None:
-        self._setting, self._step = setting, step
+    def __init__(
+        self, body: StaticBody, contact: Contact, programme: Sequence[Phase], plate: RigidBody, step: float
+    ) -> None:
+        plane = contact.counterface.at_start(body.skin)
+        if not plane.is_flat:
+            raise InputError("contact.counterface", "is curved", "needs a plane", REPAIR)
+        self.body, self._step, self.motion = body, step, counterface_motion(programme, plane)
+        self._plate = free_plate(plate, self.motion, step)
+        reach = _NEAR * largest_approach(self.motion, plane)
+        # The contact nodes among those of the body.
+        self.rows = np.flatnonzero((plane.gap(body.positions) <= reach) | body.is_pressed)
+        if not self.rows.size:
+            fault = f"reaches {1e3 * reach:.4g} mm"
+            raise InputError("programme", fault, "needs a press that touches a contact node")
+        penalties = contact.normal_penalty, contact.tangential_penalty
+        for kind, penalty in zip(("normal", "tangential"), penalties, strict=True):
+            if penalty is None:
+                raise InputError(f"contact.{kind}_penalty", "is missing", "needs a value, as no cell is looked at here")
+        area, nodes, none = body.area[self.rows], body.nodes[self.rows], np.zeros(self.rows.size, dtype=np.int64)
+        springs = [(penalty or 0.0) * area for penalty in penalties]
+        self.candidates = Candidates(nodes, none, body.positions[self.rows], area, *springs)
+        self.counterfaces = Counterfaces((plane,), (contact.friction,))
+        self._frames = self.counterfaces.frames(self.candidates.positions, none)
+        self._dofs = vector_dofs(self.rows, plane.dim).ravel()
+        # At once, or at the end of the press that the body has behind it [s].
+        self.begin = 0.0
+        if body.is_pressed:
+            press, depth = programme[0], float(np.linalg.norm(body.shift))
+            if not isinstance(press, Press) or abs(press.depth - depth) > _ZERO * depth:
+                allowed = f"needs the press of the body, by {1e3 * depth:.6g} mm"
+                raise InputError("programme.0", f"is {press}", allowed)
+            self.begin = phase_duration(press)
         # A motion comes near to some of many states.
-        self._compliance = functools.cache(setting.compliance)
+        self._compliances: dict[int, Compliance] = {}
+
+    def _compliance(self, state: int) -> Compliance:
+        """Return the compliance of the contact nodes by a state of the body, with that of a free plate."""
+        if state not in self._compliances:
+            of_body = np.ascontiguousarray(self.body.compliance[state][np.ix_(self._dofs, self._dofs)])
+            in_frames = rotate_compliance(self._plate.add_to(of_body), self._frames)
+            flexible = penalty_compliance(self.candidates)
+            self._compliances[state] = Compliance(in_frames, flexible, edition=(float(state),))
+        return self._compliances[state]
+
+    def displacement(self, state: _State, rows: slice) -> Floats:
+        """Return the displacement of some rows of the body's answers [m]."""
+        forces = np.zeros_like(self.body.positions)
+        forces[self.rows] = state.forces
+        answers = self.body.answers[state.nearest, rows]
+        return np.asarray(self.body.unloaded_displacement[state.nearest, rows] + answers @ forces.ravel())
 
     def start(self) -> dict[int, _State]:
         """Return the state at time zero, or at the end of the press."""
-        setting, nodes, body = self._setting, self._setting.candidates, self._setting.body
-        shift = setting.motion.displacement(np.array([setting.begin]))[0]
-        forces = np.ascontiguousarray(body.forces[0, setting.rows])
-        moved = body.moved[0, setting.dofs].reshape(forces.shape)
+        nodes, body = self.candidates, self.body
+        shift = self.motion.displacement(np.array([self.begin]))[0]
+        forces = np.ascontiguousarray(body.forces[0, self.rows])
+        moved = body.moved[0, self._dofs].reshape(forces.shape)
         # The state was pressed by an upright counterface: another one has dragged the skin by what it moved otherwise.
-        relative = np.einsum("cij,cj->ci", setting.frames, moved - body.shift)
-        relative[:, 0] = setting.counterfaces.gaps(nodes.positions + moved - shift, nodes.counterface)
-        in_frames = np.einsum("cij,cj->ci", setting.frames, forces)
+        relative = np.einsum("cij,cj->ci", self._frames, moved - body.shift)
+        relative[:, 0] = self.counterfaces.gaps(nodes.positions + moved - shift, nodes.counterface)
+        in_frames = np.einsum("cij,cj->ci", self._frames, forces)
         interface = replace(rest_state(nodes, relative[:, 0]), forces=in_frames, relative=relative)
         if body.is_pressed:
             interface = replace(interface, state=np.where(in_frames[:, 0] > 0.0, STICK, OPEN).astype(np.int8))
-        return {0: _State(setting.begin, 0.0, interface, forces, np.zeros(len(setting.plate.axes)), shift)}
+        return {0: _State(self.begin, 0.0, interface, forces, np.zeros(len(self._plate.axes)), shift)}
 
     def advance(self, states: Mapping[int, _State], ends: Floats) -> dict[int, tuple[_State, list[_State]]]:
         """Take the next step."""
-        setting, before, time = self._setting, states[0], float(ends[0])
-        nodes, counterfaces = setting.candidates, setting.counterfaces
-        prescribed = setting.motion.displacement(ends[:1])[0]
-        unheld = setting.plate.free_displacements(time, before.plate)
+        before, time, nodes = states[0], float(ends[0]), self.candidates
+        prescribed = self.motion.displacement(ends[:1])[0]
+        unheld = self._plate.free_displacements(time, before.plate)
         nearest, interface = self._nearest(before), before.interface
-        unloaded = setting.body.unloaded_displacement[nearest, setting.dofs].reshape(nodes.positions.shape)
-        moved = unloaded - prescribed - setting.plate.shift(unheld)
-        free: Floats = np.einsum("cij,cj->ci", setting.frames, moved)
-        free[:, 0] = counterfaces.gaps(nodes.positions + moved, nodes.counterface)
+        unloaded = self.body.unloaded_displacement[nearest, self._dofs].reshape(nodes.positions.shape)
+        moved = unloaded - prescribed - self._plate.shift(unheld)
+        free: Floats = np.einsum("cij,cj->ci", self._frames, moved)
+        free[:, 0] = self.counterfaces.gaps(nodes.positions + moved, nodes.counterface)
         # What the contact solver keeps belongs to one compliance.
         warm = interface.forces, before.working_set if nearest == before.nearest else None
-        problem = self._compliance(nearest), setting.frames, free, interface
-        contact = solve_law((nodes, counterfaces), *problem, over=(before.step, time), warm=warm, few=_FEW)
+        problem = self._compliance(nearest), self._frames, free, interface
+        contact = solve_law((nodes, self.counterfaces), *problem, over=(before.step, time), warm=warm, few=_FEW)
         settled = settle(
             nodes,
             interface,
@@ -295,65 +256,60 @@ class _Steps(Integrator[_State]):
             stretch=np.ones((len(free), nodes.dim - 1)),
             work=0.0,
         )
-        plate = setting.plate.displacements(unheld, contact.forces.sum(axis=0))
-        shift, solved = prescribed + setting.plate.shift(plate), (contact.working_set, contact.solution.iterations)
+        plate = self._plate.displacements(unheld, contact.forces.sum(axis=0))
+        shift, solved = prescribed + self._plate.shift(plate), (contact.working_set, contact.solution.iterations)
         after = _State(time, self._step, settled.state, contact.forces, plate, shift, nearest, *solved)
         return {0: (after, [after])}
 
     def _nearest(self, state: _State) -> int:
         """Return which state of the body is the nearest to where its patches are."""
-        body = self._setting.body
+        body = self.body
         if len(body.answers) == 1:
             return 0
         patches, shape = slice(body.positions.size), body.positions.shape
-        moved = self._setting.displacement(state, patches).reshape(shape)
+        moved = self.displacement(state, patches).reshape(shape)
         return int(np.argmin(shear_distances(moved, body.moved[:, patches].reshape(-1, *shape), body.forces[0])))
 
 
 class _Records:
-    """Forces and states of all steps, filled one by one: see :class:`fingerslip.dynamics.loop.Observer`."""
+    """Forces and states of all steps, one by one: see :class:`fingerslip.dynamics.loop.Observer`."""
 
     room = 1
 
-    def __init__(self, setting: _Setting, count: int) -> None:
-        self._setting, self._count = setting, 0
-        size, dim = setting.rows.size, setting.candidates.dim
-        self._forces, self._states = np.zeros((count, size, dim)), np.zeros((count, size), dtype=np.int8)
-        self._iterations, self._shifts = np.zeros(count, dtype=np.int64), np.zeros((count, dim))
-        self._sites = np.zeros((count, len(setting.body.answers[0, setting.body.site_rows])))
+    def __init__(self, steps: _Steps) -> None:
+        self._steps = steps
+        self._rows: list[tuple[Floats, NDArray[np.int8], int, Floats, Floats]] = []
 
     def record(self, state: _State) -> None:
         """Record the next state; of every few, look at it."""
-        number, self._last = self._count, state
-        self._forces[number], self._states[number] = state.forces, state.interface.state
-        self._iterations[number], self._shifts[number] = state.iterations, state.shift
-        self._sites[number] = self._setting.displacement(state, self._setting.body.site_rows)
-        self._count += 1
+        number, self._last = len(self._rows), state
+        sites = self._steps.displacement(state, self._steps.body.site_rows)
+        self._rows.append((state.forces, state.interface.state, state.iterations, state.shift, sites))
         if number and number % _LOOK_EVERY == 0:
             self.finish()
 
     def finish(self) -> None:
         """Refuse a last state in which a node that must not touch does."""
-        setting, watched = self._setting, self._setting.body.watched
-        moved = setting.displacement(self._last, setting.body.watched_rows).reshape(watched.shape)
-        plane = setting.counterfaces.shapes[0]
+        steps, watched = self._steps, self._steps.body.watched
+        moved = steps.displacement(self._last, steps.body.watched_rows).reshape(watched.shape)
+        plane = steps.counterfaces.shapes[0]
         gaps = plane.gap(watched + moved - self._last.shift)
         nodes = np.arange(len(gaps))
         check_outsiders(gaps, nodes, watched, self._last.time, shape=plane, number=0, searched=None)
 
     def motion(self, times: Floats) -> StaticMotion:
         """Return what the steps that were taken came to."""
-        setting, count = self._setting, self._count
-        area, states = setting.candidates.area, self._states[:count]
+        forces, states, iterations, shifts, sites = map(np.array, zip(*self._rows, strict=True))
+        count, area = len(states), self._steps.candidates.area
         whole, sticking = (states != OPEN) @ area, (states == STICK) @ area
         return StaticMotion(
             time=times[:count],
-            displacement=self._sites[:count].reshape(count, -1, setting.candidates.dim),
-            counterface=self._shifts[:count],
-            force=self._forces[:count].sum(axis=1),
+            displacement=sites.reshape(count, -1, self._steps.candidates.dim),
+            counterface=shifts,
+            force=forces.sum(axis=1),
             contact_area=whole,
             stick_ratio=np.divide(sticking, whole, out=np.full(count, np.nan), where=whole > 0.0),
             state=states,
-            rows=setting.rows,
-            iterations=self._iterations[:count],
+            rows=self._steps.rows,
+            iterations=iterations,
         )
