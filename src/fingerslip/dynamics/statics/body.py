@@ -155,10 +155,7 @@ class StaticBody:
 
 
 def shear_distances(moved: Floats, states: Floats, forces: Floats) -> Floats:
-    """Return how far patches are from where they are in states, their mean weighted by forces, shape (k,) [m].
-
-    Arrays: moved (n_p, dim) [m]; states (k, n_p, dim) [m]; forces (n_p, dim) [N].
-    """
+    """Return how far patches (n_p, dim) [m] are from states (k, n_p, dim) [m], in the mean by forces [N], (k,) [m]."""
     weights = np.linalg.norm(forces, axis=1)
     return np.asarray(np.sqrt(np.square(states - moved).sum(axis=2) @ (weights / weights.sum())))
 
@@ -166,10 +163,7 @@ def shear_distances(moved: Floats, states: Floats, forces: Floats) -> Floats:
 def static_body(
     model: Model, *, reach: float, hidden: float, patch: float = 0.0, solver: LinearSolver | None = None
 ) -> StaticBody:
-    """Compute what the body of a model at small strain answers to forces on the surface that may touch.
-
-    Units: reach [m]; hidden [m]; patch [m].
-    """
+    """Compute what the body of a model at small strain answers to forces on the surface that may touch; sizes in m."""
     check_kind(model, is_finite=False)
     stiffness, reads, body = _surface(model, reach, hidden, patch)
     factor = (solver or preferred_solver()).factorise(stiffness)

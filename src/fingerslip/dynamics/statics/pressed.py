@@ -80,9 +80,7 @@ def pressed_bodies(
     of its press; others follow where the skin that it pressed has moved by `spacing` times the depth since the last,
     until all of it slips. Steps of the press are those of the model, steps of the slide `stride`, or else those
     of the model, too. Skin that is nearer than `near` to the counterface after the press may touch later. `progress`
-    takes the depth and the share of the slide.
-
-    Units: depths [m]; spacing [-]; near [m]; patch [m]; stride [s].
+    takes the depth and the share of the slide. Lengths are in m, the stride in s.
     """
     check_kind(model, is_finite=True)
     press, *others = model.programme
@@ -240,8 +238,11 @@ class _States:
         moved = np.concatenate([read @ state.displacement for read in skin.reads])
         area, states = skin.system.candidates.area, state.interface.state
         self.slips = bool(self._moved) and bool((states == STICK) @ area < _LEAST_STICKING * ((states != OPEN) @ area))
-        if self._moved and self._shear(moved) < self._spacing:
-            return
+        if self._moved:
+            shape = self._forces[0].shape
+            last, here = (some[: self._forces[0].size].reshape(shape) for some in (self._moved[-1], moved))
+            if shear_distances(here, last[None], self._forces[0])[0] < self._spacing:
+                return
         stepper = self._integrator.renewed(state)
         if stepper is None:
             # Without the contact a body under much pressure may give way; the states before stand for this one.
@@ -262,9 +263,3 @@ class _States:
         """Return the body with its answers in all states that were taken."""
         answers, moved, forces = map(np.stack, (self._answers, self._moved, self._forces))
         return replace(self._skin.body, answers=answers, moved=moved, forces=forces)
-
-    def _shear(self, moved: Floats) -> float:
-        """Return how far the patches have moved since the last state [m]."""
-        shape = self._forces[0].shape
-        last, here = (some[: self._forces[0].size].reshape(shape) for some in (self._moved[-1], moved))
-        return float(shear_distances(here, last[None], self._forces[0])[0])

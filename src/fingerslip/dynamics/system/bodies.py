@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.contact.counterfaces import Counterface, sliding_direction
-from fingerslip.dynamics.system.scheme import make_scheme
+from fingerslip.dynamics.system.loads import require_components
+from fingerslip.dynamics.system.scheme import has_inertia
 from fingerslip.errors import InputError
 from fingerslip.materials.elastic import RayleighDamping
 from fingerslip.model.model import Contact, Model
@@ -56,14 +57,14 @@ def phase_table(programme: Sequence[Phase]) -> tuple[list[str], Array]:
 
 def counterface_motion(programme: Sequence[Phase], counterface: Counterface, where: str = "programme") -> Motion:
     """Return the motion of one counterface."""
-    travels = [_travel(phase, counterface, f"{where}.{number}") for number, phase in enumerate(programme)]
-    dim = counterface.dim
+    dim, normal = counterface.dim, counterface.unit_normal
+    travels = [_travel(phase, normal, f"{where}.{number}") for number, phase in enumerate(programme)]
     positions = np.concatenate([np.zeros((1, dim)), np.cumsum(np.reshape(travels, (-1, dim)), axis=0)])
     return Motion(phase_table(programme)[1], positions)
 
 
-def _travel(phase: Phase, counterface: Counterface, where: str) -> Array:
-    normal = counterface.unit_normal
+def _travel(phase: Phase, normal: Array, where: str) -> Array:
+    """Return how far a phase moves a counterface (dim,) [m]."""
     match phase:
         case Press():
             return phase.depth * normal
@@ -71,21 +72,21 @@ def _travel(phase: Phase, counterface: Counterface, where: str) -> Array:
             return -phase.distance * normal
         case Hold():
             return np.zeros_like(normal)
+        case Slide(direction=None):
+            along = sliding_direction(normal)
         case Slide():
-            along = _direction(phase, counterface.unit_normal, f"{where}.slide.direction")
-            return phase.distance * along + phase.press * normal
+            along = _along(phase.direction or (), normal, f"{where}.slide.direction")
+    return phase.distance * along + phase.press * normal
 
 
-def _direction(phase: Slide, normal: Array, where: str) -> Array:
-    if phase.direction is None:
-        return sliding_direction(normal)
-    if len(phase.direction) != normal.size:
-        raise InputError(where, f"got {len(phase.direction)} components", f"needs {normal.size}")
+def _along(given_direction: Sequence[float], normal: Array, where: str) -> Array:
+    """Return the unit vector along a counterface (dim,) that is nearest to a direction."""
+    require_components(where, given_direction, normal.size)
     # Only where it points to counts: components of any size must not overflow.
-    direction = np.asarray(phase.direction, dtype=float) / (np.abs(phase.direction).max() or 1.0)
+    direction = np.asarray(given_direction, dtype=float) / (np.abs(given_direction).max() or 1.0)
     along: Array = direction - (direction @ normal) * normal
     if np.linalg.norm(along) <= 1e-6 * np.linalg.norm(direction) or not direction.any():
-        raise InputError(where, f"got {list(phase.direction)}", "needs a direction along the counterface")
+        raise InputError(where, f"got {list(given_direction)}", "needs a direction along the counterface")
     return along / np.linalg.norm(along)
 
 
@@ -180,7 +181,7 @@ def _freedom(model: Model, name: str, direction: Direction) -> RigidFreedom:
         faces=faces_of(model, name),
         shift=shift,
         turn=turn,
-        centre=_centre(body, dim),
+        centre=np.zeros(dim) if body.centre is None else np.asarray(body.centre, dtype=float),
         mass=body.inertia[-1 if dim == 2 else axis - 3] if turns else body.mass,
         stiffness=body.stiffness(direction),
         damping=body.damping(direction),
@@ -194,28 +195,29 @@ def faces_of(model: Model, name: str) -> tuple[int, ...]:
     return tuple(number for number, contact in enumerate(model.contacts) if contact.rigid_body == name)
 
 
-def _centre(body: RigidBody, dim: int) -> Array:
-    return np.zeros(dim) if body.centre is None else np.asarray(body.centre, dtype=float)
-
-
 def body_centres(model: Model) -> tuple[Array, Array]:
     """Return the centres of the rigid bodies, (n_bodies, dim) [m], and of the body of each contact, else the origin."""
-    dim, names = model.mesh.dim(), list(model.bodies)
-    centres = np.reshape([_centre(body, dim) for body in model.bodies.values()], (-1, dim))
-    of_contacts = [
-        np.zeros(dim) if contact.rigid_body is None else centres[names.index(contact.rigid_body)]
-        for contact in model.contacts
-    ]
-    return centres, np.reshape(of_contacts, (-1, dim))
+    dim = model.mesh.dim()
+    centres = {name: body.centre or (0.0,) * dim for name, body in model.bodies.items()}
+    of_contacts = [centres.get(contact.rigid_body or "", (0.0,) * dim) for contact in model.contacts]
+    of_bodies = np.reshape(list(centres.values()), (-1, dim))
+    return of_bodies.astype(float), np.reshape(of_contacts, (-1, dim)).astype(float)
+
+
+def programme_place(model: Model, number: int) -> str:
+    """Return where the programme of a contact stands: that of the rigid body that it is on, its own or the model's."""
+    contact = model.contacts[number]
+    if contact.rigid_body is not None:
+        return f"bodies.{contact.rigid_body}.programme"
+    return "programme" if contact.programme is None else f"contacts.{number}.programme"
 
 
 def contact_motion(model: Model, number: int) -> Motion:
     """Return the prescribed motion of a contact's counterface: that of the rigid body that it is on, or its own."""
-    contact, programme = model.contacts[number], model.programmes[number]
+    contact, programme, where = model.contacts[number], model.programmes[number], programme_place(model, number)
     if contact.rigid_body is None:
-        where = "programme" if contact.programme is None else f"contacts.{number}.programme"
         return counterface_motion(programme, contact.counterface, where)
-    first, where = model.contacts[faces_of(model, contact.rigid_body)[0]], f"bodies.{contact.rigid_body}.programme"
+    first = model.contacts[faces_of(model, contact.rigid_body)[0]]
     motion = counterface_motion(programme, first.counterface, where)
     for direction in model.bodies[contact.rigid_body].free:
         axis = DIRECTIONS.index(direction)
@@ -233,8 +235,8 @@ def check_bodies(model: Model) -> None:
         if beyond:
             fault = f"got '{beyond[0]}' in {dim} dimensions"
             raise InputError(f"{where}.free", fault, f"needs {', '.join(directions)}")
-        if body.centre is not None and len(body.centre) != dim:
-            raise InputError(f"{where}.centre", f"got {len(body.centre)} components", f"needs {dim}")
+        if body.centre is not None:
+            require_components(f"{where}.centre", body.centre, dim)
         needed = 1 if dim == 2 else 3
         if body.inertia and len(body.inertia) != needed:
             raise InputError(f"{where}.inertia", f"got {len(body.inertia)} values", f"needs {needed}")
@@ -243,7 +245,7 @@ def check_bodies(model: Model) -> None:
             raise InputError(
                 f"{where}.programme", fault, "needs the normal of one", f"write 'rigid_body: {name}' in a contact"
             )
-        if not make_scheme(model.time).inertia_factor:
+        if not has_inertia(model):
             _check_held(where, body, [model.contacts[number] for number in faces_of(model, name)])
 
 
@@ -252,19 +254,11 @@ def _check_held(where: str, body: RigidBody, contacts: Sequence[Contact]) -> Non
     if any(map(body.velocity, body.free)):
         fault = "is given for a model without inertia"
         raise InputError(f"{where}.initial_velocity", fault, "needs steps with inertia", "take TimeStepping")
-    loose = [
-        direction
-        for direction in body.free
-        if not _is_held(body, direction) and not any(_resists(contact, direction) for contact in contacts)
-    ]
+    loose = [direction for direction in _unheld(body) if not any(_resists(contact, direction) for contact in contacts)]
     if loose:
         fault = f"nothing holds the body in {', '.join(loose)}"
         allowed = "a spring, a damper or a contact has to hold it in steps without inertia"
         raise InputError(f"{where}.free", fault, allowed, "hold it, or take TimeStepping")
-
-
-def _is_held(body: RigidBody, direction: Direction) -> bool:
-    return bool(body.stiffness(direction) or body.damping(direction))
 
 
 def _resists(contact: Contact, direction: Direction) -> bool:
@@ -274,9 +268,12 @@ def _resists(contact: Contact, direction: Direction) -> bool:
     return bool(facing or contact.friction.coefficient > 0.0)
 
 
+def _unheld(body: RigidBody) -> list[Direction]:
+    """Return the free directions in which neither spring nor damper holds a body."""
+    return [direction for direction in body.free if not (body.stiffness(direction) or body.damping(direction))]
+
+
 def unheld_bodies(bodies: Mapping[str, RigidBody]) -> tuple[str, ...]:
     """Return the bodies that nothing but contact holds, each with its directions, as errors name them."""
-    loose = {
-        name: [direction for direction in body.free if not _is_held(body, direction)] for name, body in bodies.items()
-    }
+    loose = {name: _unheld(body) for name, body in bodies.items()}
     return tuple(f"rigid body '{name}' ({', '.join(directions)})" for name, directions in loose.items() if directions)

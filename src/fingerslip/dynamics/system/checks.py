@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import repeat
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,10 +19,11 @@ from fingerslip.dynamics.system.bodies import (
     contact_motion,
     largest_approach,
     phase_table,
+    programme_place,
     unheld_bodies,
 )
-from fingerslip.dynamics.system.loads import Load, model_loads
-from fingerslip.dynamics.system.scheme import make_scheme
+from fingerslip.dynamics.system.loads import Load, model_loads, require_components
+from fingerslip.dynamics.system.scheme import has_inertia
 from fingerslip.errors import InputError, Mistakes
 from fingerslip.fe.cell_materials import CellMaterials, cell_materials, finite_cell_materials, small_strain_law
 from fingerslip.fe.space import Space, boundary_nodes, build_space, free_pieces, nodal_areas, region_nodes, vector_dofs
@@ -107,19 +109,14 @@ def inspect_model(model: Model, space: Space | None = None) -> CheckedModel:
     for name, material in model.materials.items():
         terms = getattr(small_strain_law(material), "prony", ())
         recurrence(terms, shortest_step(model.time), f"materials.{name}.prony")
-    _check_contacts(model, space)
+    numbers = range(len(model.contacts))
+    for number in numbers:
+        _check_contact(model, space, number)
     check_bodies(model)
-    _check_initial_velocity(model, space)
-    skins = [space.positions[boundary_nodes(space, contact.boundary)] for contact in model.contacts]
-    counterfaces = tuple(
-        _at_start(number, contact, skin)
-        for number, (contact, skin) in enumerate(zip(model.contacts, skins, strict=True))
-    )
-    motions = tuple(contact_motion(model, number) for number in range(len(model.contacts)))
-    candidates = tuple(
-        _candidates(model, space, number, counterface, motion)
-        for number, (counterface, motion) in enumerate(zip(counterfaces, motions, strict=True))
-    )
+    _check_initial_velocity(model, space.dim)
+    counterfaces = tuple(_at_start(model, space, number) for number in numbers)
+    motions = tuple(contact_motion(model, number) for number in numbers)
+    candidates = tuple(map(_candidates, repeat(model), repeat(space), numbers, counterfaces, motions))
     _check_order(model, counterfaces, motions, candidates)
     require_record_memory(
         model, record_bytes(model, len(space.positions), sum(len(candidate.nodes) for candidate in candidates))
@@ -132,7 +129,7 @@ def inspect_model(model: Model, space: Space | None = None) -> CheckedModel:
     free = np.flatnonzero(is_free)
     if not free.size:
         raise InputError("supports", "fix every degree of freedom", "something has to be free to move")
-    held_by_contact = () if make_scheme(model.time).inertia_factor else _unheld(model, space, free, candidates)
+    held_by_contact = () if has_inertia(model) else _unheld(model, space, free, candidates)
     if model.is_finite and held_by_contact:
         # The tangent of a body that supports do not hold is singular.
         fault = f"leave it to contact alone to hold {', '.join(held_by_contact)}"
@@ -140,6 +137,10 @@ def inspect_model(model: Model, space: Space | None = None) -> CheckedModel:
         raise InputError("supports", fault, "at large strain a body without inertia needs supports", repair)
     if not model.support_motions:
         _check_depth(model, space, counterfaces, motions, free)
+    # Sites are looked for once in a space.
+    sites = model.record.sites
+    if sites not in space.nodes_by_sites:
+        space.nodes_by_sites[sites] = site_nodes(model.mesh, sites)
     return CheckedModel(
         space=space,
         materials=materials,
@@ -151,16 +152,8 @@ def inspect_model(model: Model, space: Space | None = None) -> CheckedModel:
         counterfaces=counterfaces,
         motions=motions,
         candidates=candidates,
-        site_nodes=_site_nodes(model, space),
+        site_nodes=space.nodes_by_sites[sites],
     )
-
-
-def _site_nodes(model: Model, space: Space) -> NDArray[np.int64]:
-    """Return the nodes of the recorded sites, which are looked for once in a space, shape (n_sites,)."""
-    sites = model.record.sites
-    if sites not in space.nodes_by_sites:
-        space.nodes_by_sites[sites] = site_nodes(model.mesh, sites)
-    return space.nodes_by_sites[sites]
 
 
 def _require_outside(model: Model, number: int) -> None:
@@ -182,10 +175,11 @@ def _require_outside(model: Model, number: int) -> None:
     raise InputError(f"contacts.{number}.boundary", fault, "needs facets on the outside", f"{repair}{named}")
 
 
-def _at_start(number: int, contact: Contact, skin: NDArray[np.float64]) -> Counterface:
-    """Return the counterface of a contact at its start: where none is given at the clearance from `skin` (n, dim)."""
-    away = contact.clearance * contact.counterface.unit_normal
-    placed = contact.counterface.at_start(skin - away)
+def _at_start(model: Model, space: Space, number: int) -> Counterface:
+    """Return the counterface of a contact at its start: where none is given at the clearance from the boundary."""
+    contact = model.contacts[number]
+    skin = space.positions[boundary_nodes(space, contact.boundary)]
+    placed = contact.counterface.at_start(skin - contact.clearance * contact.counterface.unit_normal)
     if contact.clearance > 0.0 and placed is contact.counterface:
         fault = f"got {millimetres(contact.clearance)} for a counterface whose start is given"
         repair = "leave out its offset or centre, or the clearance"
@@ -193,50 +187,43 @@ def _at_start(number: int, contact: Contact, skin: NDArray[np.float64]) -> Count
     return placed
 
 
-def _check_contacts(model: Model, space: Space) -> None:
-    """Refuse counterfaces and friction laws of another dimension than the mesh, and drives without inertia."""
-    for number, contact in enumerate(model.contacts):
-        where, law = f"contacts.{number}", contact.friction
-        if contact.counterface.dim != space.dim:
-            raise _other_dimension(f"{where}.counterface", contact.counterface, space.dim)
-        if space.dim not in law.dims:
-            fault = f"got {type(law).__name__} in {space.dim} dimensions"
-            raise InputError(f"{where}.friction", fault, f"needs {' or '.join(map(str, law.dims))}")
-        if contact.drive and not make_scheme(model.time).inertia_factor:
-            fault = "got a force that drives a counterface in a model without inertia"
-            raise InputError(f"{where}.drive", fault, "needs prescribed motion", "take TimeStepping")
+def _check_contact(model: Model, space: Space, number: int) -> None:
+    """Refuse a counterface and a friction law of another dimension than the mesh, and a drive without inertia."""
+    contact, where, dim = model.contacts[number], f"contacts.{number}", space.dim
+    counterface, law = contact.counterface, contact.friction
+    if counterface.dim != dim:
+        if not isinstance(counterface, Cylinder):
+            raise InputError(f"{where}.counterface.normal", f"got {counterface.dim} components", f"needs {dim}")
+        fault, allowed, repair = f"got {counterface.axis}", "needs a direction in 3D and none in 2D", ""
+        if dim == 3:
+            fault, allowed = "is missing", "needs a direction in 3D"
+            repair = "write for example normal: [0, 1, 0] and axis: [0, 0, 1], perpendicular to it"
+        raise InputError(f"{where}.counterface.axis", fault, allowed, repair)
+    if dim not in law.dims:
+        fault = f"got {type(law).__name__} in {dim} dimensions"
+        raise InputError(f"{where}.friction", fault, f"needs {' or '.join(map(str, law.dims))}")
+    if contact.drive and not has_inertia(model):
+        fault = "got a force that drives a counterface in a model without inertia"
+        raise InputError(f"{where}.drive", fault, "needs prescribed motion", "take TimeStepping")
 
 
-def _other_dimension(where: str, counterface: Counterface, dim: int) -> InputError:
-    """Return the error of a counterface of another dimension than the mesh."""
-    if not isinstance(counterface, Cylinder):
-        return InputError(f"{where}.normal", f"got {counterface.dim} components", f"needs {dim}")
-    if dim == 2:
-        return InputError(f"{where}.axis", f"got {counterface.axis}", "needs a direction in 3D and none in 2D")
-    repair = "write for example normal: [0, 1, 0] and axis: [0, 0, 1], perpendicular to it"
-    return InputError(f"{where}.axis", "is missing", "needs a direction in 3D", repair)
-
-
-def _check_initial_velocity(model: Model, space: Space) -> None:
-    velocity = model.initial_velocity
-    if velocity is not None and len(velocity) != space.dim:
-        raise InputError("initial_velocity", f"got {len(velocity)} components", f"needs {space.dim}")
-    if velocity is not None and any(velocity) and not make_scheme(model.time).inertia_factor:
-        fault = "is given for a model without inertia"
-        raise InputError("initial_velocity", fault, "needs steps with inertia", "take TimeStepping, or leave it out")
+def _check_initial_velocity(model: Model, dim: int) -> None:
+    if model.initial_velocity is not None:
+        require_components("initial_velocity", model.initial_velocity, dim)
+        if any(model.initial_velocity) and not has_inertia(model):
+            fault, repair = "is given for a model without inertia", "take TimeStepping, or leave it out"
+            raise InputError("initial_velocity", fault, "needs steps with inertia", repair)
 
 
 def _held_dofs(model: Model, space: Space) -> dict[str, NDArray[np.int64]]:
-    held = {}
+    """Return the degrees of freedom that each support holds, (k,)."""
+    held, known_axes = {}, "xyz"[: space.dim]
     for name, components in model.supports.items():
-        beyond = [component for component in components if component not in "xyz"[: space.dim]]
+        beyond = [component for component in components if component not in known_axes]
         if beyond:
-            raise InputError(
-                f"supports.{name}",
-                f"got component '{beyond[0]}'",
-                f"needs {'x or y' if space.dim == 2 else 'x, y or z'}",
-            )
-        axes = ["xyz".index(component) for component in components]
+            allowed = f"needs {'x or y' if space.dim == 2 else 'x, y or z'}"
+            raise InputError(f"supports.{name}", f"got component '{beyond[0]}'", allowed)
+        axes = [known_axes.index(component) for component in components]
         held[name] = vector_dofs(_supported_nodes(space, name), space.dim)[:, axes].ravel()
     return held
 
@@ -254,9 +241,7 @@ def _check_support_motions(model: Model, space: Space) -> None:
         if name not in model.supports:
             names = ", ".join(model.supports) or "none"
             raise InputError(where, "moves what is no support", f"the supports are: {names}")
-        if len(motion.displacement) != space.dim:
-            fault = f"got {len(motion.displacement)} components"
-            raise InputError(f"{where}.displacement", fault, f"needs {space.dim}")
+        require_components(f"{where}.displacement", motion.displacement, space.dim)
         for component, moved in zip("xyz", motion.displacement, strict=False):
             if moved and component not in model.supports[name]:
                 fault, allowed = f"moves along {component}", f"the support holds {', '.join(model.supports[name])}"
@@ -327,15 +312,17 @@ def _check_order(
     model: Model, counterfaces: tuple[Counterface, ...], motions: tuple[Motion, ...], candidates: tuple[Candidates, ...]
 ) -> None:
     """Refuse programmes that slide before any counterface can touch."""
-    sliding = [any(isinstance(phase, Slide) for phase in programme) for programme in model.programmes]
-    if not model.contacts or model.is_loaded or not any(sliding):
+    first = [
+        next((number for number, phase in enumerate(programme) if isinstance(phase, Slide)), None)
+        for programme in model.programmes
+    ]
+    if model.is_loaded or all(number is None for number in first):
         return
-    for programme, counterface, motion, candidate in zip(
-        model.programmes, counterfaces, motions, candidates, strict=True
+    for number, programme, counterface, motion, candidate in zip(
+        first, model.programmes, counterfaces, motions, candidates, strict=True
     ):
-        first = next((i for i, phase in enumerate(programme) if isinstance(phase, Slide)), len(programme))
-        approach = float(np.max(motion.positions[: first + 1] @ counterface.unit_normal))
-        if approach > counterface.gap(candidate.positions).min():
+        before = motion.positions[: 1 + (len(programme) if number is None else number)]
+        if float(np.max(before @ counterface.unit_normal)) > counterface.gap(candidate.positions).min():
             return
     kinds = ", ".join(phase_table(model.programme)[0])
     raise InputError(
@@ -365,19 +352,13 @@ def _check_depth(
         if stopped[skin].all() or not len(behind):
             continue
         thickness = float(counterface.gap(behind).min()) - lowest
-        left = min(float(counterface.gap(behind - position).min()) for position in motion.positions)
-        where = "programme" if contact.programme is None else f"contacts.{number}.programme"
-        if contact.rigid_body is not None:
-            where = f"bodies.{contact.rigid_body}.programme"
-        depth, between = (
-            thickness - left,
-            f"the {thickness * 1e3:.4g} mm between the contact and what the supports hold",
-        )
+        depth = thickness - min(float(counterface.gap(behind - position).min()) for position in motion.positions)
+        where = programme_place(model, number)
+        between = f"the {thickness * 1e3:.4g} mm between the contact and what the supports hold"
         if depth > _WHOLE_SHARE * thickness:
             _require_facing(model, number, counterface)
-            raise InputError(
-                where, f"presses {depth * 1e3:.4g} mm deep", f"needs less than {between}", "press less deep"
-            )
+            fault = f"presses {depth * 1e3:.4g} mm deep"
+            raise InputError(where, fault, f"needs less than {between}", "press less deep")
         if depth > _LARGEST_SHARE * thickness and not model.is_finite:
             _logger.warning(
                 "%s: presses %.4g mm deep, %.0f %% of %s; strains are taken as small, so results are rough: "

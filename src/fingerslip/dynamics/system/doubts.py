@@ -13,7 +13,7 @@ from fingerslip.contact.friction import StaticKinetic
 from fingerslip.contact.rows import nodes_along
 from fingerslip.dynamics.system.bodies import Motion
 from fingerslip.dynamics.system.checks import FACED, CheckedModel, direction_text, inward_normals
-from fingerslip.dynamics.system.scheme import make_scheme
+from fingerslip.dynamics.system.scheme import has_inertia
 from fingerslip.fe.space import boundary_nodes
 from fingerslip.model.model import Model
 from fingerslip.model.programme import Press, Slide, phase_duration
@@ -37,7 +37,7 @@ def _steps(model: Model) -> Iterator[str]:
     if isinstance(model.time, Adaptive):
         return
     # Without inertia a press is a row of equilibria: ten steps in place of forty move slip by less than 0.3 %.
-    judged = (Press, Slide) if make_scheme(model.time).inertia_factor else (Slide,)
+    judged = (Press, Slide) if has_inertia(model) else (Slide,)
     named: set[tuple[type, float]] = set()  # of phases that are alike the first stands for all
     for number, phase in ((number, phase) for programme in model.programmes for number, phase in enumerate(programme)):
         duration = phase_duration(phase)
@@ -118,7 +118,7 @@ def _along(motion: Motion, counterface: Counterface) -> NDArray[np.float64]:
 
 def _friction(model: Model) -> Iterator[str]:
     """Yield the contacts whose stick-slip would ring: where slip ends, a free mass hangs on the tangential penalty."""
-    if model.damping.stiffness or not make_scheme(model.time).inertia_factor:
+    if model.damping.stiffness or not has_inertia(model):
         return
     for number, contact in enumerate(model.contacts):
         body = contact.rigid_body

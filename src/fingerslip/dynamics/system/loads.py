@@ -27,6 +27,12 @@ from fingerslip.model.programme import CONSTANT, Ramp
 Array = NDArray[np.float64]
 
 
+def require_components(where: str, values: Sequence[float], dim: int) -> None:
+    """Refuse a vector of another dimension than the mesh."""
+    if len(values) != dim:
+        raise InputError(where, f"got {len(values)} components", f"needs {dim}")
+
+
 @dataclass(frozen=True)
 class Load:
     """Nodal forces with a factor over time."""
@@ -42,8 +48,7 @@ def model_loads(model: Model, space: Space, materials: CellMaterials[Material]) 
         value, ramp = (traction.value, traction.ramp) if isinstance(traction, Traction) else (traction, CONSTANT)
         loads.append(Load(traction_load(space, {name: value}, model.depth), ramp))
     if model.gravity is not None:
-        if len(model.gravity) != space.dim:
-            raise InputError("gravity", f"got {len(model.gravity)} components", f"needs {space.dim}")
+        require_components("gravity", model.gravity, space.dim)
         acceleration = np.tile(model.gravity, len(space.positions))
         loads.append(Load(mass_matrix(space, materials, model.depth) @ acceleration, CONSTANT))
     return tuple(loads)

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.materials.elastic import RayleighDamping
+from fingerslip.model.model import Model
 from fingerslip.model.timing import Adaptive, QuasiStatic, TimeStepping, Timing
 from fingerslip.parameters.schema import require_kind
 
@@ -144,8 +145,6 @@ def starts_damped(scheme: Scheme, damping: RayleighDamping, dampers: Array | Non
 
     That is where alpha is below 0 and damping grows with frequency: a step then carries on a share of alpha^2 of an
     acceleration that is by far too large for it. What a step of the scheme leaves of it takes its place.
-
-    Arrays: dampers (n,) [N s/m].
     """
     return scheme.start_weight < 0.0 and (bool(damping.stiffness) or dampers is not None)
 
@@ -160,3 +159,8 @@ def make_scheme(time: Timing) -> Scheme:
         case Adaptive():
             return make_scheme(time.fixed(time.step))
     return require_kind(time, Scheme, "TimeStepping, QuasiStatic, Adaptive or a Scheme", "time")
+
+
+def has_inertia(model: Model) -> bool:
+    """Tell whether a model moves with inertia."""
+    return bool(make_scheme(model.time).inertia_factor)
