@@ -56,11 +56,7 @@ def solve_contact(
         # The force that would undo the worst free penetration alone sets the scale of rounding.
         least = 1e-12 * float(np.max(scale * np.abs(free)))
         problem = _Problem(compliance, np.ascontiguousarray(free), friction_coefficient, scale, least)
-        warm_start = None if old is None else old.warm_start
-        if warm_start is not None and (
-            old is None or old.edition != compliance.edition or not warm_start.has_frames_of(compliance)
-        ):
-            warm_start = warm_start.under_other_compliance()
+        warm_start = None if old is None else old.warm_start_under(compliance)
         check = problem.check(*first_guess(compliance, warm_start, start, origin))
         solution, used = _solve_on_working_set(problem, check, tolerance, old)
         left = next_warm_start(warm_start, solution.forces, solution.response, start, origin)
@@ -123,8 +119,12 @@ def _solve_on_working_set(
         if not np.isin(np.flatnonzero(check.touching), working_set.nodes).all():
             working_set = _chosen(problem, check, working_set)
         elif not solved:
-            check, used = _solve_robustly(problem, working_set, check, tolerance)
-            iterations += used
+            # The compiled solver has sweeps where Newton's method stalls.
+            nodes = working_set.nodes
+            block, free, friction = problem.compliance.block(nodes), problem.free[nodes], problem.friction[nodes]
+            robust = solve_friction(block, free, friction, check.forces[nodes], _FINER * tolerance)
+            check = problem.check(_scatter(robust.forces, nodes, check.forces))
+            iterations += robust.iterations
         before = check.relative_residual
         # From nearly solved forces, as exact as a direction has to be to be the last one.
         wanted = 0.3 * _FINER * tolerance / max(before, tolerance)
@@ -144,14 +144,6 @@ def _solve_on_working_set(
     worst = int(np.argmax(np.abs(check.residual).max(axis=1)))
     solution = ContactSolution(check.forces, check.relative_residual, iterations, worst, check.response)
     return solution, working_set
-
-
-def _solve_robustly(problem: _Problem, working_set: WorkingSet, check: _Check, tolerance: float) -> tuple[_Check, int]:
-    """Solve on the working set with the compiled solver, which has sweeps where Newton's method stalls."""
-    nodes = working_set.nodes
-    block, free, friction = problem.compliance.block(nodes), problem.free[nodes], problem.friction[nodes]
-    solution = solve_friction(block, free, friction, check.forces[nodes], _FINER * tolerance)
-    return problem.check(_scatter(solution.forces, nodes, check.forces)), solution.iterations
 
 
 def _scatter(element: Floats, nodes: Integers, like: Floats) -> Floats:

@@ -16,13 +16,7 @@ from scipy.linalg import blas
 
 from fingerslip.arrays import Floats, Integers, Reals, Singles
 from fingerslip.contact.solve.compliance import Compliance
-from fingerslip.contact.solve.preconditioner import (
-    CoarseSpace,
-    Coupled,
-    LocalInverse,
-    groups,
-    unit_forces,
-)
+from fingerslip.contact.solve.preconditioner import CoarseSpace, Coupled, LocalInverse, groups, unit_forces
 from fingerslip.linear.symmetric import write_symmetric_product
 
 
@@ -35,16 +29,6 @@ class WarmStart:
     response: Floats | None = None  # (n_c, dim), displacement of the body under `forces`, without the penalties [m]
     response_before: Floats | None = None  # (n_c, dim), that under `before` [m]
     frames: Floats | None = None  # (n_c, dim, dim), frames of the candidates
-
-    def has_frames_of(self, compliance: Compliance) -> bool:
-        """Tell whether a compliance is in the same frames."""
-        if self.frames is None or compliance.frames is None:
-            return self.frames is compliance.frames
-        return self.frames is compliance.frames or np.array_equal(self.frames, compliance.frames)
-
-    def under_other_compliance(self) -> WarmStart:
-        """Return the forces without responses, which another compliance makes others."""
-        return replace(self, response=None, response_before=None)
 
 
 def first_guess(
@@ -111,6 +95,13 @@ class WorkingSet:
             return working_set
         return replace(working_set, frames=compliance.frames[self.nodes], scale=scale[self.nodes])
 
+    def warm_start_under(self, compliance: Compliance) -> WarmStart | None:
+        """Return the warm start, without the responses where the compliance or its frames are others."""
+        last = self.warm_start
+        if last is None or (compliance.edition == self.edition and _are_same(last.frames, compliance.frames)):
+            return last
+        return replace(last, response=None, response_before=None)
+
     @property
     def weights(self) -> tuple[Floats, Floats]:
         """Weights of the body's response and of the force itself in rho W, (k, dim) each."""
@@ -135,6 +126,10 @@ class WorkingSet:
         moved = blas.ssymm(1.0, self.body.T, np.asfortranarray(turned)).reshape(components.shape)
         result = of_body[..., None] * np.einsum("ikm,imq->ikq", frames, moved) + of_penalty[..., None] * components
         return np.asarray(result.reshape(vectors.shape))
+
+
+def _are_same(frames: Floats | None, others: Floats | None) -> bool:
+    return frames is others or (frames is not None and others is not None and np.array_equal(frames, others))
 
 
 @numba.njit(cache=True, nogil=True, fastmath={"reassoc", "contract"})
