@@ -120,11 +120,11 @@ class LargeStrain:
         if self.volumes is None or state.mean_volume is None:
             return density
         mean = self._selective_energy(np.log(state.mean_volume), 0, of=1)
-        if state.history is not None:
+        if state.history is not None and self.relaxation is not None:
             for number, (_, _, groups) in enumerate(self._parts()):
                 modulus = self.materials.materials[number].at_rest().dilatational_modulus(self.materials.formulation)
                 dashpots = [dashpot[groups] for dashpot in state.history.group_dashpots]
-                constants, values = self._relaxation.constants[number], state.history.groups[groups]
+                constants, values = self.relaxation.constants[number], state.history.groups[groups]
                 mean[groups] += selective_excess(constants, modulus, values, dashpots)
         spread = self._spread if len(points) == self.weights.size else self._spread[points]
         density += spread @ mean
@@ -148,13 +148,13 @@ class LargeStrain:
                 log_volume = log_volume_of(strains[:, : self.space.dim])
                 energy = energy - selective_energy(material, self.materials.formulation, log_volume)[0]
             if self.relaxation is not None:
-                energy = energy + self._point_excess(element, material, state, points[number == element])
+                energy = energy + self._point_excess(self.relaxation, element, state, points[number == element])
             density[number == element] = energy
         return density
 
-    def _point_excess(self, number: int, material: FiniteMaterial, state: Deformed, points: Integers) -> Floats:
+    def _point_excess(self, relaxation: Relaxation, number: int, state: Deformed, points: Integers) -> Floats:
         """Return by how much bodies that relax store more than elastic ones at points (k,), shape (k,) [J/m^3]."""
-        relaxation, history = self._relaxation, state.history
+        material, history = self.materials.materials[number], state.history
         excess = spring_excess(relaxation, number, material, state, points)
         if self.volumes is None or history is None:
             return excess
@@ -162,12 +162,6 @@ class LargeStrain:
         dashpots = [dashpot[points, -2:] for dashpot in history.point_dashpots]
         modulus = material.at_rest().dilatational_modulus(self.materials.formulation)
         return excess - selective_excess(relaxation.constants[number], modulus, values, dashpots)
-
-    @property
-    def _relaxation(self) -> Relaxation:
-        if self.relaxation is None:
-            raise ValueError("an elastic body")
-        return self.relaxation
 
     @cached_property
     def _spread(self) -> sparse.csr_matrix:
@@ -190,7 +184,9 @@ class LargeStrain:
             self._add_start_part(state, state.pulled, matrices)
         total = self._pattern.assemble(matrices)
         if self.volumes is not None and state.mean_volume is not None:
-            slopes, weights = self._volume_slopes(state), self._mean_curvature(state)
+            of_points = np.empty((self.weights.size, *self.gradients.shape[2:]))
+            volume_slopes(self.gradients, state.deformation, state.squared, state.directions, of_points)
+            slopes, weights = self._of_volumes(of_points), self._mean_curvature(state)
             if positive:
                 weights = np.maximum(weights, 0.0)
             total = total + slopes.T @ sparse.diags(weights) @ slopes
@@ -323,13 +319,6 @@ class LargeStrain:
             second = second + modulus
             slope = slope + modulus * log_mean + state.left.group_offsets
         return np.asarray(self._volumes.size * (second - slope) / mean**2)
-
-    def _volume_slopes(self, state: Deformed) -> sparse.csr_matrix:
-        """Return the derivative of the mean volumes by the displacement, shape (n_groups, n_dofs) [1/m]."""
-        cells, points, corners, dim = self.gradients.shape
-        slopes = np.empty((cells * points, corners, dim))
-        volume_slopes(self.gradients, state.deformation, state.squared, state.directions, slopes)
-        return self._of_volumes(slopes)
 
     def _of_volumes(self, slopes: Floats) -> sparse.csr_matrix:
         """Return the matrix (n_groups, n_dofs) of slopes of the points' volumes (n_points, n_corners, dim) [1/m]."""

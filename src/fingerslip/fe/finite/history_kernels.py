@@ -142,6 +142,14 @@ def _invert(matrix, inverse):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True, nogil=True)
+def _pull(gradients, deformation, tensor, inverse, shapes, pulled):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    """Fill in the gradients of the shape functions in the current state, and these times a tensor."""
+    _invert(deformation, inverse)
+    multiply(gradients, inverse, shapes)
+    multiply(shapes, tensor, pulled)
+
+
+@numba.njit(cache=True, nogil=True)
 def add_forces(gradients, nodes, weights, deformation, current, forces):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """Add the nodal forces (n_nodes_of_mesh, dim) [N] of what the start of a step leaves, y (n_p, k) [Pa]."""
     cells, points, corners, dim = gradients.shape
@@ -155,9 +163,7 @@ def add_forces(gradients, nodes, weights, deformation, current, forces):  # type
                 trace += tensor[i, i]
             for i in range(dim):
                 tensor[i, i] -= trace / 3.0
-            _invert(deformation[p], inverse)
-            multiply(gradients[c, q], inverse, shapes)
-            multiply(shapes, tensor, pulled)
+            _pull(gradients[c, q], deformation[p], tensor, inverse, shapes, pulled)
             for a in range(corners):
                 for i in range(dim):
                     forces[nodes[c, a], i] -= weights[p] * pulled[a, i]
@@ -175,9 +181,7 @@ def add_stiffness(gradients, weights, deformation, current, matrices):  # type: 
             trace = _unpack(current[p], dim, tensor)
             for i in range(dim):
                 trace += tensor[i, i]
-            _invert(deformation[p], inverse)
-            multiply(gradients[c, q], inverse, shapes)
-            multiply(shapes, tensor, pulled)
+            _pull(gradients[c, q], deformation[p], tensor, inverse, shapes, pulled)
             third, size = trace / 3.0, 2.0 / 3.0 * weights[p]
             for a in range(corners):
                 for b in range(corners):
@@ -227,9 +231,7 @@ def add_thickness(  # type: ignore[no-untyped-def]  # noqa: PLR0917
         for q in range(points):
             p = c * points + q
             _couple(deformation[p], squared[p], directions[p], coupling[p], current[p], tensor)
-            _invert(deformation[p], inverse)
-            multiply(gradients[c, q], inverse, shapes)
-            multiply(shapes, tensor, pulled)
+            _pull(gradients[c, q], deformation[p], tensor, inverse, shapes, pulled)
             size = weights[p] / stiffness[p]
             for a in range(corners):
                 for i in range(dim):
