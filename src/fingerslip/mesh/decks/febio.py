@@ -14,7 +14,7 @@ import numpy as np
 
 from fingerslip.arrays import Integers
 from fingerslip.errors import MeshError, shorten
-from fingerslip.mesh.decks.deck import NO_CELL, Block, Deck, Groups, Number, assemble, to_numbers
+from fingerslip.mesh.decks.deck import NO_CELL, Block, Deck, Groups, Number, Sides, assemble, to_numbers
 from fingerslip.units import LengthUnit, metres
 
 _VERSIONS = ("2.5", "3.0", "4.0")
@@ -154,9 +154,7 @@ def read_febio(file: Path) -> Deck:
         elif tag.tag == "ElementSet" and name:
             groups.regions.setdefault(name, np.array(content.members(tag, elements), dtype=np.int64))
         elif tag.tag == "Surface" and name:
-            faces = [_corners(content, face, nodes) for face in tag]
-            sizes = sorted({*map(len, faces)})
-            groups.sides[name] = [np.array([face for face in faces if len(face) == size]) for size in sizes]
+            groups.sides[name] = _faces(content, tag, nodes)
         elif tag.tag not in {"Nodes", "Elements", "SurfacePair"}:
             left_out.append(f"<{tag.tag}> {name}".rstrip())
     deck = assemble(np.array(points), cells, groups, dict.fromkeys(left_out))
@@ -201,9 +199,12 @@ def _elements(content: Content, nodes: Mapping[int, int]) -> tuple[list[Block], 
     return cells, elements, regions
 
 
-def _corners(content: Content, face: ET.Element, nodes: Mapping[int, int]) -> list[int]:
-    """Return the corners of a face of a surface, whose kind is the name of its tag."""
-    row, count = content.members(face, nodes), 3 if face.tag.startswith("tri") else 4
-    if len(row) < count:
-        raise content.error(face, f"has {len(row)} nodes", f"needs {count} or more")
-    return row[:count]
+def _faces(content: Content, surface: ET.Element, nodes: Mapping[int, int]) -> Sides:
+    """Return the corners of the faces of a surface, whose kinds are the names of their tags."""
+    faces: dict[int, list[list[int]]] = {3: [], 4: []}
+    for face in surface:
+        row, count = content.members(face, nodes), 3 if face.tag.startswith("tri") else 4
+        if len(row) < count:
+            raise content.error(face, f"has {len(row)} nodes", f"needs {count} or more")
+        faces[count].append(row[:count])
+    return [np.array(rows) for rows in faces.values() if rows]

@@ -58,11 +58,16 @@ def repair_surface(surface: Surface, largest_hole: float = 5e-3) -> tuple[Surfac
     cleaned = Surface(*join_points(joined.points, selected), surface.name)
     inward = _find_inward(cleaned)
     oriented = dataclasses.replace(cleaned, triangles=_turn(cleaned.triangles, inward))
-    holes = [(loop, _diameter(oriented.points[loop])) for loop in boundary_loops(oriented)]
-    closing = [loop for loop, size in holes if size <= largest_hole]
-    closed = tuple(size for _, size in holes if size <= largest_hole)
-    still_open = tuple(size for _, size in holes if size > largest_hole)
-    return _with_lids(oriented, closing), Repairs(dropped, int(inward.sum()), closed, still_open)
+    closing, closed, still_open = [], [], []
+    for loop in boundary_loops(oriented):
+        rim = oriented.points[loop]
+        diameter = float(2 * np.linalg.norm(rim - rim.mean(axis=0), axis=1).max())
+        if diameter > largest_hole:
+            still_open.append(diameter)
+        else:
+            closing.append(loop)
+            closed.append(diameter)
+    return _with_lids(oriented, closing), Repairs(dropped, int(inward.sum()), tuple(closed), tuple(still_open))
 
 
 def closed_where(surface: Surface, lowest: float) -> Surface:
@@ -97,10 +102,6 @@ def _find_inward(surface: Surface) -> Flags:
 
 def _turn(triangles: Integers, chosen: Flags) -> Integers:
     return np.where(chosen[:, None], triangles[:, ::-1], triangles)
-
-
-def _diameter(points: Floats) -> float:
-    return float(2 * np.linalg.norm(points - points.mean(axis=0), axis=1).max())
 
 
 def _with_lids(surface: Surface, loops: list[Integers]) -> Surface:
