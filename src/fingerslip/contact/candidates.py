@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -56,24 +57,22 @@ class Counterfaces:
     def gaps(self, points: Floats, counterface: Integers) -> Floats:
         """Return the gaps, shape (n,) [m]."""
         gaps = np.zeros(len(points))
-        for number, shape in enumerate(self.shapes):
-            rows = self._own(counterface, number)
+        for shape, _, rows in self._each(counterface):
             gaps[rows] = shape.gap(points[rows])
         return gaps
 
     def normals(self, points: Floats, counterface: Integers) -> Floats:
         """Return the outward unit normals, shape (n, dim) [-]."""
         normals = np.zeros_like(points)
-        for number, shape in enumerate(self.shapes):
-            rows = self._own(counterface, number)
+        for shape, _, rows in self._each(counterface):
             normals[rows] = shape.normals(points[rows])
         return normals
 
     def frames(self, points: Floats, counterface: Integers) -> Floats:
         """Return the frames that the friction laws ask for, shape (n, dim, dim) [-]; rows normal, then tangents."""
         frames = np.zeros((len(points), points.shape[1], points.shape[1]))
-        for number, (shape, law) in enumerate(zip(self.shapes, self.friction, strict=True)):
-            rows, wanted = self._own(counterface, number), law.frame
+        for shape, law, rows in self._each(counterface):
+            wanted = law.frame
             direction = sliding_direction(shape.unit_normal) if wanted.direction is None else wanted.direction
             frames[rows] = contact_frames(shape.normals(points[rows]), np.asarray(direction))
             frames[rows, 2:] *= wanted.stretch
@@ -84,14 +83,14 @@ class Counterfaces:
         if len(self.friction) == 1:
             return self.friction[0].coefficients(conditions)
         values = np.zeros(len(counterface))
-        for number, law in enumerate(self.friction):
-            rows = self._own(counterface, number)
+        for _, law, rows in self._each(counterface):
             values[rows] = law.coefficients(conditions.at(rows))
         return values
 
-    def _own(self, counterface: Integers, number: int) -> Flags | slice:
-        """Return which points belong to a counterface; to the only one all do, which needs no mask."""
-        return slice(None) if len(self.shapes) == 1 else counterface == number
+    def _each(self, counterface: Integers) -> Iterator[tuple[Counterface, FrictionLaw, Flags | slice]]:
+        """Yield the counterfaces with their laws and the points of each; of the only one all, which needs no mask."""
+        for number, (shape, law) in enumerate(zip(self.shapes, self.friction, strict=True)):
+            yield shape, law, slice(None) if len(self.shapes) == 1 else counterface == number
 
 
 def node_operator(nodes: Integers, dim: int, n_dofs: int) -> sparse.csr_matrix:

@@ -7,12 +7,12 @@ from typing import ClassVar
 import numpy as np
 
 from fingerslip.arrays import Floats
-from fingerslip.contact.friction.law import ISOTROPIC, Conditions, TangentFrame
+from fingerslip.contact.friction.law import Conditions, Isotropic
 from fingerslip.parameters import NonNegativeNumber, parameters
 
 
 @parameters
-class Coulomb:
+class Coulomb(Isotropic):
     """Coulomb's law: the tangential traction is at most a constant times the pressure.
 
     mu = coefficient (Popov 2010, chapter 10).
@@ -32,8 +32,6 @@ class Coulomb:
     [[2000.0, -800.0], [2000.0, -1000.0]]
     """
 
-    dims: ClassVar[tuple[int, ...]] = (2, 3)
-    frame: ClassVar[TangentFrame] = ISOTROPIC
     is_constant: ClassVar[bool] = True
 
     coefficient: NonNegativeNumber

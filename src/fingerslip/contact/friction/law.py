@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 
@@ -64,6 +64,13 @@ class TangentFrame:
 
 
 ISOTROPIC = TangentFrame()
+
+
+class Isotropic:
+    """What laws share that hold in 2D and in 3D, in all directions of the surface alike."""
+
+    dims: ClassVar[tuple[int, ...]] = (2, 3)
+    frame: ClassVar[TangentFrame] = ISOTROPIC
 
 
 class FrictionLaw(Protocol):

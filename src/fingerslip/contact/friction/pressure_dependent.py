@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar
+from typing import Annotated
 
 import numpy as np
 import pydantic
 
 from fingerslip.arrays import Floats
-from fingerslip.contact.friction.law import ISOTROPIC, Conditions, TangentFrame
+from fingerslip.contact.friction.law import Conditions, Isotropic
 from fingerslip.parameters import NonNegativeNumber, Number, Pressure, parameters
 
 # Share of the reference pressure below which the coefficient no longer changes.
@@ -16,7 +16,7 @@ _LOWEST_PRESSURE = 0.01
 
 
 @parameters
-class PressureDependent:
+class PressureDependent(Isotropic):
     """Friction whose coefficient is a power of the pressure, as on soft skin.
 
     mu = reference_coefficient (p / reference_pressure)^exponent, constant below a hundredth of the reference pressure
@@ -42,9 +42,6 @@ class PressureDependent:
     >>> project(np.array([[1e3, -500.0], [8e3, -4e3]]), law.coefficients(at_rest)).round(9).tolist()
     [[1000.0, -500.0], [8000.0, -2400.0]]
     """
-
-    dims: ClassVar[tuple[int, ...]] = (2, 3)
-    frame: ClassVar[TangentFrame] = ISOTROPIC
 
     reference_coefficient: NonNegativeNumber
     reference_pressure: Pressure

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import numpy as np
 
 from fingerslip.arrays import Floats
-from fingerslip.contact.friction.law import ISOTROPIC, Conditions, TangentFrame
+from fingerslip.contact.friction.law import Conditions, Isotropic
 from fingerslip.parameters import NonNegativeNumber, PositiveLength, parameters
 
 
 @parameters
-class SlipWeakening:
+class SlipWeakening(Isotropic):
     """Friction that falls from a static to a kinetic coefficient over a slip distance.
 
     ::
@@ -47,9 +45,6 @@ class SlipWeakening:
     >>> project(np.full((3, 2), [2e3, -1500.0]), law.coefficients(slipped)).tolist()
     [[2000.0, -1500.0], [2000.0, -1300.0], [2000.0, -1000.0]]
     """
-
-    dims: ClassVar[tuple[int, ...]] = (2, 3)
-    frame: ClassVar[TangentFrame] = ISOTROPIC
 
     static: NonNegativeNumber
     kinetic: NonNegativeNumber

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import numpy as np
 
 from fingerslip.arrays import Floats
-from fingerslip.contact.friction.law import ISOTROPIC, Conditions, TangentFrame
+from fingerslip.contact.friction.law import Conditions, Isotropic
 from fingerslip.parameters import NonNegativeNumber, Speed, parameters
 
 
 @parameters
-class StaticKinetic:
+class StaticKinetic(Isotropic):
     """Friction that drops from a static to a kinetic coefficient with the slip rate.
 
     mu = kinetic + (static - kinetic) exp(-slip_rate / decay_speed) (Armstrong-Hélouvry, Dupont & Canudas de Wit 1994).
@@ -37,9 +35,6 @@ class StaticKinetic:
     >>> project(np.full((2, 2), [2e3, -1500.0]), law.coefficients(sliding)).tolist()
     [[2000.0, -1500.0], [2000.0, -1000.0]]
     """
-
-    dims: ClassVar[tuple[int, ...]] = (2, 3)
-    frame: ClassVar[TangentFrame] = ISOTROPIC
 
     static: NonNegativeNumber
     kinetic: NonNegativeNumber

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import ClassVar
 
 import numpy as np
 
 from fingerslip.arrays import Floats
-from fingerslip.contact.friction.law import ISOTROPIC, Conditions, TangentFrame
+from fingerslip.contact.friction.law import Conditions, Isotropic
 from fingerslip.errors import InputError
 from fingerslip.parameters import Duration, NonNegativeNumber, parameters
 
 
 @parameters
-class TimeDependent:
+class TimeDependent(Isotropic):
     """Coulomb's law with a coefficient that changes over time, as where a surface becomes wet or a finger sweats.
 
     mu(t) is linear between given times, and constant before the first and after the last of them. Every step takes the
@@ -40,9 +39,6 @@ class TimeDependent:
     [[2000.0, -800.0]]
     [[2000.0, -500.0]]
     """
-
-    dims: ClassVar[tuple[int, ...]] = (2, 3)
-    frame: ClassVar[TangentFrame] = ISOTROPIC
 
     times: tuple[Duration, ...]
     values: tuple[NonNegativeNumber, ...]
