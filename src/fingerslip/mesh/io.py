@@ -14,7 +14,7 @@ import skfem
 from numpy.typing import NDArray
 from skfem.io.meshio import from_meshio, to_meshio
 
-from fingerslip.arrays import Floats, Integers
+from fingerslip.arrays import Flags, Floats, Integers
 from fingerslip.errors import MeshError, shorten
 from fingerslip.mesh.decks.febio import chosen_unit
 from fingerslip.mesh.formats import read_file, write_file
@@ -126,7 +126,7 @@ def _mesh_of(file: Path, data: meshio.Mesh) -> skfem.Mesh:
     kind = _kind(file, data)
     points = _points(file, _CELLS[kind].dim, data)
     if any(key.startswith("skfem:") for key in data.cell_data):
-        _check_shapes(_Raw(file, kind, points, data.cells_dict[kind]))
+        _turned_round(_Raw(file, kind, points, data.cells_dict[kind]))
         try:
             mesh = from_meshio(data)
         except (IndexError, KeyError, TypeError, ValueError) as error:
@@ -260,10 +260,11 @@ def _members(data: meshio.Mesh, kinds: set[str], blocks: list[Integers]) -> Inte
     return np.concatenate(result)
 
 
-def _signed_areas(raw: _Raw) -> tuple[Floats, Floats]:
-    """Return of each cell the least and the largest corner area, relative to its size squared.
+def _turned_round(raw: _Raw) -> Flags:
+    """Return which cells (m,) are clockwise or of negative volume; refuse one that is flat or turns both ways.
 
-    In 3D it is the volume between the edges of a corner, relative to the longest of them cubed.
+    Its corners tell, by their areas relative to its size squared; in 3D by the volumes between the edges of each,
+    relative to the longest of them cubed.
     """
     corners = raw.points[raw.cells[:, : raw.cell.corners]]
     if raw.cell.dim == 3:
@@ -279,15 +280,10 @@ def _signed_areas(raw: _Raw) -> tuple[Floats, Floats]:
     rows = np.flatnonzero(is_degenerate(raw.cells) & (relative.shape[1] > 1) & (raw.kind in NARROWER))
     for corner in (2, 3, 6, 7)[: relative.shape[1] // 2]:
         relative[rows, corner] = relative[rows, 0]
-    return relative.min(axis=1), relative.max(axis=1)
-
-
-def _check_shapes(raw: _Raw) -> None:
-    """Refuse a cell that is flat or whose corners do not all turn the same way."""
-    least, largest = _signed_areas(raw)
-    wrong = np.flatnonzero((least <= _FLAT) & (largest >= -_FLAT))
+    wrong = np.flatnonzero((relative.min(axis=1) <= _FLAT) & (relative.max(axis=1) >= -_FLAT))
     if len(wrong):
         raise _bad_cell(raw, int(wrong[0]), "inverted or flat")
+    return np.asarray(relative.min(axis=1) < 0.0)
 
 
 def _orient(raw: _Raw) -> Integers:
@@ -295,10 +291,9 @@ def _orient(raw: _Raw) -> Integers:
 
     A region of cells that are turned throughout is turned round, a mixture is an error.
     """
-    _check_shapes(raw)
+    clockwise = _turned_round(raw)
     if raw.kind in _TETRAHEDRA:  # the sign of tetrahedra says nothing here: scikit-fem sorts their corners
         return raw.cells
-    clockwise = _signed_areas(raw)[0] < 0
     covered = np.zeros(len(raw.cells), dtype=bool)
     covered[np.concatenate([np.empty(0, dtype=int), *raw.regions.values()])] = True
     for cells in (*raw.regions.values(), np.flatnonzero(~covered)):

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import skfem
 
-from fingerslip.errors import InputError, MeshError, ResultError
+from fingerslip.errors import MeshError, ResultError
 from fingerslip.fe.space import build_space
 from fingerslip.mesh import io
 from fingerslip.mesh.formats import read_file, write_file
@@ -142,17 +142,6 @@ def test_shipped_meshes_are_read(path):
     mesh = read_mesh(path)
     assert mesh.subdomains
     assert mesh.boundaries
-
-
-@pytest.mark.parametrize(("unit", "metres"), [("m", 1.0), ("mm", 1e-3), ("um", 1e-6)])
-def test_lengths_of_a_file_have_a_unit(unit, metres, tmp_path):
-    mesh = layered("H8")
-    write_mesh(mesh, tmp_path / "block.vtu")
-    back = read_mesh(tmp_path / "block.vtu", unit)
-    np.testing.assert_allclose(np.ptp(back.p, axis=1), metres * np.ptp(mesh.p, axis=1), rtol=1e-12)
-    assert set(back.boundaries) == set(mesh.boundaries)
-    with pytest.raises(InputError, match=r"unit: got 'inch', needs one of m, cm, mm, um"):
-        read_mesh(tmp_path / "block.vtu", "inch")
 
 
 def test_regions_that_overlap_or_do_not_fit_the_cells_of_a_file_are_refused(tmp_path, monkeypatch):

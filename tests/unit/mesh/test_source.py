@@ -24,6 +24,7 @@ from fingerslip.mesh.source import (
 )
 from fingerslip.parameters import PositiveLength, parameters
 from fingerslip.verification.meshes import box
+from places import ROOT
 from unit.study.block import block_mesh
 
 FILES = (MeshFile, fs.SurfaceMesh)
@@ -198,6 +199,7 @@ def test_corners_of_a_curve_become_nodes_and_parts_of_a_line_are_no_longer_than_
 @pytest.mark.parametrize(
     ("call", "message"),
     [
+        (lambda: fs.read_mesh(ROOT / "meshes" / "block.msh", "inch"), r"unit: got 'inch', needs one of m, cm, mm, um"),
         (lambda: MeshFile("none.msh").key(), r"mesh\.file: cannot read none\.msh \(No such file"),
         (lambda: check_sizes(0.2e-3, 0.1e-3), r"bulk_size: got 0\.1 mm, needs >= 0\.2 mm \(contact_size\)$"),
         (lambda: choose_source(FILES, {}), "mesh: does not say where the mesh comes from, needs file or skin, tip, "),
