@@ -16,7 +16,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fingerslip.detect.classifiers import CLASSIFIERS, union_of_sets
-from fingerslip.detect.evaluation.crossval import events_of_folds, fit_fold, frames_by_sample
+from fingerslip.detect.evaluation.crossval import Evaluation
 from fingerslip.detect.features import FeatureSettings, MotionSettings
 from fingerslip.detect.live import LiveDetector
 from fingerslip.detect.samples import Sampling, grouped_folds, samples_of
@@ -76,10 +76,10 @@ def measure(trials, sampling, workers):
     settings = FeatureSettings(union_of_sets(tuple(CLASSIFIERS.values())), motion)
     samples = timed("samples with features", lambda: samples_of(trials, onsets, settings, sampling))
     print(f"{samples.values.shape[0]} samples of {samples.values.shape[1]} features")  # noqa: T201
-    tests = grouped_folds(trials.names, 5, 0)
+    run, tests = Evaluation(trials, onsets, samples, motion, workers=workers), grouped_folds(trials.names, 5, 0)
 
     def fit_folds(candidate):
-        return [fit_fold(samples, onsets, candidate, test, window=motion.window, workers=workers) for test in tests]
+        return [run.fit(candidate, test) for test in tests]
 
     def folded():
         found = [timed(f"{name}, 5 folds", partial(fit_folds, one)) for name, one in CLASSIFIERS.items()]
@@ -87,8 +87,8 @@ def measure(trials, sampling, workers):
 
     results = timed("all classifiers, 5 folds", folded)
     for name, one in CLASSIFIERS.items():
-        timed(f"{name}, by sample", partial(frames_by_sample, samples, one, workers=workers))
-    timed("events of all frames, all classifiers", lambda: events_of_folds(trials, onsets, results, motion))
+        timed(f"{name}, by sample", partial(run.by_sample, one))
+    timed("events of all frames, all classifiers", lambda: run.events(results))
 
 
 if __name__ == "__main__":

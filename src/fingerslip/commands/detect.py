@@ -177,7 +177,8 @@ def evaluate(
     Finished parts are kept in DIR.unfinished until the tables are written, so that an interrupted evaluation goes on.
     Each value of a condition that is left out takes as long as a fold.
     """
-    from fingerslip.detect.session import evaluate_classifiers, evaluate_whole
+    from fingerslip.detect.evaluation.whole import evaluate_whole
+    from fingerslip.detect.session import evaluate_classifiers
 
     if whole:
         tables = evaluate_whole(dataset, choices, folds=folds, group=group, output=output)

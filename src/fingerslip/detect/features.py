@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
+import pydantic
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError, shorten
+from fingerslip.parameters import Number, parameters
 from fingerslip.vision.fields import (
     fit_rigid_motions,
     green_strain,
@@ -27,23 +29,17 @@ Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
 
-@dataclass(frozen=True)
+@parameters
 class MotionSettings:
     """How motion is read from tracks."""
 
-    rest_frames: int = 100  # frames at the start whose mean is the rest position, as in Cordova Bulens et al. 2023
+    # Frames at the start whose mean is the rest position, as in Cordova Bulens et al. 2023.
+    rest_frames: pydantic.PositiveInt = 100
     # Frames through which the velocity is fitted, the newest included. The paper takes the difference of two frames,
     # its equation 2; at 0.3 mm/s markers move less in a frame than their noise, so that says little.
-    window: int = 11
-    least_seen: float = 0.5  # share of the markers that a frame has to show to be classified; assumed
-
-    def __post_init__(self) -> None:
-        if self.rest_frames < 1:
-            raise InputError("rest_frames", f"got {self.rest_frames}", "needs a number of frames >= 1")
-        if self.window < 2:
-            raise InputError("window", f"got {self.window}", "needs a number of frames >= 2")
-        if not 0.0 < self.least_seen <= 1.0:
-            raise InputError("least_seen", f"got {self.least_seen}", "needs a share above 0 and up to 1")
+    window: Annotated[int, pydantic.Field(ge=2)] = 11
+    # Share of the markers that a frame has to show to be classified; assumed.
+    least_seen: Annotated[Number, pydantic.Field(gt=0, le=1)] = 0.5
 
 
 @dataclass(frozen=True)
@@ -89,8 +85,8 @@ def mean_at_rest(position: Floats, markers: NDArray[np.intp]) -> Floats:
     """Return the mean (n_markers, 2) of positions (n_frames, n_markers, 2) that are NaN where a marker is not seen."""
     count = (~np.isnan(position).any(axis=2)).sum(axis=0)
     if not count.all():
-        where, fault = f"tracks: marker {markers[np.argmin(count)]}", "is seen in none of the frames at rest"
-        repair = "leave the marker out, or give a larger rest_frames"
+        fault, repair = "is seen in none of the frames at rest", "leave the marker out, or give a larger rest_frames"
+        where = f"tracks: marker {markers[np.argmin(count)]}"
         raise InputError(where, fault, "needs a rest position of every marker", repair)
     mean: Floats = np.nansum(position, axis=0) / count[:, None]
     return mean
@@ -166,27 +162,6 @@ def velocities(time: Floats, displacement: Floats, visible: Bools, window: int) 
 
 Columns = Mapping[str, Floats]
 
-
-_BINS = 16
-
-
-def entropy(displacement: Floats) -> Floats:
-    """Return the Shannon entropy of the lengths of displacements at each time, shape (n_times,) [bit].
-
-    It is 0 where all markers move alike, 4 where their shares of the largest are even in 16 bins.
-
-    Arrays: displacement (n_times, n_markers, 2).
-    """
-    length = _lengths(displacement)
-    largest = length.max(axis=1, keepdims=True)
-    share = np.divide(length, largest, out=np.zeros_like(length), where=largest > 0)
-    part = np.minimum((share * _BINS).astype(np.intp), _BINS - 1)
-    counts = (part[:, :, None] == np.arange(_BINS)).sum(axis=1) / length.shape[1]
-    logarithm = np.log2(counts, out=np.zeros_like(counts), where=counts > 0)
-    bits: Floats = -(counts * logarithm).sum(axis=1)
-    return bits + 0.0
-
-
 #: Features of the forest of Cordova Bulens et al. 2023: displacement and speed of every marker, 162 for 81 markers.
 PUBLISHED = ("displacement", "speed")
 
@@ -210,12 +185,9 @@ class FeatureSettings:
 
 def features_of(motion: Motion, settings: FeatureSettings) -> NDArray[np.float32]:
     """Return the features of every frame, shape (n_times, n_features), in the order of :func:`feature_names`."""
-    blocks = [
-        np.reshape(block, (len(motion.time), -1))
-        for name in settings.sets
-        for block in FEATURE_SETS[name](motion).values()
-    ]
-    values: NDArray[np.float32] = np.concatenate(blocks, axis=1).astype(np.float32)
+    blocks = [block for name in settings.sets for block in FEATURE_SETS[name](motion).values()]
+    columns = [block.reshape(len(motion.time), -1) for block in blocks]
+    values: NDArray[np.float32] = np.concatenate(columns, axis=1).astype(np.float32)
     if not np.isfinite(values).all():
         row, column = np.argwhere(~np.isfinite(values))[0]
         where = f"feature {feature_names(motion, settings)[column]} at {motion.time[row]:.6g} s"
@@ -232,6 +204,21 @@ def feature_names(motion: Motion, settings: FeatureSettings) -> tuple[str, ...]:
         for quantity, block in FEATURE_SETS[name](first).items()
         for marker in range(block.shape[1] if block.ndim > 1 else 1)
     )
+
+
+def entropy(displacement: Floats) -> Floats:
+    """Return the Shannon entropy of the lengths of displacements (n_times, n_markers, 2), shape (n_times,) [bit].
+
+    It is 0 where all markers move alike, 4 where their shares of the largest are even in 16 bins.
+    """
+    length, bins = _lengths(displacement), 16
+    largest = length.max(axis=1, keepdims=True)
+    share = np.divide(length, largest, out=np.zeros_like(length), where=largest > 0)
+    part = np.minimum((share * bins).astype(np.intp), bins - 1)
+    counts = (part[:, :, None] == np.arange(bins)).sum(axis=1) / length.shape[1]
+    logarithm = np.log2(counts, out=np.zeros_like(counts), where=counts > 0)
+    bits: Floats = -(counts * logarithm).sum(axis=1)
+    return bits + 0.0
 
 
 def _lengths(vectors: Floats) -> Floats:
@@ -312,7 +299,7 @@ def _field(motion: Motion) -> Columns:
     triangles = marker_triangles(motion.rest)
     gradients = triangle_gradients(motion.rest, motion.rest + motion.displacement, triangles)
     moved, speed = _lengths(motion.displacement), _lengths(motion.velocity)
-    residual = np.sqrt((_rigid(motion)["residual"] ** 2).mean(axis=1))
+    residual = _rigid(motion)["rms"]
     columns = {
         "divergence": gradients[..., 0, 0] + gradients[..., 1, 1],
         "curl": gradients[..., 1, 0] - gradients[..., 0, 1],

@@ -5,16 +5,18 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
+import pydantic
 from numpy.typing import NDArray
 
 from fingerslip.detect.features import markers_of, rest_positions
-from fingerslip.errors import InputError, ResultError, shorten
+from fingerslip.errors import InputError, shorten
+from fingerslip.parameters import Number, parameters
 from fingerslip.storage.files import csv_text, plain_cell, write_text
 from fingerslip.vision.tracks import seen, tracks_in_metres
 
@@ -27,7 +29,7 @@ Floats = NDArray[np.float64]
 CLASSES = ("no_slip", "incipient", "gross")
 NO_SLIP, INCIPIENT, GROSS = range(3)
 
-_COLUMNS = ("trial", "incipient_s", "gross_s")
+_COLUMNS = ("incipient_s", "gross_s")
 _SLIPPING = 0.05  # share of a simulated contact that is incipient slip
 
 
@@ -50,16 +52,25 @@ class Onsets:
         return min(times) if times else None
 
 
-def classes_at(onsets: Onsets, time: NDArray[np.float64]) -> NDArray[np.int8]:
+def classes_at(onsets: Onsets, time: Floats) -> NDArray[np.int8]:
     """Return the class of each time: gross slip from its onset on, incipient slip from its own until then.
 
     As in Cordova Bulens et al. 2023: what sticks again after gross slip has begun is still of the class gross.
     """
     classes = np.full(time.shape, NO_SLIP, dtype=np.int8)
     for number, onset in ((INCIPIENT, onsets.incipient), (GROSS, onsets.gross)):
-        if onset is not None:
-            classes[time >= onset] = number
+        classes[time >= (math.inf if onset is None else onset)] = number
     return classes
+
+
+def times_of(onsets: Iterable[Onsets]) -> Floats:
+    """Return onsets as times (n, 2) [s], NaN where there is none."""
+    return np.array([(entry.incipient, entry.gross) for entry in onsets], dtype=np.float64).reshape(-1, 2)
+
+
+def onsets_of(times: Floats) -> list[Onsets]:
+    """Return the onsets that :func:`times_of` made times (n, 2) of."""
+    return [Onsets(*(None if math.isnan(time) else time for time in row)) for row in times.tolist()]
 
 
 def write_onsets(onsets: Mapping[str, Onsets], path: str | Path, key: str = "trial") -> None:
@@ -68,46 +79,38 @@ def write_onsets(onsets: Mapping[str, Onsets], path: str | Path, key: str = "tri
     The first column may have another name, as that of the labels of a trial by their source.
     """
     rows = ((name, onset.incipient, onset.gross) for name, onset in onsets.items())
-    write_text(Path(path), csv_text([(key, *_COLUMNS[1:]), *rows]))
+    write_text(Path(path), csv_text([(key, *_COLUMNS), *rows]))
 
 
-def read_onsets(path: str | Path) -> dict[str, Onsets]:
-    """Read the onsets of trials from a CSV file as :func:`write_onsets` writes it; ``gross_s`` may be missing."""
+def read_rows(path: str | Path) -> tuple[list[str], list[dict[str | None, Any]]]:
+    """Return the names in the first line of a CSV file, and its rows by these."""
     try:
         rows = csv.DictReader(io.StringIO(Path(path).read_text(encoding="utf-8-sig")), strict=True)
-        names, records = list(rows.fieldnames or ()), list(rows)
+        return list(rows.fieldnames or ()), list(rows)
     except OSError as error:
-        raise InputError(str(path), f"cannot be read ({error.strerror})", "needs a CSV file of onset times") from error
+        raise InputError(str(path), f"cannot be read ({error.strerror})", "needs a CSV file") from error
     except (UnicodeDecodeError, csv.Error) as error:
-        raise InputError(str(path), f"is no CSV ({shorten(str(error))})", "needs text in UTF-8") from error
-    if set(names) - set(_COLUMNS) or not {"trial", "incipient_s"} <= set(names) or len(set(names)) < len(names):
+        fault = f"is no CSV ({shorten(str(error))})"
+        raise InputError(str(path), fault, "needs text in UTF-8 with a first line of names") from error
+
+
+def read_onsets(path: str | Path, key: str = "trial") -> dict[str, Onsets]:
+    """Read onsets from a CSV file as :func:`write_onsets` writes it; ``gross_s`` may be missing."""
+    needed, (names, records) = (key, *_COLUMNS), read_rows(path)
+    if set(names) - set(needed) or not set(needed[:2]) <= set(names) or len(set(names)) < len(names):
         fault = shorten(f"has the columns {', '.join(map(str, names)) or 'none'}")
-        raise InputError(str(path), fault, f"needs {', '.join(_COLUMNS)}", "write a first line with these names")
+        raise InputError(str(path), fault, f"needs {', '.join(needed)}", "write a first line with these names")
     onsets: dict[str, Onsets] = {}
     for line, row in enumerate(records, start=2):
-        trial = plain_cell((row["trial"] or "").strip())
-        if not trial or trial in onsets:
-            problem = f"trial {trial!r} stands twice" if trial else "a row has no trial"
-            raise InputError(str(path), problem, "needs each trial once", line=line)
-        onsets[trial] = Onsets(*(seconds(row.get(name), f"{path}: {name}", line) for name in _COLUMNS[1:]))
+        name = plain_cell((row[key] or "").strip())
+        if not name or name in onsets:
+            problem = f"{key} {name!r} stands twice" if name else f"a row has no {key}"
+            raise InputError(str(path), problem, f"needs each {key} once", line=line)
+        onsets[name] = Onsets(*(_seconds(row.get(column), f"{path}: {column}", line) for column in _COLUMNS))
     return onsets
 
 
-def read_labels(path: str | Path) -> dict[str, Onsets]:
-    """Read the labels of a trial back."""
-    try:
-        rows = list(csv.reader(io.StringIO(Path(path).read_text(encoding="utf-8"))))
-    except (OSError, UnicodeDecodeError) as error:
-        raise ResultError(f"{path}: cannot be read as labels; write the trial again") from error
-    if not rows or rows[0] != ["source", *_COLUMNS[1:]] or any(len(row) != 3 for row in rows):
-        raise InputError(str(path), "is no table of labels", "needs the columns source, incipient_s, gross_s")
-    return {
-        plain_cell(row[0]): Onsets(*(seconds(row[n], f"{path}: {_COLUMNS[n]}", line) for n in (1, 2)))
-        for line, row in enumerate(rows[1:], start=2)
-    }
-
-
-def seconds(text: str | None, where: str, line: int | None = None) -> float | None:
+def _seconds(text: str | None, where: str, line: int) -> float | None:
     """Return a time that a cell holds [s]; None where the cell is empty."""
     if text is None or not text.strip():
         return None
@@ -120,22 +123,17 @@ def seconds(text: str | None, where: str, line: int | None = None) -> float | No
     return time
 
 
-@dataclass(frozen=True)
+@parameters
 class LabelSettings:
     """Thresholds on how far external markers go, as Cordova Bulens et al. 2023 print them."""
 
-    incipient: float = 2.0  # of any external marker but the central one; with a plate marker: of the plate
-    gross: float = 1.0  # of the central external marker; with a plate marker: relative to the plate
-    units: str = "px"  # of both, px or m; tracks in px are turned into metres by their own scale where it is m
-    rest_frames: int = 100  # frames at the start that are at rest
-    sustained: int = 1  # frames in a row beyond a threshold, the first of which is the onset; 1 as published
-
-    def __post_init__(self) -> None:
-        for name in ("incipient", "gross", "rest_frames", "sustained"):
-            if not getattr(self, name) > 0:
-                raise InputError(f"labels: {name}", f"got {getattr(self, name)}", "needs a number > 0")
-        if self.units not in ("px", "m"):
-            raise InputError("labels: units", f"got {self.units!r}", "needs 'px' or 'm'")
+    # Of any external marker but the central one; with a plate marker: of the plate.
+    incipient: Annotated[Number, pydantic.Field(gt=0)] = 2.0
+    # Of the central external marker; with a plate marker: relative to the plate.
+    gross: Annotated[Number, pydantic.Field(gt=0)] = 1.0
+    units: Literal["px", "m"] = "px"  # of both; where it is m, tracks in px are turned into metres by their own scale
+    rest_frames: pydantic.PositiveInt = 100  # frames at the start that are at rest
+    sustained: pydantic.PositiveInt = 1  # frames in a row beyond a threshold, the first is the onset; 1 as published
 
 
 def labels_from_external_markers(tracks: xr.Dataset, settings: LabelSettings | None = None) -> Onsets:

@@ -14,9 +14,8 @@ import numpy as np
 import pydantic
 
 from fingerslip.detect.classifiers import optional, probabilities
-from fingerslip.detect.features import FeatureSettings, MotionSettings
 from fingerslip.detect.labels import CLASSES
-from fingerslip.detect.training import Calibration, Detector, ForwardFilter, FrameRate, Thresholds, candidate_of_name
+from fingerslip.detect.training import Detector, candidate_of_name
 from fingerslip.errors import DamagedError, InputError, shorten
 from fingerslip.storage.files import (
     check_replaceable,
@@ -33,17 +32,11 @@ from fingerslip.version import __version__
 LARGEST = 500_000_000
 
 #: Types beyond those that skops trusts by itself: fitted trees of scikit-learn; their indices are checked once loaded.
-TRUSTED = frozenset(
-    {
-        "sklearn.ensemble._hist_gradient_boosting.predictor.TreePredictor",
-        "sklearn.tree._tree.Tree",
-    }
-)
+TRUSTED = frozenset({"sklearn.ensemble._hist_gradient_boosting.predictor.TreePredictor", "sklearn.tree._tree.Tree"})
 
 _FORMAT = 1
 _DESCRIPTION, _ESTIMATOR = "detector.json", "classifier.skops"
 _REPAIR = "train the detector again"
-_SMOOTHER = "forward_filter"
 
 
 def write_detector(detector: Detector, folder: str | Path) -> None:
@@ -66,10 +59,10 @@ def _description(detector: Detector) -> dict[str, Any]:
         "classifier": detector.classifier,
         "classes": CLASSES,
         "features": detector.names,
-        "motion": vars(detector.features.motion),
+        "motion": dataclasses.asdict(detector.features.motion),
         "layout": detector.layout,
         "layout_in_words": detector.layout_in_words,
-        "smoother": {"kind": _SMOOTHER, **vars(detector.smoother)},
+        "smoother": {"kind": "forward_filter", **dataclasses.asdict(detector.smoother)},
         "thresholds": vars(detector.thresholds),
         "calibration": vars(detector.calibration),
         "data": detector.data,
@@ -91,7 +84,10 @@ def read_detector(folder: str | Path) -> Detector:
         described = read_json(path / _DESCRIPTION, _REPAIR)
     except FileNotFoundError:
         raise InputError(str(path), f"has no {_DESCRIPTION}", "needs the folder of a detector") from None
-    _check_versions(path, described)
+    installed, written = optional("sklearn").__version__, shorten(str(described.get("scikit_learn")))
+    if installed.split(".")[:2] != written.split(".")[:2]:
+        fault, allowed = f"was made with scikit-learn {written}", f"needs the installed version {installed}"
+        raise InputError(str(path), fault, allowed, f"{_REPAIR}, or install {written}")
     detector = _described_detector(path, described)
     estimator = _load_estimator(path / _ESTIMATOR, described.get("sha256"))
     # An estimator is used only if it is the classifier of the description, whole and of finite numbers.
@@ -106,27 +102,16 @@ def read_detector(folder: str | Path) -> Detector:
 
 def _described_detector(path: Path, described: Mapping[str, Any]) -> Detector:
     """Return the detector of a description, without its estimator; its own description must be the same again."""
-
-    def check(kind: Any, name: str) -> Any:
-        return pydantic.TypeAdapter(kind).validate_python(described[name])
-
     try:
-        smoother = {name: value for name, value in described["smoother"].items() if name != "kind"}
-        detector = Detector(
-            classifier=described["classifier"],
-            estimator=None,
-            features=FeatureSettings(candidate_of_name(described["classifier"]).sets, check(MotionSettings, "motion")),
-            names=check(tuple[str, ...], "features"),
-            layout=check(str, "layout"),
-            layout_in_words=check(str, "layout_in_words"),
-            smoother=pydantic.TypeAdapter(ForwardFilter).validate_python(smoother),
-            thresholds=check(Thresholds, "thresholds"),
-            calibration=check(Calibration, "calibration"),
-            data=check(str, "data"),
-            # Older detectors do not say it.
-            frame_rate=check(FrameRate, "frame_rate") if "frame_rate" in described else None,
-            provenance=check(dict[str, Any], "provenance"),
-        )
+        values = {
+            **described,
+            "estimator": None,
+            "names": described["features"],
+            "features": {"sets": candidate_of_name(described["classifier"]).sets, "motion": described["motion"]},
+            "smoother": {name: value for name, value in described["smoother"].items() if name != "kind"},
+        }
+        detector = pydantic.TypeAdapter(Detector).validate_python(values)
+        # Older detectors do not say their frame rate.
         again = _description(detector) | {name: described[name] for name in ("fingerslip", "scikit_learn", "sha256")}
         wrong = sorted(name for name in {**described, **again} if described.get(name) != again.get(name))
     # Any other value may stand in any place.
@@ -136,21 +121,6 @@ def _described_detector(path: Path, described: Mapping[str, Any]) -> Detector:
     if wrong:
         raise DamagedError(str(path / _DESCRIPTION), f"has another {wrong[0]!r} than a detector has", _REPAIR)
     return detector
-
-
-def _check_versions(path: Path, described: Mapping[str, Any]) -> None:
-    if described.get("format") != _FORMAT:
-        fault = f"has the format {shorten(str(described.get('format')))}, not {_FORMAT}"
-        raise DamagedError(str(path / _DESCRIPTION), fault, _REPAIR)
-    installed, written = optional("sklearn").__version__, shorten(str(described.get("scikit_learn")))
-    if installed.split(".")[:2] != written.split(".")[:2]:
-        allowed = f"needs the installed version {installed}"
-        raise InputError(
-            str(path), f"was made with scikit-learn {written}", allowed, f"{_REPAIR}, or install {written}"
-        )
-    if described.get("classes") != list(CLASSES):
-        fault = f"has the classes {shorten(str(described.get('classes')))}"
-        raise DamagedError(str(path / _DESCRIPTION), fault, _REPAIR)
 
 
 def _load_estimator(path: Path, wanted: object) -> Any:

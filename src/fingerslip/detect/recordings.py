@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import re
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fingerslip.detect.labels import LabelSettings, Onsets, labels_from_external_markers
+from fingerslip.detect.labels import LabelSettings, Onsets, labels_from_external_markers, read_rows
 from fingerslip.detect.trials import CONDITIONS, Trial
 from fingerslip.errors import InputError, shorten
 from fingerslip.storage.files import plain_cell
@@ -22,7 +21,6 @@ from fingerslip.vision.tracks import make_tracks, read_tracks, read_tracks_csv
 if TYPE_CHECKING:
     import xarray as xr
 
-
 #: Column of a table of conditions that names the recording of the outer camera.
 EXTERNAL = "external"
 #: Column that says of a whole recording whether there is slip in it, and its values.
@@ -31,10 +29,7 @@ SLIP, SLIP_WORD, NO_SLIP_WORD = "slip", "yes", "no"
 _APART = 0.1
 _NO_RING = -1
 _KEPT = ("frame_rate", "image_width", "image_height", "source", "warnings")
-
 _HEADING = re.compile(r"\s*(?P<name>[^\[\]]+?)\s*(?:\[(?P<unit>[^\[\]]+)\])?\s*")
-
-
 #: Endings of the names of files that hold tracks.
 TRACK_FILES = (".nc", ".csv")
 
@@ -45,17 +40,9 @@ def read_any_tracks(path: Path) -> xr.Dataset:
 
 
 def read_conditions(path: str | Path) -> dict[str, dict[str, Any]]:
-    """Read the conditions of trials from a CSV file.
-
-    Units: path [mm].
-    """
-    try:
-        rows = list(csv.DictReader(io.StringIO(Path(path).read_text(encoding="utf-8-sig")), strict=True))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        fault = f"cannot be read as a table ({shorten(str(error))})"
-        raise InputError(str(path), fault, "needs CSV with a line of names") from error
+    """Read the conditions of trials from a CSV file, by the file of the recording."""
     conditions: dict[str, dict[str, Any]] = {}
-    for line, row in enumerate(rows, start=2):
+    for line, row in enumerate(read_rows(path)[1], start=2):
         file = plain_cell((row.pop("file", None) or "").strip())
         if not file or file in conditions:
             problem = f"{file!r} stands twice" if file else "a row has no file"
@@ -69,23 +56,22 @@ def read_conditions(path: str | Path) -> dict[str, dict[str, Any]]:
 def _row(row: Mapping[str | None, Any], path: str, line: int) -> dict[str, Any]:
     if None in row:
         raise InputError(path, "a row has more cells than there are names", "needs as many", line=line)
-    matches = {heading: _HEADING.fullmatch(heading or "") for heading in row}
-    for heading, match in matches.items():
+    values = {}
+    for heading, cell in row.items():
+        match = _HEADING.fullmatch(heading or "")
         if match is None:
             raise InputError(path, f"has the column {heading!r}", "needs a name, or a name with a unit in brackets")
-    return {
-        match["name"]: _value(match["name"], match["unit"], row[heading].strip(), f"{path}: line {line}")
-        for heading, match in matches.items()
-        if match is not None and row[heading] is not None and row[heading].strip()
-    }
+        if cell and cell.strip():
+            values[match["name"]] = _value(match["name"], match["unit"], cell.strip(), f"{path}: line {line}")
+    return values
 
 
 def _value(name: str, unit: str | None, cell: str, where: str) -> Any:
-    si = CONDITIONS.get(name, ("", ""))[0]
+    si = CONDITIONS.get(name, "")
     if si not in ("", "1"):
         return parse_quantity(f"{cell} {unit or ''}".strip(), si, where=f"{where}: {name}")
     if unit is not None:
-        allowed = ", ".join(condition for condition, (its, _) in CONDITIONS.items() if its not in ("", "1"))
+        allowed = ", ".join(condition for condition, its in CONDITIONS.items() if its not in ("", "1"))
         raise InputError(f"{where}: {name}", f"has the unit {unit}", f"takes none; units are known of {allowed}")
     if name == SLIP and cell not in (SLIP_WORD, NO_SLIP_WORD):
         raise InputError(f"{where}: {name}", f"got {shorten(repr(cell))}", f"needs {SLIP_WORD} or {NO_SLIP_WORD}")
@@ -98,13 +84,16 @@ def _value(name: str, unit: str | None, cell: str, where: str) -> Any:
 def recorded_trials(
     folder: str | Path,
     conditions: str | Path,
-    *,
-    onsets: Mapping[str, Onsets] | None = None,
+    onsets: Mapping[str, Onsets] = MappingProxyType({}),
     settings: LabelSettings | None = None,
-    read: Callable[[Path], xr.Dataset] = read_any_tracks,
-    read_external: Callable[[Path], xr.Dataset] = read_any_tracks,
+    *,
+    tracking: Mapping[str, Any] = MappingProxyType({}),
+    external_tracking: Mapping[str, Any] = MappingProxyType({}),
 ) -> Iterator[Trial]:
-    """Yield a trial for each recording, for :func:`fingerslip.detect.trials.write_trials`."""
+    """Yield a trial for each recording, for :func:`fingerslip.detect.trials.write_trials`.
+
+    `onsets` are labels of the user; both cameras are read by :func:`read_recording` with the options of each.
+    """
     table = read_conditions(conditions)
     # All names are checked first: tracking the others takes long.
     for file, values in table.items():
@@ -113,14 +102,14 @@ def recorded_trials(
                 raise InputError(str(conditions), f"names {name}", f"needs files that are in {folder}")
     for file, values in table.items():
         path, outer = Path(folder) / file, values.pop(EXTERNAL, None)
-        tracks, origin = read(path), {"recording": file}
+        tracks, origin = read_recording(path, tracking), {"recording": file}
         if outer is not None:
-            tracks = with_external(tracks, read_external(Path(folder) / str(outer)), str(outer))
+            outside = read_recording(Path(folder) / str(outer), external_tracking)
+            tracks = with_external(tracks, outside, str(outer))
             origin["external_recording"] = str(outer)
-        # What its tracker complained of.
         if tracks.attrs.get("warnings"):
             origin["warnings"] = str(tracks.attrs["warnings"])
-        labels = {"user": onsets[path.stem]} if onsets and path.stem in onsets else {}
+        labels = {"user": onsets[path.stem]} if path.stem in onsets else {}
         if values.get(SLIP) == NO_SLIP_WORD:
             labels["user"] = Onsets(None, None)
         if (tracks["kind"].values.astype(str) == "external").sum() > 1:
@@ -175,8 +164,7 @@ def read_recording(path: Path, tracking: Mapping[str, Any]) -> xr.Dataset:
     n_markers = tracking.get("n_markers")
     if n_markers is not None and tracks.sizes["marker"] != n_markers:
         fault = f"shows {tracks.sizes['marker']} markers"
-        raise InputError(
-            str(path), fault, f"needs {n_markers}", "look at it with fingerslip track, or give another number"
-        )
+        repair = "look at it with fingerslip track, or give another number"
+        raise InputError(str(path), fault, f"needs {n_markers}", repair)
     # What only its quality page needs stays behind: data sets hold positions and qualities.
     return tracks.drop_vars([name for name in tracks.data_vars if name not in ("position", "quality")])

@@ -53,6 +53,10 @@ class Samples:
         """Return the rows of some trials."""
         return np.flatnonzero(np.isin(np.array(self.trials)[self.trial], list(trials)))
 
+    def trials_without(self, tests: Sequence[str]) -> list[str]:
+        """Return the names of the trials that are no test trials."""
+        return [name for name in self.trials if name not in set(tests)]
+
     def features(self, rows: NDArray[np.intp], sets: Sequence[str]) -> NDArray[np.float32]:
         """Return some sets of features of some rows, (n_rows, n_columns)."""
         return self.values[np.ix_(rows, columns_of(self.names, sets))]
@@ -79,13 +83,8 @@ def samples_of(
     """Return the sampled frames of trials with their features."""
     settings, chosen = features or FeatureSettings(), tuple(trials.names if names is None else names)
     check_labels(onsets, chosen)
-    motions = (motion_of(trials.tracks(name), settings.motion) for name in chosen)
-    return joined_samples(
-        [
-            trial_samples(name, motion, onsets[name], settings, sampling)
-            for name, motion in zip(chosen, motions, strict=True)
-        ]
-    )
+    motions = ((name, motion_of(trials.tracks(name), settings.motion)) for name in chosen)
+    return joined_samples([trial_samples(name, motion, onsets[name], settings, sampling) for name, motion in motions])
 
 
 def trial_samples(name: str, motion: Motion, onsets: Onsets, settings: FeatureSettings, sampling: Sampling) -> Samples:

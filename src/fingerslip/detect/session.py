@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fingerslip.detect.classifiers import CLASSIFIERS, Candidate
 from fingerslip.detect.evaluation.crossval import READINGS, Evaluation, FoldFrames, Unseen, begin_evaluation, on_unseen
 from fingerslip.detect.evaluation.scores import (
-    INTERVALS,
     accuracy_table,
     event_scores_of,
     event_table,
@@ -29,13 +26,13 @@ from fingerslip.detect.evaluation.scores import (
 from fingerslip.detect.features import MotionSettings
 from fingerslip.detect.labels import LabelSettings, Onsets, read_onsets
 from fingerslip.detect.model_file import read_detector, write_detector
-from fingerslip.detect.recordings import SLIP, read_recording, recorded_trials
+from fingerslip.detect.recordings import recorded_trials
 from fingerslip.detect.samples import Sampling, benchmark_test_trials, grouped_folds, left_out
 from fingerslip.detect.training import Detector, calibration_count, candidate_of_name, train
 from fingerslip.detect.trials import TrialSet, condition_text, open_trials, write_trials
 from fingerslip.detect.watch import RESIDUAL
 from fingerslip.errors import InputError, shorten
-from fingerslip.tables.table import Column, Table
+from fingerslip.tables.table import Table
 
 _CALIBRATION = "Expected calibration error of the probability of slip in ten bins; Brier score over the three classes."
 
@@ -58,6 +55,11 @@ class Choices:
         return MotionSettings(self.rest_frames, self.window)
 
     @property
+    def options(self) -> dict[str, int]:
+        """Seed and number of cores."""
+        return {"seed": self.seed, "workers": self.workers}
+
+    @property
     def sampling(self) -> Sampling:
         """How frames are sampled."""
         words = self.samples.split(",")
@@ -74,17 +76,9 @@ class Choices:
         """Return a detector that learned from what is no test trial of the benchmark."""
         tests = set(benchmark_test_trials(trials.names, self.seed))
         names = [name for name in trials.names if name not in tests]
+        choices: dict[str, Any] = {"motion": self.motion, "sampling": self.sampling, "names": names, **self.options}
         with threadpool_limits(self.workers):
-            return train(
-                trials,
-                self.onsets(trials),
-                classifier,
-                motion=self.motion,
-                sampling=self.sampling,
-                names=names,
-                seed=self.seed,
-                workers=self.workers,
-            )
+            return train(trials, self.onsets(trials), classifier, **choices)
 
 
 def collect_trials(
@@ -109,8 +103,7 @@ def collect_trials(
     outside |= {name: inside[name] for name in ("rest_frames", "channel", "frame_rate") if name in inside}
     onsets = {} if labels is None else read_onsets(labels)
     settings = LabelSettings(rest_frames=rest_frames)
-    inner, outer = (partial(read_recording, tracking=options) for options in (inside, outside))
-    trials = recorded_trials(folder, conditions, onsets=onsets, settings=settings, read=inner, read_external=outer)
+    trials = recorded_trials(folder, conditions, onsets, settings, tracking=inside, external_tracking=outside)
     result = write_trials(trials, output, title)
     complaints = [
         f"{name}: {line}"
@@ -152,19 +145,13 @@ def evaluate_classifiers(
     onsets = choices.onsets(trials)
     # A clock stands beside all: who does not beat it has learned no slip.
     candidates = [candidate_of_name(name) for name in dict.fromkeys([*(classifiers or CLASSIFIERS), "time_threshold"])]
-    tests = grouped_folds(trials.names, folds, choices.seed, _groups(trials, group))
+    tests = grouped_folds(trials.names, folds, choices.seed, groups_of(trials, group))
     groups = {key: left_out(trials.conditions, key) for key in leave_out}
-    run = begin_evaluation(
-        trials,
-        onsets,
-        candidates,
-        choices.motion,
-        choices.sampling,
-        seed=choices.seed,
-        workers=choices.workers,
-        output=output,
-    )
-    run.check([*tests, *(names for group in groups.values() for names in group.values())])
+    options: dict[str, Any] = {"output": output, **choices.options}
+    run = begin_evaluation(trials, onsets, candidates, choices.motion, choices.sampling, **options)
+    # What a fold lacks to learn from is told before anything is fitted.
+    for test in (*tests, *(names for entry in groups.values() for names in entry.values())):
+        run.rows_to_learn(test)
     frames, events = run.by_fold(candidates, tests)
     scores = {name: run.scores(pieces) for name, pieces in frames.items()}
     mixed = {entry.name: frame_scores_of(run.by_sample(entry), seed=choices.seed).accuracy for entry in candidates}
@@ -198,7 +185,7 @@ def evaluate_classifiers(
     return tables
 
 
-def _groups(trials: TrialSet, condition: str | None) -> dict[str, str] | None:
+def groups_of(trials: TrialSet, condition: str | None) -> dict[str, str] | None:
     """Return the value of a condition in each trial; none without a condition."""
     if condition is None:
         return None
@@ -208,39 +195,15 @@ def _groups(trials: TrialSet, condition: str | None) -> dict[str, str] | None:
     return {name: str(trials.conditions[name][condition]) for name in trials.names}
 
 
-def evaluate_whole(
-    dataset: Path, choices: Choices, *, folds: int = 5, group: str | None = None, output: Path | None = None
-) -> list[Table]:
-    """Return the table of how well it is told whether there is slip in whole trials."""
-    from fingerslip.detect.evaluation.whole import score_whole, slips_of
-
-    trials = open_trials(dataset)
-    has_all = all(SLIP in trials.conditions[name] for name in trials.names)
-    slips = slips_of(trials, {} if has_all else choices.onsets(trials))
-    tests = grouped_folds(trials.names, folds, choices.seed, _groups(trials, group))
-    with threadpool_limits(choices.workers):
-        scores = score_whole(trials, slips, tests, choices.motion, choices.seed)
-    rows = [(name, entry.accuracy, entry.found, entry.false, entry.area) for name, entry in scores.items()]
-    names = ("classifier", "accuracy", "slip found", "false alarm", Column("area below the curve", digits=3))
-    count, majority = len(slips), max(np.mean(list(slips.values())), 1.0 - np.mean(list(slips.values())))
-    note = f"{count} trials, {sum(slips.values())} with slip; to say the commoner always is right in {majority:.3f}."
-    tables = [table_of("Slip in whole trials, not seen", names, rows, f"{note} {INTERVALS}")]
-    if output is not None:
-        output_tables(tables, output)
-    return tables
-
-
 def _event_table(run: Evaluation, events: Mapping[str, Mapping[str, Onsets]], choices: Choices, folds: int) -> Table:
     names = run.trials.names
     ends, frame = rest_ends(run.trials, names, choices.rest_frames)
-    scores = {
-        name: event_scores_of(event, run.onsets, ends, frame=frame, seed=choices.seed) for name, event in events.items()
-    }
-    calibration = calibration_count(len(names) - len(names) // folds, 0.05)
-    note = f"Thresholds from {calibration} other trials of each fold, for at most 5 % that raise an alarm before slip."
-    return event_table(
-        scores, note if calibration else "Too few trials for a guaranteed threshold: slip as likely as not."
-    )
+    options: dict[str, Any] = {"frame": frame, "seed": choices.seed}
+    scores = {name: event_scores_of(onsets, run.onsets, ends, **options) for name, onsets in events.items()}
+    note = "Too few trials for a guaranteed threshold: slip as likely as not."
+    if count := calibration_count(len(names) - len(names) // folds, 0.05):
+        note = f"Thresholds from {count} other trials of each fold, for at most 5 % that raise an alarm before slip."
+    return event_table(scores, note)
 
 
 def _left_out_table(
@@ -259,9 +222,9 @@ def _left_out_table(
 
 def film_runs(results: Path, output: Path, title: str, seed: int) -> str:
     """Write the data set of the runs of a study of a sensor and return what was done."""
-    notes = "Simulated; labels and cameras as fingerslip.detect.simulated has them."
     from fingerslip.detect.simulated import film_results
 
+    notes = "Simulated; labels and cameras as fingerslip.detect.simulated has them."
     folder = write_trials(film_results(results, seed=seed), output, title, notes)
     return f"{output}: {len(folder.names)} trials"
 
@@ -269,18 +232,16 @@ def film_runs(results: Path, output: Path, title: str, seed: int) -> str:
 def score_onsets(dataset: Path, submission: Path, choices: Choices) -> Table:
     """Return the scores of a submission."""
     trials = open_trials(dataset)
-    scores = score_submission(
-        trials, submission, labels=choices.onsets(trials), seed=choices.seed, rest_frames=choices.rest_frames
-    )
+    options: dict[str, Any] = {"seed": choices.seed, "rest_frames": choices.rest_frames}
+    scores = score_submission(trials, submission, labels=choices.onsets(trials), **options)
     return event_table({f"{submission.name}, {scores.trials} trials": scores}, title="Benchmark")
 
 
 def unseen_tables(result: Unseen) -> list[Table]:
     """Return the tables of what was found: onsets in both readings, classes and confusion of all frames."""
-    frames = {"all frames": frame_scores_of(result.matrices)}
     warning = f"Warning: the data set {result.rate_fault}. " if result.rate_fault else ""
     note = f"{warning}Single frames: the first that is more likely slip than not, without smoothing or guarantee."
-    return [event_table(result.scores, note), *frame_tables(frames)]
+    return [event_table(result.scores, note), *frame_tables({"all frames": frame_scores_of(result.matrices)})]
 
 
 def _by_depth(result: Unseen, trials: TrialSet, onsets: Mapping[str, Onsets], rest_frames: int) -> list[Table]:

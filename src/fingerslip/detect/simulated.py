@@ -134,7 +134,7 @@ def _conditions(values: Mapping[str, Any]) -> dict[str, Any]:
         elif name == "mass":
             conditions["mass"] = parse_quantity(value, "kg", where=path)
         elif path.startswith("tactip.") and of_sensor in CONDITIONS:
-            unit = CONDITIONS[of_sensor][0]
+            unit = CONDITIONS[of_sensor]
             conditions[of_sensor] = value if unit == "1" else parse_quantity(value, unit, where=path)
         elif isinstance(value, int | float):
             conditions[name] = value

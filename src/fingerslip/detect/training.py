@@ -26,28 +26,29 @@ from fingerslip.detect.labels import Onsets
 from fingerslip.detect.samples import PUBLISHED_SAMPLING, Samples, Sampling, held_out, samples_of
 from fingerslip.detect.trials import TrialSet, check_labels, layout_digest, layout_text
 from fingerslip.errors import InputError, shorten
-from fingerslip.parameters import Number
+from fingerslip.parameters import Number, parameters
 
 if TYPE_CHECKING:
     import xarray as xr
 
+Floats = NDArray[np.float64]
+Positive = Annotated[Number, pydantic.Field(gt=0, allow_inf_nan=False)]
 
 #: Probabilities of a frame count as at least this: a forest of 50 trees cannot tell less from nothing.
 _LEAST = 1e-3
+#: Share by which the frame rate of a recording may differ from that of a detector.
+RATE_TOLERANCE = 0.1
+#: In the provenance of a detector: how far off its times are on the trials that set its threshold.
+TIME_ERROR = "time_error_s"
 
 
-@dataclass(frozen=True)
+@parameters
 class ForwardFilter:
     """The forward recursion of a hidden Markov model: no slip, then incipient, then gross slip (Rabiner 1989)."""
 
-    dwell: tuple[float, float]  # mean time without slip, and of incipient slip [s]
-    prior: tuple[float, float, float]  # shares of the classes among the training frames
-    weight: float  # how much a frame counts: 1 for independent frames, 1 / window for velocities that share frames
-
-    def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if not np.all(np.isfinite(value)) or np.min(value) <= 0:
-                raise InputError(f"smoothing: {name}", f"got {value}", "needs finite numbers > 0")
+    dwell: tuple[Positive, Positive]  # mean time without slip, and of incipient slip [s]
+    prior: tuple[Positive, Positive, Positive]  # shares of the classes among the training frames
+    weight: Positive  # how much a frame counts: 1 for independent frames, 1 / window for velocities that share frames
 
     def start(self) -> Floats:
         """Return the state before the first frame: log probabilities, almost surely no slip."""
@@ -156,15 +157,6 @@ def _check_count(count: int, share: float) -> None:
         raise InputError("calibration", fault, f"needs at least {needed}", "keep more trials out of the training")
 
 
-Floats = NDArray[np.float64]
-
-FrameRate = Annotated[Number, pydantic.Field(gt=0, allow_inf_nan=False)] | None
-#: Share by which the frame rate of a recording may differ from that of a detector.
-RATE_TOLERANCE = 0.1
-#: In the provenance of a detector: how far off its times are on the trials that set its threshold.
-TIME_ERROR = "time_error_s"
-
-
 @dataclass(frozen=True)
 class Calibration:
     """What the threshold of a detector guarantees."""
@@ -187,7 +179,7 @@ class Detector:
     thresholds: Thresholds = field(default_factory=Thresholds)
     calibration: Calibration = field(default_factory=Calibration)
     data: str = ""  # hash of the data set that it learned from
-    frame_rate: FrameRate = None  # median of the trials that it learned from [1/s], where it is known
+    frame_rate: Positive | None = None  # median of the trials that it learned from [1/s], where it is known
     provenance: Mapping[str, Any] = field(default_factory=dict)
 
 
@@ -315,12 +307,8 @@ def check_tracks_fit(detector: Detector, tracks: xr.Dataset) -> None:
     """Check that tracks have the markers that a detector was made for."""
     inside = markers_of(tracks, "internal")
     if detector.layout and layout_digest(inside) != detector.layout:
-        raise InputError(
-            "tracks",
-            f"have {layout_text(inside)}",
-            f"needs the markers that the detector learned from: {detector.layout_in_words}",
-            "train a detector for this layout",
-        )
+        allowed = f"needs the markers that the detector learned from: {detector.layout_in_words}"
+        raise InputError("tracks", f"have {layout_text(inside)}", allowed, "train a detector for this layout")
 
 
 def rate_fault(detector: Detector, rate: float) -> str:

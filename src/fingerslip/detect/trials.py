@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
+import os
 import re
 import shutil
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -15,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fingerslip.detect.classifiers import optional
-from fingerslip.detect.labels import CLASSES, Onsets, classes_at, read_labels, write_onsets
+from fingerslip.detect.labels import CLASSES, Onsets, classes_at, read_onsets, write_onsets
 from fingerslip.errors import DamagedError, InputError, ResultError, shorten
 from fingerslip.storage.files import (
     check_replaceable,
@@ -35,39 +37,38 @@ from fingerslip.vision.tracks import check_tracks, read_tracks, write_tracks
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Conditions with a fixed meaning and their units; all are optional, and others may stand beside them.
-CONDITIONS: Mapping[str, tuple[str, str]] = MappingProxyType(
+#: Units of conditions with a fixed meaning; all are optional, and others may stand beside them.
+CONDITIONS: Mapping[str, str] = MappingProxyType(
     {
-        "indentation": ("m", "how deep the sensor is pressed"),
-        "direction": ("rad", "direction of the slide, from x to y"),
-        "speed": ("m/s", "speed of the slide"),
-        "travel": ("m", "length of the slide"),
-        "friction_coefficient": ("1", "static friction coefficient"),
-        "friction_decay_speed": ("m/s", "slip rate over which friction falls"),
-        "rest": ("s", "time at rest at the start of the film"),
-        "load_rate": ("N/s", "how fast the load on a plate grows that hangs on the sensor"),
-        "tilt": ("rad", "tilt of the plate along the slide"),
-        "skin_youngs_modulus": ("Pa", "Young's modulus of the skin"),
-        "gel_youngs_modulus": ("Pa", "Young's modulus of the gel"),
-        "dome_radius": ("m", "radius of the dome"),
-        "dome_height": ("m", "from the lowest point of the sensor to its window"),
-        "ridges_height": ("m", "height of the ridges, from crown to valley"),
-        "ridges_number": ("1", "number of ridges around the one on the axis"),
-        "rods_length": ("m", "length of the rods inside the skin"),
-        "rods_radius": ("m", "radius of the rods"),
-        "repeat": ("1", "number of the repeat"),
-        "seed": ("1", "seed of everything random in the trial"),
-        "task": ("", "slide, hold or pour"),
+        "indentation": "m",  # how deep the sensor is pressed
+        "direction": "rad",  # of the slide, from x to y
+        "speed": "m/s",  # of the slide
+        "travel": "m",  # length of the slide
+        "friction_coefficient": "1",  # static
+        "friction_decay_speed": "m/s",  # slip rate over which friction falls
+        "rest": "s",  # at the start of the film
+        "load_rate": "N/s",  # how fast the load on a plate grows that hangs on the sensor
+        "tilt": "rad",  # of the plate along the slide
+        "skin_youngs_modulus": "Pa",
+        "gel_youngs_modulus": "Pa",
+        "dome_radius": "m",
+        "dome_height": "m",  # from the lowest point of the sensor to its window
+        "ridges_height": "m",  # from crown to valley
+        "ridges_number": "1",  # around the one on the axis
+        "rods_length": "m",  # inside the skin
+        "rods_radius": "m",
+        "repeat": "1",  # its number
+        "seed": "1",  # of everything random in the trial
+        "task": "",  # slide, hold or pour
     }
 )
 
 #: Units in which single values of these units are shown.
 _SHOWN: Mapping[str, str] = MappingProxyType({"Pa": "kPa", "m": "mm"})
-#: Files of a trial's folder.
-FILES = ("tracks.nc", "labels.csv", "conditions.json", "provenance.json")
-
+#: Files of a trial's folder, and the one of a data set that names them.
+FILES, MANIFEST = ("tracks.nc", "labels.csv", "conditions.json", "provenance.json"), "manifest.json"
+_FORMAT, _REPAIR = 1, "write the data set again"
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
-_REPAIR = "write the trial again"
 
 
 @dataclass(frozen=True)
@@ -91,7 +92,7 @@ def check_conditions(conditions: Mapping[str, Any], where: str) -> None:
     """Check that conditions are plain values, those with a unit numbers."""
     for name, value in conditions.items():
         number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-        if not (number or (isinstance(value, str | bool | None) and not CONDITIONS.get(name, ("", ""))[0])):
+        if not (number or (isinstance(value, str | bool | None) and not CONDITIONS.get(name))):
             allowed = (
                 "needs a finite number" if name in CONDITIONS else "needs a finite number, text, true, false or null"
             )
@@ -110,7 +111,7 @@ def condition_text(name: str, value: str) -> str:
     >>> condition_text("dome_radius", "0.015")
     'dome radius: 15 mm'
     """
-    unit, words = CONDITIONS.get(name, ("", ""))[0], name.replace("_", " ").replace("youngs", "Young's")
+    unit, words = CONDITIONS.get(name, ""), name.replace("_", " ").replace("youngs", "Young's")
     if unit in _SHOWN and value.replace(".", "").replace("e+", "").isdecimal():
         return f"{words}: {format_quantity(float(value), unit, _SHOWN[unit])}"
     return f"{words}: {value}{f' {unit}' if unit not in {'', '1'} else ''}"
@@ -140,14 +141,9 @@ def write_trial(trial: Trial, folder: Path) -> None:
 
 def read_trial(folder: Path) -> Trial:
     """Read a trial back."""
-    conditions, provenance = (read_json(folder / name, _REPAIR) for name in FILES[2:])
-    labels = read_labels(folder / "labels.csv")
-    return Trial(folder.name, read_tracks(folder / "tracks.nc"), labels, conditions, provenance)
-
-
-MANIFEST = "manifest.json"
-_FORMAT = 1
-_REPAIR_SET = "write the data set again"
+    tracks, labels = read_tracks(folder / FILES[0]), read_onsets(folder / FILES[1], "source")
+    conditions, provenance = (read_json(folder / name, "write the trial again") for name in FILES[2:])
+    return Trial(folder.name, tracks, labels, conditions, provenance)
 
 
 @dataclass(frozen=True)
@@ -171,7 +167,7 @@ class TrialSet:
 
     def labels(self, name: str) -> dict[str, Onsets]:
         """Read the labels of a trial, by source."""
-        return read_labels(self.folder / name / FILES[1])
+        return read_onsets(self.folder / name / FILES[1], "source")
 
     def onsets(self, source: str = "external_markers") -> dict[str, Onsets]:
         """Read the labels of one source for all trials; raise InputError where a trial has none of that source."""
@@ -182,39 +178,19 @@ class TrialSet:
         return {name: labels[source] for name, labels in result.items()}
 
 
-def write_trials(trials: Iterable[Trial], folder: str | Path, title: str, notes: str = "") -> TrialSet:
+def write_trials(trials: Iterable[Trial | Path], folder: str | Path, title: str, notes: str = "") -> TrialSet:
     """Write trials one by one as a data set, whole or not at all; one that is in the folder is replaced when this is.
 
-    The data card says the title first; notes say limits and sources.
+    Of a trial that is written already, its folder is given, and stays. The data card says the title first; notes say
+    limits and sources.
     """
-    return _write_set(((trial, None) for trial in trials), Path(folder), title, notes)
-
-
-def gather_trials(folders: Sequence[Path], folder: str | Path, title: str, notes: str = "") -> TrialSet:
-    """Make a data set of trials that are written already, whole or not at all; their own folders stay."""
-    return _write_set(((read_trial(source), source) for source in folders), Path(folder), title, notes)
-
-
-def _put(trial: Trial, source: Path | None, target: Path) -> None:
-    """Write a trial into a new folder, or link the files of the one that it is in."""
-    target.mkdir()
-    if source is None:
-        write_trial(trial, target)
-        return
-    for path in source.iterdir():
-        try:
-            (target / path.name).hardlink_to(path)
-        except OSError:  # not every file system can
-            shutil.copy2(path, target)
-
-
-def _write_set(trials: Iterable[tuple[Trial, Path | None]], folder: Path, title: str, notes: str) -> TrialSet:
-    """Write a data set of trials, each with the folder that it is in already, if there is one."""
+    folder = Path(folder)
     check_replaceable(folder, MANIFEST)
     entries: dict[str, dict[str, Any]] = {}
     layouts: dict[str, str] = {}
     with new_folder(folder) as unfinished:
-        for trial, source in trials:
+        for source in trials:
+            trial = read_trial(source) if isinstance(source, Path) else source
             layouts[layout_digest(trial.tracks)] = layout_text(trial.tracks)
             if len({words.rsplit(maxsplit=1)[1] for words in layouts.values()}) > 1:
                 fault, allowed = f"has {layouts.popitem()[1]}", f"needs the unit of {next(iter(layouts.values()))}"
@@ -222,7 +198,11 @@ def _write_set(trials: Iterable[tuple[Trial, Path | None]], folder: Path, title:
             if trial.name in entries:
                 raise InputError(f"trial {trial.name}", "stands twice", "needs each name once")
             with writing(folder):
-                _put(trial, source, unfinished / trial.name)
+                if isinstance(source, Path):
+                    shutil.copytree(source, unfinished / trial.name, copy_function=_link)
+                else:
+                    (unfinished / trial.name).mkdir()
+                    write_trial(trial, unfinished / trial.name)
             entries[trial.name] = {
                 "conditions": dict(trial.conditions),
                 "labels": sorted(trial.labels),
@@ -245,16 +225,23 @@ def _write_set(trials: Iterable[tuple[Trial, Path | None]], folder: Path, title:
     return open_trials(folder)
 
 
+def _link(source: str, target: str) -> None:
+    try:
+        os.link(source, target)
+    except OSError:  # not every file system can
+        shutil.copy2(source, target)
+
+
 def open_trials(folder: str | Path) -> TrialSet:
     """Open a data set; its trials are read when they are asked for."""
     path = Path(folder)
     try:
-        manifest = read_json(path / MANIFEST, _REPAIR_SET)
+        manifest = read_json(path / MANIFEST, _REPAIR)
     except FileNotFoundError:
         repair = "fingerslip detect collect makes one of recordings"
         raise InputError(str(path), f"has no {MANIFEST}", "needs the folder of a data set", repair) from None
     if manifest.get("format") != _FORMAT:
-        raise DamagedError(str(path / MANIFEST), f"has the format {manifest.get('format')}, not {_FORMAT}", _REPAIR_SET)
+        raise DamagedError(str(path / MANIFEST), f"has the format {manifest.get('format')}, not {_FORMAT}", _REPAIR)
     entries: dict[str, Any] = manifest["trials"]
     _check_files(path, entries)
     conditions = {name: entry["conditions"] for name, entry in entries.items()}
@@ -266,15 +253,15 @@ def _check_files(folder: Path, entries: Mapping[str, Any]) -> None:
     present = {path.name for path in folder.iterdir() if path.is_dir() and not path.name.startswith(".")}
     for name in sorted(present ^ set(entries)):
         fault = f"is in the folder, not in {MANIFEST}" if name in present else f"is in {MANIFEST}, not in the folder"
-        raise DamagedError(str(folder / name), fault, _REPAIR_SET)
+        raise DamagedError(str(folder / name), fault, _REPAIR)
     files = {folder / name / file: wanted for name, entry in entries.items() for file, wanted in entry["files"].items()}
     for path, wanted in files.items():
         try:
             is_same = file_digest(path) == wanted
         except OSError as error:
-            raise ResultError(f"{path}: cannot be read ({error.strerror}); {_REPAIR_SET}") from error
+            raise ResultError(f"{path}: cannot be read ({error.strerror}); {_REPAIR}") from error
         if not is_same:
-            raise DamagedError(str(path), f"is not the file of {MANIFEST}", _REPAIR_SET)
+            raise DamagedError(str(path), f"is not the file of {MANIFEST}", _REPAIR)
 
 
 def check_labels(
@@ -331,23 +318,26 @@ def write_parquet(trials: TrialSet, path: str | Path) -> None:
     was not seen.
     """
     arrow, parquet = optional("pyarrow"), optional("pyarrow.parquet")
-    labels = trials.onsets()
-    kinds = _condition_types(arrow, trials)
-    with new_file(Path(path)) as unfinished:
-        writer: Any = None
+    labels, texts = trials.onsets(), {"trial": arrow.string(), "class": arrow.string()}
+    kinds = {}
+    for condition in dict.fromkeys(name for values in trials.conditions.values() for name in values):
         try:
-            for name in trials.names:
-                columns = _frames(name, trials.tracks(name), labels[name])
-                values, rows = trials.conditions[name], len(columns["time_s"])
-                columns |= {f"condition_{entry}": [values.get(entry)] * rows for entry in kinds}
-                texts = {"trial": arrow.string(), "class": arrow.string()}
-                types = texts | {f"condition_{entry}": kind for entry, kind in kinds.items()}
-                schema = arrow.schema([(column, types.get(column, arrow.float64())) for column in columns])
-                writer = writer or parquet.ParquetWriter(unfinished, schema, compression="zstd")
-                writer.write_table(arrow.table(columns, schema=schema))
-        finally:
-            if writer is not None:
-                writer.close()
+            kind = arrow.array([values.get(condition) for values in trials.conditions.values()]).type
+        except (arrow.ArrowInvalid, arrow.ArrowTypeError):
+            where = f"{trials.folder}: condition {condition}"
+            raise InputError(where, "mixes text and numbers", "needs one kind in all trials") from None
+        kinds[condition] = kind if kind in (arrow.string(), arrow.bool_()) else arrow.float64()
+    types = texts | {f"condition_{condition}": kind for condition, kind in kinds.items()}
+    with new_file(Path(path)) as unfinished, contextlib.ExitStack() as stack:
+        writer: Any = None
+        for name in trials.names:
+            columns = _frames(name, trials.tracks(name), labels[name])
+            values, rows = trials.conditions[name], len(columns["time_s"])
+            columns |= {f"condition_{condition}": [values.get(condition)] * rows for condition in kinds}
+            schema = arrow.schema([(column, types.get(column, arrow.float64())) for column in columns])
+            if writer is None:
+                writer = stack.enter_context(parquet.ParquetWriter(unfinished, schema, compression="zstd"))
+            writer.write_table(arrow.table(columns, schema=schema))
 
 
 def _frames(name: str, tracks: xr.Dataset, onsets: Onsets) -> dict[str, Any]:
@@ -361,18 +351,3 @@ def _frames(name: str, tracks: xr.Dataset, onsets: Onsets) -> dict[str, Any]:
         "class": [CLASSES[number] for number in classes_at(onsets, time)],
         **dict(zip(names, np.ma.masked_invalid(position.reshape(len(time), -1).T), strict=True)),
     }
-
-
-def _condition_types(arrow: Any, trials: TrialSet) -> dict[str, Any]:
-    """Return the type of each condition in a table: text, true or false, or number."""
-    types = {}
-    for name in dict.fromkeys(name for values in trials.conditions.values() for name in values):
-        kinds = {type(values.get(name)) for values in trials.conditions.values()} - {type(None)}
-        for allowed, kind in (({int, float}, arrow.float64()), ({str}, arrow.string()), ({bool}, arrow.bool_())):
-            if kinds <= allowed:
-                types[name] = kind
-                break
-        else:
-            where = f"{trials.folder}: condition {name}"
-            raise InputError(where, "mixes text and numbers", "needs one kind in all trials")
-    return types

@@ -128,20 +128,18 @@ def hurried(seed):
 
 
 FOREST, HURRIED = CLASSIFIERS["forest"], dataclasses.replace(CLASSIFIERS["logistic"], make=hurried)
-BROKEN = np.where(np.arange(6) == 2, np.nan, VALUES).astype(np.float32)
 
 
 @pytest.mark.parametrize(
     ("call", "message"),
     [
         (lambda: fit(FOREST, VALUES, np.minimum(CLASSES, 1)), r"has the classes \[0, 1\], needs 0, 1 and 2"),
-        (lambda: fit(FOREST, BROKEN, CLASSES), "training: has features that are not finite"),
         (lambda: fit(HURRIED, VALUES, CLASSES), "classifier logistic: does not converge"),
         (lambda: columns_of(("mean/a",), ("polar",)), "features: have no 'polar'"),
         (lambda: optional("no_such_module"), r'no_such_module is missing .*pip install "fingerslip\[detect\]"'),
-        (lambda: ForwardFilter((0.0, 1.0), (0.25, 0.5, 0.25), 0.2), "smoothing: dwell"),
-        (lambda: ForwardFilter((1.0, 1.0), (0.0, 0.5, 0.5), 0.2), "smoothing: prior"),
-        (lambda: ForwardFilter((1.0, 1.0), (0.2, 0.4, 0.4), float("nan")), "smoothing: weight"),
+        (lambda: ForwardFilter((0.0, 1.0), (0.25, 0.5, 0.25), 0.2), "ForwardFilter.dwell.*: got 0.0, needs a number >"),
+        (lambda: ForwardFilter((1.0, 1.0), (0.0, 0.5, 0.5), 0.2), "ForwardFilter.prior.*: got 0.0, needs a number > 0"),
+        (lambda: ForwardFilter((1.0, 1.0), (0.2, 0.4, 0.4), float("nan")), "ForwardFilter.weight: got nan"),
         (lambda: false_alarm_threshold([0.0] * 18), "got 18 trials for a guarantee of 0.95, needs at least 19"),
         (lambda: lead_bound([1.0]), "needs at least 19"),
         (lambda: least_trials(0.0), "share: got 0"),

@@ -15,9 +15,9 @@ from fingerslip.detect.labels import (
     labels_from_contact,
     labels_from_external_markers,
     labels_from_plate,
-    read_labels,
+    onsets_of,
     read_onsets,
-    seconds,
+    times_of,
     write_onsets,
 )
 from fingerslip.detect.samples import (
@@ -31,7 +31,7 @@ from fingerslip.detect.samples import (
     sample_split,
     samples_of,
 )
-from fingerslip.errors import InputError, ResultError
+from fingerslip.errors import InputError
 from fingerslip.marker_layouts import ring_layout
 from fingerslip.vision.tracks import make_tracks
 
@@ -168,10 +168,10 @@ def test_the_stick_ratio_and_a_plate_that_falls_give_onsets():
         (lambda: labels_from_external_markers(in_metres(), REST), "thresholds are in px, tracks in m"),
         (lambda: labels_from_contact(np.arange(2.0), np.array([0.0, 2.0])), "got 0 to 2, needs 0 to 1"),
         (lambda: labels_from_contact(np.arange(3.0), np.zeros(7)), "got shape"),
-        (lambda: LabelSettings(incipient=0.0), "labels: incipient"),
-        (lambda: LabelSettings(gross=-1.0), "labels: gross"),
-        (lambda: LabelSettings(sustained=0), "labels: sustained"),
-        (lambda: LabelSettings(units="mm"), "labels: units"),
+        (lambda: LabelSettings(incipient=0.0), "LabelSettings.incipient: got 0.0, needs a number > 0"),
+        (lambda: LabelSettings(gross=-1.0), "LabelSettings.gross: got -1.0, needs a number > 0"),
+        (lambda: LabelSettings(sustained=0), "LabelSettings.sustained: got 0, needs a number > 0"),
+        (lambda: LabelSettings(units="mm"), "LabelSettings.units: got .*mm"),
         (lambda: Onsets(1.0, float("inf")), "onsets: gross: got inf"),
     ],
 )
@@ -184,17 +184,18 @@ def test_labels_of_a_trial_are_read_back_and_what_is_missing_is_no_time(tmp_path
     path = tmp_path / "labels.csv"
     made = {"markers": Onsets(1.0, None), "me, by eye": Onsets(0.1 + 0.2, 3.0)}
     write_onsets(made, path, key="source")
-    assert read_labels(path) == made
+    assert read_onsets(path, "source") == made
     path.write_text("trial,incipient_s\n")
-    with pytest.raises(InputError, match="is no table of labels"):
-        read_labels(path)
-    with pytest.raises(ResultError, match="cannot be read as labels"):
-        read_labels(tmp_path / "none.csv")
+    with pytest.raises(InputError, match="has the columns trial, incipient_s, needs source, incipient_s, gross_s"):
+        read_onsets(path, "source")
     (tmp_path / "a.csv").write_text("\ufefftrial,incipient_s\nt1,0.5\n", encoding="utf-8")
     assert read_onsets(tmp_path / "a.csv") == {"t1": Onsets(0.5, None)}
     with pytest.raises(InputError, match="cannot be read"):
         read_onsets(tmp_path / "none.csv")
-    assert seconds("  ", "x") is None
+    (tmp_path / "a.csv").write_text("trial,incipient_s,gross_s\nt1,  ,0.5\n")
+    assert read_onsets(tmp_path / "a.csv") == {"t1": Onsets(None, 0.5)}
+    assert onsets_of(times_of([])) == []
+    assert onsets_of(times_of(made.values())) == list(made.values())
     assert Onsets(2.0, 1.0).first == Onsets(None, 1.0).first == 1.0
     assert Onsets(None, None).first is None
 

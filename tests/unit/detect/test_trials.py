@@ -125,7 +125,7 @@ def test_a_trial_is_read_back_as_it_was_written_and_layouts_are_told_apart(tmp_p
     assert (found.name, found.labels, found.conditions) == ("one", TRIAL.labels, TRIAL.conditions)
     assert found.provenance["source"] == "analytic example, no sensor"
     (folder / "labels.csv").unlink()
-    with pytest.raises(ResultError, match="labels"):
+    with pytest.raises(InputError, match=r"labels.csv: cannot be read"):
         read_trial(folder)
     tracks = TRIAL.tracks
     assert layout_text(tracks) == "81 internal and 19 external markers in px"

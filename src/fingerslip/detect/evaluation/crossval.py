@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import shutil
 import zipfile
 from collections.abc import Callable, Mapping, Sequence
@@ -24,7 +23,7 @@ from fingerslip.detect.evaluation.scores import (
     rest_ends,
 )
 from fingerslip.detect.features import FeatureSettings, MotionSettings, feature_names, features_of, motion_of
-from fingerslip.detect.labels import CLASSES, Onsets, classes_at
+from fingerslip.detect.labels import CLASSES, Onsets, classes_at, onsets_of, times_of
 from fingerslip.detect.samples import Samples, Sampling, columns_of, held_out, sample_split, samples_of
 from fingerslip.detect.training import (
     Detector,
@@ -52,6 +51,17 @@ Groups = Sequence[Sequence[str]]
 _FORMAT = 3
 
 
+#: What reading arrays back may raise.
+UNREADABLE = (OSError, ValueError, EOFError, zipfile.BadZipFile)
+
+
+def read_arrays(path: Path) -> dict[str, NDArray[Any]]:
+    """Read an archive of arrays, which has a checksum of each; nothing else is read, so that nothing runs."""
+    # numpy itself leaves a file open that is no whole archive.
+    with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
+        return {name: stored[name] for name in stored.files}
+
+
 @dataclass(frozen=True)
 class Parts:
     """Where finished parts are stored: a file of arrays for each, named by what it was computed from."""
@@ -64,11 +74,8 @@ class Parts:
         if self.folder is None:
             return None
         try:
-            # numpy itself leaves a file open that is no whole archive; arrays alone are read, so that nothing runs. The
-            # archive has a checksum of each.
-            with self._file(self.folder, name, inputs).open("rb") as file, np.load(file, allow_pickle=False) as stored:
-                return {key: stored[key] for key in stored.files}
-        except (OSError, ValueError, EOFError, zipfile.BadZipFile):
+            return read_arrays(self._file(self.folder, name, inputs))
+        except UNREADABLE:
             return None
 
     def write(self, name: str, inputs: Any, arrays: Arrays) -> Arrays:
@@ -131,108 +138,6 @@ class Fold:
     frames: FoldFrames
 
 
-def fit_fold(
-    samples: Samples,
-    onsets: Mapping[str, Onsets],
-    candidate: Candidate,
-    test: Sequence[str],
-    *,
-    window: int,
-    share: float = 0.05,
-    seed: int = 0,
-    workers: int = 1,
-) -> Fold:
-    """Fit a classifier to the trials that are not tested, and classify the samples of those that are."""
-    learned, calibration = rows_to_learn(samples, test, share, seed)
-    estimator, frames = fit_rows(samples, candidate, learned, samples.rows(test), seed=seed, workers=workers)
-    smoother = forward_filter(samples, onsets, window, learned)
-    return Fold(candidate, estimator, smoother, tuple(test), calibration, frames)
-
-
-def fit_rows(
-    samples: Samples,
-    candidate: Candidate,
-    learned: NDArray[np.intp],
-    tested: NDArray[np.intp],
-    *,
-    seed: int = 0,
-    workers: int = 1,
-) -> tuple[Any, FoldFrames]:
-    """Return a classifier that is fitted to some rows of the samples, and what it says of others."""
-    values, classes = samples.features(learned, candidate.sets), samples.classes[learned]
-    with threadpool_limits(workers):
-        estimator = fit(candidate, values, classes, seed=seed, workers=workers)
-        return estimator, FoldFrames(tested, probabilities(estimator, samples.features(tested, candidate.sets)))
-
-
-def rows_to_learn(
-    samples: Samples, test: Sequence[str], share: float = 0.05, seed: int = 0
-) -> tuple[NDArray[np.intp], tuple[str, ...]]:
-    """Return the rows that a fold learns from, and the trials that set its threshold."""
-    rest = [name for name in samples.trials if name not in set(test)]
-    calibration = held_out(rest, calibration_count(len(rest), share), seed + 1)
-    rows = samples.rows([name for name in rest if name not in set(calibration)])
-    if not rows.size:
-        raise InputError("folds", "leave no trial to learn from", "needs some", "take more trials or other folds")
-    missing = [name for number, name in enumerate(CLASSES) if number not in samples.classes[rows]]
-    if missing:
-        where, fault = f"the fold that leaves out trial {test[0]}", f"has no frame of {missing[0]} to learn from"
-        raise InputError(where, fault, "needs frames of all classes", "take more trials or fewer folds")
-    return rows, calibration
-
-
-def matrices_of(samples: Samples, frames: Sequence[FoldFrames]) -> NDArray[np.intp]:
-    """Return the confusion matrices (n_trials, 3, 3) of the trials of some folds."""
-    whole = FoldFrames.of(frames)
-    classes = whole.chances.argmax(axis=1).astype(np.int8)
-    return confusion_by_trial(samples.classes[whole.rows], classes, samples.trial[whole.rows])
-
-
-def frames_by_sample(samples: Samples, candidate: Candidate, *, seed: int = 0, workers: int = 1) -> NDArray[np.intp]:
-    """Return the confusion matrices of trials when samples are split 90 to 10 whatever their trial, as published."""
-    tested = sample_split(len(samples.classes), seed)
-    learned, rows = np.flatnonzero(~tested), np.flatnonzero(tested)
-    return matrices_of(samples, [fit_rows(samples, candidate, learned, rows, seed=seed, workers=workers)[1]])
-
-
-def events_of_folds(
-    trials: TrialSet,
-    onsets: Mapping[str, Onsets],
-    folds: Sequence[Fold],
-    motion: MotionSettings,
-    *,
-    share: float = 0.05,
-    workers: int = 1,
-) -> list[dict[str, Onsets]]:
-    """Return the onsets that each fold finds in the trials that it is tested on.
-
-    Every trial is read once. The threshold of each fold is set by its calibration trials; without them it is where slip
-    is as likely as not.
-    """
-    settings = FeatureSettings(union_of_sets([fold.candidate for fold in folds]), motion)
-    maxima: list[list[float]] = [[] for _ in folds]
-    scores: list[dict[str, tuple[Floats, Floats]]] = [{} for _ in folds]
-    used = {name for fold in folds for name in (*fold.tested, *fold.calibration)}
-    with threadpool_limits(workers):
-        for name in (name for name in trials.names if name in used):
-            moved = motion_of(trials.tracks(name), motion)
-            values, names = features_of(moved, settings), feature_names(moved, settings)
-            for number, fold in enumerate(folds):
-                if name not in (*fold.tested, *fold.calibration):
-                    continue
-                chances = probabilities(fold.estimator, values[:, columns_of(names, fold.candidate.sets)])
-                trial_scores = frame_scores(fold.smoother, moved, chances)
-                if name in fold.tested:
-                    scores[number][name] = moved.time, trial_scores
-                else:
-                    maxima[number].append(largest_before(moved.time, trial_scores, onsets[name]))
-    limits = [Thresholds(false_alarm_threshold(largest, share)) if largest else Thresholds() for largest in maxima]
-    return [
-        {name: onsets_from(*trial_scores, limit) for name, trial_scores in fold_scores.items()}
-        for fold_scores, limit in zip(scores, limits, strict=True)
-    ]
-
-
 @dataclass(frozen=True)
 class Evaluation:
     """What classifiers are evaluated on; every part of it is stored when it is done."""
@@ -243,32 +148,93 @@ class Evaluation:
     motion: MotionSettings
     seed: int = 0
     workers: int = 1
+    share: float = 0.05  # of the trials without slip, that may raise a false alarm
     parts: Parts = field(default_factory=Parts)
 
-    def check(self, groups: Groups) -> None:
-        """Check that every fold has something of each class to learn from, before anything is fitted."""
-        for test in groups:
-            rows_to_learn(self.samples, test, seed=self.seed)
+    def rows_to_learn(self, test: Sequence[str]) -> tuple[NDArray[np.intp], tuple[str, ...]]:
+        """Return the rows that a fold learns from, and the trials that set its threshold."""
+        rest = self.samples.trials_without(test)
+        calibration = held_out(rest, calibration_count(len(rest), self.share), self.seed + 1)
+        rows = self.samples.rows([name for name in rest if name not in set(calibration)])
+        if not rows.size:
+            raise InputError("folds", "leave no trial to learn from", "needs some", "take more trials or other folds")
+        missing = [name for number, name in enumerate(CLASSES) if number not in self.samples.classes[rows]]
+        if missing:
+            where, fault = f"the fold that leaves out trial {test[0]}", f"has no frame of {missing[0]} to learn from"
+            raise InputError(where, fault, "needs frames of all classes", "take more trials or fewer folds")
+        return rows, calibration
+
+    def fit_rows(
+        self, candidate: Candidate, learned: NDArray[np.intp], tested: NDArray[np.intp]
+    ) -> tuple[Any, FoldFrames]:
+        """Return a classifier that is fitted to some rows of the samples, and what it says of others."""
+        values, classes = self.samples.features(learned, candidate.sets), self.samples.classes[learned]
+        with threadpool_limits(self.workers):
+            estimator = fit(candidate, values, classes, seed=self.seed, workers=self.workers)
+            chances = probabilities(estimator, self.samples.features(tested, candidate.sets))
+        return estimator, FoldFrames(tested, chances)
+
+    def fit(self, candidate: Candidate, test: Sequence[str]) -> Fold:
+        """Fit a classifier to the trials that are not tested, and classify the samples of those that are."""
+        learned, calibration = self.rows_to_learn(test)
+        estimator, frames = self.fit_rows(candidate, learned, self.samples.rows(test))
+        smoother = forward_filter(self.samples, self.onsets, self.motion.window, learned)
+        return Fold(candidate, estimator, smoother, tuple(test), calibration, frames)
+
+    def matrices(self, frames: Sequence[FoldFrames]) -> NDArray[np.intp]:
+        """Return the confusion matrices (n_trials, 3, 3) of the trials of some folds."""
+        whole = FoldFrames.of(frames)
+        classes = whole.chances.argmax(axis=1).astype(np.int8)
+        return confusion_by_trial(self.samples.classes[whole.rows], classes, self.samples.trial[whole.rows])
 
     def scores(self, frames: Sequence[FoldFrames]) -> FrameScores:
         """Return the scores of frames of some folds."""
-        return frame_scores_of(matrices_of(self.samples, frames), seed=self.seed)
+        return frame_scores_of(self.matrices(frames), seed=self.seed)
+
+    def events(self, folds: Sequence[Fold]) -> list[dict[str, Onsets]]:
+        """Return the onsets that each fold finds in the trials that it is tested on; every trial is read once.
+
+        The threshold of a fold is set by its calibration trials; without them it is where slip is as likely as not.
+        """
+        settings = FeatureSettings(union_of_sets([fold.candidate for fold in folds]), self.motion)
+        maxima: list[list[float]] = [[] for _ in folds]
+        scores: list[dict[str, tuple[Floats, Floats]]] = [{} for _ in folds]
+        used = {name for fold in folds for name in (*fold.tested, *fold.calibration)}
+        with threadpool_limits(self.workers):
+            for name in (name for name in self.trials.names if name in used):
+                moved = motion_of(self.trials.tracks(name), self.motion)
+                values, names = features_of(moved, settings), feature_names(moved, settings)
+                for number, fold in enumerate(folds):
+                    if name not in (*fold.tested, *fold.calibration):
+                        continue
+                    chances = probabilities(fold.estimator, values[:, columns_of(names, fold.candidate.sets)])
+                    trial_scores = frame_scores(fold.smoother, moved, chances)
+                    if name in fold.tested:
+                        scores[number][name] = moved.time, trial_scores
+                    else:
+                        maxima[number].append(largest_before(moved.time, trial_scores, self.onsets[name]))
+        limits = [Thresholds(false_alarm_threshold(entry, self.share)) if entry else Thresholds() for entry in maxima]
+        return [
+            {name: onsets_from(*trial_scores, limit) for name, trial_scores in fold_scores.items()}
+            for fold_scores, limit in zip(scores, limits, strict=True)
+        ]
 
     def by_sample(self, candidate: Candidate) -> NDArray[np.intp]:
-        """Return the confusion matrices of trials when frames are split 90 to 10 whatever their trial."""
-        split = {"seed": self.seed, "workers": self.workers}
-        return self.parts.part(
-            f"{candidate.name}-by-sample",
-            describe(candidate, self.seed),
-            lambda: {"matrices": frames_by_sample(self.samples, candidate, **split)},
-        )["matrices"]
+        """Return the confusion matrices of trials when samples are split 90 to 10 whatever their trial."""
+
+        def part() -> Arrays:
+            tested = sample_split(len(self.samples.classes), self.seed)
+            _, frames = self.fit_rows(candidate, np.flatnonzero(~tested), np.flatnonzero(tested))
+            return {"matrices": self.matrices([frames])}
+
+        return self.parts.part(f"{candidate.name}-by-sample", describe(candidate, self.seed), part)["matrices"]
 
     def by_group(self, candidate: Candidate, groups: Groups) -> list[FoldFrames]:
         """Return what a classifier says of the trials of each group after it has learned from those of the others."""
 
         def part(test: Sequence[str]) -> Arrays:
             name, inputs = f"{candidate.name}-frames", self._inputs(candidate, test)
-            return self.parts.part(name, inputs, lambda: vars(self._fit(candidate, test).frames))
+            return self.parts.part(name, inputs, lambda: vars(self.fit(candidate, test).frames))
 
         return [FoldFrames(**part(test)) for test in groups]
 
@@ -282,28 +248,16 @@ class Evaluation:
         frames: dict[str, list[FoldFrames]] = {candidate.name: [] for candidate in candidates}
         events: dict[str, dict[str, Onsets]] = {candidate.name: {} for candidate in candidates}
         for test in tests:
-            for name, arrays in self._fold_parts(candidates, test).items():
+            keys = {entry.name: (f"{entry.name}-fold", self._inputs(entry, test)) for entry in candidates}
+            stored = {name: arrays for name, key in keys.items() if (arrays := self.parts.read(*key)) is not None}
+            folds = [self.fit(candidate, test) for candidate in candidates if candidate.name not in stored]
+            for fold, onsets in zip(folds, self.events(folds) if folds else [], strict=True):
+                name, times = fold.candidate.name, times_of(onsets[trial] for trial in test)
+                stored[name] = self.parts.write(*keys[name], {**vars(fold.frames), "onsets": times})
+            for name, arrays in stored.items():
                 frames[name].append(FoldFrames(arrays["rows"], arrays["chances"]))
-                for trial, times in zip(test, arrays["onsets"].tolist(), strict=True):
-                    events[name][trial] = Onsets(*(None if math.isnan(time) else time for time in times))
+                events[name] |= zip(test, onsets_of(arrays["onsets"]), strict=True)
         return frames, {name: {trial: onsets[trial] for trial in self.trials.names} for name, onsets in events.items()}
-
-    def _fold_parts(self, candidates: Sequence[Candidate], test: Sequence[str]) -> dict[str, Arrays]:
-        """Return rows, chances and onsets (n_tested, 2) of a fold by classifier; what is stored is not fitted again."""
-        keys = {entry.name: (f"{entry.name}-fold", self._inputs(entry, test)) for entry in candidates}
-        stored = {name: arrays for name, key in keys.items() if (arrays := self.parts.read(*key)) is not None}
-        folds = [self._fit(candidate, test) for candidate in candidates if candidate.name not in stored]
-        if folds:
-            events = events_of_folds(self.trials, self.onsets, folds, self.motion, workers=self.workers)
-            for fold, onsets in zip(folds, events, strict=True):
-                times = np.array([[onsets[trial].incipient, onsets[trial].gross] for trial in test], dtype=np.float64)
-                name, arrays = fold.candidate.name, {**vars(fold.frames), "onsets": times}
-                stored[name] = self.parts.write(*keys[name], arrays)
-        return stored
-
-    def _fit(self, candidate: Candidate, test: Sequence[str]) -> Fold:
-        options = {"window": self.motion.window, "seed": self.seed, "workers": self.workers}
-        return fit_fold(self.samples, self.onsets, candidate, test, **options)
 
     def _inputs(self, candidate: Candidate, test: Sequence[str]) -> list[Any]:
         """Return what a part is computed from, beside what all share: the classifier and the trials left out."""
@@ -325,7 +279,7 @@ def begin_evaluation(
     labels = {name: [onset.incipient, onset.gross] for name, onset in onsets.items()}
     store = parts_beside(output, trials.digest, labels, [asdict(motion), asdict(sampling)], seed)
     samples = samples_of(trials, onsets, FeatureSettings(union_of_sets(candidates), motion), sampling)
-    return Evaluation(trials, onsets, samples, motion, seed, workers, store)
+    return Evaluation(trials, onsets, samples, motion, seed, workers, parts=store)
 
 
 #: How onsets are read from frames: as the detector does it, and by the first frame that is more likely slip than not.

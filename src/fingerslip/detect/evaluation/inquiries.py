@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import dataclasses
 import itertools
 import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from fingerslip.detect.classifiers import Candidate, describe, probabilities, union_of_sets
-from fingerslip.detect.evaluation.crossval import Parts, fit_fold, fit_rows, matrices_of, parts_beside
+from fingerslip.detect.evaluation.crossval import Evaluation, Parts, begin_evaluation, parts_beside
 from fingerslip.detect.evaluation.scores import (
     INTERVALS,
     Estimate,
@@ -27,7 +26,7 @@ from fingerslip.detect.evaluation.scores import (
     write_tables,
 )
 from fingerslip.detect.features import FeatureSettings, MotionSettings, features_of, motion_of, ring_of_features
-from fingerslip.detect.labels import LabelSettings, Onsets, classes_at, labels_from_external_markers
+from fingerslip.detect.labels import LabelSettings, Onsets, classes_at, labels_from_external_markers, times_of
 from fingerslip.detect.samples import (
     Samples,
     Sampling,
@@ -37,7 +36,6 @@ from fingerslip.detect.samples import (
     held_out,
     joined_samples,
     left_out,
-    samples_of,
     trial_samples,
 )
 from fingerslip.detect.session import Choices
@@ -58,42 +56,38 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def learning_curve(
-    samples: Samples,
-    candidate: Candidate,
-    tests: Sequence[str],
-    sizes: Sequence[int],
-    *,
-    seed: int = 0,
-    workers: int = 1,
-) -> dict[int, FrameScores]:
+def curve_sizes(count: int) -> tuple[int, ...]:
+    """Return the numbers of trials of a learning curve: all of them, and halves of that down to three."""
+    sizes = [count]
+    while sizes[-1] // 2 >= 3:
+        sizes.append(sizes[-1] // 2)
+    return tuple(reversed(sizes))
+
+
+def learning_curve(run: Evaluation, candidate: Candidate, tests: Sequence[str]) -> dict[int, FrameScores]:
     """Return how well a classifier does on test trials after it learned from more and more others, by their number."""
-    rest = [name for name in samples.trials if name not in set(tests)]
-    order, rows = held_out(rest, len(rest), seed), samples.rows(tests)
-    scores = {}
-    for size in sizes:
-        if not 1 <= size <= len(rest):
-            raise InputError("sizes", f"got {size}", f"needs 1 to {len(rest)}, the trials that are no test trials")
-        _, frames = fit_rows(samples, candidate, samples.rows(order[:size]), rows, seed=seed, workers=workers)
-        scores[size] = frame_scores_of(matrices_of(samples, [frames]), seed=seed)
-    return scores
+    rest, rows = run.samples.trials_without(tests), run.samples.rows
+    order = held_out(rest, len(rest), run.seed)
+    fits = {size: run.fit_rows(candidate, rows(order[:size]), rows(tests)) for size in curve_sizes(len(rest))}
+    return {size: run.scores([frames]) for size, (_, frames) in fits.items()}
 
 
 def importance_by_ring(
-    samples: Samples, candidate: Candidate, tests: Sequence[str], *, draws: int = 5, seed: int = 0, workers: int = 1
+    run: Evaluation, candidate: Candidate, tests: Sequence[str], *, draws: int = 5
 ) -> dict[int, Estimate]:
     """Return by how much accuracy falls when all features of a ring are shuffled among the test samples.
 
     Permutation importance (Breiman 2001), for a ring at a time: its markers say nearly the same, and one of them alone
-    would not be missed. Intervals are over the test trials; shuffles are averaged.
+    would not be missed. Intervals are over the test trials; shuffles are averaged. A classifier that sees no single
+    markers has none.
     """
+    samples = run.samples
     columns = columns_of(samples.names, candidate.sets)
     rings = ring_of_features([samples.names[column] for column in columns], samples.ring)
-    if not any(ring is not None for ring in rings):
-        raise InputError(f"classifier {candidate.name}", "sees no single markers", "needs features of rings")
-    rest = [name for name in samples.trials if name not in set(tests)]
-    rows, draw = samples.rows(tests), np.random.default_rng(seed)
-    estimator, _ = fit_rows(samples, candidate, samples.rows(rest), rows, seed=seed, workers=workers)
+    if set(rings) == {None}:
+        return {}
+    rows, draw = samples.rows(tests), np.random.default_rng(run.seed)
+    estimator, _ = run.fit_rows(candidate, samples.rows(samples.trials_without(tests)), rows)
     values, classes = samples.features(rows, candidate.sets), samples.classes[rows]
     _, trial = np.unique(samples.trial[rows], return_inverse=True)
 
@@ -109,7 +103,7 @@ def importance_by_ring(
             mixed = values.copy()
             mixed[:, inside] = values[draw.permutation(len(values))][:, inside]
             remaining += right(mixed) / draws
-        importance[ring] = ratio_estimate(whole - remaining, frames, seed)
+        importance[ring] = ratio_estimate(whole - remaining, frames, run.seed)
     return importance
 
 
@@ -236,6 +230,10 @@ def likely_assumptions(
     noise stays as it is in metres.
     """
     default = LabelSettings(rest_frames=motion.rest_frames)
+    base = Assumption("as in the data set", f"{1e3 * metres_per_pixel:.3g} mm a pixel", default, motion)
+
+    def changed(quantity: str, value: str, **values: Any) -> Assumption:
+        return replace(base, quantity=quantity, value=value, **values)
 
     def labels(incipient: float = 1.0, gross: float = 1.0) -> LabelSettings:
         return replace(default, incipient=incipient * default.incipient, gross=gross * default.gross)
@@ -243,19 +241,21 @@ def likely_assumptions(
     windows = (max(2, motion.window // 3), 3 * motion.window)
     sizes = [(f"{1e3 * size:.3g} mm", size / metres_per_pixel) for size in _PIXELS]
     first, second = default.incipient, default.gross
-    changes: list[tuple[str, str, LabelSettings | str, MotionSettings]] = [
-        ("as in the data set", f"{1e3 * metres_per_pixel:.3g} mm a pixel", default, motion),
-        *(("size of a pixel", words, labels(share, share), motion) for words, share in sizes),
+    return (
+        base,
+        *(changed("size of a pixel", words, labels=labels(share, share)) for words, share in sizes),
         *(
-            ("threshold of incipient slip", f"{first * share:g} px", labels(incipient=share), motion)
+            changed("threshold of incipient slip", f"{first * share:g} px", labels=labels(incipient=share))
             for share in (0.5, 2.0)
         ),
-        *(("threshold of gross slip", f"{second * share:g} px", labels(gross=share), motion) for share in (0.5, 2.0)),
-        *(("labels", name.replace("_", " "), name, motion) for name in stored),
-        *(("frames in a speed", f"{frames}", default, replace(motion, window=frames)) for frames in windows),
-    ]
-    noisy = Assumption("noise of positions", "0.1 px more", default, motion, 0.1)
-    return (*(Assumption(*change) for change in changes), noisy)
+        *(
+            changed("threshold of gross slip", f"{second * share:g} px", labels=labels(gross=share))
+            for share in (0.5, 2.0)
+        ),
+        *(changed("labels", name.replace("_", " "), labels=name) for name in stored),
+        *(changed("frames in a speed", f"{frames}", motion=replace(motion, window=frames)) for frames in windows),
+        changed("noise of positions", "0.1 px more", noise=0.1),
+    )
 
 
 def each_alone(trials: TrialSet, conditions: Sequence[str], base: Assumption) -> tuple[Assumption, ...]:
@@ -282,32 +282,30 @@ def sensitivity_of(
     trials: TrialSet,
     assumptions: Sequence[Assumption],
     candidates: Sequence[Candidate],
+    sampling: Sampling,
     *,
-    sampling: Sampling | None = None,
     folds: int = 5,
     seed: int = 0,
     workers: int = 1,
     store: Parts | None = None,
 ) -> Iterator[Sensitivity]:
     """Yield what classifiers come to with each assumption, on trials that they have not seen."""
-    chosen, store = sampling or Sampling(least=0.0), store or Parts()
-    shared = [[describe(candidate, seed) for candidate in candidates], asdict(chosen), folds, seed]
+    store = store or Parts()
+    shared = [[describe(candidate, seed) for candidate in candidates], asdict(sampling), folds, seed]
     for (motion, _), group in itertools.groupby(assumptions, lambda entry: (entry.motion, entry.noise)):
         stored = {id(entry): (entry, store.read("assumption", [shared, entry.inputs])) for entry in group}
         missing = [entry for entry, arrays in stored.values() if arrays is None]
         settings = FeatureSettings(union_of_sets(candidates), motion)
-        labelled = iter(_label(trials, missing, settings, chosen, seed) if missing else [])
-        options = {"window": motion.window, "seed": seed, "workers": workers}
+        labelled = iter(_label(trials, missing, settings, sampling, seed) if missing else [])
         for assumption, arrays in stored.values():
             results = dict(arrays or {})
             if arrays is None:
                 samples, onsets = next(labelled)
+                run = Evaluation(trials, onsets, samples, motion, seed, workers)
                 tests = grouped_folds(samples.trials, folds, seed)
-                times = np.array([(onset.incipient, onset.gross) for onset in onsets.values()], dtype=np.float64)
-                results[_MEDIANS] = np.nanmedian(times, axis=0)
+                results[_MEDIANS] = np.nanmedian(times_of(onsets.values()), axis=0)
                 for entry in candidates:
-                    frames = [fit_fold(samples, onsets, entry, test, **options).frames for test in tests]
-                    results[entry.name] = matrices_of(samples, frames)
+                    results[entry.name] = run.matrices([run.fit(entry, test).frames for test in tests])
                 store.write("assumption", [shared, assumption.inputs], results)
             medians = results.pop(_MEDIANS)
             yield Sensitivity(assumption, results, *map(float, medians))
@@ -366,14 +364,6 @@ class Inquiry:
     figures: Mapping[str, Figure] = field(repr=False)
 
 
-def curve_sizes(count: int) -> tuple[int, ...]:
-    """Return the numbers of trials of a learning curve: all of them, and halves of that down to three."""
-    sizes = [count]
-    while sizes[-1] // 2 >= 3:
-        sizes.append(sizes[-1] // 2)
-    return tuple(reversed(sizes))
-
-
 def inquire(dataset: Path, classifier: str, choices: Choices, levels: Levels | None = None) -> Inquiry:
     """Return the learning curve of a classifier, the importance of each ring to it, and its robustness.
 
@@ -383,20 +373,16 @@ def inquire(dataset: Path, classifier: str, choices: Choices, levels: Levels | N
     pairs, candidate = (levels or Levels()).pairs, candidate_of_name(classifier)
     trials, seed = open_trials(dataset), choices.seed
     onsets = choices.onsets(trials)
-    samples = samples_of(trials, onsets, FeatureSettings(candidate.sets, choices.motion), choices.sampling)
-    tests, name = benchmark_test_trials(trials.names, seed), candidate.name
-    options = {"seed": seed, "workers": choices.workers}
+    tests, name, options = benchmark_test_trials(trials.names, seed), candidate.name, dict[str, Any](choices.options)
+    run = begin_evaluation(trials, onsets, [candidate], choices.motion, choices.sampling, **options)
     with threadpool_limits(choices.workers):
-        scores = learning_curve(samples, candidate, tests, curve_sizes(len(trials.names) - len(tests)), **options)
+        scores = learning_curve(run, candidate, tests)
         rows = [(size, score.accuracy, score.f1_mean) for size, score in scores.items()]
         tables = {"learning-curve": table_of("Learning curve", ("trials", "accuracy", "mean F1"), rows)}
         figures = {"learning-curve": learning_curve_figure(rows, name)}
-        if any(ring is not None for ring in ring_of_features(samples.names, samples.ring)):
-            drops = importance_by_ring(samples, candidate, tests, **options)
-            note = f"Ring 0 is the centre. {INTERVALS}"
-            tables["importance"] = table_of(
-                "Importance of rings", ("ring", "drop in accuracy"), list(drops.items()), note
-            )
+        if drops := importance_by_ring(run, candidate, tests):
+            heading, note = ("ring", "drop in accuracy"), f"Ring 0 is the centre. {INTERVALS}"
+            tables["importance"] = table_of("Importance of rings", heading, list(drops.items()), note)
             figures["importance"] = importance_figure(drops, name)
         results = robustness_of(choices.train(trials, classifier), trials, onsets, tests, pairs, seed=seed)
         names = ("disturbance", "amount", "accuracy", "unusable")
@@ -432,10 +418,10 @@ def vary(
         raise InputError(str(dataset), fault, "needs tracks in pixels with a scale", "write it to the tracks")
     assumptions, lacking = _assume(trials, float(scale), choices, each)
     store = parts_beside(output, trials.digest)
-    options = {"folds": folds, "seed": choices.seed, "workers": choices.workers}
-    sampling = dataclasses.replace(choices.sampling, least=0.0)
+    options = {"folds": folds, **choices.options}
+    sampling = replace(choices.sampling, least=0.0)
     try:
-        varied = list(sensitivity_of(trials, assumptions, candidates, sampling=sampling, store=store, **options))
+        varied = list(sensitivity_of(trials, assumptions, candidates, sampling, store=store, **options))
     except InputError:
         # A label that never comes may be one of the last assumption: nothing is left of the others.
         store.remove()
@@ -445,7 +431,7 @@ def vary(
     rows += [(condition_text(key, value), score) for key, scores in listed.items() for value, score in scores.items()]
     table = assumption_table(varied)
     left = [f"Labels {name} lack an onset in {count} trials and are left out." for name, count in lacking.items()]
-    tables = {"assumptions": dataclasses.replace(table, note=" ".join([table.note, *left]))}
+    tables = {"assumptions": replace(table, note=" ".join([table.note, *left]))}
     for key, scores in listed.items():
         rows_of_key = [(value, *estimates.values()) for value, estimates in scores.items()]
         tables[f"by-{key}"] = table_of(f"Accuracy by {key}", (key, *next(iter(scores.values()))), rows_of_key)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.detect.labels import CLASSES, Onsets, read_onsets
+from fingerslip.detect.labels import CLASSES, Onsets, read_onsets, times_of
 from fingerslip.detect.samples import benchmark_test_trials
 from fingerslip.detect.training import lead_bound, least_trials
 from fingerslip.detect.trials import TrialSet, check_labels
@@ -160,24 +160,16 @@ def event_scores_of(
 ) -> EventScores:
     """Return the scores of the onsets found in trials; `rest_end` and `frame` are in seconds."""
 
-    def differences(first: Callable[[str], float | None], second: Callable[[str], float | None]) -> Floats:
-        pairs = np.array([(first(name), second(name)) for name in predicted], dtype=np.float64).reshape(-1, 2)
-        return pairs[:, 0] - pairs[:, 1]
-
-    def is_false(name: str) -> bool:
-        first = predicted[name].first
-        return first is not None and (labels[name].first is None or first <= rest_end[name])
-
     def mean(values: Floats) -> Estimate:
         return ratio_estimate(np.nan_to_num(values), np.isfinite(values).astype(float), seed)
 
-    slips, gross_slips = (
-        np.array([getattr(labels[name], event) is not None for name in predicted], dtype=bool)
-        for event in ("incipient", "gross")
-    )
-    error = differences(lambda name: predicted[name].first, lambda name: labels[name].incipient)[slips]
-    lead = differences(lambda name: labels[name].gross, lambda name: predicted[name].first)[gross_slips]
-    gross = differences(lambda name: predicted[name].gross, lambda name: labels[name].gross)[gross_slips]
+    found, true = times_of(predicted.values()), times_of(labels[name] for name in predicted)
+    # The earlier of both onsets; NaN where there is none.
+    first, first_true = np.fmin(*found.T), np.fmin(*true.T)
+    is_false = np.isfinite(first) & (np.isnan(first_true) | (first <= [rest_end[name] for name in predicted]))
+    slips, gross_slips = np.isfinite(true).T
+    error, lead = (first - true[:, 0])[slips], (true[:, 1] - first)[gross_slips]
+    gross = (found[:, 1] - true[:, 1])[gross_slips]
     delays, leads = error[np.isfinite(error)], lead[np.isfinite(lead)]
     return EventScores(
         trials=len(error),
@@ -188,7 +180,7 @@ def event_scores_of(
         error_spread=float(delays.std(ddof=1)) if len(delays) > 1 else None,
         delay_frames=float(np.median(delays / frame)) if len(delays) and np.isfinite(frame) else None,
         early=mean((error < 0.0).astype(float)),
-        at_rest=mean(np.array([is_false(name) for name in predicted], dtype=float)),
+        at_rest=mean(is_false.astype(float)),
         lead=mean(lead),
         lead_spread=float(leads.std(ddof=1)) if len(leads) > 1 else None,
         bound=lead_bound(np.where(np.isnan(lead), -np.inf, lead).tolist()) if len(lead) >= least_trials() else None,

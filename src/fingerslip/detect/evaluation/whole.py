@@ -2,45 +2,73 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 
-from fingerslip.detect.classifiers import optional, scaled_logistic, small_forest, two_thresholds
-from fingerslip.detect.evaluation.scores import Estimate, ratio_estimate
+from fingerslip.detect.classifiers import CLASSIFIERS, optional
+from fingerslip.detect.evaluation.scores import INTERVALS, output_tables, ratio_estimate, table_of
 from fingerslip.detect.features import FeatureSettings, MotionSettings, features_of, motion_of
 from fingerslip.detect.labels import Onsets
 from fingerslip.detect.recordings import NO_SLIP_WORD, SLIP
 from fingerslip.detect.residual import ResidualSettings, detect_residual
-from fingerslip.detect.trials import TrialSet
+from fingerslip.detect.samples import grouped_folds
+from fingerslip.detect.session import Choices, groups_of
+from fingerslip.detect.trials import TrialSet, open_trials
 from fingerslip.errors import InputError
+from fingerslip.tables.table import Column, Table
 
 if TYPE_CHECKING:
     import xarray as xr
 
 Floats = NDArray[np.float64]
 
-#: What says of a trial whether there is slip in it, and the columns of features that it sees.
-_SEEN: Mapping[str, tuple[Any, str]] = {
-    "forest": (small_forest, "field"),
-    "logistic": (scaled_logistic, "field"),
-    "length of the clip alone": (two_thresholds, "length"),
+#: What says of a trial whether there is slip in it: the classifier, and the columns of features that it sees.
+_SEEN = {
+    "forest": ("forest", "field"),
+    "logistic": ("logistic", "field"),
+    "length of the clip alone": ("time_threshold", "length"),
 }
 #: Name of the detector that ships, which learns nothing.
 SHIPS = "the detector that ships"
 
 
-@dataclass(frozen=True)
-class WholeScores:
-    """How well whole trials are told apart."""
-
-    accuracy: Estimate
-    found: Estimate  # share of the trials with slip that are found
-    false: Estimate  # share of the trials without slip that are said to slip
-    area: float | None  # below the curve of found over false; None for what gives no probability
+def evaluate_whole(
+    dataset: Path, choices: Choices, *, folds: int = 5, group: str | None = None, output: Path | None = None
+) -> list[Table]:
+    """Return the table of how well it is told whether there is slip in whole trials, after learning from the others."""
+    trials, seed = open_trials(dataset), choices.seed
+    has_all = all(SLIP in trials.conditions[name] for name in trials.names)
+    slips = slips_of(trials, {} if has_all else choices.onsets(trials))
+    tests = grouped_folds(trials.names, folds, seed, groups_of(trials, group))
+    true = np.array(list(slips.values()))
+    fold = np.array([next(number for number, test in enumerate(tests) if name in test) for name in slips])
+    for number, test in enumerate(tests):
+        if len(np.unique(true[fold != number])) < 2:
+            fault = f"the fold that leaves out trial {test[0]} has one kind of trial to learn from"
+            raise InputError("folds", fault, "needs trials with slip and without", "take fewer folds")
+    selection, rows = optional("sklearn.model_selection"), []
+    with threadpool_limits(choices.workers):
+        columns = [_columns(trials.tracks(name), choices.motion) for name in slips]
+        for name, (classifier, seen) in _SEEN.items():
+            estimator, values = CLASSIFIERS[classifier].make(seed), np.stack([column[seen] for column in columns])
+            split = selection.PredefinedSplit(fold)
+            chances = selection.cross_val_predict(estimator, values, true, cv=split, method="predict_proba")[:, 1]
+            area = float(optional("sklearn.metrics").roc_auc_score(true, chances))
+            rows.append((name, *_shares(true, chances > 0.5, seed), area))
+    said = np.array([column["ships"][0] > 0 for column in columns])
+    rows.append((SHIPS, *_shares(true, said, seed), None))
+    names = ("classifier", "accuracy", "slip found", "false alarm", Column("area below the curve", digits=3))
+    majority = max(true.mean(), 1.0 - true.mean())
+    note = f"{len(true)} trials, {true.sum()} with slip; to say the commoner always is right in {majority:.3f}."
+    tables = [table_of("Slip in whole trials, not seen", names, rows, f"{note} {INTERVALS}")]
+    if output is not None:
+        output_tables(tables, output)
+    return tables
 
 
 def slips_of(trials: TrialSet, onsets: Mapping[str, Onsets]) -> dict[str, bool]:
@@ -57,46 +85,17 @@ def slips_of(trials: TrialSet, onsets: Mapping[str, Onsets]) -> dict[str, bool]:
     return result
 
 
-def score_whole(
-    trials: TrialSet, slips: Mapping[str, bool], tests: Sequence[Sequence[str]], motion: MotionSettings, seed: int = 0
-) -> dict[str, WholeScores]:
-    """Return how well trials of each fold are told apart after learning from the others, by classifier."""
-    names, true = list(slips), np.array(list(slips.values()))
-    fold = np.array([next(number for number, test in enumerate(tests) if name in test) for name in names])
-    for number, test in enumerate(tests):
-        if len(np.unique(true[fold != number])) < 2:
-            fault = f"the fold that leaves out trial {test[0]} has one kind of trial to learn from"
-            raise InputError("folds", fault, "needs trials with slip and without", "take fewer folds")
-    columns = [_whole(trials.tracks(name), motion) for name in names]
-    selection, scores = optional("sklearn.model_selection"), {}
-    for classifier, (make, seen) in _SEEN.items():
-        values, folds = np.stack([column[seen] for column in columns]), selection.PredefinedSplit(fold)
-        chances = selection.cross_val_predict(make(seed), values, true, cv=folds, method="predict_proba")[:, 1]
-        area = float(optional("sklearn.metrics").roc_auc_score(true, chances))
-        scores[classifier] = _scores(true, chances > 0.5, area, seed)
-    scores[SHIPS] = _scores(true, np.array([column["ships"][0] > 0 for column in columns]), None, seed)
-    return scores
-
-
-def _whole(tracks: xr.Dataset, motion: MotionSettings) -> dict[str, Floats]:
+def _columns(tracks: xr.Dataset, motion: MotionSettings) -> dict[str, Floats]:
     """Return what is known of a trial: statistics of features over its frames, its length, and what ships says."""
     moved = motion_of(tracks, motion)
     frames = features_of(moved, FeatureSettings(("field",), motion)).astype(np.float64)
     statistics = [frames.mean(axis=0), frames.std(axis=0), np.quantile(frames, 0.95, axis=0), frames[-1]]
     onsets = detect_residual(tracks, ResidualSettings(rest_frames=motion.rest_frames))[-1].onsets
-    length = moved.time[-1] - moved.time[0]
-    return {
-        "field": np.concatenate(statistics),
-        "length": np.array([length]),
-        "ships": np.array([float(onsets.first is not None)]),
-    }
+    ships = np.array([float(onsets.first is not None)])
+    return {"field": np.concatenate(statistics), "length": moved.time[[-1]] - moved.time[[0]], "ships": ships}
 
 
-def _scores(true: NDArray[np.bool_], said: NDArray[np.bool_], area: float | None, seed: int) -> WholeScores:
-    everything = np.ones(len(true))
-    return WholeScores(
-        ratio_estimate((true == said).astype(float), everything, seed),
-        ratio_estimate((true & said).astype(float), true.astype(float), seed),
-        ratio_estimate((~true & said).astype(float), (~true).astype(float), seed),
-        area,
-    )
+def _shares(true: NDArray[np.bool_], said: NDArray[np.bool_], seed: int) -> list[object]:
+    """Return the shares of trials that are right, of those with slip that are found, and of the others said to slip."""
+    pairs = ((true == said, np.ones(len(true))), (true & said, true), (~true & said, ~true))
+    return [ratio_estimate(part.astype(float), whole.astype(float), seed) for part, whole in pairs]

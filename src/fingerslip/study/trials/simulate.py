@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fingerslip.detect.trials import FILES, MANIFEST, TrialSet, gather_trials, open_trials, write_trial
+from fingerslip.detect.trials import FILES, MANIFEST, TrialSet, open_trials, write_trial, write_trials
 from fingerslip.errors import FingerslipError, InputError, ResultError
 from fingerslip.parameters import as_mapping
 from fingerslip.storage.files import alone, check_replaceable, clean_stale, digest, holds, new_folder
@@ -91,7 +91,7 @@ def simulate_trials(
             bodies_of_plans = {plan.name: bodies[plan.run.name].key for plan in plans}
             _compute(missing, _Shared(settings, bodies_of_plans, origin, keys, work, failed), workers, reporter)
         notes = card_notes(study, settings)
-        trials = gather_trials([work / plan.name for plan in plans], final, study.title, notes)
+        trials = write_trials([work / plan.name for plan in plans], final, study.title, notes)
         shutil.rmtree(work, ignore_errors=True)
         return trials
 

@@ -7,17 +7,7 @@ import numpy as np
 import pytest
 
 from fingerslip.detect.classifiers import CLASSIFIERS
-from fingerslip.detect.evaluation import crossval
-from fingerslip.detect.evaluation.crossval import (
-    Evaluation,
-    Parts,
-    begin_evaluation,
-    events_of_folds,
-    fit_fold,
-    frames_by_sample,
-    matrices_of,
-    parts_beside,
-)
+from fingerslip.detect.evaluation.crossval import Evaluation, Parts, begin_evaluation, parts_beside
 from fingerslip.detect.labels import Onsets
 from fingerslip.detect.samples import Samples, grouped_folds
 from fingerslip.errors import InputError
@@ -29,15 +19,16 @@ ARRAYS = {"rows": np.arange(5), "chances": np.linspace(0.0, 1.0, 6).reshape(2, 3
 
 
 def test_no_trial_is_on_both_sides_and_events_are_found_in_all(samples, trials):
-    onsets, tests = trials.onsets(), grouped_folds(trials.names, 3, 0)
-    folds = [fit_fold(samples, onsets, CLASSIFIERS["logistic"], test, window=5, share=0.25) for test in tests]
+    onsets = trials.onsets()
+    run = Evaluation(trials, onsets, samples, MOTION, share=0.25)
+    folds = [run.fit(CLASSIFIERS["logistic"], test) for test in grouped_folds(trials.names, 3, 0)]
     for fold in folds:
         assert len(fold.calibration) == 3
         assert not set(fold.calibration) & set(fold.tested)
-    matrices = matrices_of(samples, [fold.frames for fold in folds])
+    matrices = run.matrices([fold.frames for fold in folds])
     assert len(matrices) == 24
     assert matrices.sum() == len(samples.classes)
-    events = [pair for event in events_of_folds(trials, onsets, folds, MOTION, share=0.25) for pair in event.items()]
+    events = [pair for event in run.events(folds) for pair in event.items()]
     assert {name for name, _ in events} == set(trials.names)
     # The calibration trials allow a quarter of the trials an alarm before slip; twelve of 24 would be far beyond that.
     early = sum(event.first is not None and event.first < (onsets[name].first or 0.0) for name, event in events)
@@ -45,7 +36,7 @@ def test_no_trial_is_on_both_sides_and_events_are_found_in_all(samples, trials):
 
 
 @pytest.mark.slow
-def test_frames_of_known_trials_are_easier_for_a_classifier_that_learns_them_by_heart():
+def test_frames_of_known_trials_are_easier_for_a_classifier_that_learns_them_by_heart(trials):
     """Trials whose frames differ by an offset of the trial alone leak through a split by sample."""
     draw = np.random.default_rng(0)
     classes = np.tile(np.repeat([0, 1, 2], 20), 20).astype(np.int8)
@@ -53,14 +44,11 @@ def test_frames_of_known_trials_are_easier_for_a_classifier_that_learns_them_by_
     key = draw.normal(size=(20, 3, 4))
     values = (key[trial, classes] + 0.05 * draw.normal(size=(1200, 4))).astype(np.float32)
     names = tuple(f"{name}/x/{number}" for name in ("displacement", "speed") for number in (0, 1))
-    trials = tuple(f"t{number}" for number in range(20))
-    samples = Samples(
-        values, classes, trial, 0.0 * trial, names, trials, np.zeros(2, dtype=np.intp), *np.zeros((2, 20))
-    )
-    onsets, forest = dict.fromkeys(trials, Onsets(1.0, 2.0)), CLASSIFIERS["forest"]
-    folds = [fit_fold(samples, onsets, forest, test, window=5) for test in grouped_folds(trials, 5, 0)]
-    grouped, mixed = matrices_of(samples, [fold.frames for fold in folds]), frames_by_sample(samples, forest)
-    accuracy = [np.trace(matrices.sum(axis=0)) / matrices.sum() for matrices in (grouped, mixed)]
+    known = tuple(f"t{number}" for number in range(20))
+    samples = Samples(values, classes, trial, 0.0 * trial, names, known, np.zeros(2, dtype=np.intp), *np.zeros((2, 20)))
+    run, forest = Evaluation(trials, dict.fromkeys(known, Onsets(1.0, 2.0)), samples, MOTION), CLASSIFIERS["forest"]
+    grouped = run.matrices([run.fit(forest, test).frames for test in grouped_folds(known, 5, 0)])
+    accuracy = [np.trace(matrices.sum(axis=0)) / matrices.sum() for matrices in (grouped, run.by_sample(forest))]
     assert accuracy[0] < 0.5
     assert accuracy[1] > 0.95
 
@@ -68,11 +56,11 @@ def test_frames_of_known_trials_are_easier_for_a_classifier_that_learns_them_by_
 def test_folds_that_leave_nothing_to_learn_from_and_a_file_for_a_folder_are_refused(begin, trials, tmp_path):
     run = begin()
     with pytest.raises(InputError, match="folds: leave no trial to learn from"):
-        run.check([trials.names])
+        run.rows_to_learn(trials.names)
     classes = np.where(run.samples.trial > 0, np.minimum(run.samples.classes, 1), run.samples.classes)
     few = dataclasses.replace(run.samples, classes=classes)
     with pytest.raises(InputError, match="leaves out trial slide-0000: has no frame of gross to learn from"):
-        dataclasses.replace(run, samples=few).check([trials.names[:1]])
+        dataclasses.replace(run, samples=few).rows_to_learn(trials.names[:1])
     (tmp_path / "tables").write_text("mine")
     with pytest.raises(InputError, match="is a file, needs a folder"):
         parts_beside(tmp_path / "tables")
@@ -90,13 +78,13 @@ def fits(monkeypatch):
     """Return a list that gets the name of the classifier of every fit; the third fit is interrupted."""
     names = []
 
-    def counted(*arguments, **options):
-        names.append(arguments[2].name)
+    def counted(run, candidate, test, *, fit=Evaluation.fit):
+        names.append(candidate.name)
         if len(names) == 3:
             raise KeyboardInterrupt
-        return fit_fold(*arguments, **options)
+        return fit(run, candidate, test)
 
-    monkeypatch.setattr(crossval, "fit_fold", counted)
+    monkeypatch.setattr(Evaluation, "fit", counted)
     return names
 
 
@@ -114,7 +102,7 @@ def test_an_interrupted_evaluation_goes_on(begin, tmp_path, fits):
     assert events == whole_events
     assert all(list(onsets) == list(names) for onsets in events.values())
     for name, pieces in whole_frames.items():
-        assert np.array_equal(matrices_of(run.samples, frames[name]), matrices_of(run.samples, pieces))
+        assert np.array_equal(run.matrices(frames[name]), run.matrices(pieces))
     groups = run.by_group(CANDIDATES[0], tests[:1])
     count = len(fits)
     assert np.array_equal(run.by_group(CANDIDATES[0], tests[:1])[0].chances, groups[0].chances)

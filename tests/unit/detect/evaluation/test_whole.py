@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from fingerslip.detect.evaluation.page import FIGURES, Judged, read_judged, write_evaluation, write_judged
-from fingerslip.detect.evaluation.whole import SHIPS, slips_of
+from fingerslip.detect.evaluation.whole import SHIPS, evaluate_whole, slips_of
 from fingerslip.detect.labels import Onsets
 from fingerslip.detect.page import draw
-from fingerslip.detect.session import Choices, evaluate_whole
+from fingerslip.detect.session import Choices
 from fingerslip.detect.synthetic import SyntheticSensor, SyntheticSlide, synthetic_trial
 from fingerslip.detect.trials import TrialSet, write_trials
 from fingerslip.errors import DamagedError, InputError
