@@ -1,8 +1,8 @@
-"""What a verification problem is, and how its outcome becomes a table."""
+"""What a verification problem is, and what comes of it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fingerslip.errors import FingerslipError
-from fingerslip.tables.table import Cell, Column, Table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -133,36 +132,3 @@ def solve_problem(model: Model, penetration: float | None = None) -> xr.Dataset:
     if frictional and not history["tangential_traction"].values.any():
         raise VerificationError("the friction coefficient is above zero, but friction never acts")
     return history
-
-
-def table(outcomes: tuple[Outcome, ...]) -> Table:
-    """Show outcomes, a row for each check."""
-    rows: list[tuple[Cell, ...]] = []
-    for outcome, check in _checks(outcomes):
-        mark = " abs" if check.kind == "absolute" else ""
-        errors = (f"{check.error:.1e}{mark}", f"{check.allowed:.1e}{mark}")
-        numbers = (f"{check.expected:.6g}", f"{check.got:.6g}", *errors)
-        rows.append((outcome.problem.name, check.quantity, *numbers, check.holds))
-    return _table(outcomes, rows)
-
-
-def number_table(outcomes: tuple[Outcome, ...]) -> Table:
-    """Return the same rows for programs: numbers as numbers, and in a column of its own what kind an error is of."""
-    rows: list[tuple[Cell, ...]] = []
-    for outcome, check in _checks(outcomes):
-        numbers = (check.expected, check.got, check.error, check.allowed)
-        rows.append((outcome.problem.name, check.quantity, *map(float, numbers), check.kind, check.holds))
-    return _table(outcomes, rows, "kind of error")
-
-
-def _table(outcomes: tuple[Outcome, ...], rows: Sequence[tuple[Cell, ...]], *more: str) -> Table:
-    """Return a table with a note that counts what passed and says what could not be computed."""
-    names = ("problem", "quantity", "expected", "got", "error", "allowed", *more, "pass")
-    passed = [check.holds for _, check in _checks(outcomes)]
-    troubles = [f" {outcome.problem.name}: {outcome.trouble}." for outcome in outcomes if outcome.trouble]
-    note = f"{sum(passed)} of {len(passed)} checks passed. abs: absolute error, else relative.{''.join(troubles)}"
-    return Table("Verification", tuple(map(Column, names)), tuple(rows), note)
-
-
-def _checks(outcomes: tuple[Outcome, ...]) -> Iterator[tuple[Outcome, Check]]:
-    return ((outcome, check) for outcome in outcomes for check in outcome.checks)
