@@ -21,9 +21,8 @@ from matplotlib.patches import Patch, Rectangle
 from numpy.typing import NDArray
 
 from fingerslip.contact.states import SLIP, STICK
-from fingerslip.react.answer import Reactions, answer, cell_table, paper_table, source_table, trial_table
 from fingerslip.react.reflex import REACTIONS
-from fingerslip.react.results import FILM, STILL
+from fingerslip.react.results import FILM, STILL, Reactions, answer, cell_table, paper_table, source_table, trial_table
 from fingerslip.report.citations import bibtex_entries
 from fingerslip.report.colours import BLACK, BLUE, GREEN, GREY, ORANGE, STATE_COLOURS, VERMILLION
 from fingerslip.report.content import ReportContent

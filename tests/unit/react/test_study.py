@@ -11,9 +11,8 @@ import pytest
 from fingerslip.errors import InputError
 from fingerslip.mesh.io import write_mesh
 from fingerslip.react import film
-from fingerslip.react.answer import answer, cell_table, paper_table, source_table, trial_table
 from fingerslip.react.figures import map_figure, margin_figure, outcome_figure, reaction_tables
-from fingerslip.react.results import read_reactions
+from fingerslip.react.results import answer, cell_table, paper_table, read_reactions, source_table, trial_table
 from fingerslip.report.figures.motion import Film
 from fingerslip.report.figures.study import convergence_figure
 from fingerslip.results import quantities

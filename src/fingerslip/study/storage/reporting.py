@@ -48,7 +48,7 @@ from fingerslip.units import Unit
 if TYPE_CHECKING:
     import xarray as xr
 
-    from fingerslip.react.answer import Reactions
+    from fingerslip.react.results import Reactions
     from fingerslip.report.content import Film, ReportContent, RunPictures
 STUDY_FILE, SWEPT, DEFAULT = "study file", "study file, swept", "default"
 
@@ -264,8 +264,7 @@ def write_report(study: StudyResult, pictures: Mapping[str, RunPictures] | None 
 
 def reactions_of(study: StudyResult) -> Reactions:
     """Return the runs of a study with the block `reaction`, for figures and tables of :mod:`fingerslip.react`."""
-    from fingerslip.react.answer import Reactions, centre_of
-    from fingerslip.react.results import read_reactions
+    from fingerslip.react.results import Reactions, centre_of, read_reactions
 
     results = tuple(read_reactions(study.folder / run.name) for run in study.runs)
     settings = read_run_values(study.folder / study.runs[centre_of(results)].name / RUN).study.reaction
