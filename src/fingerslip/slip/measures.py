@@ -19,9 +19,15 @@ from fingerslip.history import phase_times
 from fingerslip.model.timing import LARGEST_SHARE, LEAST_ACROSS, LEAST_STEPS
 from fingerslip.slip import windows
 from fingerslip.slip.events import Found, find_slip
-from fingerslip.slip.front import edge_distance, force_ratio_times, front_arrivals
+from fingerslip.slip.front import (
+    edge_distance,
+    force_ratio_times,
+    front_arrivals,
+    share_before_centre,
+    skin_marker_slips,
+    stick_slip_cycles,
+)
 from fingerslip.slip.settings import EventSettings
-from fingerslip.slip.skin_markers import share_before_centre, skin_marker_slips, stick_slip_cycles
 from fingerslip.slip.windows import ContactForces, SlideWindow, contact_area, contact_forces, slide_window
 from fingerslip.units import Unit
 

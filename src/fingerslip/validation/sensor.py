@@ -24,7 +24,7 @@ from fingerslip.marker_tracks import marker_tracks
 from fingerslip.published import PublishedValue, published_set
 from fingerslip.results import HISTORY, RunResult
 from fingerslip.slip import slide_window
-from fingerslip.slip.skin_markers import share_before_centre, skin_marker_slips, stick_slip_cycles
+from fingerslip.slip.front import share_before_centre, skin_marker_slips, stick_slip_cycles
 from fingerslip.validation.evidence import Work
 from fingerslip.validation.rows import Basis, Row, RowFile, Stored, number_row, statement_row, stored_rows
 

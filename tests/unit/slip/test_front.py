@@ -7,9 +7,8 @@ import xarray as xr
 from fingerslip import slip
 from fingerslip.contact.states import OPEN, STICK
 from fingerslip.sites import Site
-from fingerslip.slip.front import edge_distance, edge_warning
+from fingerslip.slip.front import edge_distance, edge_warning, share_before_centre, skin_marker_slips, stick_slip_cycles
 from fingerslip.slip.receptors import tangential_acceleration
-from fingerslip.slip.skin_markers import share_before_centre, skin_marker_slips, stick_slip_cycles
 from unit.synthetic import HALF_WIDTH, PRESS_END, SPEED, Process, make, slip_times
 
 PROCESS = Process(jump=False)

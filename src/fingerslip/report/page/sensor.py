@@ -17,7 +17,7 @@ from fingerslip.report.figures.style import save_figure
 from fingerslip.report.page.page import Picture, Report, ReportSection, write_page
 from fingerslip.report.prose import prose
 from fingerslip.slip import slide_window
-from fingerslip.slip.skin_markers import touching_markers
+from fingerslip.slip.front import touching_markers
 from fingerslip.storage.files import check_replaceable, new_folder, write_bytes
 from fingerslip.tables.table import Column, Table
 from fingerslip.version import __version__
