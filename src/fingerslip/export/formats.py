@@ -53,24 +53,25 @@ def write_history_mat(history: xr.Dataset, folder: Path) -> None:
         _field(str(name)): value if isinstance(value, plain) else _texts(np.atleast_1d(value).tolist())
         for name, value in history.attrs.items()
     }
-    _write(folder / "history.mat", {"history": fields})
-    write_tables_mat(result_tables(history), folder)
+    _write_mat(folder / "history.mat", fields)
+    for name, frame in result_tables(history).items():
+        write_table_mat(frame, folder / f"{name}.mat")
 
 
-def write_tables_mat(tables: _Tables, folder: Path) -> None:
-    """Write each table as a structure with a field for each column, and ``units``, into a file of its name.
+def write_table_mat(frame: pd.DataFrame, path: Path) -> None:
+    """Write a table as a structure of the file's name with a field for each column, and ``units``.
 
     In MATLAB ``struct2table(rmfield(runs, 'units'))`` makes a table of it.
     """
-    for name, frame in tables.items():
-        columns = {_field(str(column)): _array(frame[column].to_numpy()) for column in frame.columns}
-        units = {_field(column): unit for column, unit in frame.attrs.get("units", {}).items()}
-        _write(folder / f"{name}.mat", {name: {**columns, "units": units}})
+    columns = {_field(str(column)): _array(frame[column].to_numpy()) for column in frame.columns}
+    units = {_field(column): unit for column, unit in frame.attrs.get("units", {}).items()}
+    _write_mat(path, {**columns, "units": units})
 
 
-def _write(path: Path, values: dict[str, Any]) -> None:
+def _write_mat(path: Path, fields: dict[str, Any]) -> None:
+    """Write a structure of the file's name."""
     stream = io.BytesIO()
-    savemat(stream, values, long_field_names=True, do_compression=True, oned_as="column")
+    savemat(stream, {path.stem: fields}, long_field_names=True, do_compression=True, oned_as="column")
     files.write_bytes(path, stream.getvalue())
 
 
@@ -90,7 +91,6 @@ def _texts(values: Any) -> np.ndarray[Any, Any]:
     return cells
 
 
-_Tables = Mapping[str, pd.DataFrame]
 # What a row is for, by the leading dimensions of its variables: the table's name, and the coordinates that label it.
 _TABLES: Mapping[tuple[str, ...], tuple[str, tuple[str, ...]]] = {
     ("time",): ("series", ()),
@@ -161,26 +161,24 @@ def _columns(history: xr.Dataset, name: str) -> dict[str, Any]:
     return {f"{name}_{axis}{suffix}": values[..., number].ravel() for number, axis in axes}
 
 
-def _write_csv(tables: _Tables, folder: Path) -> None:
-    for name, frame in tables.items():
-        files.write_text(folder / f"{name}.csv", files.frame_csv(frame))
+def _write_csv(frame: pd.DataFrame, path: Path) -> None:
+    files.write_text(path, files.frame_csv(frame))
 
 
-def _write_parquet(tables: _Tables, folder: Path) -> None:
+def _write_parquet(frame: pd.DataFrame, path: Path) -> None:
     optional_module("pyarrow", "export", "format", "parquet needs it")
-    for name, frame in tables.items():
-        frame.to_parquet(folder / f"{name}.parquet", index=False)
+    frame.to_parquet(path, index=False)
 
 
-def _write_json(tables: _Tables, folder: Path) -> None:
-    for name, frame in tables.items():
-        # What JSON has no number for is null.
-        values = frame.astype(object).where(frame.notna(), None)
-        columns = {str(column): values[column].tolist() for column in values.columns}
-        files.write_text(folder / f"{name}.json", files.json_text({"units": frame.attrs["units"], "columns": columns}))
+def _write_json(frame: pd.DataFrame, path: Path) -> None:
+    # What JSON has no number for is null.
+    values = frame.astype(object).where(frame.notna(), None)
+    columns = {str(column): values[column].tolist() for column in values.columns}
+    files.write_text(path, files.json_text({"units": frame.attrs["units"], "columns": columns}))
 
 
-_OF_TABLES = {"csv": _write_csv, "json": _write_json, "mat": write_tables_mat, "parquet": _write_parquet}
+# What writes a table into a file with the ending of its format.
+_OF_TABLES = {"csv": _write_csv, "json": _write_json, "mat": write_table_mat, "parquet": _write_parquet}
 # What is more than tables: all arrays with their dimensions, the whole mesh, and spikes.
 _OF_HISTORIES = {"mat": write_history_mat, "nwb": write_history_nwb, "vtu": write_paraview}
 #: The names of all formats.
@@ -221,13 +219,14 @@ def export_history(history: xr.Dataset, folder: str | Path, kind: str) -> Path:
     return Path(folder)
 
 
-def export_tables(tables: _Tables, folder: str | Path, kind: str) -> Path:
+def export_tables(tables: Mapping[str, pd.DataFrame], folder: str | Path, kind: str) -> Path:
     """Write tables for other programs, whole or not at all."""
     if kind not in _OF_TABLES:
         repair = "name the folder of a run: tracks and studies are tables" if kind in _OF_HISTORIES else ""
         raise InputError("format", f"got '{kind}'", f"needs one of {', '.join(_OF_TABLES)}", repair)
     with _export(Path(folder), kind) as partial:
-        _OF_TABLES[kind](tables, partial)
+        for name, frame in tables.items():
+            _OF_TABLES[kind](frame, partial / f"{name}.{kind}")
     return Path(folder)
 
 

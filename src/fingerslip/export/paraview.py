@@ -138,20 +138,10 @@ def _vtu(snapshot: Snapshot, blocks: _Blocks) -> bytes:
     return text.encode() + data + b"\n</AppendedData>\n</VTKFile>\n"
 
 
-def _time(history: xr.Dataset, number: int) -> float:
-    """Return the time of a snapshot [s]."""
-    return float(history["snapshot_time"].values[number])
-
-
-def _record(history: xr.Dataset, number: int) -> int:
-    """Return the record at the time of a snapshot."""
-    return nearest_record(history, _time(history, number))
-
-
 def _body(history: xr.Dataset, number: int) -> Snapshot:
     """Return the body with tensors, and fields of its contact that are no numbers where nothing may touch."""
-    snapshot, step = read_snapshot(history, number), _record(history, number)
-    fields, nodes = {}, history["contact_node"].values
+    snapshot = read_snapshot(history, number)
+    step, fields, nodes = nearest_record(history, snapshot.time), {}, history["contact_node"].values
     for name, stored in _CONTACT.items():
         values = history[stored].values[step]
         values = in_space(values) if values.ndim > 1 else values
@@ -182,16 +172,16 @@ def _faces(history: xr.Dataset, number: int) -> Snapshot:
     kind, n_corners = (_QUAD, 4) if is_solid(history) else (_LINE, 2)
     fields = {"counterface": np.concatenate([np.empty(0, dtype=np.int64), *numbers])}
     nodes = np.concatenate([np.empty((0, n_corners), dtype=np.int64), *cells])
-    return Snapshot(_time(history, number), kind, np.concatenate(points), nodes, {}, fields)
+    return Snapshot(float(history["snapshot_time"][number]), kind, np.concatenate(points), nodes, {}, fields)
 
 
 def _sites(history: xr.Dataset, number: int) -> Snapshot:
     """Return the recorded sites as points with their displacement and the number of their kind."""
-    points = in_space(history["site_position"].values)
+    time, points = float(history["snapshot_time"][number]), in_space(history["site_position"].values)
     kinds = [RECEPTOR_KINDS.index(kind) if kind in RECEPTOR_KINDS else -1 for kind in site_kinds(history)]
-    displacement = in_space(history["displacement"].values[_record(history, number)])
+    displacement = in_space(history["displacement"].values[nearest_record(history, time)])
     fields = {"displacement": displacement, "kind": np.array(kinds)}
-    return Snapshot(_time(history, number), _VERTEX, points, np.arange(len(points))[:, None], fields, {})
+    return Snapshot(time, _VERTEX, points, np.arange(len(points))[:, None], fields, {})
 
 
 _SCRIPT = '''"""Shows this folder in ParaView: File > Load State, or: pvpython --script show.py."""

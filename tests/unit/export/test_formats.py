@@ -13,7 +13,7 @@ from scipy.io import loadmat
 
 import fingerslip as fs
 from fingerslip.errors import InputError, ResultError
-from fingerslip.export.formats import FORMATS, export_tables, result_tables, write_history_mat, write_tables_mat
+from fingerslip.export.formats import FORMATS, export_tables, result_tables, write_history_mat, write_table_mat
 from fingerslip.history import VARIABLES
 
 
@@ -122,7 +122,7 @@ def test_histories_and_tables_read_back_with_units_under_names_that_matlab_takes
     assert history["attributes"]["element"] == pushed.attrs["element"]
     frame = pd.DataFrame({"run": ["a", "b"], "contact.friction_coefficient": [0.2, np.nan]})
     frame.attrs["units"] = {"contact.friction_coefficient": "1"}
-    write_tables_mat({"runs": frame}, tmp_path)
+    write_table_mat(frame, tmp_path / "runs.mat")
     runs = loadmat(tmp_path / "runs.mat", simplify_cells=True)["runs"]
     assert list(runs["run"]) == ["a", "b"]
     np.testing.assert_array_equal(runs["contact_friction_coefficient"], [0.2, np.nan])
