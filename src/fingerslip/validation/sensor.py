@@ -161,34 +161,19 @@ def pouring_rows(work: Work, *, compute: bool = False) -> Stored[Row]:
 
     def make_rows() -> tuple[Row, ...]:
         work.run(POURING)
-        section = pouring_of(work.results, work.workers)
-        return (*rows_of_pouring(section, "section"), *rows_of_pouring(pouring_3d(work), "in 3D"))
+        section = pouring_of(*(filmed_trials(name, work) for name in POURING), workers=work.workers)
+        solid = pouring_of(*(trials_of(name, work) for name in POURING_3D), workers=work.workers)
+        return (*rows_of_pouring(section, "section"), *rows_of_pouring(solid, "in 3D"))
 
     return stored_rows(POURING_FILE, work, make_rows if compute else None)
 
 
-def pouring_of(results: Path, workers: int = 2) -> Unseen:
-    """Film the runs of both studies, train the forest on the slides and return what it finds while rice is poured.
-
-    The trials that the benchmark keeps for tests are not learned from. Both data sets are written beside the results.
-    """
+def filmed_trials(name: str, work: Work) -> TrialSet:
+    """Film the runs of a study, and write the data set beside the results."""
     from fingerslip.detect.simulated import film_results
     from fingerslip.detect.trials import write_trials
 
-    slides, pours = (
-        write_trials(film_results(results / name), results / f"{name}_trials", name.replace("_", " "))
-        for name in POURING
-    )
-    return _test(slides, pours, workers)
-
-
-def pouring_3d(work: Work) -> Unseen:
-    """Make both data sets in 3D, train the forest on the slides and return what it finds while rice is poured.
-
-    Data sets that are whole are read back; trials are learned from as in :func:`pouring_of`.
-    """
-    slides, pours = (trials_of(name, work) for name in POURING_3D)
-    return _test(slides, pours, work.workers)
+    return write_trials(film_results(work.results / name), work.results / f"{name}_trials", name.replace("_", " "))
 
 
 def trials_of(name: str, work: Work) -> TrialSet:
@@ -199,7 +184,8 @@ def trials_of(name: str, work: Work) -> TrialSet:
     return simulate_trials(work.file(name), folder, workers=work.workers, progress=work.progress)
 
 
-def _test(slides: TrialSet, pours: TrialSet, workers: int) -> Unseen:
+def pouring_of(slides: TrialSet, pours: TrialSet, *, workers: int) -> Unseen:
+    """Train the forest on slides, without the trials kept for tests; return what it finds while rice is poured."""
     from fingerslip.detect.evaluation.crossval import on_unseen
     from fingerslip.detect.samples import Sampling, benchmark_test_trials
     from fingerslip.detect.training import train

@@ -199,8 +199,10 @@ def test_shipped_rows_are_those_of_the_studies_and_have_every_split():
 def test_rows_are_computed_stored_and_read_back(tmp_path, monkeypatch):
     assert sensor.pouring_rows(Work(tmp_path, tmp_path)).rows == ()
     monkeypatch.setattr(Work, "run", lambda *_: ())
-    monkeypatch.setattr(sensor, "pouring_of", lambda *_: unseen(gross=None))
-    monkeypatch.setattr(sensor, "pouring_3d", lambda *_: unseen(gross=3.0))
+    for name in ("filmed_trials", "trials_of"):
+        monkeypatch.setattr(sensor, name, lambda study, _: study)
+    found = {sensor.POURING: unseen(gross=None), sensor.POURING_3D: unseen(gross=3.0)}
+    monkeypatch.setattr(sensor, "pouring_of", lambda *names, **_: found[names])
     made = sensor.pouring_rows(Work(tmp_path, tmp_path), compute=True)
     assert sensor.pouring_rows(Work(tmp_path, tmp_path)).rows == made.rows
     section, space = (
