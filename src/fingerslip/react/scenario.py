@@ -54,35 +54,7 @@ _TIME = TimeStepping(step=1e-3, end=1.0)
 
 @parameters
 class ObjectSettings:
-    """An object that is held, and what happens to it, apart from its friction and from steps.
-
-    Grip and weight rise together, then rest, then the load begins: that is time zero of a reaction.
-
-    Parameters
-    ----------
-    mass : float
-        Mass of the object [kg].
-    load : StepLoad, RampLoad, FilledVessel, DroppedBall or LoadSeries
-        What comes on top of the weight.
-    margin : float
-        Grip force over the least that holds the weight, less one [-].
-    grip : float, optional
-        Grip force at first [N], in place of the margin.
-    weight : float, optional
-        Force along the faces at first [N]; without it the weight of the mass.
-    opposite : {'mirror', 'plate'}
-        What is on the other side: the mirror image of what holds it, or a flat plate with the same friction.
-    direction : {1, -1}
-        Whether weight and load act along +x or -x.
-    travel_limit : float
-        Travel from which the object is lost [m].
-    settle : float
-        How long grip and weight take to rise [s].
-    rest : float
-        How long they rest before the load begins [s].
-    after : float
-        How long is looked at once the load no longer changes [s].
-    """
+    """An object that is held, apart from its friction and from steps; its words are those of :class:`HeldObject`."""
 
     load: LoadChoice = _LOAD
     mass: Mass = 0.2
@@ -195,6 +167,9 @@ class HeldObject(ObjectSettings):
         last = int(above[0])
         # Before the first knot the weight alone acts, which the grip holds.
         return float(times[last - 1] - excess[last - 1] * np.diff(times)[last - 1] / np.diff(excess)[last - 1])
+
+
+ObjectSettings.__doc__ = HeldObject.__doc__
 
 
 def holder_of(
