@@ -42,7 +42,7 @@ from fingerslip.sites import ReceptorKind
 from fingerslip.specimens.fingertip.fingertip import MeshSizes, preset
 from fingerslip.specimens.tactip.tactip import PRESETS as SENSORS
 from fingerslip.specimens.tactip.tactip import SensorSectionSizes
-from fingerslip.study.definition.runs import Run, read_runs
+from fingerslip.study.definition.runs import read_runs
 from fingerslip.study.running.build import build_model
 
 __all__ = ["HoldEnv"]
@@ -111,7 +111,10 @@ class Domain:
             raise InputError(str(study), "is of another kind", allowed, "take studies/reaction_map.yaml")
         frictions = sorted(held.friction for held in objects if held is not None)
         rates = sorted(ramp.rate for ramp in ramps)
-        return cls(objects[0], _body_of(runs[0]), (frictions[0], frictions[-1]), (rates[0], rates[-1]))
+        recorded: dict[str, Any] = {"receptors": _KINDS} if body == "finger" else {"groups": ("internal_markers",)}
+        record = replace(runs[0].study.record, **{"receptors": (), "groups": (), **recorded})
+        holder = build_model(replace(runs[0], study=replace(runs[0].study, record=record)))
+        return cls(objects[0], holder, (frictions[0], frictions[-1]), (rates[0], rates[-1]))
 
 
 class HoldEnv(gymnasium.Env[Sensed, NDArray[np.float32]]):
@@ -317,13 +320,6 @@ def _drawn(held: HeldObject, times: Floats, travels: Floats, grips: Floats) -> N
     ways.axhline(1e3 * held.travel_limit, color=VERMILLION)
     ways.set(ylabel="travel [mm]", xlabel="time since the load began [ms]")
     return pixels(canvas)
-
-
-def _body_of(run: Run) -> Model:
-    """Return the body of a run, with receptors or pins."""
-    receptors, groups = (_KINDS, ()) if run.study.specimen_kind == "fingertip" else ((), ("internal_markers",))
-    record = replace(run.study.record, receptors=receptors, groups=groups)
-    return build_model(replace(run, study=replace(run.study, record=record)))
 
 
 for _name, _body in (("HoldFinger2D", "finger"), ("HoldTacTip2D", "tactip")):

@@ -71,11 +71,7 @@ def use_writable_cache(folders: Iterable[Path] = ()) -> None:
     except FileNotFoundError:
         from numba.core.dispatcher import Dispatcher
 
-        Dispatcher.enable_caching = _nowhere  # type: ignore[assignment, method-assign]
-
-
-def _nowhere(_dispatcher: object) -> None:
-    """Keep a compiled function nowhere."""
+        Dispatcher.enable_caching = lambda _: None  # type: ignore[assignment, method-assign]
 
 
 def _is_writable(folder: Path) -> bool:

@@ -49,11 +49,6 @@ def ring_layout(pitch: float, counts: Sequence[int] = RING_COUNTS) -> MarkerLayo
     counts : sequence of int, optional
         Markers on each ring, from the centre; the centre has 1 or 0. The default gives 81.
 
-    Raises
-    ------
-    InputError
-        Where the pitch or a count cannot be.
-
     Examples
     --------
     >>> ring_layout(1.5e-3).count
@@ -77,11 +72,6 @@ def hexagonal_layout(pitch: float, rings: int) -> MarkerLayout:
         Distance between neighbours [m], > 0.
     rings : int
         Number of hexagonal rings around the centre: 6 gives 127 markers, 10 gives 331.
-
-    Raises
-    ------
-    InputError
-        Where the pitch is not above 0, or `rings` below 0.
 
     Examples
     --------
@@ -110,11 +100,6 @@ def grid_layout(pitch: float, rows: int, columns: int) -> MarkerLayout:
         Distance between neighbours [m], > 0.
     rows, columns : int
         Number of markers along y and along x.
-
-    Raises
-    ------
-    InputError
-        Where the pitch is not above 0, or a number below 1.
 
     Examples
     --------

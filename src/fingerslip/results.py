@@ -232,41 +232,18 @@ def result_from_mapping(values: Mapping[str, Any]) -> RunResult:
 
 
 def read_result(folder: Path, *, is_whole: bool = False) -> RunResult | None:
-    """Read the result of a finished run from its folder, without its values and uncertainties."""
+    """Read a result as :func:`stored_result` does; None where there is none, or a damaged one."""
     try:
-        return unchecked_result(folder) if is_whole else stored_result(folder)
+        return stored_result(folder, is_whole=is_whole)
     except ResultError:
         return None
 
 
-def stored_result(folder: Path) -> RunResult:
-    """Read the result of a finished run as :func:`read_result` does, and say what is wrong with a damaged one."""
-    result, digests = _read_result(folder)
-    for name, written in digests.items():
-        file = folder / name
-        try:
-            is_whole = file_digest(file) == written
-        except OSError as error:
-            raise DamagedError(str(file), f"cannot be read ({error.strerror})", _REPAIR) from None
-        if not is_whole:
-            raise DamagedError(str(file), "is damaged: its checksum is another", _REPAIR)
-    return result
+def stored_result(folder: Path, *, is_whole: bool = False) -> RunResult:
+    """Read the result of a finished run from its folder, without its values and uncertainties.
 
-
-def unchecked_result(folder: Path) -> RunResult:
-    """Read the result of a finished run without looking into its other files."""
-    return _read_result(folder)[0]
-
-
-def other_folders(folder: Path) -> str:
-    """Say what to do where a folder of results is not there: which folders beside it have a similar name."""
-    beside = [str(other) for other in folder.parent.glob("*") if other.is_dir()]
-    near = difflib.get_close_matches(str(folder), beside, 3)
-    return f"{_REPAIR}, or name {' or '.join(near)}" if near else _REPAIR
-
-
-def _read_result(folder: Path) -> tuple[RunResult, dict[str, str]]:
-    """Return the result of a finished run, and the checksums of its files."""
+    Its other files are checked unless they are known to be whole.
+    """
     fault, repair = ("holds no finished run", _REPAIR) if folder.is_dir() else ("is not there", other_folders(folder))
     missing = ResultError(f"{folder}: {fault}; {repair}")
     try:
@@ -276,9 +253,24 @@ def _read_result(folder: Path) -> tuple[RunResult, dict[str, str]]:
     if not (folder / HISTORY).exists():
         raise missing
     try:
-        return result_from_mapping(values), dict(values["files"])
+        result, digests = result_from_mapping(values), dict(values["files"])
     except (KeyError, TypeError, ValueError):
         raise DamagedError(str(folder / RESULT), "is of another version", _REPAIR) from None
+    for file, written in () if is_whole else ((folder / name, digest) for name, digest in digests.items()):
+        try:
+            found = file_digest(file)
+        except OSError as error:
+            raise DamagedError(str(file), f"cannot be read ({error.strerror})", _REPAIR) from None
+        if found != written:
+            raise DamagedError(str(file), "is damaged: its checksum is another", _REPAIR)
+    return result
+
+
+def other_folders(folder: Path) -> str:
+    """Say what to do where a folder of results is not there: which folders beside it have a similar name."""
+    beside = [str(other) for other in folder.parent.glob("*") if other.is_dir()]
+    near = difflib.get_close_matches(str(folder), beside, 3)
+    return f"{_REPAIR}, or name {' or '.join(near)}" if near else _REPAIR
 
 
 def write_result(result: RunResult, folder: Path) -> None:

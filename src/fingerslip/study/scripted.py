@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+import functools
 import html
 import os
 from collections.abc import Iterator, Mapping, Sequence
@@ -19,7 +20,7 @@ from fingerslip.parameters import as_mapping
 from fingerslip.parameters.dotted import assign, flatten
 from fingerslip.parameters.schema import require_kind
 from fingerslip.report.tables.runs import runs_frame, table_frame
-from fingerslip.results import HISTORY, RUN, RunResult, StudyResult, unchecked_result
+from fingerslip.results import HISTORY, RUN, RunResult, StudyResult, stored_result
 from fingerslip.study.definition.file import read_mapping, read_with_base, write_mapping
 from fingerslip.study.definition.runs import Plan, plan_mapping
 from fingerslip.study.definition.spec import Study as Definition
@@ -136,7 +137,7 @@ def open_study(folder: str | Path) -> OpenedStudy:
         Where the folder holds no results of a study, or one of its files is damaged.
     """
     require_kind(folder, (str, os.PathLike), "the path of a folder", "open_study")
-    return OpenedStudy(stored_study(Path(folder), unchecked_result))
+    return OpenedStudy(stored_study(Path(folder), functools.partial(stored_result, is_whole=True)))
 
 
 @dataclass(frozen=True, repr=False, eq=False)
