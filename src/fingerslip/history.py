@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.contact.states import OPEN, SLIP, STICK
-from fingerslip.errors import ResultError, shorten
+from fingerslip.errors import ResultError
 from fingerslip.storage.files import write_bytes
 from fingerslip.storage.netcdf import netcdf_bytes, read_netcdf
 
@@ -201,12 +201,7 @@ def read_history(path: str | Path) -> xr.Dataset:
     ResultError
         Where the file is missing or is no history.
     """
-    try:
-        history = read_netcdf(path)
-    # The readers of HDF5 fail in any way on a damaged file.
-    except Exception as error:
-        cause = shorten(str(error)) or type(error).__name__
-        raise ResultError(f"{path}: cannot be read as a history ({cause}); run the study again") from error
+    history = read_netcdf(path, "a history", "run the study again")
     fault = next(_faults(history), "")
     if fault:
         raise ResultError(f"{path}: is no history ({fault}); needs a file written by fingerslip run")

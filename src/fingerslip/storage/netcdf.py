@@ -18,6 +18,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.errors import ResultError, shorten
+
 if TYPE_CHECKING:
     import xarray as xr
 
@@ -67,8 +69,17 @@ def netcdf_bytes(dataset: xr.Dataset, compressed: Iterable[Hashable] = ()) -> by
     return image
 
 
-def read_netcdf(path: str | Path) -> xr.Dataset:
-    """Read a netCDF-4 file of labelled datasets without groups, with arrays in memory."""
+def read_netcdf(path: str | Path, what: str = "netCDF", repair: str = "make it again") -> xr.Dataset:
+    """Read a netCDF-4 file without groups, with arrays in memory; errors say what it should be, and how to mend it."""
+    try:
+        return _read(path)
+    # The readers of HDF5 fail in any way on a damaged file.
+    except Exception as error:
+        cause = shorten(str(error)) or type(error).__name__
+        raise ResultError(f"{path}: cannot be read as {what} ({cause}); {repair}") from error
+
+
+def _read(path: str | Path) -> xr.Dataset:
     import h5py
     import xarray as xr
 

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fingerslip.errors import InputError, ResultError, shorten
 from fingerslip.storage.files import frame_csv, write_bytes, write_text
-from fingerslip.storage.netcdf import read_netcdf
+from fingerslip.storage.netcdf import netcdf_bytes, read_netcdf
 from fingerslip.units import parse_quantity
 
 if TYPE_CHECKING:
@@ -250,10 +250,8 @@ def write_tracks(tracks: xr.Dataset, path: str | Path) -> None:
     InputError, ResultError
         Where the dataset is no tracks; where the file cannot be written.
     """
-    check_tracks(tracks)
-    compressed = {name: {"zlib": True, "complevel": 1} for name in ("position", "quality")}
     # Built in memory first: on a full disk the HDF5 library ends the process, writing bytes only fails.
-    write_bytes(Path(path), bytes(tracks.to_netcdf(engine="h5netcdf", encoding=compressed)))
+    write_bytes(Path(path), netcdf_bytes(check_tracks(tracks), ("position", "quality")))
 
 
 def read_tracks(path: str | Path) -> xr.Dataset:
@@ -278,12 +276,7 @@ def read_tracks(path: str | Path) -> xr.Dataset:
     """
     if not Path(path).is_file():
         raise ResultError(f"{path}: is not there; needs a file of tracks")
-    try:
-        tracks = read_netcdf(path)
-    # The readers of HDF5 fail in any way on a damaged file.
-    except Exception as error:
-        cause = shorten(str(error)) or type(error).__name__
-        raise ResultError(f"{path}: cannot be read as tracks ({cause}); make the tracks again") from error
+    tracks = read_netcdf(path, "tracks", "make the tracks again")
     texts = {name: tracks[name].astype(str) for name in ("axis", "kind") if name in tracks.variables}
     tracks = tracks.assign_coords(texts)
     for name, si in (("position", "m"), ("time", "s"), ("angle", "rad")):

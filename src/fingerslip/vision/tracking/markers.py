@@ -15,12 +15,10 @@ from fingerslip.vision.tracking.blobs import Blobs
 from fingerslip.vision.tracking.layouts import nearest_neighbours
 
 Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 
 #: Samples of a profile, from the centre to the edge of the window.
 N_PROFILE = 48
-#: What is measured: x, y [px], amplitude [grey levels], correlation with the profile, share of the weight that is left.
-COLUMNS = 5
-AMPLITUDE, CORRELATION, WEIGHT = 2, 3, 4
 
 _FITS = 8
 # A residual of this share of the amplitude halves the weight of a pixel; noise of the image is far below.
@@ -37,7 +35,8 @@ def measure_markers(image, mask, start, window, shapes, profiles, polarity, out)
     """Measure markers near given positions, in place.
 
     Arrays: image, mask (height, width); start (n, 2) [px]; window (n,) [px]; shapes (n, 3); profiles (n, N_PROFILE);
-    out (n, COLUMNS).
+    out (n, 4): x, y [px], amplitude [grey levels], and quality: correlation with the profile times the share of the
+    weight that is left.
     """
     side = 0.0
     for n in range(len(start)):
@@ -85,9 +84,8 @@ def _fit(image, mask, x, y, window, shape, profile, polarity, terms, out):  # ty
     if (x - x0) ** 2 + (y - y0) ** 2 > window * window:
         return
     explained = amplitude * amplitude * spread
-    out[0], out[1], out[2] = x, y, amplitude
-    out[3] = math.sqrt(explained / (explained + rest)) if explained > 0.0 else 0.0
-    out[4] = weight / whole
+    correlation = math.sqrt(explained / (explained + rest)) if explained > 0.0 else 0.0
+    out[0], out[1], out[2], out[3] = x, y, amplitude, correlation * (weight / whole)
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
@@ -203,8 +201,6 @@ def _around(image: Floats, points: Floats, reach: float) -> tuple[Floats, Floats
     return columns - points[:, 0, None, None], rows - points[:, 1, None, None], grey, inside
 
 
-Flags = NDArray[np.bool_]
-
 _WINDOW = 1.9  # radii of the marker
 _MARGIN = 1.5  # px, for blur
 _SMALLEST_WINDOW = 3.0  # px
@@ -254,10 +250,10 @@ class Measured:
 
 def measure(markers: Markers, image: NDArray[np.uint8], mask: Flags | None, start: Floats) -> Measured:
     """Measure markers in an image, each from its own start (n, 2) [px], NaN where nothing is to be measured."""
-    out = np.empty((len(start), COLUMNS))
+    out = np.empty((len(start), 4))
     counted = np.empty((0, 0), dtype=bool) if mask is None else mask
     measure_markers(image, counted, start, markers.window, markers.shape, markers.profiles, markers.polarity, out)
-    return Measured(out[:, :2].copy(), out[:, AMPLITUDE].copy(), out[:, CORRELATION] * out[:, WEIGHT])
+    return Measured(out[:, :2].copy(), out[:, 2].copy(), out[:, 3].copy())
 
 
 def known_markers(image: Floats, mask: Flags | None, blobs: Blobs, polarity: float) -> Markers:
@@ -308,8 +304,7 @@ def _with_typical_looks(markers: Markers) -> Markers:
 def _windows(radii: Floats, spacing: Floats) -> Floats:
     # The neighbours stay outside.
     room = np.maximum(spacing - 1.1 * radii, 0.5 * spacing)
-    windows: Floats = np.maximum(np.minimum(_WINDOW * radii + _MARGIN, room), _SMALLEST_WINDOW)
-    return windows
+    return np.asarray(np.maximum(np.minimum(_WINDOW * radii + _MARGIN, room), _SMALLEST_WINDOW))
 
 
 def _typical(profiles: Floats, reach: Floats, wanted: Floats) -> Floats:
@@ -339,8 +334,7 @@ def _normalise(profiles: Floats, window: Floats, radii: Floats) -> Floats:
     height = smooth[:, :_CENTRE].mean(axis=1, keepdims=True) - outside
     scaled = np.clip((smooth - outside) / np.where(height > 1.0, height, 1.0), -0.5, 1.5)
     common = _typical(scaled, window / radii, window / radii)
-    mixed: Floats = np.where(height > 1.0, 0.5 * scaled + 0.5 * common, common)
-    return mixed
+    return np.where(height > 1.0, 0.5 * scaled + 0.5 * common, common)
 
 
 def _half_height(profiles: Floats, window: Floats) -> Floats:
