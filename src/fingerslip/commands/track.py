@@ -16,7 +16,12 @@ def track(
         Path, typer.Argument(metavar="VIDEO", help="A video file, or a folder of images.", show_default=False)
     ],
     *,
-    rest: Annotated[int, typer.Option(metavar="FRAMES", min=1, help="Frames at rest at the beginning.")] = 30,
+    rest: Annotated[
+        int | None,
+        typer.Option(
+            metavar="FRAMES", min=1, help="Frames at rest at the beginning; else as many as are found, 30 at most."
+        ),
+    ] = None,
     output: Annotated[
         Path | None,
         typer.Option("-o", "--output", "--out", metavar="FOLDER", help="Folder; else VIDEO with the ending _tracks."),

@@ -299,7 +299,7 @@ def tracks_table(tracks: xr.Dataset) -> pd.DataFrame:
     check_tracks(tracks)
     times, count = tracks.sizes["time"], tracks.sizes["marker"]
     unit, position = tracks["position"].attrs["units"], tracks["position"].values
-    labels = [name for name in ("kind", *_OPTIONAL) if name in tracks.coords]
+    labels = [name for name in ("kind", *_OPTIONAL, "still") if name in tracks.variables]
     return pd.DataFrame(
         {
             "time_s": np.repeat(tracks["time"].values, count),

@@ -34,7 +34,7 @@ def track_video(
     from fingerslip.vision.overlay import SHOWN_FIELDS
     from fingerslip.vision.tracking.track import seen_share
 
-    rest = min(int(options["rest_frames"]), tracks.sizes["time"])
+    rest = int(tracks.attrs["rest_frames"])
     computed = marker_fields(tracks, rest=rest) if fields else None
     tell(f"{video}: writing {tracks.sizes['time']} frames, overlay and page")
     folder = out or folder_beside(video, "tracks", source_of_tracking)
@@ -49,7 +49,7 @@ def track_video(
         still > 0
     )
     found = f"{100 * seen_share(tracks):.2f} % of the positions found"
-    yield f"{partial} of {count} markers in {times} frames, {found}{beside}"
+    yield f"{partial} of {count} markers in {times} frames, {found}, at rest in the first {rest}{beside}"
     yield f"quality: {folder / 'quality.html'}{', which was replaced' if is_there else ''}"
     if computed is not None:
         yield f"fields: {folder / 'fields.nc'}, fields.png, {', '.join(f'{name}.avi' for name in SHOWN_FIELDS)}"

@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,7 +53,7 @@ def track_markers(
     video: VideoInput,
     *,
     n_markers: int | None = None,
-    rest_frames: int = 30,
+    rest_frames: int | None = None,
     layout: LayoutName = "auto",
     mask: NDArray[np.bool_] | str | Path | None = None,
     calibration: Pinhole | Fisheye | str | Path | None = None,
@@ -70,7 +70,8 @@ def track_markers(
     n_markers : int, optional
         How many markers there are; without it, the number at which the first frames are clearest.
     rest_frames : int, optional
-        How many frames the sensor rests at the beginning: their mean is the reference.
+        How many frames the sensor rests at the beginning: their mean is the reference. Without it, as many as the
+        markers show, 30 at most.
     layout : {'auto', 'rings', 'hex', 'grid', 'free'}, optional
         Arrangement of the markers, which numbers them: concentric rings and hexagonal lattices from the centre
         outwards and by rising angle from x to y of the image, square grids and free ones by rows. Without it, the
@@ -122,11 +123,11 @@ def track_markers(
     [30.0, 31.0, 32.0, 33.0]
     """
     frames = open_frames(video, frame_rate, channel)
-    search: Any = {"n_markers": n_markers, "rest_frames": rest_frames, "layout": layout, "mask": mask, "bright": bright}
-    tracker = MarkerTracker(**search, name=frames.name)
+    rest = {} if rest_frames is None else {"rest_frames": rest_frames}
+    tracker = MarkerTracker(n_markers=n_markers, layout=layout, mask=mask, bright=bright, name=frames.name, **rest)
     lens = lens_of(calibration, frames)
     rows, broken = follow_video(frames, tracker)
-    tracks = tracks_of(tracker, rows, frames.frame_rate, lens, broken)
+    tracks = tracks_of(tracker, rows, frames.frame_rate, lens, broken, rest_frames=rest_frames)
     for text in filter(None, str(tracks.attrs["warnings"]).split("\n")):
         warnings.warn(text, TrackingWarning, stacklevel=2)
     return tracks
@@ -173,11 +174,17 @@ def tracks_of(
     frame_rate: float,
     lens: Pinhole | Fisheye | None = None,
     broken: str = "",
+    *,
+    rest_frames: int | None = None,
 ) -> xr.Dataset:
-    """Return what a tracker saw in all frames as tracks, with what is wrong with them and why they may be `broken`."""
-    reference, rest_frames = tracker.reference, tracker.rest_frames
+    """Return what a tracker saw in all frames as tracks, with what is wrong with them and why they may be `broken`.
+
+    Without their number the rest frames are those of the tracker in which the markers rest.
+    """
+    reference = tracker.reference
     image_position = np.array([row.position for row in rows], dtype=np.float64)
     position = image_position if lens is None else undistort_pixels(lens, image_position)
+    rest = min(rest_frames or min(rest_length(position), tracker.rest_frames), len(rows))
     tracks = make_tracks(
         position,
         [row.time for row in rows],
@@ -190,11 +197,11 @@ def tracks_of(
             "image_height": tracker.shape[0],
             "frame_rate": frame_rate,
             "source": tracker.name,
-            "rest_frames": min(rest_frames, len(rows)),
+            "rest_frames": rest,
             "layout": reference.layout,
             "bright": int(reference.markers.polarity > 0),
             "partial": int(bool(broken or reference.warnings)),
-            "warnings": "\n".join([*reference.warnings, *_complaints(tracker, rows, position, broken)]),
+            "warnings": "\n".join([*reference.warnings, *_complaints(tracker, rows, position, rest, broken)]),
         },
     )
     values = {
@@ -204,8 +211,8 @@ def tracks_of(
     }
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # of markers that were not seen at rest
-        values["reference"] = np.nanmean(position[:rest_frames], axis=0)
-        values["rest_noise"] = np.nanstd(position[:rest_frames], axis=0, ddof=1)
+        values["reference"] = np.nanmean(position[:rest], axis=0)
+        values["rest_noise"] = np.nanstd(position[:rest], axis=0, ddof=1)
     values["still"] = still_markers(position).astype(np.int8)
     if lens is not None:
         values["image_position"] = image_position
@@ -215,14 +222,15 @@ def tracks_of(
     return tracks
 
 
-def _complaints(tracker: MarkerTracker, rows: Sequence[SeenMarkers], position: Floats, broken: str) -> Iterator[str]:
-    """Yield what is wrong with the frames."""
+def _complaints(
+    tracker: MarkerTracker, rows: Sequence[SeenMarkers], position: Floats, rest: int, broken: str
+) -> Iterator[str]:
+    """Yield what is wrong with the frames, of which so many are those at rest."""
     states = np.array([row.state for row in rows], dtype=np.int8)
     name, light, count, rest_frames = tracker.name, tracker.exposure, len(states), tracker.rest_frames
-    rest = min(rest_frames, count)
     if broken:
         yield f"{broken}; the tracks are those of the first {count} frames"
-    elif count < rest_frames:
+    elif rest == count < rest_frames:
         yield f"{name}: ends within the {rest_frames} rest frames, after {count}; all are the reference"
     # Frames are only compared with the light at rest.
     if light.mean < _DARK:

@@ -32,7 +32,7 @@ from fingerslip.vision.tracking.track import (
     track_markers,
     undistort_pixels,
 )
-from fingerslip.vision.tracks import check_tracks, make_tracks, read_tracks, write_tracks
+from fingerslip.vision.tracks import check_tracks, make_tracks, read_tracks, tracks_table, write_tracks
 from fingerslip.vision.video import opencv, write_video
 from problems import clips
 
@@ -225,6 +225,10 @@ def test_rest_that_ends_early_names_how_many_frames_rest() -> None:
     frames = [np.roll(frame, max(number - 7, 0), axis=1) for number, frame in enumerate(still())]
     with pytest.warns(TrackingWarning, match=r"moved by 2\.0 px in the 10 rest frames; .*; it rests in 6: --rest 6$"):
         follow(frames)
+    found = follow(frames, rest_frames=None)
+    assert (found.attrs["rest_frames"], found.attrs["warnings"]) == (6, ""), "without their number those that rest"
+    np.testing.assert_allclose(found["reference"], found["position"][:6].mean("time"), atol=1e-4)
+    assert set(tracks_table(found)["still"]) == {0}
 
 
 def test_markers_that_do_not_move_with_their_neighbours_are_named() -> None:
