@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.contact.candidates import Candidates
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.viscoelastic import Viscous, relaxed_force
 from fingerslip.dynamics.system.bodies import body_centres, faces_of
@@ -30,7 +29,8 @@ class BodyRecords:
     def __init__(self, model: Model, system: System) -> None:
         self._names = list(model.bodies)
         self._faces = [faces_of(model, name) for name in model.bodies]
-        self._centres = body_centres(model)[1]
+        # Of the body of each counterface [m].
+        self.centres = body_centres(model)[1]
         self.turning = [freedom.turns and bool(freedom.faces) for freedom in system.unknowns.rigid]
 
     def complete_motion(self, values: dict[str, Any], system: System) -> None:
@@ -51,14 +51,6 @@ class BodyRecords:
         for number, faces in enumerate(self._faces):
             for name in ("displacement", "velocity") if faces else ():
                 values[f"rigid_body_{name}"][:, number] = values[f"counterface_{name}"][:, faces[0]]
-
-    def arms(self, candidates: Candidates, moved: Array) -> Array:
-        """Return the lever arms of the candidates about the centres of their bodies, (n_steps, n_c, dim) [m].
-
-        Arrays: moved (n_steps, n_c, dim) [m].
-        """
-        result: Array = candidates.positions - self._centres[candidates.counterface] + moved
-        return result
 
     def complete_forces(self, values: dict[str, Any]) -> None:
         """Sum up what the contacts exert on the bodies, the opposite of what acts on the deformable ones."""
@@ -83,10 +75,7 @@ def moments(arms: Array, forces: Array) -> Array:
 
 
 class SupportRecords:
-    """How the forces on what supports hold, (n_times, 3, count), follow from the motion of the unknowns `near` (k,) it.
-
-    They are elastic forces, inertia and all others [N].
-    """
+    """How the elastic forces, inertia and other forces [N] on what supports hold follow from the unknowns near it."""
 
     def __init__(self, system: System, scheme: Scheme, damping: RayleighDamping, viscous: Sequence[Viscous]) -> None:
         self._supports, self._scheme, self._damping = system.supports, scheme, damping
@@ -129,10 +118,7 @@ class SupportRecords:
             self._passed.setdefault(step, []).append(inertia)
 
     def follow(self, held: Array, near: Array) -> None:
-        """Compute elastic forces and inertia of steps, from the motion of the unknowns `near` in them.
-
-        Arrays: held (n, 3, count) [N]; near (3, n, k), displacement [m], velocity [m/s] and acceleration [m/s^2].
-        """
+        """Compute elastic forces and inertia of steps (n, 3, count) [N] from the motion of unknowns near (3, n, k)."""
         displacement, velocity, acceleration = (field.T for field in near)
         stiffness, mass = self._near_maps
         # At large strain the elastic forces are those of the states.

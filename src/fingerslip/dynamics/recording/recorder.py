@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from fingerslip.dynamics.recording.body_records import BodyRecords, SupportRecords, moments
 from fingerslip.dynamics.recording.labels import record_coordinates
-from fingerslip.dynamics.recording.snapshots import Recoveries, SnapshotRecords, dashpots_reader
+from fingerslip.dynamics.recording.snapshots import Recoveries, SnapshotRecords, of_state
 from fingerslip.dynamics.recording.steps import record_shapes, record_type, snapshot_steps
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.viscoelastic import viscous_steps
@@ -147,7 +147,9 @@ class Recorder:
         if self._next % self._at_once == 0:
             self._complete_last()
         if state.body is not None or self._of_states:
-            self._record_strains(step, state)
+            sites, strained = of_state(self._system, self._viscous, state, self._sites, self._finite)
+            for name, method in _OF_STRAINS.items():
+                arrays[name][step] = getattr(sites, method)(strained)
         for column, energy in enumerate(_energies_of(state.energies)):
             arrays["energies"][step, column] = energy
         arrays["contact_iterations"][step] = state.iterations
@@ -158,16 +160,6 @@ class Recorder:
         if state.body is None and not self._has_warned and is_seen:
             last = state.displacement if count == 1 else state.displacement[-1]
             self._warn_of_inverted_cells(self._system.coordinates.on_mesh(np.ravel(last)))
-
-    def _record_strains(self, step: int | slice, state: State) -> None:
-        """Record what follows from strains at sites and from what a state remembers beside them."""
-        sites: Any = self._finite
-        strains: Any = None if state.body is None else state.body.deformed
-        if self._of_states:
-            strains = self._sites.strains(self._system.coordinates.on_mesh(state.displacement))
-            sites = replace(self._sites, relax=dashpots_reader(self._system, self._viscous, state, self._sites))
-        for name, method in _OF_STRAINS.items():
-            self._arrays[name][step] = getattr(sites, method)(strains)
 
     def _warn_of_inverted_cells(self, displacement: Array) -> None:
         """Warn where small strain does not hold: cells are turned inside out (n_dofs,) [m]."""
@@ -288,7 +280,7 @@ class Recorder:
         normal, forces = values["normal_traction"][steps], values["tangential_traction"][steps]
         moved = values["contact_displacement"][steps]
         moved = moved - values["counterface_displacement"][steps][:, candidates.counterface]
-        about_centres = moments(self._bodies.arms(candidates, moved), forces)
+        about_centres = moments(candidates.positions - self._bodies.centres[candidates.counterface] + moved, forces)
         points, rotations, turned = candidates.positions + moved, self._system.rotations, None
         if rotations is not None:
             turned = rotations.matrices(values["moved"][steps, 0][:, self._bodies.turning])[:, candidates.counterface]

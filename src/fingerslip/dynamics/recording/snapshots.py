@@ -74,7 +74,7 @@ class Recoveries:
         return self._at_sites[key]
 
 
-def dashpots_reader(system: System, viscous: Sequence[Viscous], state: State, recovery: Recovery) -> Relax:
+def _dashpots_reader(system: System, viscous: Sequence[Viscous], state: State, recovery: Recovery) -> Relax:
     """Return what gives the dashpots of materials at the points of a recovery from what a state remembers."""
 
     def read(field: Array, points: NDArray[np.int64]) -> Array:
@@ -92,6 +92,17 @@ def dashpots_reader(system: System, viscous: Sequence[Viscous], state: State, re
         return Relaxed(with_across(strains, thinned[0]), with_across(dashpots, np.stack(thinned[1:])))
 
     return relax
+
+
+def of_state(
+    system: System, viscous: Sequence[Viscous], state: State, small: Recovery | None, finite: FiniteRecovery | None
+) -> tuple[Recovery | FiniteRecovery, Any]:
+    """Return what recovers stresses of a state, with what viscoelastic materials remember, and what it is to read."""
+    if finite is not None:
+        return finite, state.large_body.deformed
+    assert small is not None
+    relax = _dashpots_reader(system, viscous, state, small)
+    return replace(small, relax=relax), small.strains(system.coordinates.on_mesh(state.displacement))
 
 
 _MOTION = frozenset({"snapshot_displacement", "snapshot_velocity"})
@@ -142,7 +153,9 @@ class SnapshotRecords:
             if len(self._waiting) >= _CARRIED_AT_ONCE:
                 self.carry(values)
             if self._of_states:
-                self._record_state(number, state, values)
+                finite = None if state.body is None else self._recoveries.finite_cells
+                small = None if finite else self._recoveries.cells
+                _record(*of_state(self._system, self._viscous, state, small, finite), number, values)
 
     def carry(self, values: dict[str, Any]) -> None:
         """Carry the motions that wait to the mesh, together."""
@@ -167,30 +180,14 @@ class SnapshotRecords:
             displacement = values["snapshot_displacement"][some]
             _record(cells, cells.strains(displacement.reshape(len(displacement), -1)), some, values)
 
-    def _record_state(self, number: int, state: State, values: dict[str, Any]) -> None:
-        """Record what follows from a state."""
-        if state.body is not None:
-            deformed, finite = state.body.deformed, self._recoveries.finite_cells
-            values["snapshot_strain_energy_density"][number] = finite.energy_densities(deformed)
-            _record_tensors(number, finite.stresses(deformed), finite.tensors(deformed), values)
-            return
-        cells = self._recoveries.cells
-        strains = cells.strains(self._system.coordinates.on_mesh(state.displacement))
-        relax = dashpots_reader(self._system, self._viscous, state, cells)
-        _record(replace(cells, relax=relax), strains, number, values)
 
-
-def _record(cells: Recovery, strains: Array, which: int | slice, values: dict[str, Any]) -> None:
-    """Record what follows from the strains of all cells (..., n_cells, m) [-] in snapshots."""
-    values["snapshot_strain_energy_density"][which] = cells.energy_densities(strains)
-    _record_tensors(which, cells.stresses(strains), cells.tensors(strains), values)
-
-
-def _record_tensors(which: int | slice, stresses: Array, strains: Array, values: dict[str, Any]) -> None:
-    """Record stresses [Pa] and strains [-] of all cells (..., n_cells, 4 or 6) in snapshots."""
-    for name, tensors in (("stress", stresses), ("strain", strains)):
+def _record(cells: Recovery | FiniteRecovery, strained: Any, which: int | slice, values: dict[str, Any]) -> None:
+    """Record what follows from the strains of all cells (..., n_cells, m) [-], or a deformed body, in snapshots."""
+    stresses = cells.stresses(strained)
+    for name, tensors in (("stress", stresses), ("strain", cells.tensors(strained))):
         target = values[f"snapshot_{name}"][which]
         # What is computed lies in memory component by component.
         for component in range(target.shape[-1]):
             target[..., component] = tensors[..., component]
+    values["snapshot_strain_energy_density"][which] = cells.energy_densities(strained)
     values["snapshot_von_mises"][which] = von_mises(stresses)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import compress, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,7 @@ from fingerslip.history import VARIABLES
 from fingerslip.linear.resources import available_memory
 from fingerslip.materials.material import STRAIN_COMPONENTS
 from fingerslip.model.model import Model, Traction
-from fingerslip.model.programme import Hold, Phase, Ramp, phase_duration
+from fingerslip.model.programme import Hold, phase_duration
 from fingerslip.model.timing import Adaptive
 
 Array = NDArray[np.float64]
@@ -60,9 +60,27 @@ class Span:
 def spans_of(model: Model, time: Adaptive) -> tuple[Span, ...]:
     """Return the spans of a model from its start to its end."""
     growth = 10.0 ** (1.0 / time.records_per_decade) - 1.0 if time.records_per_decade else 0.0
+    programmes = [*model.programmes, *(body.programme for body in model.bodies.values())]
+    phases = [(np.cumsum([phase_duration(phase) for phase in programme]), programme) for programme in programmes]
+    ramps = [load.ramp for load in model.tractions.values() if isinstance(load, Traction)]
+    ramps += [contact.drive.ramp for contact in model.contacts if contact.drive]
+    ramps += [load.ramp for body in model.bodies.values() for load in body.loads]
+    ramps += [motion.ramp for motion in model.support_motions.values()]
+
+    def is_quiet(start: float, end: float) -> bool:
+        """Tell whether nothing is moved and no load changes between two knots."""
+        middle = 0.5 * (start + end)
+        present = [next(compress(programme, middle < ends), None) for ends, programme in phases]
+        moves = any(phase is not None and not isinstance(phase, Hold) for phase in present)
+        return not moves and all(ramp.at(start) == ramp.at(end) for ramp in ramps)
+
+    moments = {0.0, *(moment for ramp in ramps for moment in ramp.times)}
+    moments |= {moment for ends, _ in phases for moment in ends.tolist()}
+    inner = sorted(moment for moment in moments if moment < model.end * (1.0 - _ROUNDING))
+    first = [before for before, after in pairwise([*inner, model.end]) if after - before > _ROUNDING * model.end]
     return tuple(
-        _span(start, end, time.output, growth if _is_quiet(model, start, end) else 0.0)
-        for start, end in pairwise(_knots(model))
+        _span(start, end, time.output, growth if is_quiet(start, end) else 0.0)
+        for start, end in pairwise([*first, model.end])
     )
 
 
@@ -81,45 +99,6 @@ def _span(start: float, end: float, output: float, growth: float) -> Span:
         position += _power(position * growth)
         count += 1
     return Span(start, end, (end - start) / position, count, growth)
-
-
-def _knots(model: Model) -> list[float]:
-    """Return the knots, start and end included, in order [s]."""
-    moments = {0.0, *(moment for ramp in _ramps(model) for moment in ramp.times)}
-    for programme in _programmes(model):
-        moments |= set(np.cumsum([phase_duration(phase) for phase in programme]).tolist())
-    inner = sorted(moment for moment in moments if moment < model.end * (1.0 - _ROUNDING))
-    first = [before for before, after in pairwise([*inner, model.end]) if after - before > _ROUNDING * model.end]
-    return [*first, model.end]
-
-
-def _ramps(model: Model) -> list[Ramp]:
-    """Return the ramps of all loads and supports."""
-    ramps = [load.ramp for load in model.tractions.values() if isinstance(load, Traction)]
-    ramps += [contact.drive.ramp for contact in model.contacts if contact.drive]
-    ramps += [load.ramp for body in model.bodies.values() for load in body.loads]
-    return ramps + [motion.ramp for motion in model.support_motions.values()]
-
-
-def _programmes(model: Model) -> list[tuple[Phase, ...]]:
-    return [*model.programmes, *(body.programme for body in model.bodies.values())]
-
-
-def _is_quiet(model: Model, start: float, end: float) -> bool:
-    """Tell whether nothing is moved and no load changes between two knots [s]."""
-    middle = 0.5 * (start + end)
-    moved = any(_moves(programme, middle) for programme in _programmes(model))
-    return not moved and all(ramp.at(start) == ramp.at(end) for ramp in _ramps(model))
-
-
-def _moves(programme: tuple[Phase, ...], moment: float) -> bool:
-    """Tell whether a programme moves anything at a moment between its knots [s]."""
-    end = 0.0
-    for phase in programme:
-        end += phase_duration(phase)
-        if moment < end:
-            return not isinstance(phase, Hold)
-    return False
 
 
 def step_count(model: Model) -> int:
@@ -153,10 +132,7 @@ def step_times(model: Model) -> Array:
 
 
 def snapshot_steps(times: Array, interval: float) -> list[int]:
-    """Return the steps nearest to multiples of an interval, first and last included; none for an interval of 0.
-
-    Arrays: times (n_times,) [s]; interval [s].
-    """
+    """Return the steps nearest to multiples of an interval [s], first and last included; none for an interval of 0."""
     if interval <= 0.0:
         return []
     if times.size < 2 or interval <= float(np.diff(times).min()):
@@ -167,16 +143,18 @@ def snapshot_steps(times: Array, interval: float) -> list[int]:
     return sorted(set(nearest.tolist()))
 
 
+# Types of variables that are no doubles. For pictures and other programs seven digits are enough, and half the memory.
+_TYPES: Mapping[str, type] = {
+    "contact_state": np.int8,
+    "contact_iterations": np.int32,
+    "snapshot_stress": np.float32,
+    "snapshot_strain": np.float32,
+}
+
+
 def record_type(name: str) -> type:
     """Return the type of the numbers of a variable of a history."""
-    types: Mapping[str, type] = {
-        "contact_state": np.int8,
-        "contact_iterations": np.int32,
-        # For pictures and other programs: seven digits are enough, and half the memory.
-        "snapshot_stress": np.float32,
-        "snapshot_strain": np.float32,
-    }
-    return types.get(name, np.float64)
+    return _TYPES.get(name, np.float64)
 
 
 def record_bytes(model: Model, nodes: int, candidates: int) -> int:
@@ -211,10 +189,7 @@ def record_shapes(model: Model, count: int, snapshots: int, nodes: int, candidat
 
 
 def require_record_memory(model: Model, needed: int) -> None:
-    """Refuse so many steps or snapshots that their records do not fit into the memory.
-
-    Units: needed [bytes].
-    """
+    """Refuse so many steps or snapshots that the bytes that their records need do not fit into the memory."""
     available = available_memory()
     if available is None or needed <= available:
         return

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.dynamics.system.bodies import Motion, faces_of
-from fingerslip.dynamics.system.loads import Load
+from fingerslip.dynamics.system.loads import Load, require_components
 from fingerslip.dynamics.system.system import System
 from fingerslip.errors import InputError
 from fingerslip.model.model import Model
@@ -39,36 +39,24 @@ class Command:
 
 
 def with_command(system: System, model: Model, command: Command, time: float) -> System:
-    """Return a system that follows a command from a time on.
-
-    Units: time [s].
-    """
-    if command.of in model.support_motions and command.of not in _owners(model):
+    """Return a system that follows a command from a time [s] on."""
+    owners = [*model.bodies, *(contact.boundary for contact in model.contacts)]
+    if command.of in model.support_motions and command.of not in owners:
         return _with_support(system, model, command, time)
-    faces = _faces(model, command)
+    if command.of not in owners:
+        names = ", ".join([*owners, *model.support_motions]) or "none"
+        fault = f"got '{command.of}'"
+        raise InputError("command.of", fault, f"the bodies, contacts and moving supports are: {names}")
+    faces = faces_of(model, command.of)
+    if command.of not in model.bodies:
+        number = owners[len(model.bodies) :].index(command.of)
+        owner = model.contacts[number].rigid_body
+        faces = (number,) if owner is None else faces_of(model, owner)
     if command.velocity is not None:
         system = _with_motion(system, model, faces, _components(system, command.velocity, "velocity"), time)
     if command.force is not None:
         system = _with_force(system, faces, command)
     return system
-
-
-def _faces(model: Model, command: Command) -> tuple[int, ...]:
-    """Return the counterfaces that a command means."""
-    if command.of in model.bodies:
-        return tuple(faces_of(model, command.of))
-    if command.of not in _owners(model):
-        names = ", ".join([*_owners(model), *model.support_motions]) or "none"
-        fault = f"got '{command.of}'"
-        raise InputError("command.of", fault, f"the bodies, contacts and moving supports are: {names}")
-    number = [contact.boundary for contact in model.contacts].index(command.of)
-    owner = model.contacts[number].rigid_body
-    return (number,) if owner is None else tuple(faces_of(model, owner))
-
-
-def _owners(model: Model) -> list[str]:
-    """Return the names of rigid bodies and contacts."""
-    return [*model.bodies, *(contact.boundary for contact in model.contacts)]
 
 
 def _with_support(system: System, model: Model, command: Command, time: float) -> System:
@@ -96,8 +84,7 @@ def _with_support(system: System, model: Model, command: Command, time: float) -
 
 
 def _components(system: System, values: tuple[float, ...], name: str) -> Array:
-    if len(values) != system.space.dim:
-        raise InputError(f"command.{name}", f"got {len(values)} components", f"needs {system.space.dim}")
+    require_components(f"command.{name}", values, system.space.dim)
     return np.array(values)
 
 

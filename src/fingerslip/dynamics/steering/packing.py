@@ -43,7 +43,9 @@ def read_archive(path: Path, outside: Mapping[str, NDArray[Any]]) -> Any:
     """Return the value that was written to a file."""
     try:
         with zipfile.ZipFile(path) as file:
-            _check_size(file, path)
+            # What is written is not compressed.
+            if sum(entry.file_size for entry in file.infolist()) > path.stat().st_size:
+                raise ValueError("unpacks to more than itself")  # noqa: TRY301
             arrays = {name: np.load(file.open(name), allow_pickle=False) for name in file.namelist() if name != _TREE}
             tree = json.loads(file.read(_TREE))
         return _unpack(tree, {**arrays, **outside})
@@ -52,12 +54,6 @@ def read_archive(path: Path, outside: Mapping[str, NDArray[Any]]) -> Any:
     # Readers of numbers and text, and the classes that are made, fail in any way on what others have written.
     except Exception as error:
         raise DamagedError(str(path), "holds no saved simulation, or is damaged", _REPAIR) from error
-
-
-def _check_size(file: zipfile.ZipFile, path: Path) -> None:
-    """Refuse what unpacks to more than itself: what is written is not compressed."""
-    if sum(entry.file_size for entry in file.infolist()) > path.stat().st_size:
-        raise ValueError("unpacks to more than itself")
 
 
 def is_like(value: Any, pattern: Any) -> bool:
