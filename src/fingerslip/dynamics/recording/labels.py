@@ -33,10 +33,7 @@ Array = NDArray[np.float64]
 
 
 def record_coordinates(model: Model, system: System, times: Array, snapshot_times: Array) -> dict[str, Any]:
-    """Return the coordinates of a history, by their names in :data:`fingerslip.history.COORDINATES`.
-
-    Arrays: times, snapshot_times (n,) [s].
-    """
+    """Return the coordinates of a history, by their names in :data:`fingerslip.history.COORDINATES`."""
     kinds, knots = phase_table(model.programmes[0] or model.programme)
     sites, counterfaces = model.record.sites, [contact.counterface for contact in model.contacts]
     positions, candidates = system.space.positions, system.candidates

@@ -5,7 +5,6 @@ A step only copies what the history needs. What follows from it is computed for 
 
 from __future__ import annotations
 
-import functools
 import logging
 import operator
 from dataclasses import replace
@@ -26,7 +25,6 @@ from fingerslip.fe.finite.recovery import finite_site_recovery
 from fingerslip.fe.space import inverted_cells, vector_dofs
 from fingerslip.history import COORDINATES, VARIABLES
 from fingerslip.materials.elastic import Elastic
-from fingerslip.materials.material import Formulation
 from fingerslip.materials.viscoelastic import Relaxed, follow_strains
 from fingerslip.model.model import Model
 from fingerslip.model.timing import Adaptive
@@ -65,10 +63,7 @@ _STEPS_AT_ONCE, _AT_ONCE = 64, 50_000
 
 
 class Recorder:
-    """Arrays of a history, filled step by step.
-
-    Arrays: times (n_times,) [s].
-    """
+    """Arrays of a history, filled step by step."""
 
     def __init__(self, model: Model, system: System, times: Array, recoveries: Recoveries) -> None:
         self._system, self._size, self._next = system, times.size, 0
@@ -78,8 +73,12 @@ class Recorder:
         self._finite = None if body is None else finite_site_recovery(body.bulk, system.site_nodes, regions)
         self._at_sites = recoveries.at_sites(system.site_nodes, regions)
         scheme = make_scheme(model.time)
-        # A function that is not its own: a recorder in a ring would keep all factors until Python looks for rings.
-        histories = functools.partial(_strain_histories, system.materials.formulation, scheme.step)
+        formulation, length = system.materials.formulation, scheme.step
+
+        # Not a method: a recorder in a ring would keep all factors until Python looks for rings.
+        def histories(material: Elastic, strains: Array, _: NDArray[np.int64]) -> Relaxed:
+            return follow_strains(material, strains, formulation, length)
+
         self._sites = replace(self._at_sites.recovery, relax=histories)
         self._viscous = viscous_steps(system.viscoelastic, scheme.step)
         # Dashpots follow recorded strains from step to step; where steps lie between records, states remember them.
@@ -142,7 +141,17 @@ class Recorder:
             np.take(field, self._taken, axis=-1, out=rows, mode="clip")
             if self._rigid.size:
                 arrays["moved"][step, number] = field[..., self._rigid]
-        self._record_contact(step, state)
+        # The arrays of tractions hold forces until they are completed.
+        interface = state.interface
+        arrays["gap"][step] = interface.relative[..., 0]
+        arrays["normal_traction"][step] = interface.forces[..., 0]
+        arrays["tangential_traction"][step] = state.contact_forces
+        arrays["slip_distance"][step] = interface.slip_distance
+        arrays["contact_state"][step] = interface.state
+        arrays["counterface_displacement"][step] = state.counterfaces
+        arrays["limits"][step] = interface.limit
+        if arrays["friction"].size:
+            arrays["friction"][step] = interface.forces[..., 1:]
         self._supports.record(arrays["held"][step], state)
         if self._next % self._at_once == 0:
             self._complete_last()
@@ -247,19 +256,6 @@ class Recorder:
             self._complete_tractions(values, slice(start, start + at_once))
         self._bodies.complete_forces(values)
 
-    def _record_contact(self, step: int | slice, state: State) -> None:
-        """Record what the contact did; the arrays of tractions hold forces until they are completed."""
-        values, interface = self._arrays, state.interface
-        values["gap"][step] = interface.relative[..., 0]
-        values["normal_traction"][step] = interface.forces[..., 0]
-        values["tangential_traction"][step] = state.contact_forces
-        values["slip_distance"][step] = interface.slip_distance
-        values["contact_state"][step] = interface.state
-        values["counterface_displacement"][step] = state.counterfaces
-        values["limits"][step] = interface.limit
-        if values["friction"].size:
-            values["friction"][step] = interface.forces[..., 1:]
-
     def _complete_last(self, count: int = _STEPS_AT_ONCE) -> None:
         """Compute what follows from the last steps that are kept, or from some of them."""
         first = (self._next - 1) // self._at_once * self._at_once
@@ -312,13 +308,6 @@ def _write_utilisation(friction: Array, limits: Array, whole: Array, largest: Ar
     np.divide(np.linalg.norm(friction.sum(axis=1), axis=-1), total, out=whole, where=total > 0.0)
     shares = np.divide(nodal, limits, out=np.zeros_like(nodal), where=limits > 0.0)
     largest[:] = shares.max(axis=1, initial=0.0)
-
-
-def _strain_histories(
-    formulation: Formulation, step: float, material: Elastic, strains: Array, _: NDArray[np.int64]
-) -> Relaxed:
-    """Return all strains of points (n_times, k, m) [-] at equal steps [s] with their dashpots."""
-    return follow_strains(material, strains, formulation, step)
 
 
 def _first_dimension(name: str) -> str:

@@ -58,10 +58,7 @@ class Recoveries:
         return finite_cell_recovery(self._system.require_body().bulk)
 
     def at_sites(self, nodes: NDArray[np.int64], regions: Sequence[str | None]) -> AtSites:
-        """Return how displacement and strain at sites are read.
-
-        Arrays: nodes (n_sites,).
-        """
+        """Return how displacement and strain at the nodes of sites are read."""
         key, system = (nodes.tobytes(), tuple(regions)), self._system
         if key in self._at_sites:
             return self._at_sites[key]
