@@ -34,8 +34,7 @@ class Integrator(Protocol[S]):
     def advance(self, states: Mapping[int, S], ends: Array) -> dict[int, tuple[S, list[S]]]:
         """Take the next step of some motions, or as many as are taken at once, to times (k,) [s].
 
-        Of each motion, return the last state and the states of its steps, one by one or some together, time first in
-        their arrays. A step that is not solved is a ConvergenceError.
+        Of each motion, return the last state and those of its steps, one by one or some together, time first in arrays.
         """
 
 
@@ -163,10 +162,7 @@ class BodyObserver:
 
 
 class Loop(Generic[S]):
-    """Motions on their way through time: an integrator takes their steps, and an observer the states of each.
-
-    `times` (n_times,) [s] of each are those of its records, the start included, equal but for their number.
-    """
+    """Motions through time: an integrator takes their steps, an observer the states of each at its times [s]."""
 
     def __init__(
         self, integrator: Integrator[S], observers: Sequence[Observer[S]], times: Sequence[Array], watch: Stopwatch

@@ -243,10 +243,7 @@ def _turned_back(matrices: Array, vectors: Array) -> Array:
 def find_inclusions(
     positions: Array, cells: Indices, stiffness: Array, unknowns: Unknowns, touching: Indices
 ) -> Inclusions:
-    """Return what is stiff beside the softest cells, wholly inside and not supported.
-
-    Arrays: positions (n_nodes, dim) [m]; cells (n_cells, n_nodes_of_cell); stiffness (n_cells,) [Pa]; touching (n_c,).
-    """
+    """Return what is stiff [Pa] beside the softest cells, wholly inside, not supported and not `touching`."""
     stiff = cells[stiffness > _STIFF * stiffness.min()]
     size, dim = positions.shape
     first = np.repeat(stiff[:, 0], stiff.shape[1])

@@ -102,10 +102,9 @@ def _span(start: float, end: float, output: float, growth: float) -> Span:
 
 
 def step_count(model: Model) -> int:
-    """Return how many steps a model takes: whole steps until the end is reached.
+    """Return how many whole steps a model takes until its end is reached, or records where steps control their error.
 
-    A given end is reached exactly. The end of the programme may lie within the last step. Of steps that control their
-    own error it is the number of records.
+    A given end is reached exactly. The end of the programme may lie within the last step.
     """
     if isinstance(model.time, Adaptive):
         return sum(span.count for span in spans_of(model, model.time))

@@ -199,10 +199,7 @@ def _surface(
 def surface(
     system: System, nodes: Integers, area: Floats, others: Integers, division: tuple[Integers, sparse.csr_matrix]
 ) -> tuple[list[sparse.csr_matrix], sparse.csr_matrix, StaticBody]:
-    """Return what reads patches of nodes, sites and other nodes, what sums over patches, and the body without answers.
-
-    Arrays: nodes (n_c,), divided as by :func:`patches`; area (n_c,) [m^2]; others (n_w,); sums (n_p, n_c) [-].
-    """
+    """Return what reads patches of nodes (n_c,), sites and others (n_w,), sums over patches, and the body they make."""
     positions, dim = system.space.positions, system.space.dim
     middles, means = division
     sums, expansion = (means > 0).astype(float), system.unknowns.expansion(system.space.n_dofs)

@@ -57,10 +57,7 @@ class Condensed(Protocol):
         """Take the forward half for a right-hand side b, shape (n,) or (n, k) [N]."""
 
     def backward(self, halfway: Halfway, forces: Array, moved: Array | None = None) -> Array:
-        """Return x of A x = b + B^T r from the forward half for b; x has the shape of b.
-
-        Arrays: forces r (m,) or (m, k) [N]; moved, likewise, B A^-1 B^T r, where it is known, which may save a product.
-        """
+        """Return x of A x = b + B^T r from the forward half; a known `moved`, B A^-1 B^T r, saves a product."""
 
 
 @dataclass(frozen=True)

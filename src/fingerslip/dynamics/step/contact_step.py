@@ -77,8 +77,6 @@ def solve_step(
     The frames of curved counterfaces are those at the predicted motion, about which the gap is linear. Where bodies
     turn, this motion, and with it the arms of forces, is corrected until it is that at the end of the step; the
     iterations of the step do that at large strain, with a `goal`, and its passes do where only contact holds a body.
-
-    Arrays: local (n_c * dim,); goal [-].
     """
     rotations = stepper.system.rotations
     if rotations is None or start.pose is None:

@@ -111,8 +111,8 @@ def drop(
 def dropped_forces(marks, forces, earlier, cancelled_before, frames, weights):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """Return what dropped forces leave in the equation of motion, and what of them is cancelled, (n_c, dim) each [N].
 
-    Arrays: forces at the start of the step, and of the step before, and what was cancelled in that, (n_c, dim) [N];
-    weights w_0, w_1 and s.
+    They are made of forces at the start of the step and of that before, and of what was cancelled in that; weights are
+    w_0, w_1 and s.
     """
     start_weight, end_weight, left = weights
     added, cancelled = np.zeros_like(forces), np.zeros_like(forces)

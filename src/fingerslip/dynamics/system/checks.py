@@ -289,10 +289,7 @@ def _candidates(model: Model, space: Space, number: int, counterface: Counterfac
 
 
 def inward_normals(model: Model, boundary: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the unit normals (k, dim) of the facets of a boundary that have a size, into the body, and their corners.
-
-    Arrays: corners (dim, n_corners, k) [m].
-    """
+    """Return unit normals (k, dim) of the facets of a boundary, into the body, and their corners (dim, ., k) [m]."""
     facets = np.asarray(model.mesh.boundaries[boundary])
     facets = facets[~are_degenerate(model.mesh)[facets]]
     normals = outward_normals(model.mesh, facets, model.mesh.f2t[0, facets])

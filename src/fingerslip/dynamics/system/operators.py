@@ -125,10 +125,7 @@ class Rotations:
         return np.asarray(result.reshape(*vectors.shape[:-1], dim, dim))
 
     def seen(self, turned: Array, points: Array, counterface: Indices) -> Array:
-        """Return points (..., k, dim) [m], relative to the centres' motion, as counterfaces see them that have turned.
-
-        `turned` (..., k, dim, dim) is the rotation of the counterface of each.
-        """
+        """Return points (..., k, dim) [m], relative to the centres' motion, as counterfaces see them in rotations."""
         centres = self.centres[counterface]
         return np.asarray(centres + np.einsum("...ij,...i->...j", turned, points - centres))
 
@@ -160,8 +157,6 @@ def relative_operator(space: Space, unknowns: Unknowns, nodes: Indices, counterf
     """Return the map from the unknowns to displacements of nodes relative to their counterfaces on free rigid bodies.
 
     Rotations, which do not move the centres, are left out: see :class:`Rotations`.
-
-    Arrays: nodes (k,); counterface (k,).
     """
     of_mesh = sparse.csr_matrix(node_operator(nodes, space.dim, space.n_dofs) @ unknowns.expansion(space.n_dofs))
     if not unknowns.rigid:

@@ -64,10 +64,7 @@ class Scheme:
     def dissipation(
         self, displacement: Array, velocity: Array, inertia: Array, unbalances: tuple[Array, Array, Array]
     ) -> float:
-        """Return the energy that the scheme takes out in a step [J], so that the balance of energy closes.
-
-        Arrays: changes du (n,) [m], dv (n,) [m/s], M da (n,) [N]; the three unbalanced forces (n,) [N].
-        """
+        """Return the energy that the scheme takes out in a step [J], from du, dv, M da and unbalanced forces (n,)."""
         of_rates, of_moves, *of_unbalance = self.losses
         lost = of_rates * (inertia @ velocity) + of_moves * (inertia @ displacement)
         unbalance = sum(share * force for share, force in zip(of_unbalance, unbalances, strict=True))

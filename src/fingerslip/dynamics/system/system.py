@@ -120,11 +120,9 @@ class System:
         return self.counterfaces.frames(self.candidates.positions, self.candidates.counterface)
 
     def moved(self, displacement: Array, counterfaces: Array) -> Array:
-        """Return the displacement of the candidates relative to their counterfaces, shape (n_c, dim) [m].
+        """Return the displacement of the candidates relative to counterfaces (n_counterfaces, dim) [m], (n_c, dim) [m].
 
         Counterfaces of bodies that turn count as if they did not: :meth:`pose` has what rotations do.
-
-        Arrays: displacement (n,) [m]; counterfaces (n_counterfaces, dim), their prescribed displacement [m].
         """
         moved: Array = (self.relative @ displacement).reshape(-1, self.space.dim)
         return moved - counterfaces[self.candidates.counterface]
@@ -135,10 +133,7 @@ class System:
         return rotations_of(self.unknowns.rigid, self.coordinates.rigid, len(self.counterfaces.shapes))
 
     def pose(self, displacement: Array, moved: Array) -> Pose | None:
-        """Return the candidates as turned bodies see them; None where none turns.
-
-        Arrays: displacement (n,) [m]; moved (n_c, dim) [m].
-        """
+        """Return candidates that have moved by (n_c, dim) [m] as turned bodies see them; None where none turns."""
         if self.rotations is None:
             return None
         candidates = self.candidates
