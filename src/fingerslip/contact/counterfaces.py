@@ -238,13 +238,7 @@ def contact_frames(normals: Floats, direction: Floats) -> Floats:
 
 
 def in_frames(frames: Floats, forces: Floats) -> Floats:
-    """Return forces in global components in frames whose tangents may have any length, both (n, dim).
-
-    Examples
-    --------
-    >>> in_frames(np.array([[[0.0, 1.0], [2.0, 0.0]]]), np.array([[3.0, 5.0]])).tolist()
-    [[5.0, 1.5]]
-    """
+    """Return forces in global components in frames whose tangents may have any length, both (n, dim)."""
     return np.asarray(np.einsum("cij,cj->ci", frames, forces) / np.einsum("cij,cij->ci", frames, frames))
 
 

@@ -103,13 +103,7 @@ def flat_motion(frames, gaps, before, moved_before, moved):  # type: ignore[no-u
 
 @numba.njit(cache=True, nogil=True)
 def in_components(frames, forces):  # type: ignore[no-untyped-def]
-    """Return forces (n, dim) in frames in global components, same shape.
-
-    Examples
-    --------
-    >>> in_components(np.array([[[0.0, 1.0], [2.0, 0.0]]]), np.array([[5.0, 1.5]])).tolist()
-    [[3.0, 5.0]]
-    """
+    """Return forces (n, dim) in frames in global components, same shape."""
     components = np.zeros_like(forces)
     for i in range(len(forces)):
         for k in range(forces.shape[1]):

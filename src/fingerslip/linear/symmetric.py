@@ -22,11 +22,6 @@ def symmetric_product(matrix: NDArray[Any], vector: NDArray[Any]) -> NDArray[Any
     """Return a symmetric matrix (n, n) times a vector (n,), in the precision of the vector.
 
     Half of the matrix is read: what is above its diagonal may be anything.
-
-    Examples
-    --------
-    >>> symmetric_product(np.array([[2.0, np.nan], [1.0, 3.0]], dtype=np.float32), np.array([1.0, 2.0])).tolist()
-    [4.0, 7.0]
     """
     product = np.empty_like(vector)
     write_symmetric_product(matrix, np.ascontiguousarray(vector), product)
@@ -91,13 +86,7 @@ def row_products(matrix: sparse.csr_matrix, rows: Floats) -> Floats:
 
 @numba.njit(cache=True, nogil=True)
 def weighted_rows(matrix, weights):  # type: ignore[no-untyped-def]
-    """Return weights (m,) times a dense matrix (m, n), for which rows without weight are not read.
-
-    Examples
-    --------
-    >>> weighted_rows(np.array([[1.0, 2.0], [5.0, 6.0]]), np.array([10.0, 0.0])).tolist()
-    [10.0, 20.0]
-    """
+    """Return weights (m,) times a dense matrix (m, n), for which rows without weight are not read."""
     total, rows = np.zeros(matrix.shape[1]), np.flatnonzero(weights)
     whole = rows.size - rows.size % 4
     # Four rows at a time, in their order: the sum is read and written once for all four.

@@ -46,11 +46,6 @@ def kept_values(values: Mapping[str, Any], changes: Mapping[str, Any]) -> Mappin
     """Return which values of a preset's material are left by changes: of another law those that it needs.
 
     None are left by a material that starts from another one that ships.
-
-    Examples
-    --------
-    >>> kept_values({"youngs_modulus": "34 kPa", "poisson_ratio": 0.48, "density": "1 kg/m^3"}, {"law": "ogden"})
-    {'density': '1 kg/m^3'}
     """
     # Every material needs a density, and no other group has one.
     if "density" not in values:

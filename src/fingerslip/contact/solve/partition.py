@@ -79,15 +79,6 @@ def solve_in_partitions(  # noqa: PLR0917
 
     Arrays: compliance (n_c * 2, n_c * 2) [m/N]; penalty (n_c, 2) [m/N]; free (n_c, 2) [m]; friction_coefficient (n_c,)
     [-]; start (n_c, 2) [N]; tolerance [-].
-
-    Examples
-    --------
-    A node pressed by 1 um into a penalty of 1 N/um slips when it is pulled by 5 um; pulled on, it goes on slipping:
-
-    >>> problem = np.eye(2), np.full((1, 2), 0.5), np.array([[-1.0, 5.0]]), np.array([0.5]), np.zeros((1, 2)), 1e-12
-    >>> slipped, partition = solve_in_partitions(*problem)
-    >>> slipped.forces.round(9).tolist(), partition.slopes.tolist()
-    ([[1.0, -0.5]], [-0.5])
     """
     if partition is None or partition.compliance is not compliance:
         partition = first_partition(compliance, penalty)
