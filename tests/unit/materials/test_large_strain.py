@@ -24,6 +24,7 @@ from fingerslip.materials.large_strain import (
 from fingerslip.materials.mooney_rivlin import MooneyRivlin
 from fingerslip.materials.neo_hookean import NeoHookean
 from fingerslip.materials.ogden import Ogden, OgdenTerm
+from problems.verification.large_laws import CASES
 
 TERMS = (OgdenTerm(30e3, 1.3), OgdenTerm(0.2e3, 5.0), OgdenTerm(-0.5e3, -2.0))
 EXAMPLES = {
@@ -162,79 +163,15 @@ def test_mooney_rivlin_is_ogden_with_the_exponents_two_and_minus_two(c10: float,
         np.testing.assert_allclose(of_mooney, of_ogden, rtol=1e-12, atol=1e-12 * np.abs(of_ogden).max())
 
 
-def test_uniaxial_strain_has_its_closed_form_and_the_energy_is_that_of_the_invariants():
-    """Sides held: sigma = G/J (lambda^2 - 1) + lambda_1 ln J / J along the axis, lambda_1 ln J / J across."""
-    law, stretch = NeoHookean(34e3, 0.4, 1000.0), np.array([0.6, 1.7])
-    log_strain = np.stack([np.log(stretch), 0 * stretch, 0 * stretch], axis=1)
-    cauchy = law.kirchhoff_stress(log_strain) / stretch[:, None]
-    pressure = law.first_lame * np.log(stretch) / stretch
-    np.testing.assert_allclose(cauchy[:, 0], law.shear_modulus * (stretch**2 - 1) / stretch + pressure, rtol=1e-13)
-    np.testing.assert_allclose(cauchy[:, 1], pressure, rtol=1e-13)
-    law = fs.MooneyRivlin(c10=10e3, c01=3e3, density=1000.0, bulk_modulus=1e6)
-    squares = np.exp(2.0 * (STRAINS - STRAINS.mean(axis=1, keepdims=True)))
-    first, second = squares.sum(axis=1), (1.0 / squares).sum(axis=1)
-    expected = 10e3 * (first - 3.0) + 3e3 * (second - 3.0) + 0.5e6 * STRAINS.sum(axis=1) ** 2
-    np.testing.assert_allclose(law.stored_energy(STRAINS), expected, rtol=1e-12)
-
-
-def test_mooney_rivlin_has_the_closed_forms_of_rubber():
-    """sigma = 2 (l^2 - 1/l) (c10 + c01/l) uniaxially, 2 (l^2 - l^-4) (c10 + c01 l^2) equibiaxially, for a stretch l."""
-    law, stretch = MooneyRivlin(8e3, 1000.0, 3e3, poisson_ratio=0.49), np.array([0.6, 1.3, 2.0])
-    for along, aside, through, expected in (
-        (stretch, stretch**-0.5, stretch**-0.5, 2 * (stretch**2 - 1 / stretch) * (8e3 + 3e3 / stretch)),
-        (stretch, stretch, stretch**-2, 2 * (stretch**2 - stretch**-4) * (8e3 + 3e3 * stretch**2)),
-    ):
-        stress = law.kirchhoff_stress(np.log(np.stack([along, aside, through], axis=1)))
-        # No pressure changes differences.
-        np.testing.assert_allclose(stress[:, 0] - stress[:, 2], expected, rtol=1e-12)
-        same = 0.0 if np.array_equal(aside, through) else expected
-        np.testing.assert_allclose(stress[:, 1] - stress[:, 2], same, rtol=1e-12, atol=1e-8)
-
-
-def test_growing_bulk_modulus_is_the_incompressible_limit():
-    """Stretched along one axis with free sides, ln J is a third of the stress along the axis over the bulk modulus."""
-    stretch = 1.5
-    for bulk_modulus in (1e6, 1e7):
-        law, log_volume = Ogden((OgdenTerm(10e3, 2.0),), 1000.0, bulk_modulus=bulk_modulus), 0.0
-        for _ in range(50):
-            aside = (log_volume - np.log(stretch)) / 2
-            shape = law.kirchhoff_stress(np.array([[np.log(stretch), aside, aside]]))[0] - bulk_modulus * log_volume
-            log_volume = -shape[1] / bulk_modulus
-        expected = 10e3 * (stretch**2 - 1 / stretch) / (3 * bulk_modulus)
-        assert log_volume == pytest.approx(expected, rel=3e4 / bulk_modulus)
-
-
-@pytest.mark.parametrize("law", [NeoHookean(34e3, 0.45, 1000.0), MooneyRivlin(8e3, 1000.0, 3e3, poisson_ratio=0.49)])
-def test_simple_shear_needs_the_modulus_at_rest_and_normal_stresses(law):
-    """Of the shear k: tau_xy = G k for every shear, and tau_xx - tau_yy = G k^2."""
-    shear = 0.8
-    deformation = np.array([[1.0, shear, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
-    squares, axes = np.linalg.eigh(deformation @ deformation.T)
-    stress = axes @ np.diag(law.kirchhoff_stress(0.5 * np.log(squares)[None])[0]) @ axes.T
-    assert stress[0, 1] == pytest.approx(law.shear_modulus * shear, rel=1e-12)
-    assert stress[0, 0] - stress[1, 1] == pytest.approx(law.shear_modulus * shear**2, rel=1e-12)
-    assert stress[[0, 1], [2, 2]] == pytest.approx(0.0, abs=1e-9 * law.shear_modulus)
-
-
-def test_uniaxial_and_equibiaxial_tests_have_their_closed_forms():
-    """sigma = sum mu (lambda^alpha - lambda^(-alpha/2)), and with lambda^(-2 alpha) in the equibiaxial test."""
-    terms, stretch = ((2e3, 1.3), (50.0, 5.0), (-100.0, -2.0)), np.array([0.7, 1.8])
-    law = Ogden(tuple(OgdenTerm(*term) for term in terms), 1000.0, poisson_ratio=0.49)
-    for others, power in (((-0.5, -0.5), -0.5), ((1.0, -2.0), -2.0)):
-        log_strain = np.log(stretch)[:, None] * np.array([1.0, *others])
-        stress = law.kirchhoff_stress(log_strain)
-        expected = sum(mu * (stretch**alpha - stretch ** (power * alpha)) for mu, alpha in terms)
-        np.testing.assert_allclose(stress[:, 0] - stress[:, 2], expected, rtol=1e-12)
-
-
-def test_neo_hookean_is_the_case_of_one_term_where_the_volume_stays():
-    """Of changes of shape alone; compressible neo-Hookean has another energy of shape where the volume changes."""
-    shape = STRAINS - STRAINS.mean(axis=1, keepdims=True)
-    law = NeoHookean(34e3, 0.48, 1000.0)
-    ogden = Ogden((OgdenTerm(law.shear_modulus, 2.0),), 1000.0, poisson_ratio=0.48)
-    np.testing.assert_allclose(*(deviator(own.kirchhoff_stress(shape)) for own in (law, ogden)), rtol=1e-12)
-    np.testing.assert_allclose(law.stored_energy(shape), ogden.stored_energy(shape), rtol=1e-12)
-    assert ogden.at_rest().youngs_modulus == pytest.approx(34e3)
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_energy_and_stress_are_those_that_the_source_prints(case):
+    """And with them those of all tests: stretched, sheared, held aside. The stress is the stretch times dW/dstretch."""
+    for strain, stretches in zip(STRAINS, np.exp(STRAINS), strict=True):
+        energy, stress = case.energy(stretches.astype(complex)).real, stretches * case.stress(stretches)
+        assert case.law.stored_energy(strain[None])[0] == pytest.approx(energy, rel=1e-11)
+        np.testing.assert_allclose(
+            case.law.kirchhoff_stress(strain[None])[0], stress, atol=1e-12 * np.abs(stress).max()
+        )
 
 
 def mooney(**values):
