@@ -45,14 +45,8 @@ class _Cells:
         return tetrahedron_margins(self.points[self.cells[rows]])
 
 
-@dataclass(frozen=True)
-class _Change:
-    """A node that becomes another, or itself where it only moves, at a position [m], and the least margin after it."""
-
-    node: int
-    onto: int
-    position: Floats
-    margin: float
+#: A node that becomes another, or itself where it only moves, at a position [m], and the least margin after it.
+_Change = tuple[int, int, Floats, float]
 
 
 def repair_tetrahedra(fragments: Fragments, fixed: Floats) -> Fragments:
@@ -97,14 +91,15 @@ def _repair(state: _Cells, cell: int, stay: set[int]) -> bool:
     """Make the best change at a cell, if there is one; tell whether."""
     if not state.alive[cell]:
         return False
-    best = max(_changes(state, cell, stay), key=lambda change: change.margin, default=None)
-    if best is None or best.margin <= 0.0:
+    best = max(_changes(state, cell, stay), key=lambda change: change[-1], default=None)
+    if best is None:
         return False
-    around = state.around(best.node)
-    state.points[best.node] = best.position
-    if best.onto != best.node:
-        state.alive[around[(state.cells[around] == best.onto).any(axis=1)]] = False
-        state.cells[around] = np.where(state.cells[around] == best.node, best.onto, state.cells[around])
+    node, onto, position, _ = best
+    around = state.around(node)
+    state.points[node] = position
+    if onto != node:
+        state.alive[around[(state.cells[around] == onto).any(axis=1)]] = False
+        state.cells[around] = np.where(state.cells[around] == node, onto, state.cells[around])
     return True
 
 
@@ -119,7 +114,7 @@ def _changes(state: _Cells, cell: int, stay: set[int]) -> Iterator[_Change]:
         for onto, target in _targets(state, node, nodes, around):
             margin = _margin_after(state, node, onto, target, around)
             if margin > _BETTER * before:
-                yield _Change(node, onto, target, margin)
+                yield node, onto, target, margin
 
 
 def _targets(state: _Cells, node: int, nodes: list[int], around: Integers) -> Iterator[tuple[int, Floats]]:

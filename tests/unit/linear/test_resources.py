@@ -9,8 +9,7 @@ from threadpoolctl import threadpool_info, threadpool_limits
 import fingerslip as fs
 from fingerslip.dynamics import simulation
 from fingerslip.dynamics.step import condensation
-from fingerslip.linear import resources as memory
-from fingerslip.linear import resources as module
+from fingerslip.linear import resources
 from fingerslip.linear.resources import (
     allowed_threads,
     available_memory,
@@ -25,9 +24,9 @@ from problems.pushed import push_and_slide
 
 
 def test_what_is_too_much_is_refused_with_parts_and_mends_where_the_system_tells(monkeypatch):
-    monkeypatch.setattr(memory, "available_memory", lambda: None)
+    monkeypatch.setattr(resources, "available_memory", lambda: None)
     require_memory({"factors": 10**18})
-    monkeypatch.setattr(memory, "available_memory", lambda: 3_000_000_000)
+    monkeypatch.setattr(resources, "available_memory", lambda: 3_000_000_000)
     require_memory({"factors": 2_000_000_000, "compliance": 1_000_000_000})
     message = r"needs about 3.6 GB \(factors 2.6 GB, compliance 1 GB\), 3 GB are available.*larger elements"
     with pytest.raises(fs.InputError, match=message):
@@ -39,18 +38,18 @@ def test_the_limits_of_the_machine_and_of_a_container_count(monkeypatch, tmp_pat
     assert 0 < available_memory() <= machine
     for name, value in {"_GROUP_LIMIT": "5000", "_GROUP_USE": "3000"}.items():
         (tmp_path / name).write_text(value)
-        monkeypatch.setattr(memory, name, tmp_path / name)
+        monkeypatch.setattr(resources, name, tmp_path / name)
     assert available_memory() == 2000
     (tmp_path / "_GROUP_LIMIT").write_text("max\n")
     assert available_memory() != 2000
-    monkeypatch.setattr(memory, "_SYSTEM", tmp_path / "none")
-    assert memory._in_system() == machine, "where it keeps no list"
+    monkeypatch.setattr(resources, "_SYSTEM", tmp_path / "none")
+    assert resources._in_system() == machine, "where it keeps no list"
 
 
 def test_a_simulation_is_refused_before_it_is_factorised(monkeypatch):
     monkeypatch.setattr(condensation, "_SMALL", 0)
     monkeypatch.setattr(condensation, "factorise_around", lambda *_: pytest.fail("it must not be factorised"))
-    monkeypatch.setattr(memory, "available_memory", lambda: 1000)
+    monkeypatch.setattr(resources, "available_memory", lambda: 1000)
     with pytest.raises(fs.InputError, match=r"memory: the simulation needs about .*factors.*compliance.*history"):
         fs.simulate(push_and_slide())
 
@@ -58,14 +57,14 @@ def test_a_simulation_is_refused_before_it_is_factorised(monkeypatch):
 def test_the_limit_of_the_process_counts():
     resource = pytest.importorskip("resource")
     limits = resource.getrlimit(resource.RLIMIT_AS)
-    before = memory._in_process()
-    used = int(memory._PROCESS.read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE")
+    before = resources._in_process()
+    used = int(resources._PROCESS.read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE")
     resource.setrlimit(resource.RLIMIT_AS, (used + 1_000_000_000, limits[1]))
     try:
         assert available_memory() == pytest.approx(1_000_000_000, rel=0.1)
     finally:
         resource.setrlimit(resource.RLIMIT_AS, limits)
-    assert (memory._in_process() is None) == (before is None)
+    assert (resources._in_process() is None) == (before is None)
 
 
 def counts() -> set[int]:
@@ -93,7 +92,7 @@ def test_cores_are_those_that_this_process_may_use(monkeypatch) -> None:
 @pytest.mark.parametrize("name", ["MKL_NUM_THREADS", "OMP_NUM_THREADS"])
 def test_the_environment_has_no_say(name, monkeypatch) -> None:
     monkeypatch.setenv(name, "7")
-    monkeypatch.setattr(module, "usable_cores", lambda: 3)
+    monkeypatch.setattr(resources, "usable_cores", lambda: 3)
     assert allowed_threads() == 3
 
 
@@ -108,7 +107,7 @@ def test_the_environment_has_no_say(name, monkeypatch) -> None:
 def test_small_systems_take_one_thread_large_ones_as_many_as_asked_and_possible(
     n_dofs, wanted, dim, expected, monkeypatch
 ) -> None:
-    monkeypatch.setattr(module, "usable_cores", lambda: 4)
+    monkeypatch.setattr(resources, "usable_cores", lambda: 4)
     assert suitable_threads(n_dofs, allowed_threads(wanted), dim) == expected
 
 
@@ -120,8 +119,8 @@ def test_what_is_no_number_of_threads_is_refused(wanted) -> None:
 
 def test_a_simulation_uses_as_many_threads_as_it_is_given(monkeypatch, two_threads) -> None:
     seen = []
-    monkeypatch.setattr(module, "_WORTH_THREADS", {2: 0})
-    monkeypatch.setattr(module, "usable_cores", lambda: 2)
+    monkeypatch.setattr(resources, "_WORTH_THREADS", {2: 0})
+    monkeypatch.setattr(resources, "usable_cores", lambda: 2)
     build = simulation.build_system
     monkeypatch.setattr(simulation, "build_system", lambda *given: seen.append(counts()) or build(*given))
     short = push_and_slide(programme=(fs.Press(0.01e-3, 1e-3),))

@@ -270,7 +270,12 @@ def _name_groups(whole: skfem.MeshTet1, layer: Integers, cut: float, sizes: Laye
     at_cut = (np.abs(whole.p[0, whole.facets] - cut) <= sizes.tolerance).all(axis=0)
     regions = {name: body & (layer == number) for name, number in names.items()}
     boundaries = _boundaries(whole, layer, body, at_cut & (layer == _PROXIMAL).any())
-    boundaries["pad"] = _pad(whole, boundaries["skin"], sizes.contact_reach)
+    # The pad is what of the skin lies wholly within a height above its lowest point.
+    skin, height = boundaries["skin"], whole.p[1, whole.facets]
+    boundaries["pad"] = skin & (height.max(axis=0) <= height[:, skin].min() + sizes.contact_reach)
+    if not boundaries["pad"].any():
+        problem = f"no facet of the skin lies within {millimetres(sizes.contact_reach)} of its lowest point"
+        raise MeshError("pad", problem, "needs some", "write a larger contact_reach or a smaller contact_size")
     return with_groups(whole, regions, boundaries).restrict(np.flatnonzero(body))
 
 
@@ -289,13 +294,3 @@ def _boundaries(whole: skfem.MeshTet1, layer: Integers, body: Flags, at_cut: Fla
         "phalanx_surface": touched & (low >= _SKIN) & (low != _PHALANX) & (high == _PHALANX),
         "base": touched & ((low == _PROXIMAL) | ((low == _OUTSIDE) & at_cut)),
     }
-
-
-def _pad(whole: skfem.MeshTet1, skin: Flags, contact_reach: float) -> Flags:
-    """Return which facets of the skin lie wholly within a height above its lowest point."""
-    highest = whole.p[1, whole.facets].max(axis=0)
-    pad: Flags = skin & (highest <= whole.p[1, whole.facets[:, skin]].min() + contact_reach)
-    if not pad.any():
-        problem = f"no facet of the skin lies within {millimetres(contact_reach)} of its lowest point"
-        raise MeshError("pad", problem, "needs some", "write a larger contact_reach or a smaller contact_size")
-    return pad
