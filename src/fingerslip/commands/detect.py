@@ -301,7 +301,7 @@ def run(
     sticks. The clip has to begin at rest. Of a camera events are told as they come, until Ctrl-C. How long frames take
     is printed, too.
     """
-    from fingerslip.detect.watch import run_detector, watch_camera
+    from fingerslip.detect.session import run_detector, watch_camera
 
     if source.isdecimal() or "://" in source:
         camera = int(source) if source.isdecimal() else source

@@ -14,10 +14,10 @@ from fingerslip.detect.live import findings_table
 from fingerslip.detect.model_file import write_detector
 from fingerslip.detect.page import SlipClip, answer_of, read_timeline, slide_table, slip_report, write_slip_page
 from fingerslip.detect.residual import ResidualSettings, detect_residual, frames_at_rest, slides_of
+from fingerslip.detect.session import run_detector, watch_camera
 from fingerslip.detect.synthetic import SyntheticSensor, SyntheticSlide, synthetic_trial
 from fingerslip.detect.training import train
 from fingerslip.detect.trials import Trial
-from fingerslip.detect.watch import run_detector, watch_camera
 from fingerslip.errors import InputError
 from fingerslip.report.page.page import render_page
 from fingerslip.study.inspection.views import FigureChoice, kinds_text, write_figure

@@ -22,9 +22,8 @@ from fingerslip.detect.labels import CLASSES, Onsets, write_onsets
 from fingerslip.detect.live import Finding, findings_table
 from fingerslip.detect.model_file import read_detector
 from fingerslip.detect.samples import benchmark_test_trials
-from fingerslip.detect.session import Choices, evaluate_classifiers, score_onsets, train_detector
+from fingerslip.detect.session import Choices, evaluate_classifiers, run_detector, score_onsets, train_detector
 from fingerslip.detect.trials import TrialSet
-from fingerslip.detect.watch import run_detector
 from fingerslip.errors import InputError
 from fingerslip.tables.table import Missing, Table, texts, to_csv, to_mapping, to_markdown
 from fingerslip.vision.tracks import write_tracks_csv
