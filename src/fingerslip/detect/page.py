@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
+import pandas as pd
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
@@ -26,7 +27,7 @@ from fingerslip.report.colours import BLACK, BLUE, GREY, ORANGE, SKY, VERMILLION
 from fingerslip.report.figures.markers import SHOWN_UNITS
 from fingerslip.report.figures.style import add_legend, figure_grid, picture_bytes, say, show_picture, with_style
 from fingerslip.report.page.page import Picture, Report, ReportSection, write_page
-from fingerslip.storage.files import check_replaceable, csv_text, new_folder, read_json, write_json, write_text
+from fingerslip.storage.files import check_replaceable, frame_csv, new_folder, read_json, write_json, write_text
 from fingerslip.tables.table import Cell, Column, Missing, Table, to_csv
 from fingerslip.version import __version__
 from fingerslip.vision.fields import rest_positions
@@ -36,8 +37,8 @@ from fingerslip.vision.video import Frames
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
 
+Floats = NDArray[np.float64]
 
 _TABLE = "timeline.csv"
 _PRESS = "#e3e3e3"
@@ -50,72 +51,63 @@ _LINES: Mapping[str, tuple[str, Literal["--", "-"]]] = {
 
 @dataclass(frozen=True)
 class Timeline:
-    """What a detector finds over time; displacements and shares only of one that looks at each marker."""
+    """What a detector finds over time."""
 
     name: str  # of the clip
-    time: Floats  # (n_times,) [s]
-    sure: Floats  # (n_times,), probability of slip [%]
     slides: tuple[Slide, ...]
-    displacement: Floats = field(default_factory=lambda: np.zeros(0))  # (n_times,) or none, root mean square
-    left: Floats = field(default_factory=lambda: np.zeros(0))  # (n_times,) or none, markers that left the pattern [%]
-    unit: str = ""  # of displacements
+    # Time and probability of slip; of a detector that looks at each marker, how far they moved and how many left, too.
+    values: pd.DataFrame
 
 
 def write_timeline(line: Timeline, folder: Path, origin: Mapping[str, str]) -> None:
     """Write what was found over time into a folder: a table, and what it is of with where that comes from."""
-    columns = {"time [s]": line.time, "sure of slip [%]": line.sure}
-    if line.displacement.size:
-        columns |= {f"displaced [{line.unit}]": line.displacement, "left pattern [%]": line.left}
-    rows = np.column_stack(list(columns.values())).tolist()
-    write_text(folder / _TABLE, csv_text([list(columns), *([f"{value:.17g}" for value in row] for row in rows)]))
+    write_text(folder / _TABLE, frame_csv(line.values))
     slides = [{**vars(slide), "onsets": vars(slide.onsets)} for slide in line.slides]
-    described = {"name": line.name, "unit": line.unit, "slides": slides, **origin, "fingerslip": __version__}
-    write_json(folder / CLIP, described)
+    write_json(folder / CLIP, {"name": line.name, "slides": slides, **origin, "fingerslip": __version__})
 
 
 def read_timeline(folder: Path) -> Timeline:
     """Read back what was found over time."""
     described = read_json(folder / CLIP, AGAIN)
     try:
-        columns = np.loadtxt(folder / _TABLE, delimiter=",", skiprows=1, ndmin=2).T
         slides = tuple(Slide(**{**entry, "onsets": Onsets(**entry["onsets"])}) for entry in described["slides"])
-        time, sure, displacement, left = [*columns, *[np.zeros(0)] * 4][:4]
-        return Timeline(described["name"], time, sure, slides, displacement, left, described["unit"])
-    except (OSError, ValueError, KeyError, TypeError, IndexError) as error:
+        values = pd.read_csv(folder / _TABLE, dtype=np.float64, float_precision="round_trip")
+        return Timeline(described["name"], slides, values)
+    except (OSError, ValueError, KeyError, TypeError) as error:
         raise DamagedError(str(folder / _TABLE), f"cannot be read ({shorten(str(error))})", AGAIN) from error
 
 
 @with_style
 def timeline_figure(line: Timeline) -> Figure:
     """Draw how far markers moved, how many left the pattern and how sure slip is, over time, with all events."""
-    rows, time = line.displacement.size, line.time
-    figure, panels = figure_grid(3 if rows else 1, 1, (7.2, 1.35), f"Slip in {line.name}", ("time [s]", ""), share="x")
-    if rows:
+    time, sure, *by_marker = line.values.to_numpy().T
+    labels = list(map(str, line.values))
+    count = 3 if by_marker else 1
+    figure, panels = figure_grid(count, 1, (7.2, 1.35), f"Slip in {line.name}", (labels[0], ""), share="x")
+    if by_marker:
         # Where the markers rest again, displacements begin anew.
         ends = [slide.end for slide in line.slides if slide.end is not None]
-        panels[0].plot(time, np.where(np.isin(time, ends), np.nan, line.displacement), color=BLUE, linewidth=1.2)
-        panels[0].set_ylabel(f"displaced [{line.unit}]")
+        panels[0].plot(time, np.where(np.isin(time, ends), np.nan, by_marker[0]), color=BLUE, linewidth=1.2)
         for end in ends:
             panels[0].axvline(end, **_NEW_REST)
-        panels[1].plot(time, line.left, color=BLACK, linewidth=1.0)
+        panels[1].plot(time, by_marker[1], color=BLACK, linewidth=1.0)
         panels[1].axhline(100 * ResidualSettings().share, color=GREY, linewidth=0.8, linestyle=":")
-        panels[1].set_ylabel("left pattern [%]")
         panels[1].set_ylim(-4, 104)
-    panels[-1].fill_between(time, line.sure, color=SKY, linewidth=0)
+    panels[-1].fill_between(time, sure, color=SKY, linewidth=0)
     panels[-1].set_ylim(0, 104)
-    panels[-1].set_ylabel("sure of slip [%]")
+    for axes, label in zip(panels, (*labels[2:], labels[1]), strict=True):
+        axes.set_ylabel(label)
     for axes in panels:
         mark_events(axes, line.slides)
         for slide in line.slides:
             if slide.is_press:
                 axes.axvspan(slide.start, time[-1] if slide.end is None else slide.end, color=_PRESS, zorder=0)
-    seen = [[slide.onsets.incipient for slide in line.slides], [slide.onsets.gross for slide in line.slides]]
     keys: dict[str, Artist] = {
         name: Line2D([], [], color=colour, linestyle=dash)
-        for (name, (colour, dash)), times in zip(_LINES.items(), seen, strict=True)
-        if any(time is not None for time in times)
+        for (name, (colour, dash)), times in zip(_LINES.items(), _times_of(line.slides), strict=True)
+        if times
     }
-    if rows and any(slide.end is not None for slide in line.slides):
+    if by_marker and any(slide.end is not None for slide in line.slides):
         keys["new rest: displaced from there on"] = Line2D([], [], **_NEW_REST)
     if any(slide.is_press for slide in line.slides):
         keys["press, not judged"] = Patch(color=_PRESS)
@@ -125,13 +117,17 @@ def timeline_figure(line: Timeline) -> Figure:
 
 def mark_events(axes: Axes, slides: Sequence[Slide]) -> None:
     """Draw lines where slip begins, and where it is gross."""
-    for slide in slides:
-        for when, (colour, dash) in zip((slide.onsets.incipient, slide.onsets.gross), _LINES.values(), strict=True):
-            if when is not None:
-                axes.axvline(when, color=colour, linestyle=dash, linewidth=1.4)
+    for times, (colour, dash) in zip(_times_of(slides), _LINES.values(), strict=True):
+        for when in times:
+            axes.axvline(when, color=colour, linestyle=dash, linewidth=1.4)
 
 
-Floats = NDArray[np.float64]
+def _times_of(slides: Sequence[Slide]) -> tuple[list[float], list[float]]:
+    """Return when slip begins, and when it is gross, in slides in which it does [s]."""
+    onsets = [slide.onsets for slide in slides]
+    begins, gross = [entry.incipient for entry in onsets], [entry.gross for entry in onsets]
+    return [time for time in begins if time is not None], [time for time in gross if time is not None]
+
 
 _BEFORE, _AFTER = 0.5, 1.0  # seconds of a clip around a moment
 _PICTURES = 45  # of a clip at most
@@ -254,11 +250,9 @@ def answer_of(clip: SlipClip) -> tuple[str, ...]:
     presses = sum(slide.is_press for slide in clip.slides)
     sentences = []
     for slide in slips[:3]:
-        times = [f"slip begins at {slide.onsets.first:.2f} s"]
-        if slide.onsets.gross is not None:
-            times.append(f"gross slip at {slide.onsets.gross:.2f} s")
-        text = ", ".join(times)
-        sentences.append(f"{text[0].upper()}{text[1:]}; slip: {_sureness(clip, slide)} %.")
+        gross = "" if slide.onsets.gross is None else f", gross slip at {slide.onsets.gross:.2f} s"
+        begin = f"Slip begins at {slide.onsets.first:.2f} s{gross}"
+        sentences.append(f"{begin}; slip: {_sureness(clip, slide)} %.")
     if len(slips) > 3:
         sentences.append(f"Slip in {len(slips) - 3} further slides: see the table.")
     if slips:
@@ -286,9 +280,8 @@ def slip_report(clip: SlipClip) -> Report:
     """Return the page."""
     has_reasons = bool(clip.residual)
     colours = " Red markers have left the pattern, blue ones go with it." if has_reasons else ""
-    timeline = Picture(
-        "timeline", "Dashed: slip begins. Full line: it is gross. Grey: presses.", timeline_figure(timeline_of(clip))
-    )
+    caption = "Dashed: slip begins. Full line: it is gross. Grey: presses."
+    timeline = Picture("timeline", caption, timeline_figure(timeline_of(clip)))
     hero, sections = [], [ReportSection("When", (), (slide_table(clip),), warnings=clip.warnings)]
     if clip.frames is not None:
         caption = f"Frames of the video; lines lead from where each marker rested.{colours}"
@@ -297,9 +290,8 @@ def slip_report(clip: SlipClip) -> Report:
     if has_reasons and any(not slide.is_press for slide in clip.slides):
         caption = "What the pattern leaves of each marker's displacement, at its place at rest."
         field = Picture("field", f"{caption}{colours}", field_figure(clip))
-        order = Picture(
-            "markers", "The same for each marker over time, by its distance from the middle.", map_figure(clip)
-        )
+        caption = "The same for each marker over time, by its distance from the middle."
+        order = Picture("markers", caption, map_figure(clip))
         sections.append(ReportSection("Which markers", pictures=(field, order)))
     if clip.frames is not None:
         text = f"Slowed down; they begin {_BEFORE:g} s before.{colours}"
@@ -342,15 +334,13 @@ def tested_table() -> Table:
 def timeline_of(clip: SlipClip) -> Timeline:
     """Return what was found in a clip over time."""
     unit, scale = SHOWN_UNITS[str(clip.tracks["position"].attrs["units"])]
-    return Timeline(
-        name=clip.name,
-        time=np.array([entry.time for entry in clip.findings]),
-        sure=100.0 / (1.0 + np.exp(-np.clip([entry.slip for entry in clip.findings], -50, 50))),
-        slides=clip.slides,
-        displacement=np.array([scale * entry.displacement for entry in clip.residual]),
-        left=np.array([100 * entry.share for entry in clip.residual]),
-        unit=unit,
-    )
+    odds = np.clip([entry.slip for entry in clip.findings], -50, 50)
+    values = pd.DataFrame({"time [s]": [entry.time for entry in clip.findings]})
+    values["sure of slip [%]"] = 100.0 / (1.0 + np.exp(-odds))
+    if clip.residual:
+        values[f"displaced [{unit}]"] = [scale * entry.displacement for entry in clip.residual]
+        values["left pattern [%]"] = [100 * entry.share for entry in clip.residual]
+    return Timeline(clip.name, clip.slides, values)
 
 
 @with_style

@@ -38,8 +38,6 @@ Floats = NDArray[np.float64]
 
 #: A marker on the skin touches where it is nearer to the plate than this [m]; penetrations are below 15 um.
 _TOUCHING = 50e-6
-
-
 #: How far a plate that falls is filmed [m]: as far as plates slide in the paper.
 _TRAVEL = 14e-3
 
@@ -67,10 +65,9 @@ def slide_trial(name: str, history: xr.Dataset, *, seed: int = 0, conditions: Ma
         "all_external_markers": labels_from_external_markers(tracks),
         "contact": _contact_labels(history, markers),
     }
-    along = plate[-1, 0] - plate[0, 0]
-    slide = {"task": "slide", "direction": float(np.mod(np.arctan2(0.0, along), 2.0 * np.pi))}
-    slide |= {"indentation": round(float(plate[0, 1]), 9), "seed": seed, **(conditions or {})}
-    return Trial(name, tracks, labels, slide, _origin(history))
+    direction = float(np.mod(np.arctan2(0.0, plate[-1, 0] - plate[0, 0]), 2.0 * np.pi))
+    slide = {"task": "slide", "direction": direction, "indentation": round(float(plate[0, 1]), 9), "seed": seed}
+    return Trial(name, tracks, labels, {**slide, **(conditions or {})}, _origin(history))
 
 
 def pouring_trial(
@@ -95,8 +92,8 @@ def pouring_trial(
         "plate": labels_from_plate(tracks, plate_mark(cameras, fall, markers["time"].values)),
         "contact": _contact_labels(history, markers),
     }
-    pour = {"task": "pour", "indentation": round(float(plate[0, 1]), 9), "seed": seed, **(conditions or {})}
-    return Trial(name, tracks, labels, pour, _origin(history))
+    pour = {"task": "pour", "indentation": round(float(plate[0, 1]), 9), "seed": seed}
+    return Trial(name, tracks, labels, {**pour, **(conditions or {})}, _origin(history))
 
 
 def _origin(history: xr.Dataset) -> dict[str, Any]:
@@ -118,7 +115,7 @@ def film_results(folder: str | Path, *, seed: int = 0) -> Iterator[Trial]:
 
 
 def _conditions(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what was swept and sampled, groups of values too, as conditions: the last part of its path, in SI units.
+    """Return what was swept and sampled, groups of values too, as conditions in SI units, by the last part of its path.
 
     A value of the sensor that is a condition has the last two parts of its path as its name.
     """

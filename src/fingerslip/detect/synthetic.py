@@ -61,9 +61,12 @@ class SyntheticSlide:
     repeat: int = 0  # number of the repeat
 
 
+_SOURCE = "analytic example, no sensor"
 #: Share of its shear that a point keeps when it slips; of its static limit that it may reach in the centre.
 _KEPT, _LIMIT = 0.4, 1.2
 _GAIN, _LAG = 0.8, 0.05
+#: Distance of the camera [m]; it looks straight at a plane, so that it does not matter.
+_DISTANCE = 50e-3
 
 
 def synthetic_trial(name: str, slide: SyntheticSlide, sensor: SyntheticSensor | None = None) -> Trial:
@@ -83,15 +86,22 @@ def synthetic_trial(name: str, slide: SyntheticSlide, sensor: SyntheticSensor | 
         ],
         axis=1,
     )
-    tracks = _tracks(time, positions, sensor)
-    settings = LabelSettings(rest_frames=sensor.rest_frames)
-    stick_ratio = 1.0 - slipping[:, touching].mean(axis=1)
+    scale = {f"metres_per_pixel_{axis}": sensor.metres_per_pixel for axis in "xy"}
+    tracks = make_tracks(
+        positions,
+        time,
+        units="px",
+        kind=["external"] * outside + ["internal"] * sensor.internal.count,
+        ring=np.concatenate([sensor.external.ring, sensor.internal.ring]),
+        angle=np.concatenate([sensor.external.angle, sensor.internal.angle]),
+        attributes={"frame_rate": sensor.frame_rate, **scale, "source": _SOURCE},
+    )
     labels = {
-        "external_markers": labels_from_external_markers(tracks, settings),
-        "contact": labels_from_contact(time, stick_ratio),
+        "external_markers": labels_from_external_markers(tracks, LabelSettings(rest_frames=sensor.rest_frames)),
+        "contact": labels_from_contact(time, 1.0 - slipping[:, touching].mean(axis=1)),
     }
     conditions = {**vars(slide), "task": "slide"}
-    return Trial(name, tracks, labels, conditions, {"source": "analytic example, no sensor", "seed": slide.seed})
+    return Trial(name, tracks, labels, conditions, {"source": _SOURCE, "seed": slide.seed})
 
 
 def synthetic_slides(
@@ -157,28 +167,6 @@ def _project(
     moved = (rest + along[:, :, None] * direction) / sensor.metres_per_pixel * np.array([1.0, -1.0])
     noisy: Floats = moved + np.array(CENTRE) + sensor.noise * draw.standard_normal(moved.shape)
     return noisy
-
-
-def _tracks(time: Floats, positions: Floats, sensor: SyntheticSensor) -> xr.Dataset:
-    inside, outside = sensor.internal, sensor.external
-    return make_tracks(
-        positions,
-        time,
-        units="px",
-        kind=["external"] * outside.count + ["internal"] * inside.count,
-        ring=np.concatenate([outside.ring, inside.ring]),
-        angle=np.concatenate([outside.angle, inside.angle]),
-        attributes={
-            "frame_rate": sensor.frame_rate,
-            "metres_per_pixel_x": sensor.metres_per_pixel,
-            "metres_per_pixel_y": sensor.metres_per_pixel,
-            "source": "analytic example, no sensor",
-        },
-    )
-
-
-#: Distance of the camera [m]; it looks straight at a plane, so that it does not matter.
-_DISTANCE = 50e-3
 
 
 def film_trials(trials: Iterable[Trial], folder: str | Path, *, size: tuple[int, int] = (320, 240)) -> Path:

@@ -22,7 +22,7 @@ from fingerslip.detect.features import (
     markers_of,
     motion_of,
 )
-from fingerslip.detect.labels import Onsets
+from fingerslip.detect.labels import Onsets, times_of
 from fingerslip.detect.samples import PUBLISHED_SAMPLING, Samples, Sampling, held_out, samples_of
 from fingerslip.detect.trials import TrialSet, check_labels, layout_digest, layout_text
 from fingerslip.errors import InputError, shorten
@@ -64,35 +64,33 @@ class ForwardFilter:
         likelihood = self.weight * (np.log(np.maximum(probabilities, _LEAST)) - np.log(self.prior))
         likelihood[np.isnan(probabilities).any(axis=1)] = 0.0
         leave = -np.expm1(-np.asarray(interval)[:, None] / np.array(self.dwell))
-        beliefs: Floats = _forward()(state, leave, likelihood)
+        beliefs: Floats = _recursion()(state, leave, likelihood)
         # A chain of no frames leaves the state as it was.
         return _log_odds(beliefs), (beliefs[-1] if len(beliefs) else state)
 
 
 @functools.cache
-def _forward() -> Callable[..., Any]:
-    """Return the recursion, compiled: a trial has thousands of frames."""
+def _recursion() -> Callable[..., Any]:
+    """Return the log probabilities after each frame, (n_times, 3), of a chain that only goes on, as compiled code."""
     import numba
 
-    compiled: Callable[..., Any] = numba.njit(cache=True)(_recursion)
-    return compiled
+    @numba.njit(cache=True)
+    def recursion(state: Floats, leave: Floats, likelihood: Floats) -> Floats:  # pragma: no cover  it is compiled
+        beliefs = np.empty_like(likelihood)
+        before = state.copy()
+        for frame in range(len(likelihood)):
+            chance = np.exp(before)
+            gone, further = chance[0] * leave[frame, 0], chance[1] * leave[frame, 1]
+            # In the log domain, so that what is very unlikely now may still become true.
+            before[0] += np.log1p(-leave[frame, 0])
+            before[1] = np.log(max(chance[1] - further + gone, 1e-300))
+            before[2] = np.log(max(chance[2] + further, 1e-300))
+            before += likelihood[frame]
+            before -= before.max() + np.log(np.exp(before - before.max()).sum())
+            beliefs[frame] = before
+        return beliefs
 
-
-def _recursion(state: Floats, leave: Floats, likelihood: Floats) -> Floats:  # pragma: no cover  it is compiled
-    """Return the log probabilities after each frame, (n_times, 3), of a chain that only goes on."""
-    beliefs = np.empty_like(likelihood)
-    before = state.copy()
-    for frame in range(len(likelihood)):
-        chance = np.exp(before)
-        gone, further = chance[0] * leave[frame, 0], chance[1] * leave[frame, 1]
-        # In the log domain, so that what is very unlikely now may still become true.
-        before[0] += np.log1p(-leave[frame, 0])
-        before[1] = np.log(max(chance[1] - further + gone, 1e-300))
-        before[2] = np.log(max(chance[2] + further, 1e-300))
-        before += likelihood[frame]
-        before -= before.max() + np.log(np.exp(before - before.max()).sum())
-        beliefs[frame] = before
-    return beliefs
+    return recursion
 
 
 def single_frame_scores(probabilities: Floats) -> Floats:
@@ -205,11 +203,10 @@ def train(
     seed: int = 0,
     workers: int = 1,
 ) -> Detector:
-    """Return a detector that learned from most trials, with a threshold set by the others.
+    """Return a detector that learned from most trials, all or those in `names`, with a threshold set by the others.
 
     At most a share of trials without slip raises a false alarm; with too few trials for that, the threshold is where
-    slip is as likely as not, and `calibration.trials` is 0. Only the trials in `names` are used where they are given;
-    the seed is that of the split and of the classifier.
+    slip is as likely as not, and `calibration.trials` is 0.
     """
     candidate = candidate_of_name(classifier)
     settings = FeatureSettings(candidate.sets, motion or MotionSettings())
@@ -238,16 +235,15 @@ def train(
     scored = {name: detect(detector, trials.tracks(name))[:2] for name in calibration}
     limit = false_alarm_threshold([largest_before(*scores, onsets[name]) for name, scores in scored.items()], share)
     thresholds = Thresholds(slip=limit)
-    begins = {name: onsets_from(*scores, thresholds).incipient for name, scores in scored.items()}
-    provenance = {**detector.provenance, **time_error({name: onsets[name].incipient for name in begins}, begins)}
+    begins = [onsets_from(*scores, thresholds) for scores in scored.values()]
+    provenance = {**detector.provenance, **time_error([onsets[name] for name in scored], begins)}
     calibrated = Calibration(len(calibration), share)
     return replace(detector, thresholds=thresholds, calibration=calibrated, provenance=provenance)
 
 
-def time_error(labels: Mapping[str, float | None], begins: Mapping[str, float | None]) -> dict[str, list[float]]:
+def time_error(labels: Sequence[Onsets], begins: Sequence[Onsets]) -> dict[str, list[float]]:
     """Return how far off the begin of slip is: median, 5 % and 95 % of the absolute error [s]; empty without any."""
-    pairs = np.array([(labels[name], begins[name]) for name in begins], dtype=np.float64).reshape(-1, 2)
-    errors = np.abs(pairs[:, 0] - pairs[:, 1])
+    errors = np.abs(times_of(labels) - times_of(begins))[:, 0]
     errors = errors[np.isfinite(errors)]
     return {TIME_ERROR: np.quantile(errors, (0.5, 0.05, 0.95)).round(4).tolist()} if errors.size else {}
 
@@ -263,16 +259,12 @@ def forward_filter(
 ) -> ForwardFilter:
     """Return the smoother whose times and shares are those of training trials, the rows of these among the samples."""
     trials = np.unique(samples.trial[rows])
-    labels = [(onsets[samples.trials[number]], samples.rest_end[number]) for number in trials]
-    # Trials with samples of all classes have both onsets.
-    times = [
-        (max(label.incipient - rest_end, 1e-3), max(label.gross - label.incipient, 1e-3))
-        for label, rest_end in labels
-        if label.incipient is not None and label.gross is not None
-    ]
+    times = np.column_stack([samples.rest_end[trials], times_of(onsets[samples.trials[number]] for number in trials)])
+    # Without slip, and with incipient slip, in trials with both onsets, as those with samples of all classes are.
+    dwell = np.maximum(np.diff(times[np.isfinite(times).all(axis=1)], axis=1), 1e-3)
     counts = np.bincount(samples.classes[rows], minlength=3) + 1
     no_slip, incipient, gross = (counts / counts.sum()).tolist()
-    waiting, partial = (float(np.mean(column)) for column in zip(*times, strict=True))
+    waiting, partial = (float(np.mean(column)) for column in dwell.T)
     return ForwardFilter((waiting, partial), (no_slip, incipient, gross), 1.0 / window)
 
 

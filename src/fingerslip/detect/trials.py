@@ -8,7 +8,7 @@ import math
 import os
 import re
 import shutil
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
@@ -85,18 +85,11 @@ class Trial:
         if not _NAME.fullmatch(self.name):
             raise InputError("trial", f"is named {shorten(repr(self.name))}", "needs letters, digits, '.', '_', '-'")
         check_tracks(self.tracks, f"trial {self.name}")
-        check_conditions(self.conditions, f"trial {self.name}")
-
-
-def check_conditions(conditions: Mapping[str, Any], where: str) -> None:
-    """Check that conditions are plain values, those with a unit numbers."""
-    for name, value in conditions.items():
-        number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-        if not (number or (isinstance(value, str | bool | None) and not CONDITIONS.get(name))):
-            allowed = (
-                "needs a finite number" if name in CONDITIONS else "needs a finite number, text, true, false or null"
-            )
-            raise InputError(f"{where}: {name}", f"got {shorten(repr(value))}", allowed)
+        for name, value in self.conditions.items():
+            number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+            if not (number or (isinstance(value, str | bool | None) and not CONDITIONS.get(name))):
+                allowed = f"needs a finite number{'' if name in CONDITIONS else ', text, true, false or null'}"
+                raise InputError(f"trial {self.name}: {name}", f"got {shorten(repr(value))}", allowed)
 
 
 def condition_text(name: str, value: str) -> str:
@@ -243,25 +236,20 @@ def open_trials(folder: str | Path) -> TrialSet:
     if manifest.get("format") != _FORMAT:
         raise DamagedError(str(path / MANIFEST), f"has the format {manifest.get('format')}, not {_FORMAT}", _REPAIR)
     entries: dict[str, Any] = manifest["trials"]
-    _check_files(path, entries)
+    present = {entry.name for entry in path.iterdir() if entry.is_dir() and not entry.name.startswith(".")}
+    for name in sorted(present ^ set(entries)):
+        fault = f"is in the folder, not in {MANIFEST}" if name in present else f"is in {MANIFEST}, not in the folder"
+        raise DamagedError(str(path / name), fault, _REPAIR)
+    for name, file in ((name, file) for name, entry in entries.items() for file in entry["files"]):
+        try:
+            is_same = file_digest(path / name / file) == entries[name]["files"][file]
+        except OSError as error:
+            raise ResultError(f"{path / name / file}: cannot be read ({error.strerror}); {_REPAIR}") from error
+        if not is_same:
+            raise DamagedError(str(path / name / file), f"is not the file of {MANIFEST}", _REPAIR)
     conditions = {name: entry["conditions"] for name, entry in entries.items()}
     whole = digest({name: entry["files"] for name, entry in entries.items()})
     return TrialSet(path, tuple(sorted(entries)), conditions, manifest["layout"], whole, manifest["title"])
-
-
-def _check_files(folder: Path, entries: Mapping[str, Any]) -> None:
-    present = {path.name for path in folder.iterdir() if path.is_dir() and not path.name.startswith(".")}
-    for name in sorted(present ^ set(entries)):
-        fault = f"is in the folder, not in {MANIFEST}" if name in present else f"is in {MANIFEST}, not in the folder"
-        raise DamagedError(str(folder / name), fault, _REPAIR)
-    files = {folder / name / file: wanted for name, entry in entries.items() for file, wanted in entry["files"].items()}
-    for path, wanted in files.items():
-        try:
-            is_same = file_digest(path) == wanted
-        except OSError as error:
-            raise ResultError(f"{path}: cannot be read ({error.strerror}); {_REPAIR}") from error
-        if not is_same:
-            raise DamagedError(str(path), f"is not the file of {MANIFEST}", _REPAIR)
 
 
 def check_labels(
@@ -281,6 +269,14 @@ def check_labels(
 def _card(manifest: Mapping[str, Any], notes: str) -> str:
     entries = manifest["trials"]
     frames = [entry["frames"] for entry in entries.values()]
+    rows = []
+    for name in dict.fromkeys(name for entry in entries.values() for name in entry["conditions"]):
+        values = {entry["conditions"].get(name) for entry in entries.values()}
+        numbers = [value for value in values if isinstance(value, int | float)]
+        texts = [f"{value:.6g}" if isinstance(value, float) else str(value) for value in values]
+        if len(numbers) == len(values) > 8:
+            texts = [f"{len(values)} values from {min(numbers):.6g} to {max(numbers):.6g}"]
+        rows.append(f"| {name} | {shorten(', '.join(sorted(texts)))} |")
     lines = [
         f"# {manifest['title']}",
         "",
@@ -289,7 +285,7 @@ def _card(manifest: Mapping[str, Any], notes: str) -> str:
         "",
         "| condition | values |",
         "|---|---|",
-        *(f"| {name} | {text} |" for name, text in _ranges(entries)),
+        *rows,
         "",
         f"Labels by source: {', '.join(sorted({label for entry in entries.values() for label in entry['labels']}))}.",
         "",
@@ -299,23 +295,11 @@ def _card(manifest: Mapping[str, Any], notes: str) -> str:
     return "\n".join([*lines, *(["", notes] if notes else [])]) + "\n"
 
 
-def _ranges(entries: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    for name in dict.fromkeys(name for entry in entries.values() for name in entry["conditions"]):
-        values = {entry["conditions"].get(name) for entry in entries.values()}
-        numbers = [value for value in values if isinstance(value, int | float)]
-        if len(numbers) == len(values) > 8:
-            yield name, f"{len(values)} values from {min(numbers):.6g} to {max(numbers):.6g}"
-        else:
-            texts = (f"{value:.6g}" if isinstance(value, float) else str(value) for value in values)
-            yield name, shorten(", ".join(sorted(texts)))
-
-
 def write_parquet(trials: TrialSet, path: str | Path) -> None:
     """Write a data set as one Parquet file, a row group for each trial, whole or not at all.
 
-    Columns: ``trial``, ``time_s``, ``class`` (no_slip, incipient, gross; by the external
-    markers), every condition, and for each marker ``internal_0_x`` and so on in the unit of the tracks, null where it
-    was not seen.
+    Columns: ``trial``, ``time_s``, ``class`` by the external markers, every condition, and for each marker
+    ``internal_0_x`` and so on in the unit of the tracks, null where it was not seen.
     """
     arrow, parquet = optional("pyarrow"), optional("pyarrow.parquet")
     labels, texts = trials.onsets(), {"trial": arrow.string(), "class": arrow.string()}

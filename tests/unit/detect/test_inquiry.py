@@ -121,8 +121,8 @@ def test_more_is_lost_with_more_disturbance(detector, trials):
     assert lost.unusable > 0.9
     assert noisy.accuracy.value < plain.accuracy.low <= plain.accuracy.value <= plain.accuracy.high
     assert slower.accuracy.value == pytest.approx(plain.accuracy.value, abs=0.1)
-    for level in (("slower", 0.0), ("slower", 0.5), ("fog", 1.0), ("lost", 1.0), ("noise", -1.0)):
-        with pytest.raises(InputError, match=f"{level[0] if level[0] != 'fog' else 'disturbance'}: got"):
+    for level in (("slower", 0.0), ("slower", 0.5), ("lost", 1.0), ("noise", -1.0)):
+        with pytest.raises(InputError, match=f"{level[0]}: got"):
             inquiries.robustness_of(detector, trials, trials.onsets(), trials.names[:1], [level])
 
 

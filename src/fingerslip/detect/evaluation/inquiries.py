@@ -107,10 +107,18 @@ def importance_by_ring(
     return importance
 
 
+#: What may be done to tracks: the amounts that it takes, in words and as a rule.
+DISTURBANCES: Mapping[str, tuple[str, Callable[[float], bool]]] = MappingProxyType(
+    {
+        "lost": ("a share from 0 up to, not including, 1", lambda amount: 0.0 <= amount < 1.0),
+        "noise": ("a standard deviation >= 0", lambda amount: amount >= 0.0),
+        "slower": ("a whole number >= 1", lambda amount: amount >= 1 and amount % 1 == 0),
+    }
+)
+
+
 def disturb(tracks: xr.Dataset, disturbance: str, amount: float, seed: int = 0) -> xr.Dataset:
-    """Return tracks with a disturbance; those of external markers too."""
-    if disturbance not in DISTURBANCES:
-        raise InputError("disturbance", f"got {disturbance!r}", f"needs one of {', '.join(DISTURBANCES)}")
+    """Return tracks with a disturbance of :data:`DISTURBANCES`; those of external markers too."""
     allowed, is_possible = DISTURBANCES[disturbance]
     if not is_possible(amount):
         raise InputError(disturbance, f"got {amount}", f"needs {allowed}")
@@ -125,16 +133,6 @@ def disturb(tracks: xr.Dataset, disturbance: str, amount: float, seed: int = 0) 
         position=position.copy(data=np.where(gone[:, :, None], np.nan, position.values)),
         quality=quality.copy(data=np.where(gone, 0.0, quality.values)),
     )
-
-
-#: What may be done to tracks: the amounts that it takes, in words and as a rule.
-DISTURBANCES: Mapping[str, tuple[str, Callable[[float], bool]]] = MappingProxyType(
-    {
-        "lost": ("a share from 0 up to, not including, 1", lambda amount: 0.0 <= amount < 1.0),
-        "noise": ("a standard deviation >= 0", lambda amount: amount >= 0.0),
-        "slower": ("a whole number >= 1", lambda amount: amount >= 1 and amount % 1 == 0),
-    }
-)
 
 
 class Robustness(NamedTuple):
