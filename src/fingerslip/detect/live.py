@@ -25,7 +25,6 @@ from fingerslip.detect.features import (
 from fingerslip.detect.labels import Onsets
 from fingerslip.detect.training import Detector, check_tracks_fit
 from fingerslip.errors import InputError
-from fingerslip.tables.table import Cell, Column, Missing, Table
 from fingerslip.vision.tracking.tracker import SeenMarkers
 
 if TYPE_CHECKING:
@@ -43,11 +42,6 @@ class Finding:
     gross: float  # log odds of gross slip
     onsets: Onsets  # when each began, as far as it has
     seconds: float  # how long the frame took [s]
-
-    @property
-    def no_event(self) -> Missing:
-        """Why an event has no time so far."""
-        return Missing.NO_EVENT
 
 
 F = TypeVar("F", bound=Finding)
@@ -200,18 +194,3 @@ def latency_of(findings: Sequence[Finding]) -> Latency:
     seconds = np.array([finding.seconds for finding in findings])
     middle, late = (float(quantile) for quantile in np.quantile(seconds, (0.5, 0.95)))
     return Latency(len(seconds), middle, late, float(seconds.max()), float(1.0 / seconds.mean()))
-
-
-def findings_table(findings: Sequence[Finding], title: str, note: str) -> Table:
-    """Return what a detector found, and how long it took; the note says what is in that time."""
-    latency, onsets, no_event = latency_of(findings), findings[-1].onsets, findings[-1].no_event
-    rows: tuple[tuple[Cell, ...], ...] = (
-        ("slip begins [s]", no_event if onsets.incipient is None else f"{onsets.incipient:.4g}"),
-        ("gross slip begins [s]", no_event if onsets.gross is None else f"{onsets.gross:.4g}"),
-        ("frames", str(latency.frames)),
-        ("median latency [ms]", f"{1e3 * latency.median:.3g}"),
-        ("latency of 95 % of frames below [ms]", f"{1e3 * latency.late:.3g}"),
-        ("largest latency [ms]", f"{1e3 * latency.largest:.3g}"),
-        ("frames a second", f"{latency.rate:.4g}"),
-    )
-    return Table(title, (Column(""), Column("value")), rows, note)

@@ -71,7 +71,7 @@ def read_timeline(folder: Path) -> Timeline:
     described = read_json(folder / CLIP, AGAIN)
     try:
         slides = tuple(Slide(**{**entry, "onsets": Onsets(**entry["onsets"])}) for entry in described["slides"])
-        values = pd.read_csv(folder / _TABLE, dtype=np.float64, float_precision="round_trip")
+        values = pd.read_csv(folder / _TABLE, dtype=np.float64, engine="python")  # which keeps every digit
         return Timeline(described["name"], slides, values)
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise DamagedError(str(folder / _TABLE), f"cannot be read ({shorten(str(error))})", AGAIN) from error

@@ -21,10 +21,10 @@ from numpy.typing import NDArray
 
 from fingerslip.detect.features import fill_unseen, markers_of, neighbour_weights
 from fingerslip.detect.labels import Onsets
-from fingerslip.detect.live import Finding, FrameByFrame, frames_of, run_live
+from fingerslip.detect.live import Finding, FrameByFrame, frames_of, latency_of, run_live
 from fingerslip.errors import InputError
 from fingerslip.parameters import NonNegativeNumber, Number, parameters
-from fingerslip.tables.table import Missing
+from fingerslip.tables.table import Cell, Column, Missing, Table
 from fingerslip.vision.fields import fit_rigid_motions
 from fingerslip.vision.tracking.layouts import nearest_neighbours
 from fingerslip.vision.tracking.track import FEWEST, STIRRED, rest_length
@@ -81,12 +81,6 @@ class ResidualFinding(Finding):
     residual: Floats = field(repr=False)
     displacement: float  # root mean square since rest, in the unit of the positions
     slides: tuple[Slide, ...]  # so far
-
-    @property
-    def no_event(self) -> Missing:
-        """Why an event has no time so far: of presses nothing is said."""
-        is_judged = not self.slides or any(not slide.is_press for slide in self.slides)
-        return Missing.NO_EVENT if is_judged else Missing.NOT_JUDGED
 
 
 class ResidualDetector(FrameByFrame[ResidualFinding]):
@@ -286,3 +280,21 @@ def slides_of(findings: Sequence[Finding]) -> tuple[Slide, ...]:
     if isinstance(last, ResidualFinding):
         return last.slides
     return (Slide(findings[0].time, is_press=False, onsets=last.onsets),)
+
+
+def findings_table(findings: Sequence[Finding], title: str, note: str) -> Table:
+    """Return what a detector found, and how long it took; the note says what is in that time."""
+    latency, onsets, slides = latency_of(findings), findings[-1].onsets, slides_of(findings)
+    # Of presses nothing is said.
+    is_judged = not slides or any(not slide.is_press for slide in slides)
+    no_event = Missing.NO_EVENT if is_judged else Missing.NOT_JUDGED
+    rows: tuple[tuple[Cell, ...], ...] = (
+        ("slip begins [s]", no_event if onsets.incipient is None else f"{onsets.incipient:.4g}"),
+        ("gross slip begins [s]", no_event if onsets.gross is None else f"{onsets.gross:.4g}"),
+        ("frames", str(latency.frames)),
+        ("median latency [ms]", f"{1e3 * latency.median:.3g}"),
+        ("latency of 95 % of frames below [ms]", f"{1e3 * latency.late:.3g}"),
+        ("largest latency [ms]", f"{1e3 * latency.largest:.3g}"),
+        ("frames a second", f"{latency.rate:.4g}"),
+    )
+    return Table(title, (Column(""), Column("value")), rows, note)

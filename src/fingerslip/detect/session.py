@@ -313,9 +313,9 @@ def run_detector(
     if not source.exists():
         raise InputError(str(source), "is not there", "needs a video, a folder of images, or tracks (.nc, .csv)")
     # What computes and draws is slow to import.
-    from fingerslip.detect.live import findings_table, run_on_tracks
+    from fingerslip.detect.live import run_on_tracks
     from fingerslip.detect.page import SlipClip, answer_of, slide_table, write_slip_page
-    from fingerslip.detect.residual import ResidualSettings, detect_residual, frames_at_rest
+    from fingerslip.detect.residual import ResidualSettings, detect_residual, findings_table, frames_at_rest
     from fingerslip.vision.tracking.track import follow_video, lens_of, tracks_of
 
     frames, note, seconds = None, "Latency without the tracker. A first run compiles, too.", np.zeros(1)
@@ -372,7 +372,7 @@ def watch_camera(
     tell: Callable[[str], object],
 ) -> Table:
     """Run a detector on a camera until it ends or is interrupted; tell each event as it comes, and return latencies."""
-    from fingerslip.detect.live import findings_table
+    from fingerslip.detect.residual import findings_table
 
     trained = None if detector == RESIDUAL else read_detector(detector)
     tracker = _tracker(trained, tracking, rest_frames or 30, f"camera {camera}")

@@ -55,8 +55,8 @@ def test_what_is_assumed_has_tables_and_a_figure_and_rings_of_no_markers_have_no
 
 
 def test_a_label_that_never_comes_leaves_nothing(trials_folder, tmp_path, monkeypatch):
-    def told(*_given, store, **_more):
-        store.write("assumption", 1, {"median onsets": np.zeros(2)})
+    def told(*_given, output, **_more):
+        parts_beside(output).write("fold", 1, {"rows": np.zeros(2)})
         raise InputError("trial slide-0000", "has no gross slip", "needs both onsets here")
 
     monkeypatch.setattr(inquiries, "sensitivity_of", told)
@@ -188,10 +188,10 @@ def test_trials_of_each_value_are_taken_alone(few):
 
 
 def test_what_is_stored_is_not_asked_again(few, tmp_path, monkeypatch):
-    store, sampling = parts_beside(tmp_path / "tables", few.digest), replace(SAMPLING, least=0.0)
-    stored = partial(inquiries.sensitivity_of, few, [AS_IT_IS], [CLOCK], sampling, folds=3, store=store)
+    options = {"folds": 3, "output": tmp_path / "tables"}
+    stored = partial(inquiries.sensitivity_of, few, [AS_IT_IS], [CLOCK], replace(SAMPLING, least=0.0), **options)
     (first,) = stored()
-    monkeypatch.setattr(TrialSet, "tracks", None)
+    monkeypatch.setattr(Evaluation, "fit", None)
     (second,) = stored()
     assert (first.incipient, first.gross) == (second.incipient, second.gross)
     assert np.array_equal(first.matrices["time_threshold"], second.matrices["time_threshold"])

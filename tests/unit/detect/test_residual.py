@@ -10,10 +10,9 @@ import xarray as xr
 
 from fingerslip.detect import page
 from fingerslip.detect.evaluation.inquiries import disturb
-from fingerslip.detect.live import findings_table
 from fingerslip.detect.model_file import write_detector
 from fingerslip.detect.page import SlipClip, answer_of, read_timeline, slide_table, slip_report, write_slip_page
-from fingerslip.detect.residual import ResidualSettings, detect_residual, frames_at_rest, slides_of
+from fingerslip.detect.residual import ResidualSettings, detect_residual, findings_table, frames_at_rest, slides_of
 from fingerslip.detect.session import run_detector, watch_camera
 from fingerslip.detect.synthetic import SyntheticSensor, SyntheticSlide, synthetic_trial
 from fingerslip.detect.training import train

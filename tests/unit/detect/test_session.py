@@ -19,8 +19,9 @@ from fingerslip.detect.evaluation.scores import (
     output_tables,
 )
 from fingerslip.detect.labels import CLASSES, Onsets, write_onsets
-from fingerslip.detect.live import Finding, findings_table
+from fingerslip.detect.live import Finding
 from fingerslip.detect.model_file import read_detector
+from fingerslip.detect.residual import findings_table
 from fingerslip.detect.samples import benchmark_test_trials
 from fingerslip.detect.session import Choices, evaluate_classifiers, run_detector, score_onsets, train_detector
 from fingerslip.detect.trials import TrialSet

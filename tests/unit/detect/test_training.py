@@ -56,16 +56,17 @@ def test_thresholds_are_set_by_the_largest_score_before_slip_of_trials_that_were
     assert [training.calibration_count(count, 0.05) for count in (24, 37, 38, 95, 256)] == [0, 0, 19, 19, 51]
     assert made.provenance["trials"] == 19
     assert made.data == trials.digest
-    onsets = trials.onsets()
-    labels = {name: onsets[name].incipient for name in held_out(trials.names, 5, 0)}
-    begins = {name: training.detect(made, trials.tracks(name))[2].incipient for name in labels}
-    assert training.time_error(labels, begins) == {training.TIME_ERROR: made.provenance[training.TIME_ERROR]}
-    between = training.time_error(dict.fromkeys("abc", 1.0), {"a": 1.1, "b": 0.8, "c": 1.3})[training.TIME_ERROR]
-    assert between == pytest.approx([0.2, 0.11, 0.29])
-    assert training.time_error({"a": 1.0, "b": 2.0, "c": None}, {"a": 1.5, "b": None, "c": 1.0}) == {
-        training.TIME_ERROR: [0.5, 0.5, 0.5]
-    }
-    assert training.time_error({"a": 1.0}, {"a": None}) == {}
+    onsets, calibration = trials.onsets(), held_out(trials.names, 5, 0)
+    begins = [detect(made, trials.tracks(name))[2] for name in calibration]
+    known = training.time_error([onsets[name] for name in calibration], begins)
+    assert known == {training.TIME_ERROR: made.provenance[training.TIME_ERROR]}
+
+    def error(labels, begins):
+        return training.time_error(*([Onsets(time, None) for time in times] for times in (labels, begins)))
+
+    assert error([1.0] * 3, [1.1, 0.8, 1.3])[training.TIME_ERROR] == pytest.approx([0.2, 0.11, 0.29])
+    assert error([1.0, 2.0, None], [1.5, None, 1.0]) == {training.TIME_ERROR: [0.5] * 3}
+    assert error([1.0], [None]) == {}
     time, scores = np.arange(4.0), np.array([[0.0, 9.0], [3.0, 9.0], [1.0, 9.0], [8.0, 9.0]])
     largest = [training.largest_before(time, scores, Onsets(*at)) for at in ((2.5, 3.0), (None, None), (0.0, 1.0))]
     assert largest == [3.0, 8.0, -np.inf]

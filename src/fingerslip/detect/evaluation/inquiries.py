@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from fingerslip.detect.classifiers import Candidate, describe, probabilities, union_of_sets
-from fingerslip.detect.evaluation.crossval import Evaluation, Parts, begin_evaluation, parts_beside
+from fingerslip.detect.classifiers import Candidate, probabilities, union_of_sets
+from fingerslip.detect.evaluation.crossval import Evaluation, begin_evaluation, parts_beside
 from fingerslip.detect.evaluation.scores import (
     INTERVALS,
     Estimate,
@@ -272,10 +272,6 @@ def each_alone(trials: TrialSet, conditions: Sequence[str], base: Assumption) ->
     return tuple(assumptions)
 
 
-# Beside the matrices of classifiers, which have names of one word.
-_MEDIANS = "median onsets"
-
-
 def sensitivity_of(
     trials: TrialSet,
     assumptions: Sequence[Assumption],
@@ -285,28 +281,18 @@ def sensitivity_of(
     folds: int = 5,
     seed: int = 0,
     workers: int = 1,
-    store: Parts | None = None,
+    output: Path | None = None,
 ) -> Iterator[Sensitivity]:
     """Yield what classifiers come to with each assumption, on trials that they have not seen."""
-    store = store or Parts()
-    shared = [[describe(candidate, seed) for candidate in candidates], asdict(sampling), folds, seed]
-    for (motion, _), group in itertools.groupby(assumptions, lambda entry: (entry.motion, entry.noise)):
-        stored = {id(entry): (entry, store.read("assumption", [shared, entry.inputs])) for entry in group}
-        missing = [entry for entry, arrays in stored.values() if arrays is None]
-        settings = FeatureSettings(union_of_sets(candidates), motion)
-        labelled = iter(_label(trials, missing, settings, sampling, seed) if missing else [])
-        for assumption, arrays in stored.values():
-            results = dict(arrays or {})
-            if arrays is None:
-                samples, onsets = next(labelled)
-                run = Evaluation(trials, onsets, samples, motion, seed, workers)
-                tests = grouped_folds(samples.trials, folds, seed)
-                results[_MEDIANS] = np.nanmedian(times_of(onsets.values()), axis=0)
-                for entry in candidates:
-                    results[entry.name] = run.matrices([run.fit(entry, test).frames for test in tests])
-                store.write("assumption", [shared, assumption.inputs], results)
-            medians = results.pop(_MEDIANS)
-            yield Sensitivity(assumption, results, *map(float, medians))
+    for (motion, _), same in itertools.groupby(assumptions, lambda entry: (entry.motion, entry.noise)):
+        group, settings = list(same), FeatureSettings(union_of_sets(candidates), motion)
+        labelled = _label(trials, group, settings, sampling, seed)
+        for assumption, (samples, onsets) in zip(group, labelled, strict=True):
+            parts = parts_beside(output, trials.digest, asdict(sampling), assumption.inputs)
+            run = Evaluation(trials, onsets, samples, motion, seed, workers, parts=parts)
+            tests = grouped_folds(samples.trials, folds, seed)
+            matrices = {entry.name: run.matrices(run.by_group(entry, tests)) for entry in candidates}
+            yield Sensitivity(assumption, matrices, *np.nanmedian(times_of(onsets.values()), axis=0).tolist())
 
 
 def _label(
@@ -415,14 +401,13 @@ def vary(
         fault = "have no metres_per_pixel"
         raise InputError(str(dataset), fault, "needs tracks in pixels with a scale", "write it to the tracks")
     assumptions, lacking = _assume(trials, float(scale), choices, each)
-    store = parts_beside(output, trials.digest)
-    options = {"folds": folds, **choices.options}
+    options: dict[str, Any] = {"folds": folds, "output": output, **choices.options}
     sampling = replace(choices.sampling, least=0.0)
     try:
-        varied = list(sensitivity_of(trials, assumptions, candidates, sampling, store=store, **options))
+        varied = list(sensitivity_of(trials, assumptions, candidates, sampling, **options))
     except InputError:
         # A label that never comes may be one of the last assumption: nothing is left of the others.
-        store.remove()
+        parts_beside(output).remove()
         raise
     rows = [(f"{score.assumption.quantity}: {score.assumption.value}", score.accuracies) for score in varied]
     listed = {condition: varied[0].of_condition(trials, condition) for condition in conditions}
@@ -436,7 +421,7 @@ def vary(
     inquiry = Inquiry(tables, {"assumptions": assumption_figure(rows)})
     if output is not None:
         write_inquiry(inquiry, output)
-    store.remove()
+    parts_beside(output).remove()
     return inquiry
 
 

@@ -1,3 +1,5 @@
+"""Scores of frames, events, submissions and whole trials, and the page of an evaluation."""
+
 from __future__ import annotations
 
 import numpy as np
