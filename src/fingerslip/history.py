@@ -66,9 +66,8 @@ COORDINATES: Mapping[str, Variable] = {
     "cell_region": Variable(("cell",), "", "index of the cell's region in the attribute regions; -1 for none"),
 }
 
-_SITE = ("time", "site")
-_CONTACT = ("time", "contact_node")
-_RIGID = ("time", "rigid_body")
+_TIME, _SITE, _CONTACT = ("time",), ("time", "site"), ("time", "contact_node")
+_FACE, _RIGID, _CELL = ("time", "counterface"), ("time", "rigid_body"), ("snapshot_time", "cell")
 
 VARIABLES: Mapping[str, Variable] = {
     "displacement": Variable((*_SITE, "component"), "m", "displacement at the sites"),
@@ -85,19 +84,19 @@ VARIABLES: Mapping[str, Variable] = {
     "tangential_traction": Variable((*_CONTACT, "component"), "Pa", "friction traction on the skin"),
     "slip_distance": Variable(_CONTACT, "m", "slip accumulated while in contact"),
     "contact_state": Variable(_CONTACT, "", f"{OPEN} open, {STICK} stick, {SLIP} slip"),
-    "counterface_displacement": Variable(("time", "counterface", "component"), "m", "displacement of the counterface"),
-    "counterface_velocity": Variable(("time", "counterface", "component"), "m/s", "velocity of the counterface"),
-    "counterface_force": Variable(("time", "counterface", "component"), "N", "force on the deformable body"),
+    "counterface_displacement": Variable((*_FACE, "component"), "m", "displacement of the counterface"),
+    "counterface_velocity": Variable((*_FACE, "component"), "m/s", "velocity of the counterface"),
+    "counterface_force": Variable((*_FACE, "component"), "N", "force on the deformable body"),
     "counterface_moment": Variable(
-        ("time", "counterface", "rotation_axis"),
+        (*_FACE, "rotation_axis"),
         "N m",
         "moment on the deformable body about the centre of the counterface's rigid body, else about the moved origin",
     ),
     "friction_utilisation": Variable(
-        ("time", "counterface"), "1", "friction force of the counterface over the largest that its normal forces bear"
+        _FACE, "1", "friction force of the counterface over the largest that its normal forces bear"
     ),
     "largest_friction_utilisation": Variable(
-        ("time", "counterface"), "1", "largest friction force of a node over the largest that its normal force bears"
+        _FACE, "1", "largest friction force of a node over the largest that its normal force bears"
     ),
     "rigid_body_displacement": Variable((*_RIGID, "component"), "m", "displacement of the rigid body's centre"),
     "rigid_body_velocity": Variable((*_RIGID, "component"), "m/s", "velocity of the rigid body's centre"),
@@ -114,26 +113,24 @@ VARIABLES: Mapping[str, Variable] = {
         (*_RIGID, "rotation_axis"), "N m", "moment of all contacts on the rigid body about its centre"
     ),
     "support_force": Variable(("time", "support", "component"), "N", "force of the support on the deformable body"),
-    "kinetic_energy": Variable(("time",), "J", "kinetic energy"),
-    "strain_energy": Variable(("time",), "J", "strain energy, that of springs of rigid bodies included"),
-    "contact_energy": Variable(("time",), "J", "energy stored in the contact penalties"),
-    "friction_dissipation": Variable(("time",), "J", "energy dissipated by friction"),
-    "damping_dissipation": Variable(("time",), "J", "energy dissipated by material damping and dampers"),
-    "viscous_dissipation": Variable(("time",), "J", "energy dissipated by the Prony terms of materials"),
-    "numerical_dissipation": Variable(("time",), "J", "energy dissipated by the time integration"),
-    "external_work": Variable(("time",), "J", "work done by the counterfaces, the moving supports and the loads"),
-    "energy_imbalance": Variable(("time",), "J", "external work less all stored and dissipated energy"),
-    "contact_iterations": Variable(("time",), "1", "iterations of the contact solver"),
-    "contact_residual": Variable(("time",), "1", "relative residual of the contact solver"),
+    "kinetic_energy": Variable(_TIME, "J", "kinetic energy"),
+    "strain_energy": Variable(_TIME, "J", "strain energy, that of springs of rigid bodies included"),
+    "contact_energy": Variable(_TIME, "J", "energy stored in the contact penalties"),
+    "friction_dissipation": Variable(_TIME, "J", "energy dissipated by friction"),
+    "damping_dissipation": Variable(_TIME, "J", "energy dissipated by material damping and dampers"),
+    "viscous_dissipation": Variable(_TIME, "J", "energy dissipated by the Prony terms of materials"),
+    "numerical_dissipation": Variable(_TIME, "J", "energy dissipated by the time integration"),
+    "external_work": Variable(_TIME, "J", "work done by the counterfaces, the moving supports and the loads"),
+    "energy_imbalance": Variable(_TIME, "J", "external work less all stored and dissipated energy"),
+    "contact_iterations": Variable(_TIME, "1", "iterations of the contact solver"),
+    "contact_residual": Variable(_TIME, "1", "relative residual of the contact solver"),
     "snapshot_displacement": Variable(("snapshot_time", "node", "component"), "m", "displacement of all nodes"),
     "snapshot_velocity": Variable(("snapshot_time", "node", "component"), "m/s", "velocity of all nodes"),
-    "snapshot_strain_energy_density": Variable(("snapshot_time", "cell"), "J/m^3", "strain energy density of cells"),
-    "snapshot_von_mises": Variable(("snapshot_time", "cell"), "Pa", "von Mises stress at the cells' centres"),
-    "snapshot_stress": Variable(
-        ("snapshot_time", "cell", "stress_component"), "Pa", "Cauchy stress at the cells' centres"
-    ),
+    "snapshot_strain_energy_density": Variable(_CELL, "J/m^3", "strain energy density of cells"),
+    "snapshot_von_mises": Variable(_CELL, "Pa", "von Mises stress at the cells' centres"),
+    "snapshot_stress": Variable((*_CELL, "stress_component"), "Pa", "Cauchy stress at the cells' centres"),
     "snapshot_strain": Variable(
-        ("snapshot_time", "cell", "stress_component"), "1", "strain tensor of cells, logarithmic at large strain"
+        (*_CELL, "stress_component"), "1", "strain tensor of cells, logarithmic at large strain"
     ),
 }
 

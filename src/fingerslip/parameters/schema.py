@@ -51,25 +51,20 @@ class _ForEditors(GenerateJsonSchema):
     def dataclass_schema(self, schema: core_schema.DataclassSchema) -> JsonSchemaValue:
         """Return the schema of a parameter set with its words and defaults."""
         cls, definition = schema["cls"], super().dataclass_schema(schema)
-        words, defaults = field_words(cls), _defaults(cls)
+        values = {
+            field.name: field.default if field.default_factory is dataclasses.MISSING else field.default_factory()
+            for field in dataclasses.fields(cls)
+        }
+        given = {name: value for name, value in values.items() if value is not dataclasses.MISSING}
+        words, defaults = field_words(cls), plain_fields(cls, given)
         for name, key in definition.get("properties", {}).items():
             key.pop("title", None)
             sentences = (words.get(name, ""), key.get("description", ""))
             if any(sentences):
                 key["description"] = " ".join(f"{sentence.rstrip('.')}." for sentence in sentences if sentence)
-            if name in defaults:
+            if name in defaults and _is_plain(defaults[name]):
                 key["default"] = defaults[name]
         return definition | {"description": _plain((inspect.getdoc(cls) or "").partition("\n\n")[0])}
-
-
-def _defaults(cls: Any) -> Mapping[str, Any]:
-    """Return the defaults of a parameter set as a file writes them; fields without one are left out."""
-    defaults = {}
-    for field in dataclasses.fields(cls):
-        value = field.default if field.default_factory is dataclasses.MISSING else field.default_factory()
-        if value is not dataclasses.MISSING:
-            defaults[field.name] = value
-    return {name: value for name, value in plain_fields(cls, defaults).items() if _is_plain(value)}
 
 
 def _is_plain(value: object) -> bool:

@@ -83,7 +83,10 @@ def follow(markers: Markers, state: State, image: Frame, mask: Flags | None) -> 
     strength = np.median(blobs.strength[used[sure]] / markers.strength[sure])
     quality = np.where(fits, np.clip(measured.quality, 0.0, 1.0), np.where(sure, _OF_BLOBS, 0.0))
     free = blobs.select(np.delete(np.arange(len(blobs.strength)), used[sure]))
-    visible = int(seen.sum()) + _count_alike(markers, free, exact[seen], state.light)
+    # Blobs that no marker has, but look like one and are among or beside those seen, are visible too.
+    apart = cKDTree(exact[seen]).query(free.position)[0]
+    alike = np.abs(np.log(free.strength / (float(np.median(markers.strength)) * state.light))) < _USUAL
+    visible = int(seen.sum() + (alike & (apart > markers.size) & (apart < _BESIDE * spacing)).sum())
     new = State(exact, seen, state.light + _ADAPTION * (float(strength) - state.light), image, visible)
     # The first sight of a marker that was lost counts half.
     return new, np.where(seen[:, None], exact, np.nan), np.where(state.seen, quality, 0.5 * quality)
@@ -99,19 +102,12 @@ def _fits(markers: Markers, state: State, measured: Measured, position: Floats, 
     return np.asarray(np.where(sure, fits, again & alone & (apart < _NEAR * markers.spacing)))
 
 
-def _count_alike(markers: Markers, free: Blobs, seen: Floats, light: float) -> int:
-    """Count the blobs that no marker has, but look like one and are among or beside those seen (n, 2) [px]."""
-    apart = cKDTree(seen).query(free.position)[0]
-    alike = np.abs(np.log(free.strength / (float(np.median(markers.strength)) * light))) < _USUAL
-    return int((alike & (apart > markers.size) & (apart < _BESIDE * float(np.median(markers.spacing)))).sum())
-
-
 def _around(points: Floats, margin: float, shape: tuple[int, ...]) -> tuple[slice, slice]:
     """Return the rows and columns of an image that contain points (n, 2) [px] with a margin [px]."""
     low, high = points.min(axis=0) - margin, points.max(axis=0) + margin
-    left, top = np.maximum(low, 0).astype(int)
-    right, bottom = np.minimum(high + 1, shape[::-1]).astype(int)
-    return slice(int(top), int(bottom)), slice(int(left), int(right))
+    left, top = np.maximum(low, 0).astype(int).tolist()
+    right, bottom = np.minimum(high + 1, shape[::-1]).astype(int).tolist()
+    return slice(top, bottom), slice(left, right)
 
 
 def _corner(window: tuple[slice, slice]) -> Floats:

@@ -340,17 +340,17 @@ def _join(grid: SkinGrid, core: CoreMesh, triangles: bool) -> tuple[Floats, dict
     if not grid.closed:
         node, ahead = node[:, :-1], ahead[:, :-1]
     quadrilaterals = np.stack([node[:-1], ahead[:-1], ahead[1:], node[1:]], axis=-1)
-    layers = [layer.reshape(-1, 4) for layer in np.split(quadrilaterals, [grid.epidermis_rows])]
-    cells = dict(zip(REGIONS[:2], [_halve(skin, layer) for layer in layers] if triangles else layers, strict=True))
+    cells = {}
+    for name, layer in zip(REGIONS[:2], np.split(quadrilaterals, [grid.epidermis_rows]), strict=True):
+        corners = layer.reshape(-1, 4)
+        if triangles:
+            # Quadrilaterals are cut along their shorter diagonal.
+            first, second = (np.linalg.norm(skin[corners[:, a]] - skin[corners[:, a + 2]], axis=1) for a in (0, 1))
+            turned = np.where((first <= second)[:, None], corners, np.roll(corners, -1, axis=1))
+            corners = np.vstack([turned[:, [0, 1, 2]], turned[:, [0, 2, 3]]])
+        cells[name] = corners
     cells |= {name: number[nodes] for name, nodes in core.cells.items()}
     return np.vstack([skin, core.points[~border]]), cells
-
-
-def _halve(points: Floats, cells: Integers) -> Integers:
-    """Cut quadrilaterals along their shorter diagonal into triangles."""
-    first, second = (np.linalg.norm(points[cells[:, a]] - points[cells[:, b]], axis=1) for a, b in ((0, 2), (1, 3)))
-    turned = np.where((first <= second)[:, None], cells, np.roll(cells, -1, axis=1))
-    return np.vstack([turned[:, [0, 1, 2]], turned[:, [0, 2, 3]]])
 
 
 def _core_numbers(core: CoreMesh, grid: SkinGrid, last_row: Integers) -> tuple[Integers, Flags]:
