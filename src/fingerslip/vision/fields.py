@@ -178,10 +178,7 @@ class RigidMotions:
 
 
 def fit_rigid_motions(rest: Floats, position: Floats) -> RigidMotions:
-    """Fit a rotation and a translation to markers at each time by least squares (Kabsch 1976).
-
-    Arrays: rest (n_markers, n_axes); position (n_times, n_markers, n_axes).
-    """
+    """Fit a rotation and a translation to markers at each time by least squares (Kabsch 1976)."""
     dim = rest.shape[1]
     visible = ~(np.isnan(position).any(axis=2) | np.isnan(rest).any(axis=1))
     weights = visible / np.maximum(visible.sum(axis=1), 1)[:, None]

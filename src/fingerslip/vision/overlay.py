@@ -55,16 +55,12 @@ def overlay_frames(
     arrows: Floats | None = None,
     marked: NDArray[np.bool_] | None = None,
 ) -> Iterator[Frame]:
-    """Yield frames with a circle at each marker that is seen, an arrow at it, time and count, in colours of rings.
+    """Yield frames (height, width, 3) with a circle at each marker that is seen, an arrow at it, time and count.
 
-    Those that do not move with their neighbours (`still`) are white.
-
-    Where `marked`, (n_times, n_markers), is given, markers are red where it is true and blue elsewhere.
-
-    Circles of markers whose quality is below 0.6 are thin. What tracks say of a frame (`frame_state`) is written, and
-    the size of circles is that of the markers (`radius`) where tracks have them, as those of a video do.
-
-    Arrays: frames (height, width); arrows (n_times, n_markers, 2) [px]; returns (height, width, 3).
+    Colours are those of rings, white for markers that do not move with their neighbours (`still`), or where `marked`
+    (n_times, n_markers) is given red and blue. Circles are as large as the markers (`radius`), thin where their quality
+    is below 0.6. Arrows (n_times, n_markers, 2) [px] are displacements unless given. What tracks say of a frame
+    (`frame_state`) is written.
     """
     position, quality = check_tracks(tracks)["position"].values, tracks["quality"].values
     _check_pixels(tracks, "tracks")
@@ -96,13 +92,11 @@ def overlay_frames(
 
 
 def field_frames(frames: Iterable[Frame], fields: xr.Dataset, name: str) -> Iterator[Frame]:
-    """Yield frames with a field drawn on them at the places of the markers, the same scale in all.
+    """Yield frames (height, width, 3) with a field drawn on them at the places of the markers, the same scale in all.
 
     Displacement is drawn as long as it is; other arrows so that the longest one nearly reaches the next marker.
     Divergence, curl and the larger principal strain are colours of the triangles between markers, orange above zero and
     blue below. The contact centroid is a cross on each picture.
-
-    Arrays: frames (height, width); returns (height, width, 3).
     """
     if name not in SHOWN_FIELDS:
         raise InputError("field", f"got {name!r}", f"needs one of {', '.join(SHOWN_FIELDS)}")

@@ -114,8 +114,7 @@ class Pinhole(_Lens):
             plane = iterate(pairs, once, distortion, R=once, P=once, criteria=stop).reshape(plane.shape)
             plane[~(np.abs(self._distort(plane) - distorted) < _EXACT).all(axis=-1)] = np.nan
         rays = np.concatenate([plane, np.ones_like(plane[..., :1])], axis=-1)
-        unit_rays: Floats = rays / np.linalg.norm(rays, axis=-1, keepdims=True)
-        return unit_rays
+        return np.asarray(rays / np.linalg.norm(rays, axis=-1, keepdims=True))
 
     def _distort(self, plane: Floats) -> Floats:
         """Return where the lens puts undistorted points (..., 2) [-], NaN beyond it."""
@@ -148,10 +147,7 @@ class Fisheye(_Lens):
     coefficient_counts = (0, 4)
 
     def project(self, points: Floats) -> Floats:
-        """Return pixels (..., 2) of points (..., 3) [m] in the camera's frame; NaN beyond the lens.
-
-        Points beside and behind the camera have images as far as the lens reaches, which OpenCV does not give them.
-        """
+        """Return pixels (..., 2) of points (..., 3) [m], also beside and behind it as far as the lens reaches, else NaN."""
         points = np.asarray(points, dtype=np.float64)
         across = np.hypot(points[..., 0], points[..., 1])
         angle = np.arctan2(across, points[..., 2])
@@ -177,8 +173,7 @@ class Fisheye(_Lens):
 
     def _distance(self, angle: Floats) -> Floats:
         """Return the distance from the axis [-] of rays at some angles from it [rad], θ (1 + k1 θ² + ... + k4 θ⁸)."""
-        distance: Floats = angle * Polynomial([1.0, *self.distortion])(angle * angle)
-        return distance
+        return np.asarray(angle * Polynomial([1.0, *self.distortion])(angle * angle))
 
     @property
     def _largest_angle(self) -> float:
@@ -249,7 +244,9 @@ _DISTORTION = ("distortion_coefficients", "dist_coeffs", "dist_coeff", "dist", "
 _LARGEST = 1_000_000  # bytes
 
 
-def read_calibration(path: str | Path, *, model: str | None = None, size: tuple[int, int] | None = None) -> Any:
+def read_calibration(
+    path: str | Path, *, model: str | None = None, size: tuple[int, int] | None = None
+) -> Pinhole | Fisheye:
     """Read the intrinsics of a camera.
 
     Parameters

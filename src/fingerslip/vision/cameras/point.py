@@ -222,10 +222,7 @@ def pair_tracks(pair: CameraPair, markers: xr.Dataset) -> xr.Dataset:
 
 
 def plate_mark(pair: CameraPair, displacement: NDArray[np.float64], time: NDArray[np.float64]) -> xr.Dataset:
-    """Return the track of a marker on the plate, below the axis at first, as the external camera sees it [px].
-
-    Arrays: displacement (n, 3) [m]; time (n,) [s].
-    """
+    """Return the track [px] of a marker on the plate as the external camera sees it, by displacement (n, 3) [m]."""
     mark = make_tracks(displacement[:, None], time, units="m", kind="external")
     camera, times = pair.external, frame_times(pair.external, mark)
     # As far as a marker may fall it is in sight: it need not be in the middle of the image.

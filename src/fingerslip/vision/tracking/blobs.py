@@ -99,10 +99,7 @@ def blobs_of(image: NDArray[np.generic], radius: float, polarity: float, least: 
 
 
 def field_of(image: Floats, mask: Flags | None, polarity: float) -> Blobs:
-    """Return the blobs that are alike in size and strength and lie together: of all such fields the strongest.
-
-    Arrays: image, mask (height, width).
-    """
+    """Return the blobs that are alike in size and strength and lie together: of all such fields the strongest."""
     noise = float(np.median(np.abs(np.diff(image, axis=1)))) / (0.6745 * math.sqrt(2.0))
     scales = [blobs_of(image, radius, polarity, max(_FAINTEST, 3.5 * noise / radius)) for radius in _RADII]
     blobs = Blobs(*(np.concatenate([getattr(s, n) for s in scales]) for n in ("position", "strength", "radius")))

@@ -36,10 +36,7 @@ def nearest_neighbours(points: Floats) -> tuple[Integers, Floats]:
 
 
 def expected_displacement(displacement: Floats, usable: Flags, neighbours: Integers) -> tuple[Floats, Integers]:
-    """Return the median of the neighbours' displacements, NaN where none is usable, and how many there are.
-
-    Arrays: displacement (n, 2) [px]; usable (n,); neighbours (n, k); returns (n, 2) [px], (n,).
-    """
+    """Return the median displacement (n, 2) [px] of the neighbours (n, k) that are usable, and how many there are."""
     count = usable[neighbours].sum(axis=1)
     if not neighbours.shape[1]:
         return np.full_like(displacement, np.nan), count

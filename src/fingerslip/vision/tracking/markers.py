@@ -150,10 +150,7 @@ def _solve(moments, result):  # type: ignore[no-untyped-def]
 
 
 def learn_profiles(image: Floats, points: Floats, window: Floats, shapes: Floats, polarity: float) -> Floats:
-    """Return the profile of each marker (n, N_PROFILE), NaN where it has no sample.
-
-    Arrays: image (height, width) [grey levels]; points (n, 2) [px]; window (n,) [px]; shapes (n, 3).
-    """
+    """Return the profile (n, N_PROFILE) of each marker at points (n, 2) [px], NaN where it has no sample."""
     a, b, c = shapes.T[..., None, None]
     dx, dy, grey, inside = _around(image, points, float((window * np.sqrt(shapes[:, [0, 2]].max(axis=1))).max()))
     samples_out = np.sqrt(a * dx * dx + 2.0 * b * dx * dy + c * dy * dy) * ((N_PROFILE - 1) / window)[:, None, None]
@@ -167,10 +164,7 @@ def learn_profiles(image: Floats, points: Floats, window: Floats, shapes: Floats
 
 
 def learn_shapes(image: Floats, points: Floats, radius: Floats, window: Floats, polarity: float) -> Floats:
-    """Return the ellipse of each marker (n, 3) by the second moments of what stands out of the level around it.
-
-    Arrays: image (height, width) [grey levels]; points (n, 2) [px]; radius, window (n,) [px].
-    """
+    """Return the ellipse (n, 3) of each marker by the second moments of what stands out of the level around it."""
     dx, dy, grey, inside = _around(image, points, float(window.max()))
     square, value, axes = dx * dx + dy * dy, polarity * grey, (1, 2)
     inside &= square < (window**2)[:, None, None]
@@ -188,10 +182,7 @@ def learn_shapes(image: Floats, points: Floats, radius: Floats, window: Floats, 
 
 
 def _around(image: Floats, points: Floats, reach: float) -> tuple[Floats, Floats, Floats, NDArray[np.bool_]]:
-    """Return dx, dy [px] and grey levels of the pixels within reach of each point, and which are in the image.
-
-    Arrays: image (height, width); points (n, 2) [px]; returns (n, k, k).
-    """
+    """Return dx, dy [px] and grey levels (n, k, k) of the pixels near each point, and which are in the image."""
     height, width = image.shape
     half = math.ceil(reach) + 1
     pixels = np.rint(points).astype(np.intp)[:, :, None] + np.arange(-half, half + 1)

@@ -150,8 +150,7 @@ def lens_of(calibration: Pinhole | Fisheye | str | Path | None, frames: Frames) 
     if not isinstance(calibration, str | Path):
         return calibration
     height, width = next(iter(frames.read())).shape
-    lens: Pinhole | Fisheye = read_calibration(calibration, size=(width, height))
-    return lens
+    return read_calibration(calibration, size=(width, height))
 
 
 def follow_video(frames: Frames, tracker: MarkerTracker) -> tuple[list[SeenMarkers], str]:
@@ -284,8 +283,7 @@ class Lost:
 
 def seen_count(tracks: xr.Dataset) -> NDArray[np.intp]:
     """Return how many markers were seen in each frame, shape (n_times,)."""
-    count: NDArray[np.intp] = seen(tracks).sum(axis=1)
-    return count
+    return np.asarray(seen(tracks).sum(axis=1))
 
 
 def seen_share(tracks: xr.Dataset) -> float:
@@ -311,15 +309,11 @@ def lost_intervals(tracks: xr.Dataset) -> list[Lost]:
 
 def noise_at_rest(tracks: xr.Dataset) -> Floats:
     """Return the standard deviation of each marker in the rest frames, the root mean square of both axes, (n,) [px]."""
-    noise: Floats = np.sqrt((tracks["rest_noise"].values ** 2).mean(axis=1))
-    return noise
+    return np.asarray(np.sqrt((tracks["rest_noise"].values ** 2).mean(axis=1)))
 
 
 def jumps(tracks: xr.Dataset) -> Floats:
-    """Return how far each marker moved between frames beyond what its neighbours did [px].
-
-    Arrays: returns (n_times - 1, n_markers).
-    """
+    """Return how far markers moved between frames beyond what their neighbours did [px], (n_times - 1, n_markers)."""
     position, visible = tracks["position"].values, seen(tracks)
     # Markers that were not seen at rest have no neighbours by their reference: their place is far away.
     reference = np.where(np.isfinite(tracks["reference"].values), tracks["reference"].values, 1e6)
@@ -357,10 +351,9 @@ def rest_length(position: Floats) -> int:
 
 
 def still_markers(position: Floats) -> NDArray[np.bool_]:
-    """Tell which markers do not move with their neighbours, as reflections on the rim and dirt on the lens do.
+    """Tell which markers (n_markers,) do not move with their neighbours, as reflections and dirt on the lens do.
 
-    Motion counts from where they rest, however many frames the reference of the tracks has. Arrays: position
-    (n_frames, n_markers, 2) [px]; returns (n_markers,).
+    Motion of positions (n_frames, n_markers, 2) [px] counts from where they rest, whatever reference the tracks have.
     """
     reference: Floats = np.ma.masked_invalid(position[: rest_length(position)]).mean(axis=0).filled(np.nan)
     still = np.zeros(len(reference), dtype=bool)

@@ -125,15 +125,8 @@ class MarkerTracker:
     def take(self, frame: Frame, time: float) -> list[SeenMarkers]:
         """Take the grey frame (height, width) of a time [s] and return where its markers are, once those are known.
 
-        Returns
-        -------
-        list of SeenMarkers
-            None of them while the first frames wait; all of these at once; then those of each frame.
-
-        Raises
-        ------
-        InputError
-            Where the first frames show no or too few markers; where a frame has another size than the first.
+        That is nothing while the first frames wait, then all of these at once, then one for each frame. InputError
+        where the first frames show no or too few markers, or a frame has another size than the first.
         """
         if frame.ndim != 2:
             fault, allowed = f"a frame has the shape {frame.shape}", "needs (height, width), grey"
@@ -212,10 +205,7 @@ class Reference:
 def reference_of(  # noqa: PLR0917  the options of a search
     image: Floats, mask: Flags | None, n_markers: int | None, layout: LayoutName, bright: bool | None, name: str
 ) -> Reference:
-    """Find, measure and number the markers of the mean of the first frames.
-
-    Arrays: image (height, width) [grey levels]; mask (height, width).
-    """
+    """Find, measure and number the markers of the mean of the first frames, image (height, width) [grey levels]."""
     markers = _best(image, mask, bright)
     if markers is not None:
         layout = layout_of(markers.position) if layout == "auto" else layout
