@@ -13,6 +13,7 @@ from fingerslip.errors import InputError
 #: Markers on each ring, the centre first. They sum to the 81 of Cordova Bulens et al. 2023, who do not print the rings:
 #: assumed.
 RING_COUNTS = (1, 8, 16, 24, 32)
+_ON_X = 1e-12  # m
 
 
 @dataclass(frozen=True)
@@ -37,6 +38,15 @@ class MarkerLayout:
     def count(self) -> int:
         """Number of markers."""
         return int(self.ring.size)
+
+    @property
+    def on_x(self) -> NDArray[np.bool_]:
+        """Which markers lie on the x axis."""
+        return np.abs(self.position[:, 1]) < _ON_X
+
+    def select(self, rows: NDArray[np.bool_]) -> MarkerLayout:
+        """Return some of the markers."""
+        return MarkerLayout(self.position[rows], self.ring[rows], self.angle[rows])
 
 
 def ring_layout(pitch: float, counts: Sequence[int] = RING_COUNTS) -> MarkerLayout:

@@ -129,7 +129,7 @@ def slide(run, body, depth):
     elapsed = motion.time[start:] - motion.time[start]
     moved = motion.displacement[start:] - motion.displacement[start]
     places = modelled_places(run.specimen)
-    count, weight = len(places.ring), np.where(places.on_plane(run.specimen.markers.spacing), 1.0, 2.0)
+    count, weight = len(places.ring), np.where(places.on_x, 1.0, 2.0)
     left = (moved[:, count:] - (motion.counterface[start:] - motion.counterface[start])[:, None])[..., [0, 2]]
     away = np.linalg.norm(left, axis=2)
     slips = [_when(elapsed, away[:, 0], SLIPPED[0])]

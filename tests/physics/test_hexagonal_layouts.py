@@ -27,7 +27,7 @@ def test_half_of_a_hexagonal_sensor_can_be_pressed(count: int) -> None:
     }
     sensor = PRESETS.changed(changes)
     places = modelled_places(sensor)
-    assert 2 * len(places.ring) - places.on_plane(sensor.markers.spacing).sum() == count
+    assert 2 * len(places.ring) - places.on_x.sum() == count
     mesh = SensorSolidSizes(1.2e-3, 4e-3, 5e-3, size).build(sensor)
     limits = quality_limits(mesh)
     assert all(row.scaled_jacobian > limits.scaled_jacobian for row in quality_table(mesh))
@@ -38,7 +38,7 @@ def test_half_of_a_hexagonal_sensor_can_be_pressed(count: int) -> None:
     # The middle goes up with the plate, or a little ahead where the skin dimples; the rim hardly moves.
     assert up[0] == pytest.approx(DEPTH, rel=0.05)
     assert up[places.ring == layers].max() < 0.3 * up[0]
-    along = np.where(places.on_plane(sensor.markers.spacing), places.along * np.cos(places.azimuth), 0.0)
+    along = np.where(places.on_x, places.position[:, 0], 0.0)
     ends = [np.flatnonzero(sign * along > 0.95 * along.max()) for sign in (1, -1)]
     assert up[ends[0]] == pytest.approx(up[ends[1]], abs=0.02 * DEPTH)
     assert (np.diff(pressed.force[:, 1]) > 0.0).all()

@@ -8,7 +8,6 @@ import pytest
 import fingerslip as fs
 from fingerslip.contact.friction import StaticKinetic
 from fingerslip.specimens.tactip.numbers import modelled_places
-from fingerslip.specimens.tactip.parts import marker_places
 from fingerslip.specimens.tactip.tactip import PRESETS
 from fingerslip.study.trials.bodies import turned_whole
 from problems.sensors import slid_sensor
@@ -38,7 +37,7 @@ def test_a_whole_dome_slid_at_45_degrees_moves_as_its_half_turned():
     half, whole = (dataclasses.replace(SENSOR, part=part) for part in ("half", "whole"))
     own, force = slid("whole", (1.0, 0.0, 1.0))
     straight, of_half = slid("half", (1.0, 0.0, 0.0))
-    turned = turned_whole(straight, modelled_places(half), marker_places(whole.markers), TURN)
+    turned = turned_whole(straight, modelled_places(half), whole.markers.places, TURN)
     size = np.linalg.norm(turned - turned[0], axis=2).max()
     error = np.linalg.norm((own - own[0]) - (turned - turned[0]), axis=2).max()
     assert error < 0.02 * size

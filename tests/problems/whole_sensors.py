@@ -11,7 +11,6 @@ import fingerslip as fs
 from fingerslip.marker_tracks import marker_tracks
 from fingerslip.specimens.tactip.meshing import with_names
 from fingerslip.specimens.tactip.numbers import REGIONS, modelled_places
-from fingerslip.specimens.tactip.parts import marker_places
 from fingerslip.study.trials.bodies import turned_whole
 from problems.sensors import pressed_sensor
 
@@ -62,7 +61,7 @@ def half_of(whole):
 def _beside(of_half, of_whole, half, turn):
     """Compare a slide in the direction `turn` [rad] with that of the half along x."""
     own, straight = (marker_tracks(history, ("internal",))["position"].values for history in (of_whole, of_half))
-    wanted = turned_whole(straight, modelled_places(half), marker_places(half.markers), turn)
+    wanted = turned_whole(straight, modelled_places(half), half.markers.places, turn)
     size = np.linalg.norm(straight - straight[0], axis=2).max()
     cos, sin = np.cos(turn), np.sin(turn)
     along = np.array([[cos, 0.0, sin], [0.0, 1.0, 0.0], [-sin, 0.0, cos]])

@@ -40,7 +40,7 @@ from fingerslip.specimens.fingertip.phalanx import phalanx_contour, phalanx_surf
 from fingerslip.specimens.fingertip.skin import pose_points, skin_grid
 from fingerslip.specimens.gel_pad.gel_pad import GelPad
 from fingerslip.specimens.tactip.numbers import modelled_places, points_at
-from fingerslip.specimens.tactip.parts import marker_places, skin_lines
+from fingerslip.specimens.tactip.parts import skin_lines
 from fingerslip.specimens.tactip.tactip import TacTip
 
 Floats = NDArray[np.float64]
@@ -199,7 +199,7 @@ def tactip_figure(sensor: TacTip, title: str = "") -> Figure:
     panels[0].set_ylabel("y [mm]")
     panels[0].set_title("cut open along the axis")
     whole = dataclasses.replace(sensor, part="whole")
-    places, angle = marker_places(whole.markers), np.linspace(0.0, 2.0 * np.pi, 121)
+    places, angle = whole.markers.places, np.linspace(0.0, 2.0 * np.pi, 121)
     colours = ring_colours(int(places.ring.max(initial=0)) + 1)
     edge = _MILLIMETRES * float(skin_lines(whole.dome, whole.skin, whole.markers.spacing).outer[-1, 0])
     depths = {"internal markers, from inside": whole.marker_depth, "external markers, from below": 0.0}

@@ -10,18 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
+from fingerslip.marker_layouts import MarkerLayout
 from fingerslip.materials.choice import MaterialChoice
 from fingerslip.parameters import PositiveLength, parameters
 from fingerslip.sites import Site, ring_sites
 from fingerslip.specimens.protocol import check_regions
 from fingerslip.specimens.tactip.parts import (
     Dome,
-    MarkerPlaces,
     Markers,
     Rods,
     Skin,
     Window,
-    marker_places,
     place_points,
 )
 from fingerslip.units import millimetres
@@ -87,14 +86,14 @@ def _check_ends(sensor: TacTipNumbers) -> None:
     """Refuse rods that reach the window or each other."""
     from scipy.spatial import cKDTree
 
-    rods, places = sensor.rods, marker_places(sensor.markers)
+    rods, places = sensor.rods, sensor.markers.places
     fault = f"markers {millimetres(sensor.marker_depth)} below the crowns"
     if sensor.marker_depth >= sensor.dome.radius:
         raise InputError("rods.length", fault, f"needs < {millimetres(sensor.dome.radius)} (dome.radius)")
-    distance, height = place_points(sensor.dome, places.along, sensor.marker_depth).T
+    distance, height = place_points(sensor.dome, np.hypot(*places.position.T), sensor.marker_depth).T
     if height.max() + rods.radius >= sensor.dome.height:
         raise InputError("rods.length", fault, "needs markers below the window", "make the rods shorter")
-    ends = np.column_stack([distance * np.cos(places.azimuth), height, distance * np.sin(places.azimuth)])
+    ends = np.column_stack([distance * np.cos(places.angle), height, distance * np.sin(places.angle)])
     nearest = float(cKDTree(ends).query(ends, k=2)[0][:, 1].min()) if len(ends) > 1 else np.inf
     if nearest <= _APART * 2.0 * rods.radius:
         allowed = f"needs ends at least {millimetres(_APART * 2.0 * rods.radius)} apart"
@@ -125,22 +124,20 @@ GROUPS: Mapping[str, str] = MappingProxyType(
 )
 
 
-def modelled_places(sensor: TacTipNumbers) -> MarkerPlaces:
+def modelled_places(sensor: TacTipNumbers) -> MarkerLayout:
     """Return the places of the markers that the modelled part has: those on the axis plane, on its one side, or all."""
-    places = marker_places(sensor.markers)
-    on_plane = places.on_plane(sensor.markers.spacing)
-    rows = {"section": on_plane, "half": on_plane | (places.across > 0.0), "whole": np.ones_like(on_plane)}
-    return places.chosen(rows[sensor.part])
+    places = sensor.markers.places
+    rows = {"section": places.on_x, "half": places.on_x | (places.position[:, 1] > 0.0)}
+    return places.select(rows[sensor.part]) if sensor.part in rows else places
 
 
-def points_at(sensor: TacTipNumbers, places: MarkerPlaces, depth: float) -> Floats:
+def points_at(sensor: TacTipNumbers, places: MarkerLayout, depth: float) -> Floats:
     """Return the points at a depth [m] under marker places, shape (n, 2) for a section, else (n, 3) [m]."""
-    distance, height = place_points(sensor.dome, places.along, depth).T
-    x = distance * np.cos(places.azimuth)
+    distance, height = place_points(sensor.dome, np.hypot(*places.position.T), depth).T
+    x = distance * np.cos(places.angle)
     if sensor.part == "section":
         return np.column_stack([x, height])
-    z = np.where(places.on_plane(sensor.markers.spacing), 0.0, distance * np.sin(places.azimuth))
-    return np.column_stack([x, height, z])
+    return np.column_stack([x, height, np.where(places.on_x, 0.0, distance * np.sin(places.angle))])
 
 
 def marker_sites(sensor: TacTipNumbers, group: str) -> tuple[Site, ...]:

@@ -10,7 +10,7 @@ import pydantic
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
-from fingerslip.marker_layouts import hexagonal_layout, ring_layout
+from fingerslip.marker_layouts import MarkerLayout, hexagonal_layout, ring_layout
 from fingerslip.parameters import NonNegativeLength, PositiveLength, parameters
 from fingerslip.units import millimetres
 
@@ -144,6 +144,13 @@ class Markers:
             fault = f"got {', '.join(map(str, self.rings)) or 'none'}"
             raise InputError("rings", fault, "needs 1 on the axis and even numbers around it")
 
+    @property
+    def places(self) -> MarkerLayout:
+        """All markers, flattened: their distances from the middle are arc lengths on the dome, y is towards +z."""
+        if self.layout == "rings":
+            return ring_layout(self.spacing, self.rings)
+        return hexagonal_layout(self.spacing, self.layers)
+
 
 @parameters
 class Window:
@@ -164,47 +171,6 @@ Integers = NDArray[np.int64]
 # Points on an arc of a ridge, and the longest distance of two on the plain skin [m]; cubic splines join them.
 _ON_ARC = 7
 _LONGEST = 1e-3
-# Markers nearer to the axis plane than this share of their spacing lie on it.
-_ON_PLANE = 1e-9
-
-
-@dataclass(frozen=True)
-class MarkerPlaces:
-    """The places of n markers, from the axis outwards."""
-
-    ring: Integers  # (n,), number of the ring, 0 on the axis
-    along: Floats  # (n,), arc length from the axis along the outermost surface [m]
-    azimuth: Floats  # (n,), angle about the axis, 0 towards +x, a quarter turn towards +z [rad]
-
-    @property
-    def across(self) -> Floats:
-        """Arc length towards +z [m]; 0 in the axis plane."""
-        return self.along * np.sin(self.azimuth)
-
-    def chosen(self, rows: NDArray[np.bool_]) -> MarkerPlaces:
-        """Return some of the places."""
-        return MarkerPlaces(self.ring[rows], self.along[rows], self.azimuth[rows])
-
-    def on_plane(self, spacing: float) -> NDArray[np.bool_]:
-        """Tell which places lie in the axis plane z = 0."""
-        return np.abs(self.across) < _ON_PLANE * spacing
-
-
-def marker_places(markers: Markers) -> MarkerPlaces:
-    """Return the places of all markers of a layout, whose distances from the middle are arc lengths on the dome.
-
-    Examples
-    --------
-    >>> from fingerslip.specimens.tactip.parts import Markers
-    >>> [len(marker_places(Markers("hexagonal", (1,), layers, 1e-3)).ring) for layers in (6, 10)]
-    [127, 331]
-    """
-    if markers.layout == "rings":
-        layout = ring_layout(markers.spacing, markers.rings)
-    else:
-        layout = hexagonal_layout(markers.spacing, markers.layers)
-    along: Floats = np.hypot(*layout.position.T)
-    return MarkerPlaces(layout.ring, along, layout.angle)
 
 
 def place_points(dome: Dome, along: Floats, depth: Floats | float) -> Floats:

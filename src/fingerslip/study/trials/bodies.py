@@ -28,11 +28,11 @@ from fingerslip.dynamics.statics.body import StaticBody, static_body
 from fingerslip.dynamics.statics.pressed import pressed_bodies
 from fingerslip.errors import InputError, ResultError
 from fingerslip.linear.resources import limited_threads
+from fingerslip.marker_layouts import MarkerLayout
 from fingerslip.model.model import Contact
 from fingerslip.model.programme import Phase, Press, Slide, phase_duration
 from fingerslip.model.rigid_bodies import RigidBody
 from fingerslip.model.timing import QuasiStatic
-from fingerslip.specimens.tactip.parts import MarkerPlaces
 from fingerslip.storage.files import digest
 from fingerslip.study.definition.runs import Run
 from fingerslip.study.definition.settings import TrialSettings
@@ -212,12 +212,12 @@ def stored_body(key: str, folder: Path) -> StaticBody:
     return StaticBody(**arrays)
 
 
-def turned_whole(positions: Floats, half: MarkerPlaces, whole: MarkerPlaces, turn: float) -> Floats:
+def turned_whole(positions: Floats, half: MarkerLayout, whole: MarkerLayout, turn: float) -> Floats:
     """Return where all markers of a sensor are that slides in a direction.
 
     Arrays: positions (n_times, n_half, 3) [m]; turn [rad]; returns (n_times, n_whole, 3) [m].
     """
-    source = np.mod(whole.azimuth - turn, 2.0 * np.pi)
+    source = np.mod(whole.angle - turn, 2.0 * np.pi)
     rows, mirrored = np.empty(len(source), dtype=np.int64), np.empty(len(source), dtype=bool)
     for number, (ring, azimuth) in enumerate(zip(whole.ring, source, strict=True)):
         rows[number], mirrored[number] = _twin(half, int(ring), float(azimuth), turn)
@@ -229,11 +229,11 @@ def turned_whole(positions: Floats, half: MarkerPlaces, whole: MarkerPlaces, tur
     return turned_positions
 
 
-def _twin(half: MarkerPlaces, ring: int, azimuth: float, turn: float) -> tuple[int, bool]:
+def _twin(half: MarkerLayout, ring: int, azimuth: float, turn: float) -> tuple[int, bool]:
     """Return the marker of the half at a place of the slide along +x, and whether it is its mirror image."""
     for angle, mirrored in ((azimuth, False), (-azimuth, True)):
         # On the axis there is no angle.
-        beside = np.abs(np.angle(np.exp(1j * (half.azimuth - angle)))) * (half.along > 0.0)
+        beside = np.abs(np.angle(np.exp(1j * (half.angle - angle)))) * (half.ring > 0)
         beside[half.ring != ring] = np.inf
         row = int(np.argmin(beside))
         if beside[row] < _ROUNDING:

@@ -25,7 +25,6 @@ from fingerslip.dynamics.statics.motion import StaticMotion, static_motion
 from fingerslip.errors import InputError
 from fingerslip.model.programme import Hold, Press, Slide, phase_duration
 from fingerslip.specimens.tactip.numbers import modelled_places
-from fingerslip.specimens.tactip.parts import marker_places
 from fingerslip.specimens.tactip.tactip import TacTip
 from fingerslip.study.definition.runs import Run
 from fingerslip.study.definition.settings import TrialSettings
@@ -174,7 +173,7 @@ def _markers(
     relative to the plate, or to its height alone.
     """
     sensor = _sensor(plan)
-    half, whole = modelled_places(sensor), marker_places(sensor.markers)
+    half, whole = modelled_places(sensor), sensor.markers.places
     rest = np.array([site.position for site in sensor.sites(RECORDED, 3)])
     moved, count = rest + motion.displacement, len(half.ring)
     # External markers touch the plate when the film begins where the patch next to them does.
@@ -193,7 +192,7 @@ def _markers(
         units="m",
         kind=["internal"] * len(whole.ring) + ["external"] * len(whole.ring),
         ring=np.tile(whole.ring, 2),
-        angle=np.tile(whole.azimuth, 2),
+        angle=np.tile(whole.angle, 2),
     )
 
 

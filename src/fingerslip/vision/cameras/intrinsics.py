@@ -147,7 +147,7 @@ class Fisheye(_Lens):
     coefficient_counts = (0, 4)
 
     def project(self, points: Floats) -> Floats:
-        """Return pixels (..., 2) of points (..., 3) [m], also beside and behind it as far as the lens reaches, else NaN."""
+        """Return pixels (..., 2) of points (..., 3) [m], also beside and behind it; NaN beyond the lens."""
         points = np.asarray(points, dtype=np.float64)
         across = np.hypot(points[..., 0], points[..., 1])
         angle = np.arctan2(across, points[..., 2])

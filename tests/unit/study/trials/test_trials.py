@@ -10,7 +10,6 @@ from fingerslip.dynamics.statics.body import StaticBody
 from fingerslip.errors import InputError, ResultError
 from fingerslip.parameters import as_mapping
 from fingerslip.specimens.tactip.numbers import modelled_places, points_at
-from fingerslip.specimens.tactip.parts import marker_places
 from fingerslip.specimens.tactip.tactip import PRESETS
 from fingerslip.study.definition.runs import expand_mapping
 from fingerslip.study.definition.settings import TrialSettings
@@ -226,7 +225,7 @@ def test_bodies_are_made_once_and_a_damaged_one_again(study, tmp_path, monkeypat
 
 HALF = PRESETS.read("tactip-ridged-3d")
 WHOLE = dataclasses.replace(HALF, part="whole")
-PLACES = modelled_places(HALF), marker_places(HALF.markers)
+PLACES = modelled_places(HALF), HALF.markers.places
 
 
 def test_the_layout_is_the_same_after_an_eighth_of_a_turn_and_displacements_turn_with_the_slide():
@@ -239,8 +238,8 @@ def test_the_layout_is_the_same_after_an_eighth_of_a_turn_and_displacements_turn
     turned = turned_whole(moved[None], *PLACES, np.pi / 2)[0] - whole
     assert turned == pytest.approx(np.tile([0.0, 2e-4, 1e-3], (81, 1)), abs=1e-12)
     across = np.zeros((1, len(PLACES[0].ring), 3))
-    across[0, :, 2] = PLACES[0].across
-    assert turned_whole(across, *PLACES, 0.0)[0, :, 2] == pytest.approx(PLACES[1].across, abs=1e-12)
+    across[0, :, 2] = PLACES[0].position[:, 1]
+    assert turned_whole(across, *PLACES, 0.0)[0, :, 2] == pytest.approx(PLACES[1].position[:, 1], abs=1e-12)
     with pytest.raises(InputError, match=r"trials\.directions: turns ring 1 by 36 degrees"):
         turned_whole(at_rest[None], *PLACES, np.pi / 5)
 
