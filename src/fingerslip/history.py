@@ -181,17 +181,12 @@ def write_history(history: xr.Dataset, path: str | Path) -> None:
 
 
 def read_history(path: str | Path) -> xr.Dataset:
-    """Read a history back, with arrays in memory.
+    """Return the history of a file, with arrays in memory.
 
     Parameters
     ----------
     path : path
         A file that :func:`write_history` wrote.
-
-    Returns
-    -------
-    xarray.Dataset
-        The history.
 
     Raises
     ------

@@ -43,7 +43,9 @@ FIELDS: Mapping[str, tuple[tuple[str, ...], str, str]] = {
 def marker_fields(
     tracks: xr.Dataset, *, rest: int = 1, smoothing: float = 0.2, spread_floor: float = 0.01
 ) -> xr.Dataset:
-    """Return the fields of moving markers.
+    """Return the :data:`FIELDS` of moving markers, each with `units` and `long_name`.
+
+    In pixels y points down, so that a positive curl or rotation is clockwise to the eye.
 
     Parameters
     ----------
@@ -55,12 +57,6 @@ def marker_fields(
         Time that the fits of the velocity span [s]; 0.2, assumed.
     spread_floor : float, optional
         Divergence [-] above which a marker counts for the contact centroid; 0.01, assumed.
-
-    Returns
-    -------
-    xarray.Dataset
-        :data:`FIELDS`; every variable carries `units` and `long_name`. In pixels y points down, so that a positive curl
-        or rotation is clockwise to the eye.
 
     Raises
     ------

@@ -73,7 +73,7 @@ def make_tracks(
     angle: ArrayLike | None = None,
     attributes: Mapping[str, Any] | None = None,
 ) -> xr.Dataset:
-    """Label arrays as tracks.
+    """Return arrays as tracks, of which every variable carries `units` and `long_name`.
 
     Parameters
     ----------
@@ -93,11 +93,6 @@ def make_tracks(
         Ring number and angle [rad] of each marker in its layout.
     attributes : mapping, optional
         :data:`ATTRIBUTES` and provenance, plain text and numbers. Those that are None are left out.
-
-    Returns
-    -------
-    xarray.Dataset
-        The tracks; every variable carries `units` and `long_name`.
 
     Raises
     ------
@@ -255,7 +250,7 @@ def write_tracks(tracks: xr.Dataset, path: str | Path) -> None:
 
 
 def read_tracks(path: str | Path) -> xr.Dataset:
-    """Read tracks back, with arrays in memory.
+    """Return the tracks of a file, with arrays in memory.
 
     Positions in another unit of length, times and angles in other units than s and rad are converted.
 
@@ -263,11 +258,6 @@ def read_tracks(path: str | Path) -> xr.Dataset:
     ----------
     path : path
         A file that :func:`write_tracks` wrote, or another with the variables of :data:`VARIABLES`.
-
-    Returns
-    -------
-    xarray.Dataset
-        The tracks.
 
     Raises
     ------
@@ -372,17 +362,12 @@ def write_tracks_csv(tracks: xr.Dataset, path: str | Path) -> None:
 
 
 def read_tracks_csv(path: str | Path) -> xr.Dataset:
-    """Read tracks from a CSV file with the columns of :func:`tracks_table`.
+    """Return the tracks of a CSV file with the columns of :func:`tracks_table`, without attributes.
 
     Parameters
     ----------
     path : path
         The file.
-
-    Returns
-    -------
-    xarray.Dataset
-        The tracks, without attributes.
 
     Raises
     ------

@@ -347,7 +347,7 @@ def live_frames(source: Source, channel: Channel = "grey") -> Iterator[tuple[flo
     Returns
     -------
     iterator of (float, array)
-        Times and frames. InputError where the camera cannot be opened, or a frame is none.
+        Times and frames.
 
     Examples
     --------

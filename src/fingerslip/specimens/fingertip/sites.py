@@ -82,6 +82,7 @@ def solid_receptor_sites(fingertip: FingertipNumbers) -> tuple[Site, ...]:
 def reference_sites(fingertip: FingertipNumbers, spacing: float = 2.2e-3) -> tuple[Site, ...]:
     """Return the reference nodes h1 to h7 and v1 to v7 of Wang et al. (2014), on the skin and the tissue surface.
 
+    They are ``skin-h1`` ... of the kind `skin surface`, then below them ``tissue-h1`` ... of the kind `tissue surface`.
     The horizontal line h runs along the finger (z = 0), towards the tip; the vertical line v across it (x = 0), towards
     +z. The paper says which of the nodes are in contact, h2 to h5 and v2 to v5, and shows the lines without
     dimensions. So the lowest point lies half way between nodes 3 and 4, and the spacing is assumed.
@@ -92,12 +93,6 @@ def reference_sites(fingertip: FingertipNumbers, spacing: float = 2.2e-3) -> tup
         A fingertip in 3D.
     spacing : float, optional
         Distance of the nodes along the skin [m].
-
-    Returns
-    -------
-    tuple of Site
-        ``skin-h1`` ... of the kind `skin surface`, then ``tissue-h1`` ... of the kind `tissue surface`, each below the
-        one on the skin.
     """
     solid_shape(fingertip)
     layers = {"skin": ("epidermis", 0.0), "tissue": ("tissue", fingertip.layers.skin_thickness)}

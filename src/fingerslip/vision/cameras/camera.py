@@ -163,18 +163,14 @@ def interpolate(tracks: xr.Dataset, times: Floats) -> Floats:
 def true_tracks(camera: Camera, tracks: xr.Dataset) -> xr.Dataset:
     """Return what a camera without any fault sees of markers: their tracks in pixels at the times of its frames.
 
+    Markers are those of the kind that the camera sees; outside the image they are NaN.
+
     Parameters
     ----------
     camera : Camera
         The camera.
     tracks : xarray.Dataset
         Tracks in metres at any times.
-
-    Returns
-    -------
-    xarray.Dataset
-        Tracks in pixels of the markers of the kind that the camera sees; NaN outside the image. With the attributes
-        of the image.
 
     Raises
     ------
@@ -219,7 +215,7 @@ def internal_camera(
     frame_rate: float = 30.0,
     exposure: float = 10e-3,
 ) -> Camera:
-    """Return a camera inside a sensor whose axis is y, above its markers; x is to the right and z down in its image.
+    """Return a camera of internal markers, above them on a sensor's axis y; x is to the right and z down in its image.
 
     Parameters
     ----------
@@ -237,11 +233,6 @@ def internal_camera(
         Frames a second [1/s].
     exposure : float, optional
         Exposure of a frame [s].
-
-    Returns
-    -------
-    Camera
-        The camera, which sees internal markers.
 
     Examples
     --------
@@ -262,7 +253,7 @@ def external_camera(
     frame_rate: float = 30.0,
     exposure: float = 10e-3,
 ) -> Camera:
-    """Return a camera below a transparent plate that looks up at a sensor's skin; z points up in its image.
+    """Return a camera of external markers, below a transparent plate; it looks up, and z points up in its image.
 
     Parameters
     ----------
@@ -270,11 +261,6 @@ def external_camera(
         Depth of the lens below the target [m].
     view_width, target, size, lens, frame_rate, exposure : optional
         As of :func:`internal_camera`.
-
-    Returns
-    -------
-    Camera
-        The camera, which sees external markers.
     """
     pose = Pose((0.0, target - distance, 0.0), (0.0, target, 0.0), (0.0, 0.0, 1.0))
     return Camera(lens_for_view(lens, *size, view_width, distance), pose, "external", frame_rate, exposure)

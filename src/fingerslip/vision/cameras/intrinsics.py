@@ -247,7 +247,7 @@ _LARGEST = 1_000_000  # bytes
 def read_calibration(
     path: str | Path, *, model: str | None = None, size: tuple[int, int] | None = None
 ) -> Pinhole | Fisheye:
-    """Read the intrinsics of a camera.
+    """Return the intrinsics of a camera that a file holds.
 
     Parameters
     ----------
@@ -258,11 +258,6 @@ def read_calibration(
         ``fisheye_model: 1``; where it does not, the camera is a pinhole.
     size : (int, int), optional
         Width and height of the image [px], where the file does not say.
-
-    Returns
-    -------
-    Pinhole or Fisheye
-        The intrinsics.
 
     Raises
     ------

@@ -40,7 +40,7 @@ _ROUNDING = 1.0 / 1024.0
 
 
 def measure_errors(pixel_camera: PixelCamera, tracks: xr.Dataset, locate: Locate) -> PositionErrors:
-    """Take frames of markers, find the markers in them, and return the statistics of the errors.
+    """Return the statistics of the errors with which markers are found in frames of a camera.
 
     Parameters
     ----------
@@ -50,11 +50,6 @@ def measure_errors(pixel_camera: PixelCamera, tracks: xr.Dataset, locate: Locate
         Tracks in metres; a second of them is enough to calibrate a point camera.
     locate : callable
         See :data:`Locate`; :func:`following` makes one of a function of single frames.
-
-    Returns
-    -------
-    PositionErrors
-        The statistics.
 
     Raises
     ------
@@ -140,7 +135,7 @@ class PointCamera:
 
 
 def point_tracks(point_camera: PointCamera, tracks: xr.Dataset) -> xr.Dataset:
-    """Return what a tracker would find in the film of markers.
+    """Return what a tracker would find in the film of markers, in pixels at the times of the camera's frames.
 
     The error of each marker along each axis is a normal number that stays, and noise of the first order: each value is
     the `correlation` times the last one and new noise. Lost markers are NaN, each frame anew.
@@ -151,11 +146,6 @@ def point_tracks(point_camera: PointCamera, tracks: xr.Dataset) -> xr.Dataset:
         The camera.
     tracks : xarray.Dataset
         Tracks in metres.
-
-    Returns
-    -------
-    xarray.Dataset
-        Tracks in pixels at the times of the camera's frames.
 
     Raises
     ------
