@@ -292,34 +292,30 @@ class HoldEnv(gymnasium.Env[Sensed, NDArray[np.float32]]):
             "stick_ratio": moment.stick_ratio,
         }
 
+    @with_style
     def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
-        """Return a picture (height, width, 3) of forces and travel so far, in the mode 'rgb_array'."""
+        """Return a picture (height, width, 3) of load, what friction bears and travel so far, in mode 'rgb_array'."""
         if self.render_mode is None:
             return None
-        times, travels = np.array(self._travels).T
-        return _drawn(self._held, times, travels, np.array([self._grip(time) for time in times.tolist()]))
+        held, (times, travels) = self._held, np.array(self._travels).T
+        figure = Figure(figsize=(6.4, 3.2), layout="constrained")
+        canvas = FigureCanvasAgg(figure)
+        forces, ways = figure.subplots(1, 2, sharex=True)
+        borne = [2.0 * held.friction * self._grip(time) for time in times.tolist()]
+        forces.plot(1e3 * times, borne, color=BLUE, label="what friction bears")
+        forces.plot(1e3 * times, [held.total_load(time) for time in times.tolist()], color=BLACK, label="load")
+        forces.set(ylabel="force along the object [N]", ylim=(0.0, None), xlabel="time since the load began [ms]")
+        forces.legend(loc="upper left")
+        ways.plot(1e3 * times, 1e3 * travels, color=BLACK)
+        ways.axhline(1e3 * held.travel_limit, color=VERMILLION)
+        ways.set(ylabel="travel [mm]", xlabel="time since the load began [ms]")
+        return pixels(canvas)
 
     def close(self) -> None:
         """Give the memory of the simulation back."""
         if self._simulation is not None:
             self._simulation.close()
             self._simulation = None
-
-
-@with_style
-def _drawn(held: HeldObject, times: Floats, travels: Floats, grips: Floats) -> NDArray[np.uint8]:
-    """Draw load, what friction bears at grip forces [N], and travels [m] over times [s], each (n,)."""
-    figure = Figure(figsize=(6.4, 3.2), layout="constrained")
-    canvas = FigureCanvasAgg(figure)
-    forces, ways = figure.subplots(1, 2, sharex=True)
-    forces.plot(1e3 * times, 2.0 * held.friction * grips, color=BLUE, label="what friction bears")
-    forces.plot(1e3 * times, [held.total_load(time) for time in times.tolist()], color=BLACK, label="load")
-    forces.set(ylabel="force along the object [N]", ylim=(0.0, None), xlabel="time since the load began [ms]")
-    forces.legend(loc="upper left")
-    ways.plot(1e3 * times, 1e3 * travels, color=BLACK)
-    ways.axhline(1e3 * held.travel_limit, color=VERMILLION)
-    ways.set(ylabel="travel [mm]", xlabel="time since the load began [ms]")
-    return pixels(canvas)
 
 
 for _name, _body in (("HoldFinger2D", "finger"), ("HoldTacTip2D", "tactip")):

@@ -41,20 +41,7 @@ _FACTORS: Mapping[str, tuple[str, float]] = MappingProxyType(
         "GPa/m": ("Pa/m", 1e9),
         "mm/s": ("m/s", 1e-3),
         "deg": ("rad", 0.017453292519943295),
-    }
-)
-# The same of the units that tables show.
-_SHOWN: Mapping[tuple[str, str], float] = MappingProxyType(
-    {
-        ("m", "mm"): 1e3,
-        ("m", "um"): 1e6,
-        ("m^2", "mm^2"): 1e6,
-        ("kg", "g"): 1e3,
-        ("s", "ms"): 1e3,
-        ("Pa", "kPa"): 1e-3,
-        ("m/s", "mm/s"): 1e3,
-        ("rad", "deg"): 57.29577951308232,
-        ("1/s", "1/s"): 1.0,
+        "mm^2": ("m^2", 1e-6),
     }
 )
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
@@ -77,11 +64,15 @@ def _registry() -> pint.UnitRegistry[Any]:
 @functools.cache
 def _factor(unit: str, si: str) -> float | None:
     """Return the factor from `unit` to `si`; None where `unit` is unknown or of another dimension."""
+    if unit == si:
+        return 1.0
     if unit in _FACTORS and si in _OF_MECHANICS:
         dimension, factor = _FACTORS[unit]
         return factor if dimension == si else None
-    if (unit, si) in _SHOWN:
-        return _SHOWN[unit, si]
+    # From SI to a unit that tables show.
+    if unit in _OF_MECHANICS and si in _FACTORS:
+        dimension, factor = _FACTORS[si]
+        return 1.0 / factor if dimension == unit else None
     return _computed_factor(unit, si)
 
 
