@@ -40,7 +40,7 @@ def make(tmp_path_factory):
         return gymnasium.make("fingerslip/HoldFinger2D-v0", study=study, disable_env_checker=True, **options).unwrapped
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(environment, "_body_of", lambda _: held_by())
+        patch.setattr(environment, "build_model", lambda _: held_by())
         yield made
 
 
