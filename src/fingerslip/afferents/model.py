@@ -88,23 +88,10 @@ class Spikes:
         return pd.DataFrame({**columns, "time": np.concatenate([np.empty(0), *self.times])})
 
     def rates(self, window: float) -> xr.DataArray:
-        """Return the mean rate [1/s] of each receptor type in windows one after the other.
+        """Return the mean rates of the receptor types in windows [s] one after the other, (kind, time) [1/s].
 
-        Parameters
-        ----------
-        window : float
-            Length of a window [s].
-
-        Returns
-        -------
-        xarray.DataArray
-            Spikes per second and afferent, dimensions (kind, time); time is the middle of the window [s]. The last
-            window may reach beyond the end.
-
-        Raises
-        ------
-        InputError
-            Where the window has no length.
+        They are spikes per second and afferent; time is the middle of a window, the last of which may reach beyond the
+        end.
         """
         if not 0.0 < window < np.inf:
             raise InputError("window", f"got {window:g} s", "must be above 0 s")

@@ -186,25 +186,10 @@ class Grasp:
             return self._watch(simulation)
 
     def react(self, reaction: Reaction, detector: str) -> Outcome:
-        """Return what comes of a reaction to the alarm of a detector.
+        """Return what comes of a reaction to the alarm of a detector, by name: saved or lost, and at what price.
 
-        Parameters
-        ----------
-        reaction : Reaction
-            The reflex and its actuator; its latency counts from the alarm.
-        detector : str
-            Name of the detector.
-
-        Returns
-        -------
-        Outcome
-            Saved or lost, and at what price; where there is no alarm, what happens without a reaction.
-
-        Raises
-        ------
-        InputError
-            For a detector that is not there, a latency that is shorter than a step, and an actuator that cannot hold
-            the grip.
+        Its latency counts from the alarm; without one that is what happens without a reaction. An InputError refuses a
+        detector that is not there, a latency shorter than a step, and an actuator that cannot hold the grip.
         """
         start = self.start_of(reaction, detector)
         return self.without_reaction() if start is None else self.branch(reaction.response(start, self.held.first_grip))
@@ -240,14 +225,9 @@ class Grasp:
         )
 
     def branch(self, response: Response, earliest: float | None = None) -> Outcome:
-        """Return what comes of a response, from the last state before it that was saved on.
+        """Return what comes of a response that begins with the load or later, from the last saved state before it on.
 
         It is decided not before the load has come, or an earlier time since the load began [s], which is quicker.
-
-        Raises
-        ------
-        InputError
-            For a response that begins before the load.
         """
         loop, load_end = self.open_loop, self.held.load.series()[0][-1]
         earlier = [path for time, path in self._saved if time <= response.start]

@@ -114,19 +114,9 @@ class Reaction:
         return self.reflex.latency + self.actuator.dead_time
 
     def response(self, start: float, grip: float) -> Response:
-        """Return the grip force over time.
+        """Return the grip force over time: a first force [N] until it begins to rise at `start` [s].
 
-        Parameters
-        ----------
-        start : float
-            When the force begins to rise [s].
-        grip : float
-            The force until then [N].
-
-        Raises
-        ------
-        InputError
-            Where the actuator cannot even hold the force that there is.
+        An InputError refuses an actuator that cannot even hold that force.
         """
         if self.actuator.largest_force < grip:
             fault, allowed = f"got {self.actuator.largest_force:.4g} N", f"needs at least the grip force, {grip:.4g} N"
