@@ -46,27 +46,21 @@ def cell_materials(
     space: Space, materials: Mapping[str, AnyMaterial], formulation: Formulation
 ) -> CellMaterials[Material]:
     """Find the small-strain material of every cell; laws of large strain are taken at rest."""
-    _check_dimension(space, formulation)
-    small = {name: small_strain_law(material) for name, material in materials.items()}
-    for name, material in small.items():
-        _check_formulation(name, material, formulation, space.element)
-    return CellMaterials(tuple(small.values()), _numbers(space, materials), formulation)
+    return _of_cells(space, {name: small_strain_law(law) for name, law in materials.items()}, formulation)
 
 
 def finite_cell_materials(
     space: Space, materials: Mapping[str, AnyMaterial], formulation: Formulation
 ) -> CellMaterials[FiniteMaterial]:
     """Find the material of every cell at large strain; see :func:`cell_materials`."""
-    _check_dimension(space, formulation)
-    result = {}
-    for name, material in materials.items():
-        if not isinstance(material, FiniteMaterial):
-            has = f"got {type(material).__name__}, a law of small strain"
+    finite = {}
+    for name, law in materials.items():
+        if not isinstance(law, FiniteMaterial):
+            has = f"got {type(law).__name__}, a law of small strain"
             repair = "take NeoHookean with the same constants, or kinematics 'small'"
             raise InputError(f"materials.{name}", has, "finite kinematics need a law of large strain", repair)
-        _check_formulation(name, material.at_rest(), formulation, space.element)
-        result[name] = material
-    return CellMaterials(tuple(result.values()), _numbers(space, materials), formulation)
+        finite[name] = law
+    return _of_cells(space, finite, formulation)
 
 
 def small_strain_law(material: AnyMaterial) -> Material:
@@ -74,21 +68,21 @@ def small_strain_law(material: AnyMaterial) -> Material:
     return material.at_rest() if isinstance(material, FiniteMaterial) else material
 
 
-def _check_dimension(space: Space, formulation: Formulation) -> None:
+def _of_cells(space: Space, materials: Mapping[str, Law], formulation: Formulation) -> CellMaterials[Law]:
+    """Return the materials by cells; refuse laws that cannot be in a formulation, and that in a mesh."""
     if (formulation == "solid") != (space.dim == 3):
         allowed = "needs solid" if space.dim == 3 else "needs plane_strain or plane_stress"
         raise InputError("formulation", f"got {formulation} for a mesh in {space.dim} dimensions", allowed)
+    for name, material in materials.items():
+        try:
+            small_strain_law(material).dilatational_modulus(formulation)
+        except InputError as error:
+            repair = f"{error.repair}{_LOCKING.get(space.element, '')}"
+            raise InputError(f"materials.{name}.{error.where}", error.found, error.allowed, repair) from None
+    return CellMaterials(tuple(materials.values()), _numbers(space, materials), formulation)
 
 
-def _check_formulation(name: str, material: Material, formulation: Formulation, element: str) -> None:
-    try:
-        material.dilatational_modulus(formulation)
-    except InputError as error:
-        repair = f"{error.repair}{_LOCKING.get(element, '')}"
-        raise InputError(f"materials.{name}.{error.where}", error.found, error.allowed, repair) from None
-
-
-def _numbers(space: Space, materials: Mapping[str, AnyMaterial]) -> Integers:
+def _numbers(space: Space, materials: Mapping[str, Law]) -> Integers:
     """Return the index of every cell's material among `materials`, shape (n_cells,)."""
     regions: Mapping[str, Any] = space.mesh.subdomains or {}
     numbers = np.full(space.mesh.nelements, -1)
