@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Generic
 
 import numpy as np
 import skfem
@@ -14,7 +13,7 @@ from scipy import sparse
 
 from fingerslip.arrays import Floats, Integers
 from fingerslip.errors import MeshError
-from fingerslip.fe.cell_materials import CellMaterials, Law
+from fingerslip.fe.cell_materials import CellMaterials
 from fingerslip.fe.space import Space
 from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.material import SHEARS, STRAIN_COMPONENTS, Formulation, Material
@@ -76,10 +75,10 @@ def stress_components(dim: int) -> tuple[str, ...]:
 
 
 @dataclass(frozen=True)
-class Share(Generic[Law]):
+class Share:
     """The share of one material in the points of a recovery."""
 
-    material: Law  # the material
+    material: Material
     points: Integers  # (k,), numbers of the points that have it
     weights: Floats  # (k,), its share at each [-]
 
@@ -100,7 +99,7 @@ class Recovery:
     """The strain at some points as a linear map of the displacement, with the materials there."""
 
     strain: sparse.csr_matrix  # rows of the first point, then of the second, and so on [1/m]
-    shares: tuple[Share[Material], ...]  # the materials at the points
+    shares: tuple[Share, ...]  # the materials at the points
     formulation: Formulation  # the two-dimensional assumption, or `solid`
     relax: Relax | None = None  # gives the dashpots of materials with Prony terms
 
@@ -159,8 +158,19 @@ class Recovery:
     def _mean(self, strains: Floats, components: int, law: _Law, relaxed_law: _RelaxedLaw) -> Floats:
         """Return the mean of what a law gives, shape (..., n_points, components), over the materials at each point."""
         relax = self.relax
-        at_once = [share for share in self.shares if relax is None or not getattr(share.material, "prony", ())]
-        mean = mean_of_shares(at_once, strains, components, law)
+        # Laws work on components: where each is a row in memory, they take a fraction of the time.
+        rows = np.zeros((components, *strains.shape[:-1]))
+        for share in self.shares:
+            if relax is not None and getattr(share.material, "prony", ()):
+                continue
+            strains_of_share = np.ascontiguousarray(np.moveaxis(strains[..., share.rows, :], -1, 0))
+            values = law(share.material, strains_of_share.reshape(len(strains_of_share), -1).T).T
+            values = values.reshape(components, *strains_of_share.shape[1:])
+            if share.is_alone:
+                rows[..., share.rows] = values
+            else:
+                rows[..., share.rows] += share.weights * values
+        mean = np.moveaxis(rows, 0, -1)
         for share in self.shares:
             if relax is not None and isinstance(share.material, Elastic) and share.material.prony:
                 relaxed = relax(share.material, strains[..., share.points, :], share.points)
@@ -172,23 +182,6 @@ def _with_thickness_strain(material: Material, strains: Floats) -> Floats:
     """Return strains in plane stress (k, 3) [-] with the one across the plane, shape (k, 4)."""
     along = across_of(material.poisson_ratio).along if isinstance(material, Elastic) else np.nan
     return with_across(strains, -along * strains[:, :2].sum(axis=1))
-
-
-def mean_of_shares(
-    shares: Sequence[Share[Law]], strains: Floats, components: int, law: Callable[[Law, Floats], Floats]
-) -> Floats:
-    """Return the mean (..., n_points, components) of what laws give at strains (..., n_points, m) [-]."""
-    # Laws work on components: where each is a row in memory, they take a fraction of the time.
-    mean = np.zeros((components, *strains.shape[:-1]))
-    for share in shares:
-        strains_of_share = np.ascontiguousarray(np.moveaxis(strains[..., share.rows, :], -1, 0))
-        values = law(share.material, strains_of_share.reshape(len(strains_of_share), -1).T).T
-        values = values.reshape(components, *strains_of_share.shape[1:])
-        if share.is_alone:
-            mean[..., share.rows] = values
-        else:
-            mean[..., share.rows] += share.weights * values
-    return np.moveaxis(mean, 0, -1)
 
 
 def cell_recovery(space: Space, materials: CellMaterials[Material]) -> Recovery:
@@ -206,17 +199,12 @@ def site_recovery(
     chosen = np.unique(around.indices).astype(np.int64)
     components = sparse.identity(STRAIN_COMPONENTS[space.dim])
     mean = sparse.kron(around[:, chosen], components, format="csr") @ _strain_map(space, chosen)
-    return Recovery(sparse.csr_matrix(mean), shares_of_sites(around, materials), materials.formulation)
-
-
-def shares_of_sites(around: sparse.csr_matrix, materials: CellMaterials[Law]) -> tuple[Share[Law], ...]:
-    """Return the materials at sites with the weights (n_sites, n_cells) of the cells around each."""
     shares = []
     for material, cells in materials:
         weights = np.asarray(around[:, cells].sum(axis=1)).ravel()
         points = np.flatnonzero(weights)
         shares += [Share(material, points, weights[points])] if points.size else []
-    return tuple(shares)
+    return Recovery(sparse.csr_matrix(mean), tuple(shares), materials.formulation)
 
 
 def _strain_map(space: Space, cells: Integers) -> sparse.csr_matrix:
