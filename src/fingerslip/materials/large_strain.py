@@ -96,31 +96,6 @@ def isochoric_tangent(rates: Floats) -> Floats:
     return tangent
 
 
-def chosen_bulk_modulus(shear_modulus: float, bulk_modulus: float | None, poisson_ratio: float | None) -> float:
-    """Return the bulk modulus [Pa], of which either itself or Poisson's ratio is given."""
-    if bulk_modulus is None and poisson_ratio is None:
-        raise InputError("bulk_modulus", "is missing", "needs a value", "or give poisson_ratio")
-    if bulk_modulus is not None and poisson_ratio is not None:
-        raise InputError("poisson_ratio", "is given with bulk_modulus", "needs one of the two", "leave one out")
-    if poisson_ratio is not None:
-        return 2.0 * shear_modulus * (1.0 + poisson_ratio) / (3.0 * (1.0 - 2.0 * poisson_ratio))
-    least = 2.0 * shear_modulus / 3.0
-    if bulk_modulus < least:  # type: ignore[operator]
-        fault = f"got {bulk_modulus:.6g} Pa, too small against the shear modulus of {shear_modulus:.6g} Pa"
-        allowed = f"needs at least {least:.6g} Pa, where Poisson's ratio is 0"
-        raise InputError("bulk_modulus", fault, allowed, "nearly incompressible layers have 10 to 1000 times as much")
-    return float(bulk_modulus)  # type: ignore[arg-type]
-
-
-def linearise(
-    shear_modulus: float, bulk_modulus: float, poisson_ratio: float | None, density: float, prony: Prony = ()
-) -> Elastic:
-    """Return the law at small strain; `poisson_ratio` [-] where it is known, so that no digit of it is lost."""
-    if poisson_ratio is None:
-        poisson_ratio = (1.5 * bulk_modulus - shear_modulus) / (3.0 * bulk_modulus + shear_modulus)
-    return Elastic(2.0 * shear_modulus * (1.0 + poisson_ratio), poisson_ratio, density, prony=prony)
-
-
 def check_stability(tangent: Callable[[Floats], Floats], stretches: tuple[float, float]) -> None:
     """Refuse a law that is not stable in Drucker's sense within a range of stretches.
 
@@ -180,8 +155,22 @@ class PowersOfStretches:
 
     @cached_property
     def bulk(self) -> float:
-        """Bulk modulus [Pa], given or from Poisson's ratio."""
-        return chosen_bulk_modulus(self.shear_modulus, self.bulk_modulus, self.poisson_ratio)
+        """Bulk modulus [Pa], of which either itself or Poisson's ratio is given."""
+        shear, bulk, ratio = self.shear_modulus, self.bulk_modulus, self.poisson_ratio
+        if bulk is None:
+            if ratio is None:
+                raise InputError("bulk_modulus", "is missing", "needs a value", "or give poisson_ratio")
+            return 2.0 * shear * (1.0 + ratio) / (3.0 * (1.0 - 2.0 * ratio))
+        if ratio is not None:
+            raise InputError("poisson_ratio", "is given with bulk_modulus", "needs one of the two", "leave one out")
+        least = 2.0 * shear / 3.0
+        if bulk < least:
+            fault = f"got {bulk:.6g} Pa, too small against the shear modulus of {shear:.6g} Pa"
+            allowed = f"needs at least {least:.6g} Pa, where Poisson's ratio is 0"
+            raise InputError(
+                "bulk_modulus", fault, allowed, "nearly incompressible layers have 10 to 1000 times as much"
+            )
+        return bulk
 
     @property
     def sum_of_powers(self) -> SumOfPowers:
@@ -195,7 +184,11 @@ class PowersOfStretches:
 
     @cached_property
     def _at_rest(self) -> Elastic:
-        return linearise(self.shear_modulus, self.bulk, self.poisson_ratio, self.density, self.prony)
+        # Poisson's ratio is taken as it is given, so that no digit of it is lost.
+        shear, ratio = self.shear_modulus, self.poisson_ratio
+        if ratio is None:
+            ratio = (1.5 * self.bulk - shear) / (3.0 * self.bulk + shear)
+        return Elastic(2.0 * shear * (1.0 + ratio), ratio, self.density, prony=self.prony)
 
     def at_rest(self) -> Elastic:
         """Return the law at small strain."""

@@ -12,7 +12,7 @@ from importlib import resources
 import numpy as np
 
 import fingerslip as fs
-from fingerslip.materials.large_strain import deviator, isochoric_tangent, linearise, log_volume_of
+from fingerslip.materials.large_strain import deviator, isochoric_tangent, log_volume_of
 from fingerslip.uncertainty import Series, refine
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Problem, absolute, relative, solve_problem
@@ -90,7 +90,9 @@ class SplitNeoHookean:
 
     def at_rest(self):
         """Return the law at small strain."""
-        return linearise(self.shear_modulus, self.bulk_modulus, None, self.density)
+        shear, bulk = self.shear_modulus, self.bulk_modulus
+        ratio = (1.5 * bulk - shear) / (3.0 * bulk + shear)
+        return fs.Elastic(2.0 * shear * (1.0 + ratio), ratio, self.density)
 
     def stored_energy(self, log_strain):
         """Return the strain energy per reference volume [J/m^3], shape (n,), of logarithmic strains (n, 3)."""
