@@ -85,6 +85,11 @@ class Elastic(ByYoungsModulus):
     prony: Prony = field(default=(), kw_only=True)
     law: Literal["elastic"] = field(default="elastic", kw_only=True, repr=False)
 
+    @property
+    def bulk_modulus(self) -> float:
+        """Bulk modulus [Pa], of a material that is not incompressible."""
+        return self.youngs_modulus / (3.0 * (1.0 - 2.0 * self.poisson_ratio))
+
     def energy(self, strain: Floats, formulation: Formulation) -> Floats:
         """Return the strain energy density [J/m^3], shape (n,), of strains (n, m) [-]."""
         return hooke_energy(strain, self.dilatational_modulus(formulation), self.shear_modulus)

@@ -20,27 +20,9 @@ import numpy as np
 from fingerslip.arrays import Floats
 from fingerslip.errors import FingerslipError
 from fingerslip.materials.large_strain import SHAPES, FiniteMaterial, deviator, log_volume_of
-from fingerslip.materials.prony import Prony
 
 # Change of an iteration after which rounding is left, as the next would be of the size of its square; and the largest.
 _LIMIT, _LAST, _LARGEST = 60, 1e-7, 0.5
-
-
-@dataclass(frozen=True)
-class Constants:
-    """Constants at rest of a law that may relax."""
-
-    shear_modulus: float  # [Pa]
-    bulk_modulus: float  # [Pa]
-    poisson_ratio: float  # [-]
-    prony: Prony  # its terms
-
-
-def constants_of(material: FiniteMaterial) -> Constants:
-    """Return the constants at rest of a law."""
-    rest = material.at_rest()
-    bulk = rest.youngs_modulus / (3.0 * (1.0 - 2.0 * rest.poisson_ratio))
-    return Constants(rest.shear_modulus, bulk, rest.poisson_ratio, rest.prony)
 
 
 def volume_part(material: FiniteMaterial, log_volume: Floats) -> tuple[Floats, Floats, Floats]:
@@ -49,7 +31,7 @@ def volume_part(material: FiniteMaterial, log_volume: Floats) -> tuple[Floats, F
     It is what grows with the bulk modulus, completed at rest to the bulk modulus.
     """
     energy, slope, curvature = material.volumetric(log_volume)
-    missing = constants_of(material).bulk_modulus - float(material.volumetric(np.zeros(1))[2][0])
+    missing = material.at_rest().bulk_modulus - float(material.volumetric(np.zeros(1))[2][0])
     return energy + 0.5 * missing * log_volume**2, slope + missing * log_volume, curvature + missing
 
 

@@ -106,8 +106,7 @@ def _pressure(material: Elastic, strains: Floats, deviator: Floats) -> Floats:
     """Return the mean stress (...) [Pa]; of an incompressible material that of plane stress, none across."""
     if material.poisson_ratio == 0.5:
         return -deviator[..., 2]
-    bulk = material.youngs_modulus / (3.0 * (1.0 - 2.0 * material.poisson_ratio))
-    return np.asarray(bulk * strains[..., :3].sum(axis=-1))
+    return np.asarray(material.bulk_modulus * strains[..., :3].sum(axis=-1))
 
 
 def stored_energy(material: Elastic, relaxed: Relaxed) -> Floats:

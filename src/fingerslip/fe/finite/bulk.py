@@ -122,10 +122,9 @@ class LargeStrain:
         mean = self._selective_energy(np.log(state.mean_volume), 0, of=1)
         if state.history is not None and self.relaxation is not None:
             for number, (_, _, groups) in enumerate(self._parts()):
-                modulus = self.materials.materials[number].at_rest().dilatational_modulus(self.materials.formulation)
                 dashpots = [dashpot[groups] for dashpot in state.history.group_dashpots]
                 constants, values = self.relaxation.constants[number], state.history.groups[groups]
-                mean[groups] += selective_excess(constants, modulus, values, dashpots)
+                mean[groups] += selective_excess(constants, self.materials.formulation, values, dashpots)
         spread = self._spread if len(points) == self.weights.size else self._spread[points]
         density += spread @ mean
         return density
@@ -160,8 +159,7 @@ class LargeStrain:
             return excess
         values = history.points[points, -2:]
         dashpots = [dashpot[points, -2:] for dashpot in history.point_dashpots]
-        modulus = material.at_rest().dilatational_modulus(self.materials.formulation)
-        return excess - selective_excess(relaxation.constants[number], modulus, values, dashpots)
+        return excess - selective_excess(relaxation.constants[number], relaxation.formulation, values, dashpots)
 
     @cached_property
     def _spread(self) -> sparse.csr_matrix:

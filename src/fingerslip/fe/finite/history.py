@@ -27,10 +27,11 @@ from fingerslip.arrays import Floats, Integers
 from fingerslip.fe.cell_materials import CellMaterials
 from fingerslip.fe.finite.history_kernels import follow, leave, principal_values, push_forward, shape_tensors
 from fingerslip.fe.finite.volumes import Volumes
+from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.large_strain import FiniteMaterial, log_volume_of
 from fingerslip.materials.material import Formulation
 from fingerslip.materials.prony import Recurrence, recurrence
-from fingerslip.materials.relaxing import Constants, constants_of, shape_energy, shape_stress, spring_strain
+from fingerslip.materials.relaxing import shape_energy, shape_stress, spring_strain
 from fingerslip.materials.viscoelastic import across_of
 
 # Strain up to which a spring is guessed to be linear.
@@ -65,7 +66,7 @@ class Left:
 class Relaxation:
     """Which quadrature points and groups of a body relax, and how."""
 
-    constants: tuple[Constants, ...]  # constants of the materials
+    constants: tuple[Elastic, ...]  # the laws of the materials at rest
     formulation: Formulation  # the two-dimensional assumption, or `solid`
     points: Integers  # (n_p,), index of the material
     groups: Integers  # (n_groups,), index of the material
@@ -142,21 +143,24 @@ class Relaxation:
 
 def relaxation_of(materials: CellMaterials[FiniteMaterial], points: int, volumes: Volumes | None) -> Relaxation | None:
     """Return how a body relaxes; None where all its materials are elastic."""
-    constants = tuple(constants_of(material) for material in materials.materials)
+    constants = tuple(material.at_rest() for material in materials.materials)
     if not any(constant.prony for constant in constants):
         return None
     groups = np.zeros(0, dtype=np.int64) if volumes is None else volumes.material
     return Relaxation(constants, materials.formulation, np.repeat(materials.number, points), groups)
 
 
-def selective_excess(constants: Constants, modulus: float, values: Floats, dashpots: Sequence[Floats]) -> Floats:
+def selective_excess(
+    constants: Elastic, formulation: Formulation, values: Floats, dashpots: Sequence[Floats]
+) -> Floats:
     """Return by how much the stored energy of what is integrated from mean volumes is above the elastic, (n,) [J/m^3].
 
-    The modulus [Pa] is the elastic one; `values` and each of the dashpots are (n, 2) [-].
+    `values` and each of the dashpots are (n, 2) [-].
     """
     weights = [1.0 - sum(term.share for term in constants.prony), *(term.share for term in constants.prony)]
     along, across = values.T
-    excess: Floats = 0.5 * constants.bulk_modulus * (along - across) ** 2 - 0.5 * modulus * along**2
+    elastic = 0.5 * constants.dilatational_modulus(formulation) * along**2
+    excess: Floats = 0.5 * constants.bulk_modulus * (along - across) ** 2 - elastic
     for weight, dashpot in zip(weights, [np.zeros_like(values), *dashpots], strict=False):
         strain, thin = (values - dashpot).T
         excess += weight * constants.shear_modulus * (thin**2 - (strain - thin) ** 2 / 3.0)
