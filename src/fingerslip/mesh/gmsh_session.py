@@ -18,6 +18,7 @@ from scipy.sparse import coo_array
 from fingerslip.arrays import Floats, Integers
 from fingerslip.errors import MeshError
 from fingerslip.mesh.facets import connected_pieces
+from fingerslip.mesh.scan.surfaces import Surface
 
 MILLIMETRES = 1e3
 """Gmsh's tolerances suit lengths near one, so it works in millimetres."""
@@ -197,15 +198,7 @@ def read_fragments(pieces: Mapping[str, Sequence[int]], dim: int, corners: int) 
     return Fragments(node_positions(used)[:, :dim] / MILLIMETRES, cells.reshape(-1, corners), np.array(region))
 
 
-@dataclass(frozen=True)
-class Triangulation:
-    """Triangles on a surface in 3D."""
-
-    points: Floats  # (n, 3), node positions [m]
-    triangles: Integers  # (m, 3), nodes of the triangles, counter-clockwise as seen from outside
-
-
-def mesh_surface(grid: Floats, is_open: bool, divide_at: int, sizes: Floats) -> Triangulation:
+def mesh_surface(grid: Floats, is_open: bool, divide_at: int, sizes: Floats) -> Surface:
     """Mesh a surface that closes at its last row, with nodes along the lines that quarter it and along one row.
 
     The quarters, divided at one row, are the patches that Gmsh parametrises and meshes. The surface is given by points
@@ -233,7 +226,7 @@ def mesh_surface(grid: Floats, is_open: bool, divide_at: int, sizes: Floats) -> 
             gmsh.model.mesh.generate(2)
         nodes = np.concatenate([gmsh.model.mesh.getElementsByType(TRIANGLE, patch)[1] for patch in patches])
         used, triangles = np.unique(nodes, return_inverse=True)
-        return Triangulation(node_positions(used) * unit, triangles.reshape(-1, 3))
+        return Surface(node_positions(used) * unit, triangles.reshape(-1, 3))
 
 
 def _draw(number: Integers, grid: Floats, levels: tuple[int, ...]) -> list[int]:

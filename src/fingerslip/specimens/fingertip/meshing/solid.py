@@ -15,7 +15,6 @@ from fingerslip.errors import InputError
 from fingerslip.mesh.gmsh_session import (
     TETRAHEDRON,
     TRIANGLE,
-    Triangulation,
     gmsh_errors,
     gmsh_session,
     length_unit,
@@ -23,6 +22,7 @@ from fingerslip.mesh.gmsh_session import (
     node_positions,
 )
 from fingerslip.mesh.quality import check_quality
+from fingerslip.mesh.scan.surfaces import Surface
 from fingerslip.mesh.source import GROWTH, GradedMesh
 from fingerslip.specimens.fingertip.meshing.section import (
     BLEND,
@@ -89,7 +89,7 @@ def mesh_solid(fingertip: FingertipNumbers, sizes: GradedMesh) -> skfem.Mesh3D:
     phalanx = phalanx_surface(fingertip)
     skin = sweep_solid_skin(fingertip, sizes, phalanx.points.reshape(-1, 3))
     surface = mesh_phalanx(fingertip, phalanx, sizes, skin)
-    core = mesh_solid_core(Triangulation(skin.points[-1], skin.triangles), surface, sizes.bulk_size)
+    core = mesh_solid_core(Surface(skin.points[-1], skin.triangles), surface, sizes.bulk_size)
     mesh = _join(fingertip, skin, core)
     mesh = dataclasses.replace(mesh, doflocs=np.ascontiguousarray(pose_points(fingertip, mesh.p.T).T))
     check_quality(mesh)
@@ -112,7 +112,7 @@ def solid_cells(fingertip: FingertipNumbers, sizes: GradedMesh) -> float:
     return 6.0 * float(np.sqrt(2.0)) * volume / sizes.bulk_size**3
 
 
-def mesh_solid_core(skin: Triangulation, phalanx: Triangulation, largest: float) -> CoreMesh:
+def mesh_solid_core(skin: Surface, phalanx: Surface, largest: float) -> CoreMesh:
     """Mesh what lies inside the skin, around the surface of the phalanx, with cells up to the largest size [m]."""
     hull, unit = _hull(skin, phalanx, largest), length_unit(largest)
     with gmsh_session():
@@ -131,7 +131,7 @@ def mesh_solid_core(skin: Triangulation, phalanx: Triangulation, largest: float)
     return CoreMesh(points, {name: np.searchsorted(used, nodes).reshape(-1, 4) for name, nodes in cells.items()})
 
 
-def rim(surface: Triangulation) -> Integers:
+def rim(surface: Surface) -> Integers:
     """Return the nodes of the rim of a surface in turn, the surface on their left; none where it is closed."""
     edges = np.concatenate([surface.triangles[:, [0, 1]], surface.triangles[:, [1, 2]], surface.triangles[:, [2, 0]]])
     _, first, count = np.unique(np.sort(edges, axis=1), axis=0, return_index=True, return_counts=True)
@@ -145,7 +145,7 @@ def rim(surface: Triangulation) -> Integers:
     return np.array(ring)
 
 
-def _hull(skin: Triangulation, phalanx: Triangulation, largest: float) -> _Hull:
+def _hull(skin: Surface, phalanx: Surface, largest: float) -> _Hull:
     """Join skin and phalanx by flat caps on the proximal cut."""
 
     def flat(points: Floats) -> Floats:
@@ -226,7 +226,7 @@ def contact_points(fingertip: FingertipNumbers, sizes: GradedMesh) -> Floats:
     return grid[_height(fingertip, grid) <= sizes.contact_reach]
 
 
-def _outer_surface(fingertip: FingertipNumbers, sizes: GradedMesh, levels: Floats, phalanx: Floats) -> Triangulation:
+def _outer_surface(fingertip: FingertipNumbers, sizes: GradedMesh, levels: Floats, phalanx: Floats) -> Surface:
     grid = skin_grid(fingertip)
     skin, cut = grid.reshape(-1, 3), -fingertip.sagittal.pad_length
     # Rows go all round the finger, so triangles may only widen as far as the cells keep a good shape.
@@ -238,21 +238,17 @@ def _outer_surface(fingertip: FingertipNumbers, sizes: GradedMesh, levels: Float
     points, on_cut = onto_skin(fingertip, surface.points), np.abs(surface.points[:, 0] - cut) < 1e-9
     # Where they are on the proximal cut, at the same angles.
     points[on_cut] = skin_ring(fingertip, np.full(on_cut.sum(), cut), _angle(fingertip, points[on_cut]))
-    return Triangulation(points, surface.triangles)
+    return Surface(points, surface.triangles)
 
 
-def mesh_phalanx(
-    fingertip: FingertipNumbers, phalanx: PhalanxSurface, sizes: GradedMesh, skin: SolidSkin
-) -> Triangulation:
+def mesh_phalanx(fingertip: FingertipNumbers, phalanx: PhalanxSurface, sizes: GradedMesh, skin: SolidSkin) -> Surface:
     """Mesh the surface of the phalanx."""
     tissue, _ = nearest(skin.points[-1], phalanx.points.reshape(-1, 3))
     largest = np.clip(TISSUE_SHARE * tissue, sizes.contact_size, sizes.bulk_size)
     return _mesh_grid(fingertip, phalanx.points, phalanx.open, sizes, largest)
 
 
-def _mesh_grid(
-    fingertip: FingertipNumbers, grid: Floats, is_open: bool, sizes: GradedMesh, largest: Floats
-) -> Triangulation:
+def _mesh_grid(fingertip: FingertipNumbers, grid: Floats, is_open: bool, sizes: GradedMesh, largest: Floats) -> Surface:
     """Mesh a surface given by rows of points (rows, columns, 3) [m], finer near the contact, divided at x = 0."""
     contact = contact_points(fingertip, sizes)
     wanted = graded_sizes(grid.reshape(-1, 3), contact, sizes.contact_size, largest)
