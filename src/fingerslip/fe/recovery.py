@@ -161,7 +161,7 @@ class Recovery:
         # Laws work on components: where each is a row in memory, they take a fraction of the time.
         rows = np.zeros((components, *strains.shape[:-1]))
         for share in self.shares:
-            if relax is not None and getattr(share.material, "prony", ()):
+            if relax is not None and getattr(share.material, "prony", None):
                 continue
             strains_of_share = np.ascontiguousarray(np.moveaxis(strains[..., share.rows, :], -1, 0))
             values = law(share.material, strains_of_share.reshape(len(strains_of_share), -1).T).T
