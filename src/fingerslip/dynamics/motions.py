@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 from fingerslip.dynamics.adaptive import Controlled
 from fingerslip.dynamics.compact.integrator import Compact, is_compact
 from fingerslip.dynamics.finite.large import Large
-from fingerslip.dynamics.loop import BodyIntegrator, BodyObserver, Loop
+from fingerslip.dynamics.loop import BodyIntegrator, BodyObserver, Check, Loop
 from fingerslip.dynamics.recording.recorder import Recorder
 from fingerslip.dynamics.recording.snapshots import Recoveries
 from fingerslip.dynamics.recording.steps import record_bytes
-from fingerslip.dynamics.state_checks import Check
 from fingerslip.dynamics.step.mesh import Mesh
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch, build_steppers, factorised

@@ -22,8 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from fingerslip.dynamics.loop import Check, Steps
 from fingerslip.dynamics.reduced.reduction import ReducedCoordinates
-from fingerslip.dynamics.state_checks import Check, Steps
 from fingerslip.dynamics.system.loads import Load
 from fingerslip.dynamics.system.scheme import Scheme, make_scheme
 from fingerslip.dynamics.system.system import System

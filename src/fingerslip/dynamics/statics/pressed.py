@@ -20,7 +20,7 @@ from fingerslip.contact.candidates import Candidates
 from fingerslip.contact.interface import InterfaceState, rest_state
 from fingerslip.contact.states import OPEN, STICK
 from fingerslip.dynamics.finite.large import Large
-from fingerslip.dynamics.state_checks import OutsideCheck, Steps
+from fingerslip.dynamics.loop import OutsideCheck, Steps
 from fingerslip.dynamics.statics.body import (
     REPAIR,
     StaticBody,
