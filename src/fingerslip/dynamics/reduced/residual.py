@@ -24,7 +24,7 @@ from scipy import sparse
 
 from fingerslip.dynamics.loop import Check, Steps
 from fingerslip.dynamics.reduced.reduction import ReducedCoordinates
-from fingerslip.dynamics.system.loads import Load
+from fingerslip.dynamics.system.bodies import Load
 from fingerslip.dynamics.system.scheme import Scheme, make_scheme
 from fingerslip.dynamics.system.system import System
 from fingerslip.fe.space import vector_dofs

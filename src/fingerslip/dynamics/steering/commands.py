@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.dynamics.system.bodies import Motion, faces_of
-from fingerslip.dynamics.system.loads import Load, require_components
+from fingerslip.dynamics.system.bodies import Load, Motion, faces_of, require_components
 from fingerslip.dynamics.system.system import System
 from fingerslip.errors import InputError
 from fingerslip.model.model import Model

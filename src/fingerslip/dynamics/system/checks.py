@@ -14,15 +14,17 @@ from fingerslip.contact.candidates import Candidates, automatic_penalty, find_ca
 from fingerslip.contact.counterfaces import Counterface, Cylinder
 from fingerslip.dynamics.recording.steps import record_bytes, require_record_memory
 from fingerslip.dynamics.system.bodies import (
+    Load,
     Motion,
     check_bodies,
     contact_motion,
     largest_approach,
+    model_loads,
     phase_table,
     programme_place,
+    require_components,
     unheld_bodies,
 )
-from fingerslip.dynamics.system.loads import Load, model_loads, require_components
 from fingerslip.dynamics.system.scheme import has_inertia
 from fingerslip.errors import InputError, Mistakes
 from fingerslip.fe.cell_materials import CellMaterials, cell_materials, finite_cell_materials, small_strain_law

@@ -13,10 +13,17 @@ from scipy import sparse
 
 from fingerslip.contact.candidates import Candidates, Counterfaces, join_candidates
 from fingerslip.dynamics.finite.body import Body
-from fingerslip.dynamics.system.bodies import Motion, rigid_freedoms
+from fingerslip.dynamics.system.bodies import (
+    Load,
+    Motion,
+    MovingComponent,
+    Supports,
+    held_rows,
+    moving_components,
+    rigid_freedoms,
+)
 from fingerslip.dynamics.system.checks import CheckedModel, inspect_model
 from fingerslip.dynamics.system.doubts import doubts
-from fingerslip.dynamics.system.loads import Load, MovingComponent, Supports, held_rows, moving_components
 from fingerslip.dynamics.system.operators import (
     Coordinates,
     MeshCoordinates,
