@@ -8,6 +8,7 @@ from __future__ import annotations
 import functools
 import logging
 import math
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -110,12 +111,11 @@ def _press(model: Model, system: System, state: State | None, span: tuple[float,
     """Press on from a state, or from rest, over a span of time [s]."""
     way = np.linalg.norm(system.displacements(span[1]) - system.displacements(span[0]))
     nearest = _narrow(system, _gaps(system, state) <= _REACH * way)
-    integrator, check = Large(model, nearest, solver, Stopwatch(), 0), OutsideCheck(nearest)
+    integrator = Large(model, nearest, solver, Stopwatch(), 0)
     first = integrator.start()[0] if state is None else _transfer(state, system, nearest)
-    for later in _steps(integrator, first, span, model.time.step):
-        check.look(Steps.of(later))
+    (last,) = deque(_steps(integrator, nearest, first, span, model.time.step), maxlen=1)
     integrator.release()
-    return _transfer(later, nearest, system)
+    return _transfer(last, nearest, system)
 
 
 def _slide(
@@ -124,12 +124,10 @@ def _slide(
     """Slide from the end of a press until all slips, and return the body with states apart by a spacing [m]."""
     begin, end = skin.state.time, float(skin.system.motions[0].knots[-1])
     integrator = Large(model, skin.system, solver, Stopwatch(), 0, halvings=_HALVINGS)
-    check = OutsideCheck(skin.system)
     states = _States(skin, integrator, spacing)
     states.take(skin.state)
     try:
-        for state in _steps(integrator, skin.state, (begin, end), model.time.step):
-            check.look(Steps.of(state))
+        for state in _steps(integrator, skin.system, skin.state, (begin, end), model.time.step):
             states.take(state)
             progress((state.time - begin) / (end - begin))
             if states.slips:
@@ -140,10 +138,12 @@ def _slide(
     return states.body()
 
 
-def _steps(integrator: Large, state: State, span: tuple[float, float], step: float) -> Iterator[State]:
-    """Yield the states of equal steps over a span, at most of a length [s]."""
+def _steps(integrator: Large, system: System, state: State, span: tuple[float, float], step: float) -> Iterator[State]:
+    """Yield the states of equal steps over a span, at most of a length [s], in which no node beside touches."""
+    check = OutsideCheck(system)
     for end in np.linspace(*span, math.ceil((span[1] - span[0]) / step - 1e-9) + 1)[1:]:
         ((state, _),) = integrator.advance({0: state}, np.array([end])).values()
+        check.look(Steps.of(state))
         yield state
 
 

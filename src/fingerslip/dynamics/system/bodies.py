@@ -6,9 +6,9 @@ rows, summed up, it is ::
 
     R = F - U,    w_1 U_1 = w_0 U_0 - M a_1
 
-A free direction of a rigid body is an unknown of the system. A driven counterface is one, too: a body that is free along
-its normal. With the velocity q_k' of its centre in the direction e_k, or the rate q_k' of a turn about it, a point of
-the body that is at x now moves by ::
+A free direction of a rigid body is an unknown of the system. A driven counterface is one, too: a body that is free
+along its normal. With the velocity q_k' of its centre in the direction e_k, or the rate q_k' of a turn about it, a
+point of the body that is at x now moves by ::
 
     sum over k of q_k' d_k(x),    d_k = e_k, or e_k x (x - present centre) for a turn
 """
@@ -50,6 +50,10 @@ class Load:
     forces: Array  # (n,), nodal forces at factor one [N]
     ramp: Ramp  # factor over time
 
+    def at(self, time: float) -> Array:
+        """Return the forces at a time [s], shape (n,) [N]."""
+        return self.ramp.at(time) * self.forces
+
 
 def model_loads(model: Model, space: Space, materials: CellMaterials[Material]) -> tuple[Load, ...]:
     """Return the tractions and the gravity of a model on all degrees of freedom of its mesh."""
@@ -85,7 +89,7 @@ class Supports:
 
     def load(self, time: float) -> Array:
         """Return the loads on what is held at a time [s], shape (m * dim,) [N]."""
-        return sum((load.ramp.at(time) * load.forces for load in self.loads), np.zeros(self.contact.shape[0]))
+        return sum((load.at(time) for load in self.loads), np.zeros(self.contact.shape[0]))
 
 
 @dataclass(frozen=True)

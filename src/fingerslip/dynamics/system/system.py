@@ -105,10 +105,7 @@ class System:
 
     def load(self, time: float) -> Array:
         """Return the forces at a time [s], shape (n,) [N]."""
-        total = np.zeros(self.mass.shape[0])
-        for load in (*self.loads, *self.commanded):
-            total += load.ramp.at(time) * load.forces
-        return total
+        return sum((load.at(time) for load in (*self.loads, *self.commanded)), np.zeros(self.mass.shape[0]))
 
     def displacements(self, time: float) -> Array:
         """Return the prescribed displacement of every counterface at a time [s], shape (n_counterfaces, dim) [m]."""
