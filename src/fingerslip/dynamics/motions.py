@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from fingerslip.dynamics.adaptive import Controlled
 from fingerslip.dynamics.compact.integrator import Compact, is_compact
 from fingerslip.dynamics.finite.large import Large
 from fingerslip.dynamics.loop import BodyIntegrator, BodyObserver, Check, Loop
+from fingerslip.dynamics.recording.labels import labelled_history
 from fingerslip.dynamics.recording.recorder import Recorder
 from fingerslip.dynamics.recording.snapshots import Recoveries
 from fingerslip.dynamics.recording.steps import record_bytes
@@ -24,6 +26,9 @@ from fingerslip.linear.resources import Mapper, side_by_side, single_dense_threa
 from fingerslip.linear.solver import LinearSolver
 from fingerslip.model.model import Model
 from fingerslip.model.timing import Adaptive
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Array = NDArray[np.float64]
 
@@ -60,6 +65,16 @@ class Outcome:
     steppers: tuple[Stepper, ...]  # what stayed the same in each
     recorders: tuple[Recorder, ...]  # what was recorded of each
     attributes: Mapping[str, object]  # what histories say of how they were computed
+
+    def histories(self, watch: Stopwatch) -> tuple[xr.Dataset, ...]:
+        """Return the histories of all motions, of which each says what all of them took."""
+        attributes = {**self.attributes, "n_simulated_together": len(self.steppers)}
+        with watch.part("recording"):
+            values = [recorder.values() for recorder in self.recorders]
+        return tuple(
+            labelled_history(of_motion, stepper, attributes | recorder.attributes, watch)
+            for of_motion, stepper, recorder in zip(values, self.steppers, self.recorders, strict=True)
+        )
 
 
 def compute(motions: Motions, systems: Sequence[System], checks: Sequence[Check] = ()) -> Outcome:

@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.dynamics.motions import Motions, Outcome, compute
-from fingerslip.dynamics.recording.labels import labelled_history
+from fingerslip.dynamics.motions import Motions, compute
 from fingerslip.dynamics.recording.steps import require_record_memory, step_times
 from fingerslip.dynamics.reduced.basis import BasisStore, compute_in_basis
 from fingerslip.dynamics.step.sharing import check_same_matrix
@@ -223,18 +222,7 @@ def _simulate(
     if is_finite or any(isinstance(model.time, Adaptive) for model in models):
         # Their matrices are their own: one after the other.
         each = (motions.part(slice(number, number + 1)) for number in range(len(models)))
-        return tuple(_histories(compute(motion, motion.systems), watch)[0] for motion in each)
+        return tuple(compute(motion, motion.systems).histories(watch)[0] for motion in each)
     outcome = (compute_in_basis(motions, bases) if basis else None) or compute(motions, systems)
     _logger.info("%s, %s", outcome.steppers[0].solver.name, outcome.steppers[0].condensed.description)
-    return _histories(outcome, watch)
-
-
-def _histories(outcome: Outcome, watch: Stopwatch) -> tuple[xr.Dataset, ...]:
-    """Return the histories of all motions, of which each says what all of them took."""
-    attributes = {**outcome.attributes, "n_simulated_together": len(outcome.steppers)}
-    with watch.part("recording"):
-        values = [recorder.values() for recorder in outcome.recorders]
-    return tuple(
-        labelled_history(of_motion, stepper, attributes | recorder.attributes, watch)
-        for of_motion, stepper, recorder in zip(values, outcome.steppers, outcome.recorders, strict=True)
-    )
+    return outcome.histories(watch)

@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.dynamics.motions import Motions, prepare
-from fingerslip.dynamics.recording.labels import labelled_history
+from fingerslip.dynamics.motions import Motions, Outcome, prepare
 from fingerslip.dynamics.recording.recorder import Recorder
 from fingerslip.dynamics.recording.steps import require_record_memory, step_times
 from fingerslip.dynamics.reduced.basis import BasisStore, in_basis
@@ -213,12 +212,12 @@ class Simulation:
     def history(self) -> xr.Dataset:
         """Return the history so far."""
         self._loop.finish()
-        attributes = {**self._integrator.attributes, "n_simulated_together": 1, **self._recorder.attributes}
+        attributes = self._loop.attributes
         if self._residual is not None:
             self._residual.warn(self._model.basis or ReducedBasis())
-            attributes |= self._residual.attributes
-        values = self._recorder.values()
-        return labelled_history(values, self._integrator.steppers[0], attributes, self._watch).copy(deep=True)
+            attributes = {**attributes, **self._residual.attributes}
+        outcome = Outcome(tuple(self._integrator.steppers), (self._recorder,), attributes)
+        return outcome.histories(self._watch)[0].copy(deep=True)
 
     def save(self, path: str | Path) -> None:
         """Write the simulation to a file, from which it goes on to the last bit, on the same machine and threads.
