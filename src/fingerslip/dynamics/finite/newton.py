@@ -221,8 +221,9 @@ class _Linearised:
 def advance_finite(factors: Factors, before: State, time: float) -> tuple[State, int]:
     """Take one step at large strain to a time [s]; also return how many iterations it took."""
     begun = replace(before, body=factors.system.require_body().begun(before.large_body, factors.scheme.step))
-    stepper, counterfaces = factors.at(before.large_body, before.velocity), factors.system.displacements(time)
-    start = predict_ends(stepper, begun, time, counterfaces)
+    counterfaces = factors.system.displacements(time)
+    # Nothing here may hold the factors, as others may take their place.
+    start = predict_ends(factors.at(before.large_body, before.velocity), begun, time, counterfaces)
     iterate, contact, iterations = _solve(factors, start)
     factors.used(iterations)
     stepper = factors.current
