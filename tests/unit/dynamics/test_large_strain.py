@@ -139,9 +139,11 @@ def uncollected():
     gc.enable()
 
 
+@pytest.mark.parametrize("cost", [30, 0])
 @pytest.mark.usefixtures("uncollected")
-def test_factors_go_before_others_are_made_also_where_an_iterate_went_too_far(monkeypatch):
-    """In 3D there is no memory for those of two."""
+def test_factors_go_before_others_are_made_also_where_an_iterate_went_too_far(cost, monkeypatch):
+    """In 3D there is no memory for those of two, between steps and, where iterations cost much, within one."""
+    monkeypatch.setattr(newton, "_COST", {2: cost})
     at, numbers, solver = Body.at, itertools.count(), Watched()
 
     def far(*given):
