@@ -90,14 +90,6 @@ def test_dissipation_of_the_scheme_is_the_energy_that_a_free_oscillator_loses(al
     np.testing.assert_allclose(pairs[:, 0], pairs[:, 1], atol=1e-12 * scale * (1.0 + step**2))
 
 
-def test_dissipation_of_the_trapezoidal_rule_and_of_static_steps():
-    """The first takes nothing out, whatever the motion; the second the work of what is unbalanced at both ends."""
-    changes = np.random.default_rng(0).normal(size=(6, 9))
-    assert hht(0.3, 0.0).dissipation(*changes[:3], tuple(changes[3:])) == 0.0
-    change = np.array([2.0]), np.zeros(1), np.zeros(1), (np.array([9.0]), np.array([-3.0]), np.ones(1))
-    assert static(0.1).dissipation(*change) == 2.0
-
-
 def test_the_settings_of_a_model_make_its_scheme_and_that_of_a_user_is_taken_as_it_is():
     assert make_scheme(fs.TimeStepping(5e-3, -0.1)) == hht(5e-3, -0.1)
     assert make_scheme(fs.QuasiStatic(5e-3)) == static(5e-3)

@@ -108,9 +108,12 @@ def first_state(stepper: Stepper) -> State:
     unbalance_before = unbalance
     if starts_damped(stepper.scheme, stepper.damping, system.dampers):
         # The balance of energy closes with the forces with which damping takes up within a step what inertia lacks.
-        unbalance[moving] -= stepper.resisting(acceleration)[moving]
-        lacking, weight = unbalance + inertia, stepper.scheme.start_weight
-        unbalance = unbalance - start_push(stepper.scheme) / weight * lacking
+        scheme = stepper.scheme
+        resisting = scheme.velocity_factor * stepper.damping_force(acceleration)
+        resisting += scheme.displacement_factor * (stepper.stiffness @ acceleration)
+        unbalance[moving] -= scheme.end_weight * resisting[moving]
+        lacking, weight = unbalance + inertia, scheme.start_weight
+        unbalance = unbalance - start_push(scheme) / weight * lacking
         unbalance_before = unbalance + lacking / weight
     none = np.zeros((len(candidates.nodes), system.space.dim))
     return State(

@@ -104,13 +104,6 @@ class Stepper:
         candidates = self.system.candidates
         return self.system.counterfaces.gaps(candidates.positions, candidates.counterface)
 
-    def resisting(self, unknown: Array) -> Array:
-        """Return what resists an unknown (n,) in the equation of a step beside inertia, on the mesh, shape (n,) [N]."""
-        scheme = self.scheme
-        force = scheme.velocity_factor * self.damping_force(unknown)
-        force += scheme.displacement_factor * (self.stiffness @ unknown)
-        return np.asarray(scheme.end_weight * force)
-
     def anchor_force(self, stretch: Array) -> Array:
         """Return the force of springs to an anchor that are stretched by (n,) [m], shape (n,) [N]."""
         return np.zeros_like(stretch) if self.anchoring is None else self.anchoring * stretch
