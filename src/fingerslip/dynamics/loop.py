@@ -22,8 +22,17 @@ from fingerslip.dynamics.system.system import System
 from fingerslip.errors import InputError
 
 S = TypeVar("S")
+S_contra = TypeVar("S_contra", contravariant=True)
 T = TypeVar("T")
 Array = NDArray[np.float64]
+
+# Steps that are checked together, behind the first state.
+_AT_ONCE = 32
+# About one axis any angle is exact. Angles about several axes are added as if they were small: turned by one, the axis
+# of another is wrong by the angle, 10 % at the first, where the user is warned, 20 % at the second, which is refused.
+_WARN, _REFUSE = 0.1, 0.2
+
+_logger = logging.getLogger("fingerslip.dynamics")
 
 
 class Integrator(Protocol[S]):
@@ -100,12 +109,6 @@ class ByLength(Generic[T]):
     def entries(self) -> list[tuple[float, T]]:
         """Return the lengths, and what is kept of each."""
         return list(self._last.values())
-
-
-S_contra = TypeVar("S_contra", contravariant=True)
-
-# Steps that are checked together, behind the first state.
-_AT_ONCE = 32
 
 
 class Observer(Protocol[S_contra]):
@@ -305,13 +308,6 @@ class _Beside:
             turned = self._rotations.matrices(fields[:, self._rotations.at])[:, counterface]
             points = self._rotations.seen(turned, points, counterface)
         return self.shape.gap(points.reshape(-1, positions.shape[1])).reshape(len(fields), -1)
-
-
-# About one axis any angle is exact. Angles about several axes are added as if they were small: turned by one, the axis
-# of another is wrong by the angle, 10 % at the first, where the user is warned, 20 % at the second, which is refused.
-_WARN, _REFUSE = 0.1, 0.2
-
-_logger = logging.getLogger("fingerslip.dynamics")
 
 
 class RotationCheck(Check):
