@@ -272,8 +272,8 @@ def test_dashpots_take_what_the_forces_of_a_body_at_large_strain_do_not_store():
     model = relaxing(model)
     system = build_system(model)
     times = step_times(model)
-    motions = Motions((model,), (system,), (times,), preferred_solver(), Stopwatch(), None, 1)
-    integrator = make_integrator(motions, [system], 0, map)
+    motions = Motions((model,), (system,), (times,), preferred_solver(), Stopwatch())
+    integrator = make_integrator(motions, [system])
     state, lost, largest = integrator.start()[0], 0.0, 0.0
     for number in range(1, 41):
         before, state = state, integrator.advance({0: state}, times[number : number + 1])[0][0]

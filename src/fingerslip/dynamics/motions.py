@@ -99,7 +99,7 @@ def prepare(
         )
     further = [[check] for check in checks] or [[] for _ in recorders]
     observers = list(map(BodyObserver, recorders, systems, further))
-    integrator = _integrator(motions, systems, mapper)
+    integrator = make_integrator(motions, systems, mapper)
     driven: BodyIntegrator | Controlled = integrator
     if isinstance(model.time, Adaptive):
         driven = Controlled(integrator, model, systems[0].mass, observers[0].pass_by)
@@ -107,7 +107,7 @@ def prepare(
         return Loop(driven, observers, motions.times, watch), integrator, recorders
 
 
-def _integrator(motions: Motions, systems: Sequence[System], mapper: Mapper) -> BodyIntegrator:
+def make_integrator(motions: Motions, systems: Sequence[System], mapper: Mapper = map) -> BodyIntegrator:
     """Return what takes the steps of motions in the coordinates of their systems."""
     model, solver, watch, reserved = motions.models[0], motions.solver, motions.watch, motions.record_bytes
     time, damping = model.time, model.damping
