@@ -314,7 +314,7 @@ class RotationCheck(Check):
     """Looks at the rotations of those of a motion's rigid bodies that are free about several axes."""
 
     def __init__(self, system: System) -> None:
-        pairs = zip(system.coordinates.rigid, system.unknowns.rigid, strict=True)
+        pairs = zip(system.coordinates.rigid, system.unknowns.freedoms, strict=True)
         rigid = [(at, freedom) for at, freedom in pairs if freedom.turns]
         axes = Counter(freedom.body for _, freedom in rigid)
         turning = [(at, freedom) for at, freedom in rigid if axes[freedom.body] > 1]

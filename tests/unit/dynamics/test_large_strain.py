@@ -292,7 +292,7 @@ def two_inclusions(dim, seed):
     cells += [random.choice(40, dim + 1, replace=False) for _ in range(20)]
     stiffness = np.where(np.arange(28) < 8, 1e6, 1.0)
     free = np.delete(np.arange(40 * dim), cells[0][0] * dim + dim - 1)
-    body = find_inclusions(positions, np.array(cells), stiffness, Unknowns(free), np.zeros(0, dtype=int))
+    body = find_inclusions(positions, np.array(cells), stiffness, Unknowns(free, 40 * dim), np.zeros(0, dtype=int))
     return body, 0.2 * random.normal(size=(2, free.size)), random.normal(size=(2, free.size))
 
 
@@ -334,7 +334,7 @@ def test_a_far_turn_of_an_inclusion_is_no_strain():
 def test_half_way_between_two_turns_is_between_them_beyond_half_a_turn_too():
     positions = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [5.0, 5.0]])
     stiffness, touching = np.array([1e6, 1.0]), np.zeros(0, dtype=int)
-    body = find_inclusions(positions, np.array([[0, 1, 2], [1, 2, 3]]), stiffness, Unknowns(np.arange(8)), touching)
+    body = find_inclusions(positions, np.array([[0, 1, 2], [1, 2, 3]]), stiffness, Unknowns(np.arange(8), 8), touching)
 
     def turned(angle):
         sine, cosine = np.sin(angle), np.cos(angle)

@@ -25,7 +25,7 @@ from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial.transform import Rotation
 
-from fingerslip.dynamics.system.operators import MeshCoordinates, Unknowns
+from fingerslip.dynamics.system.operators import Unknowns
 from fingerslip.fe.finite.bulk import LargeStrain
 from fingerslip.fe.finite.history import Deformed
 
@@ -49,7 +49,7 @@ class Body:
     """A body at large strain in the unknowns of a system."""
 
     bulk: LargeStrain  # mesh and laws
-    coordinates: MeshCoordinates  # what the unknowns are
+    unknowns: Unknowns  # what they are
     springs: Array  # (n,), stiffness of the springs at rigid bodies [N/m], zero for all other unknowns
 
     @property
@@ -61,7 +61,7 @@ class Body:
         """Return the body that has never moved, for steps of a length [s]."""
         nothing = np.zeros(self.springs.size)
         deformed = self.bulk.at_rest(step)
-        return BodyState(deformed, np.zeros(self.coordinates.n_dofs), nothing, nothing)
+        return BodyState(deformed, np.zeros(self.unknowns.n_dofs), nothing, nothing)
 
     def begun(self, state: BodyState, step: float) -> BodyState:
         """Return a body at the start of a step [s], near which its end is searched."""
@@ -75,9 +75,9 @@ class Body:
     def at(self, displacement: Array, near: BodyState | None = None) -> BodyState:
         """Return the body at a displacement (n,) [m], searched from a state near it; refuse cells turned inside out."""
         guess = None if near is None else near.deformed
-        deformed = self.bulk.deformed(self.coordinates.on_mesh(displacement), guess)
+        deformed = self.bulk.deformed(self.unknowns.on_mesh(displacement), guess)
         nodal = self.bulk.force(deformed)
-        force = self.coordinates.unknowns.restrict(nodal) + self.springs * displacement
+        force = self.unknowns.restrict(nodal) + self.springs * displacement
         return BodyState(deformed, nodal, force, displacement)
 
     def energy(self, state: BodyState) -> float:
@@ -86,11 +86,10 @@ class Body:
 
     def tangent(self, state: BodyState, *, positive: bool = False) -> sparse.csr_matrix:
         """Return the derivative of the force by the displacement, shape (n, n) [N/m]; see :class:`LargeStrain`."""
-        unknowns, of_mesh = self.coordinates.unknowns, self.bulk.tangent(state.deformed, positive=positive)
+        unknowns, of_mesh = self.unknowns, self.bulk.tangent(state.deformed, positive=positive)
         if unknowns.count == unknowns.free.size:
             return of_mesh[unknowns.free][:, unknowns.free]
-        expansion = unknowns.expansion(self.coordinates.n_dofs)
-        return sparse.csr_matrix(expansion.T @ of_mesh @ expansion + sparse.diags(self.springs))
+        return sparse.csr_matrix(unknowns.expansion.T @ of_mesh @ unknowns.expansion + sparse.diags(self.springs))
 
 
 Indices = NDArray[np.int64]
@@ -249,7 +248,7 @@ def find_inclusions(
     first = np.repeat(stiff[:, 0], stiff.shape[1])
     joined = sparse.coo_matrix((np.ones(first.size), (first, stiff.ravel())), shape=(size, size))
     part = connected_components(joined, directed=False)[1]
-    rows = unknowns.rows(size * dim).reshape(size, dim)
+    rows = unknowns.rows.reshape(size, dim)
     is_carried = (rows >= unknowns.free.size).any(axis=1) | (rows < 0).all(axis=1)
     refused = np.union1d(part[is_carried], part[touching])
     nodes = np.setdiff1d(stiff, np.flatnonzero(np.isin(part, refused)))

@@ -31,14 +31,14 @@ class BodyRecords:
         self._faces = [faces_of(model, name) for name in model.bodies]
         # Of the body of each counterface [m].
         self.centres = body_centres(model)[1]
-        self.turning = [freedom.turns and bool(freedom.faces) for freedom in system.unknowns.rigid]
+        self.turning = [freedom.turns and bool(freedom.faces) for freedom in system.unknowns.freedoms]
 
     def complete_motion(self, values: dict[str, Any], system: System) -> None:
         """Add what bodies do to the prescribed motion of the counterfaces, and fill in their own motion."""
         times, moved = values["time"], values["moved"]
         if system.motions:
             values["counterface_velocity"] += np.stack([motion.velocity(times) for motion in system.motions], axis=1)
-        for column, freedom in enumerate(system.unknowns.rigid):
+        for column, freedom in enumerate(system.unknowns.freedoms):
             for row, name in enumerate(("displacement", "velocity")):
                 for face in freedom.faces:
                     values[f"counterface_{name}"][:, face] += moved[:, row, column, None] * freedom.shift

@@ -97,7 +97,7 @@ class ReducedCoordinates:
     @property
     def rigid(self) -> Indices:
         """Where the free directions of rigid bodies stand: they are of the interface."""
-        return self._at(self.system.unknowns.of_rigid)
+        return self._at(self.system.unknowns.rigid)
 
     def components(self, dofs: Indices) -> NodalComponents:
         """Find degrees of freedom (k,) of the interface."""
@@ -107,7 +107,7 @@ class ReducedCoordinates:
     def apply_map(self, matrix: sparse.csr_matrix) -> tuple[NodalComponents, Array]:
         """Return the coordinates of the basis, and a map (k, n_dofs) of the mesh's displacement as one of these."""
         every = np.arange(self.basis.eigenvalues.size)
-        none = sparse.csr_matrix((matrix.shape[0], len(self.system.unknowns.rigid)))
+        none = sparse.csr_matrix((matrix.shape[0], len(self.system.unknowns.freedoms)))
         of_unknowns = sparse.csr_matrix(sparse.hstack([matrix[:, self.system.free], none]))
         return NodalComponents(every, np.zeros(every.size, dtype=bool)), self.restrict(of_unknowns)
 

@@ -202,7 +202,7 @@ def surface(
     """Return what reads patches of nodes (n_c,), sites and others (n_w,), sums over patches, and the body they make."""
     positions, dim = system.space.positions, system.space.dim
     middles, means = division
-    sums, expansion = (means > 0).astype(float), system.unknowns.expansion(system.space.n_dofs)
+    sums, expansion = (means > 0).astype(float), system.unknowns.expansion
     of_nodes, at_sites, at_others = (
         sparse.csr_matrix(node_operator(rows, dim, system.space.n_dofs) @ expansion)
         for rows in (nodes, system.site_nodes, others)

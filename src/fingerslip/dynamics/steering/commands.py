@@ -88,7 +88,7 @@ def _components(system: System, values: tuple[float, ...], name: str) -> Array:
 
 
 def _with_motion(system: System, model: Model, faces: tuple[int, ...], velocity: Array, time: float) -> System:
-    for freedom in system.unknowns.rigid:
+    for freedom in system.unknowns.freedoms:
         if set(freedom.faces) & set(faces) and abs(float(freedom.shift @ velocity)) > 0.0:
             fault = "moves along a direction in which the body is free"
             raise InputError("command.velocity", fault, "needs prescribed directions", "write a force there")
@@ -104,7 +104,7 @@ def _with_motion(system: System, model: Model, faces: tuple[int, ...], velocity:
 def _with_force(system: System, faces: tuple[int, ...], command: Command) -> System:
     """Return a system in which a command's force takes the place of that of an earlier one."""
     force = np.array(command.force)
-    pairs = zip(system.coordinates.rigid, system.unknowns.rigid, strict=True)
+    pairs = zip(system.coordinates.rigid, system.unknowns.freedoms, strict=True)
     freedoms = [(at, freedom) for at, freedom in pairs if set(freedom.faces) & set(faces) and not freedom.turns]
     if not freedoms:
         fault = f"'{command.of}' is free along no direction"

@@ -212,7 +212,7 @@ def _anchoring(system: System) -> Array | None:
         return None
     candidates, springs = system.candidates, np.zeros(system.mass.shape[0])
     stiffness = _SOFT * candidates.normal_stiffness
-    for at, freedom in zip(system.unknowns.of_rigid, system.unknowns.rigid, strict=True):
+    for at, freedom in zip(system.unknowns.rigid, system.unknowns.freedoms, strict=True):
         if freedom.is_loose:
             touches = np.isin(candidates.counterface, freedom.faces)[:, None]
             springs[at] = stiffness @ ((touches * freedom.displacements(candidates.positions)) ** 2).sum(axis=1)

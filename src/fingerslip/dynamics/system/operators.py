@@ -23,49 +23,6 @@ Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
-class Unknowns:
-    """The unknowns of a system: free degrees of freedom, free directions of rigid bodies, then supports that move."""
-
-    free: Indices  # (n_free,), free degrees of freedom among all of the mesh
-    rigid: tuple[RigidFreedom, ...] = ()  # free directions of rigid bodies, driven counterfaces included
-    carried: tuple[Indices, ...] = ()  # (k,)
-
-    @property
-    def count(self) -> int:
-        """How many there are, n."""
-        return self.free.size + len(self.rigid) + len(self.carried)
-
-    @cached_property
-    def moving(self) -> Indices:
-        """Where the moving supports stand among them: at the end."""
-        return self.free.size + len(self.rigid) + np.arange(len(self.carried))
-
-    @cached_property
-    def of_rigid(self) -> Indices:
-        """Where the free directions of rigid bodies stand among them."""
-        return self.free.size + np.arange(len(self.rigid))
-
-    def rows(self, n_dofs: int) -> Indices:
-        """Return the unknown of each of the mesh's degrees of freedom, shape (n_dofs,); -1 for those at rest."""
-        rows = np.full(n_dofs, -1, dtype=np.int64)
-        rows[self.free] = np.arange(self.free.size)
-        for unknown, dofs in zip(self.moving, self.carried, strict=True):
-            rows[dofs] = unknown
-        return rows
-
-    def expansion(self, n_dofs: int) -> sparse.csr_matrix:
-        """Return the map from the unknowns to the mesh's degrees of freedom, shape (n_dofs, n) [-]."""
-        rows = self.rows(n_dofs)
-        moving = np.flatnonzero(rows >= 0)
-        return sparse.csr_matrix((np.ones(moving.size), (moving, rows[moving])), shape=(n_dofs, self.count))
-
-    def restrict(self, forces: Array) -> Array:
-        """Return nodal forces (n_dofs,) [N] on the unknowns, shape (n,): zero for rigid bodies, sums for supports."""
-        sums = [forces[dofs].sum() for dofs in self.carried]
-        return np.concatenate([forces[self.free], np.zeros(len(self.rigid)), sums])
-
-
-@dataclass(frozen=True)
 class NodalComponents:
     """Some displacement components of the mesh, found among the unknowns."""
 
@@ -158,13 +115,13 @@ def relative_operator(space: Space, unknowns: Unknowns, nodes: Indices, counterf
 
     Rotations, which do not move the centres, are left out: see :class:`Rotations`.
     """
-    of_mesh = sparse.csr_matrix(node_operator(nodes, space.dim, space.n_dofs) @ unknowns.expansion(space.n_dofs))
-    if not unknowns.rigid:
+    of_mesh = sparse.csr_matrix(node_operator(nodes, space.dim, space.n_dofs) @ unknowns.expansion)
+    if not unknowns.freedoms:
         return of_mesh
     columns = [
-        -(np.isin(counterface, freedom.faces)[:, None] * freedom.shift).reshape(-1, 1) for freedom in unknowns.rigid
+        -(np.isin(counterface, freedom.faces)[:, None] * freedom.shift).reshape(-1, 1) for freedom in unknowns.freedoms
     ]
-    first, last = of_mesh[:, : unknowns.free.size], of_mesh[:, unknowns.free.size + len(unknowns.rigid) :]
+    first, last = of_mesh[:, : unknowns.free.size], of_mesh[:, unknowns.free.size + len(unknowns.freedoms) :]
     return sparse.csr_matrix(sparse.hstack([first, *(sparse.csr_matrix(column) for column in columns), last]))
 
 
@@ -197,20 +154,52 @@ class Coordinates(Protocol):
 
 
 @dataclass(frozen=True)
-class MeshCoordinates:
-    """The unknowns of a mesh themselves; see :class:`Coordinates`."""
+class Unknowns:
+    """The unknowns of a mesh, which are its :class:`Coordinates`: n in all."""
 
-    unknowns: Unknowns  # free degrees of freedom, then those of rigid bodies and moving supports
+    free: Indices  # (n_free,), free degrees of freedom among all of the mesh; they come first
     n_dofs: int  # degrees of freedom of the mesh
+    freedoms: tuple[RigidFreedom, ...] = ()  # free directions of rigid bodies, driven counterfaces included
+    carried: tuple[Indices, ...] = ()  # (k,), degrees of freedom of each component of supports that move; they are last
 
     @property
+    def count(self) -> int:
+        """How many there are, n."""
+        return self.free.size + len(self.freedoms) + len(self.carried)
+
+    @cached_property
     def rigid(self) -> Indices:
-        """The unknowns behind the free ones."""
-        return self.unknowns.of_rigid
+        """Where the free directions of rigid bodies stand among them."""
+        return self.free.size + np.arange(len(self.freedoms))
+
+    @cached_property
+    def moving(self) -> Indices:
+        """Where the moving supports stand among them."""
+        return self.free.size + len(self.freedoms) + np.arange(len(self.carried))
+
+    @cached_property
+    def rows(self) -> Indices:
+        """The unknown of each of the mesh's degrees of freedom, shape (n_dofs,); -1 for those at rest."""
+        rows = np.full(self.n_dofs, -1, dtype=np.int64)
+        rows[self.free] = np.arange(self.free.size)
+        for unknown, dofs in zip(self.moving, self.carried, strict=True):
+            rows[dofs] = unknown
+        return rows
+
+    @cached_property
+    def expansion(self) -> sparse.csr_matrix:
+        """The map from the unknowns to the mesh's degrees of freedom, shape (n_dofs, n) [-]."""
+        moving = np.flatnonzero(self.rows >= 0)
+        return sparse.csr_matrix((np.ones(moving.size), (moving, self.rows[moving])), shape=(self.n_dofs, self.count))
+
+    def restrict(self, forces: Array) -> Array:
+        """Return nodal forces (n_dofs,) [N] on the unknowns, shape (n,): zero for rigid bodies, sums for supports."""
+        sums = [forces[dofs].sum() for dofs in self.carried]
+        return np.concatenate([forces[self.free], np.zeros(len(self.freedoms)), sums])
 
     def components(self, dofs: Indices) -> NodalComponents:
         """Find degrees of freedom (k,) among the unknowns."""
-        rows = self.unknowns.rows(self.n_dofs)[dofs]
+        rows = self.rows[dofs]
         return NodalComponents(np.maximum(rows, 0), rows < 0)
 
     def apply_map(self, matrix: sparse.csr_matrix) -> tuple[NodalComponents, sparse.csr_matrix]:
@@ -222,9 +211,9 @@ class MeshCoordinates:
         """Return a field (n,) or (n, k) on all of the mesh, shape (n_dofs,) or (n_dofs, k)."""
         full = np.zeros((self.n_dofs, *field.shape[1:]), order="F")
         # Column by column: memory is read and written in its order.
-        for column, of_field in zip(_columns(full), _columns(field), strict=True):
-            column[self.unknowns.free] = of_field[: self.unknowns.free.size]
-            for unknown, dofs in zip(self.unknowns.moving, self.unknowns.carried, strict=True):
+        for column, of_field in zip(np.atleast_2d(full.T), np.atleast_2d(field.T), strict=True):
+            column[self.free] = of_field[: self.free.size]
+            for unknown, dofs in zip(self.moving, self.carried, strict=True):
                 column[dofs] = of_field[unknown]
         return full
 
@@ -238,8 +227,3 @@ class MeshCoordinates:
     ) -> tuple[Condensed, Reals]:
         """Factorise and condense a sparse matrix; see :func:`fingerslip.dynamics.step.condensation.condense`."""
         return condense(matrix, local, solver, reserved_bytes)
-
-
-def _columns(field: Array) -> Array:
-    """Return the columns of a field (n,) or (n, k), shape (1, n) or (k, n), without copying."""
-    return field[None] if field.ndim == 1 else field.T

@@ -26,7 +26,6 @@ from fingerslip.dynamics.system.checks import CheckedModel, inspect_model
 from fingerslip.dynamics.system.doubts import doubts
 from fingerslip.dynamics.system.operators import (
     Coordinates,
-    MeshCoordinates,
     Outsiders,
     Pose,
     Rotations,
@@ -55,7 +54,7 @@ class System:
 
     space: Space  # displacement space
     materials: CellMaterials[Material]  # material of every cell at small strain
-    unknowns: Unknowns  # free degrees of freedom and free directions of rigid bodies
+    unknowns: Unknowns  # free degrees of freedom, free directions of rigid bodies and moving supports
     coordinates: Coordinates  # what the unknowns are and how fields are read from them
     # bodies with a rigid motion that inertia, supports and springs leave to the contact, as errors name them
     held_by_contact: tuple[str, ...]
@@ -134,7 +133,7 @@ class System:
     @cached_property
     def rotations(self) -> Rotations | None:
         """The rotations of rigid bodies with counterfaces; None where none turns."""
-        return rotations_of(self.unknowns.rigid, self.coordinates.rigid, len(self.counterfaces.shapes))
+        return rotations_of(self.unknowns.freedoms, self.coordinates.rigid, len(self.counterfaces.shapes))
 
     def pose(self, displacement: Array, moved: Array) -> Pose | None:
         """Return candidates that have moved by (n_c, dim) [m] as turned bodies see them; None where none turns."""
@@ -161,26 +160,26 @@ def build_system(model: Model, twin: System | None = None) -> System:
     space = checked_model.space
     rows = held_rows(checked_model.held, space)
     moving = tuple(moving_components(model.support_motions, rows, list(checked_model.held)))
-    unknowns = Unknowns(checked_model.free, rigid_freedoms(model), tuple(motion.dofs for motion in moving))
+    carried = tuple(motion.dofs for motion in moving)
+    unknowns = Unknowns(checked_model.free, space.n_dofs, rigid_freedoms(model), carried)
     if twin is None:
         (stiffness, mass, viscoelastic), of_held = _assemble(model, checked_model, unknowns, rows)
     else:
         stiffness, mass, viscoelastic = twin.stiffness, twin.mass, twin.viscoelastic
         of_held = twin.supports.stiffness, twin.supports.mass, twin.supports.viscoelastic
     candidates = join_candidates(list(checked_model.candidates), space.dim)
-    coordinates = MeshCoordinates(unknowns, space.n_dofs)
     dampers, springs = np.zeros((2, unknowns.count))
-    dampers[unknowns.of_rigid] = [freedom.viscous(model.damping) for freedom in unknowns.rigid]
+    dampers[unknowns.rigid] = [freedom.viscous(model.damping) for freedom in unknowns.freedoms]
     body = None
     if checked_model.finite_materials is not None:
-        springs[unknowns.of_rigid] = [freedom.stiffness for freedom in unknowns.rigid]
+        springs[unknowns.rigid] = [freedom.stiffness for freedom in unknowns.freedoms]
         bulk = large_strain(space, checked_model.finite_materials, model.depth, model.integration)
-        body = Body(bulk, coordinates, springs)
+        body = Body(bulk, unknowns, springs)
     return System(
         space=space,
         materials=checked_model.materials,
         unknowns=unknowns,
-        coordinates=coordinates,
+        coordinates=unknowns,
         held_by_contact=checked_model.held_by_contact,
         stiffness=stiffness,
         mass=mass,
@@ -219,12 +218,12 @@ def _assemble(
     There are no viscoelastic layers at large strain, where the body itself remembers.
     """
     space, free = checked_model.space, checked_model.free
-    springs, masses = ([getattr(freedom, name) for freedom in unknowns.rigid] for name in ("stiffness", "mass"))
+    springs, masses = ([getattr(freedom, name) for freedom in unknowns.freedoms] for name in ("stiffness", "mass"))
     of_mesh = (
         stiffness_matrix(space, checked_model.materials, model.depth, model.integration),
         mass_matrix(space, checked_model.materials, model.depth),
     )
-    expansion = unknowns.expansion(space.n_dofs)
+    expansion = unknowns.expansion
     held = [sparse.csr_matrix((rows @ matrix) @ expansion) for matrix in of_mesh]
     layers: Sequence[ViscoelasticLayers] = ()
     if checked_model.finite_materials is None:
@@ -233,7 +232,7 @@ def _assemble(
     of_held = held[0], held[1], tuple(layer.apply_map(lambda matrix: rows @ matrix @ expansion) for layer in layers)
     if unknowns.carried:
         stiffness, mass = (sparse.csr_matrix(expansion.T @ matrix @ expansion) for matrix in of_mesh)
-        at = unknowns.of_rigid
+        at = unknowns.rigid
         stiffness += sparse.csr_matrix((springs, (at, at)), shape=mass.shape)
         mass += sparse.csr_matrix((masses, (at, at)), shape=mass.shape)
         return (stiffness, mass, viscoelastic), of_held
@@ -249,7 +248,7 @@ def _loads(checked_model: CheckedModel, unknowns: Unknowns) -> tuple[Load, ...]:
     on_mesh = [Load(unknowns.restrict(load.forces), load.ramp) for load in checked_model.loads]
     on_bodies = [
         Load(value * np.eye(1, unknowns.count, at)[0], ramp)
-        for at, freedom in zip(unknowns.of_rigid, unknowns.rigid, strict=True)
+        for at, freedom in zip(unknowns.rigid, unknowns.freedoms, strict=True)
         for value, ramp in freedom.loads
     ]
     return (*on_mesh, *on_bodies)
@@ -257,7 +256,7 @@ def _loads(checked_model: CheckedModel, unknowns: Unknowns) -> tuple[Load, ...]:
 
 def _initial_velocity(model: Model, space: Space, unknowns: Unknowns) -> Array:
     velocity = np.tile(model.initial_velocity or (0.0,) * space.dim, len(space.positions))
-    of_rigid = [freedom.velocity for freedom in unknowns.rigid]
+    of_rigid = [freedom.velocity for freedom in unknowns.freedoms]
     return np.concatenate([velocity[unknowns.free], of_rigid, np.zeros(len(unknowns.carried))])
 
 
