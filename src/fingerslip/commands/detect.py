@@ -73,11 +73,6 @@ def _print(tables: Sequence[Table], markdown: bool, as_json: bool, output: Path 
         print_tables(tables, as_json)
 
 
-def _say_where(lines: Sequence[str], aside: bool) -> None:
-    """Say where files are, on standard error where the tables are data."""
-    typer.echo("\n".join(lines), err=aside)
-
-
 def detect() -> None:
     """Find slip in marker tracks: data sets, training, evaluation, detectors that run, and scores of a benchmark."""
 
@@ -186,8 +181,8 @@ def evaluate(
         options: dict[str, Any] = {"folds": folds, "group": group, "leave_out": leave_out or (), "output": output}
         tables = evaluate_classifiers(dataset, classifier or (), choices, **options)
     _print(tables, markdown, as_json)
-    page = [] if whole else [f"page: {output / 'evaluation.html'}"]
-    _say_where([f"tables: {output}", *page], markdown or as_json)
+    page = "" if whole else f"\npage: {output / 'evaluation.html'}"
+    typer.echo(f"tables: {output}{page}", err=markdown or as_json)
 
 
 @with_options("choices", _choices)
@@ -213,7 +208,7 @@ def inquire(
     answers = asked(dataset, classifier, choices, Levels(lost, noise, slower))
     write_inquiry(answers, output)
     print_tables(answers.tables.values(), as_json)
-    _say_where([f"tables and figures: {output}"], as_json)
+    typer.echo(f"tables and figures: {output}", err=as_json)
 
 
 def vary(
@@ -246,7 +241,7 @@ def vary(
     names, by, each = classifier or ("forest",), by or [], each or []
     variation = varied(dataset, names, choices, folds=folds, conditions=by, each=each, output=output)
     print_tables(variation.tables.values(), as_json)
-    _say_where([f"tables and figures: {output}"], as_json)
+    typer.echo(f"tables and figures: {output}", err=as_json)
 
 
 def transfer(
@@ -269,7 +264,7 @@ def transfer(
     tables = judge_detector(detector, dataset, labels)
     _print(tables, markdown, as_json, output)
     if output is not None:
-        _say_where([f"tables: {output}"], markdown or as_json)
+        typer.echo(f"tables: {output}", err=markdown or as_json)
 
 
 @with_options("tracking", tracking_options)

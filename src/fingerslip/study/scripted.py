@@ -69,28 +69,14 @@ class OpenedStudy:
         return tuple(run.name for run in self.result.runs)
 
     def run(self, name: str) -> RunResult:
-        """Return the result of a run with all its values.
-
-        Raises
-        ------
-        InputError
-            For a name that no finished run has.
-        """
+        """Return the result of a run with all its values; a name that no finished run has is refused."""
         result = next((run for run in self.result.runs if run.name == name), None)
         if result is None:
             raise InputError("run", f"'{name}' is not a finished run", f"needs one of {', '.join(self.names)}")
         return dataclasses.replace(result, values=flatten(read_mapping(self.folder / name / RUN)))
 
     def history(self, name: str) -> xr.Dataset:
-        """Return the history of a run, read from its file.
-
-        Raises
-        ------
-        InputError
-            For a name that no finished run has.
-        ResultError
-            Where the file is damaged.
-        """
+        """Return the history of a run, read from its file; raise ResultError where that is damaged."""
         return read_history(self.folder / self.run(name).name / HISTORY)
 
     def histories(self) -> Iterator[tuple[str, xr.Dataset]]:
