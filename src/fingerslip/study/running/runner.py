@@ -20,13 +20,7 @@ from fingerslip.study.definition.runs import Plan, Run, plan_studies
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.storage import reporting
 from fingerslip.study.storage.reporting import REPORT, film_keys
-from fingerslip.study.storage.store import (
-    read_convergences,
-    read_manifest,
-    refused_in,
-    with_convergence,
-    write_results,
-)
+from fingerslip.study.storage.store import read_convergences, read_manifest, refused_in, with_convergence, write_results
 
 if TYPE_CHECKING:
     from fingerslip.report.content import RunPictures

@@ -13,12 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.contact.states import OPEN
-from fingerslip.detect.labels import (
-    LabelSettings,
-    labels_from_contact,
-    labels_from_external_markers,
-    labels_from_plate,
-)
+from fingerslip.detect.labels import LabelSettings, labels_from_contact, labels_from_external_markers, labels_from_plate
 from fingerslip.detect.trials import Trial
 from fingerslip.dynamics.statics.body import StaticBody
 from fingerslip.dynamics.statics.motion import StaticMotion, static_motion

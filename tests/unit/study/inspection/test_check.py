@@ -241,12 +241,7 @@ RUN, MIDDLE = "friction_coefficient-0.2", "friction_coefficient-0.4"
         ("", FigureChoice("spikes", times=("1 s",)), None, "--time: got 1 for spikes, needs one of composed"),
         ("", FigureChoice("slip-maps", times=("1 s",)), None, "--time: got 1 for slip-maps, needs one of"),
         ("", FigureChoice("forces", run="x"), None, "--run: 'x' is not there"),
-        (
-            "",
-            FigureChoice("reaction-map"),
-            None,
-            "has nothing, needs results of a study with the block reaction",
-        ),
+        ("", FigureChoice("reaction-map"), None, "has nothing, needs results of a study with the block reaction"),
         ("", FigureChoice("latency", run="x"), None, "--run: got 'x' with --kind latency, needs a kind that shows one"),
         ("..", FigureChoice("latency"), None, "holds no study"),
         (RUN, FigureChoice("composed", times=("99 s",)), None, "--time: got 99 s, needs a time of the run, 0 to"),
@@ -308,11 +303,7 @@ def test_of_several_runs_one_has_to_be_chosen_and_a_folder_without_runs_is_refus
 
 @pytest.mark.parametrize(
     ("options", "time", "message"),
-    [
-        ({"scalar": "stress"}, "", "view: scalar"),
-        ({"cut": "q"}, "", "view: cut"),
-        ({}, "1.2", "view: --time"),
-    ],
+    [({"scalar": "stress"}, "", "view: scalar"), ({"cut": "q"}, "", "view: cut"), ({}, "1.2", "view: --time")],
 )
 def test_wrong_options_are_refused_before_anything_is_drawn(study, tmp_path, options, time, message):
     with pytest.raises(fs.InputError, match=message):
