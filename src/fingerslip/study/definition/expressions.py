@@ -14,7 +14,6 @@ import math
 import operator
 import re
 from collections.abc import Callable, Mapping
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -27,27 +26,23 @@ from fingerslip.slip.windows import READINGS, TIMES
 from fingerslip.units import quantity_of, si_number, si_quantity, with_unit
 
 #: What may be called; logarithm and exponential take pure numbers.
-FUNCTIONS: Mapping[str, Callable[..., Any]] = MappingProxyType(
-    {
-        "abs": abs,
-        "min": min,
-        "max": max,
-        "sqrt": lambda value: value**0.5,
-        "log": lambda value: with_unit(np.log(_pure(value)), ""),
-        "exp": lambda value: with_unit(np.exp(_pure(value)), ""),
-    }
-)
-_OPERATORS: Mapping[type[ast.AST], Callable[..., Any]] = MappingProxyType(
-    {
-        ast.Add: operator.add,
-        ast.Sub: operator.sub,
-        ast.Mult: operator.mul,
-        ast.Div: operator.truediv,
-        ast.Pow: lambda base, exponent: _power(base, _pure(exponent)),
-        ast.USub: operator.neg,
-        ast.UAdd: operator.pos,
-    }
-)
+FUNCTIONS: Mapping[str, Callable[..., Any]] = {
+    "abs": abs,
+    "min": min,
+    "max": max,
+    "sqrt": lambda value: value**0.5,
+    "log": lambda value: with_unit(np.log(_pure(value)), ""),
+    "exp": lambda value: with_unit(np.exp(_pure(value)), ""),
+}
+_OPERATORS: Mapping[type[ast.AST], Callable[..., Any]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+    ast.USub: operator.neg,
+    ast.UAdd: operator.pos,
+    ast.Pow: lambda base, exponent: _power(base, _pure(exponent)),
+}
 # Names with dots are no names of Python; text in quotes stays as it is.
 _NAME = re.compile(r"'[^']*'|\"[^\"]*\"|(?<![\w.])[^\W\d]\w*(?:\.\w+)*")
 _WORD = re.compile(r"[A-Za-z]\w*", re.ASCII)

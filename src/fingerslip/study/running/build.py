@@ -98,67 +98,55 @@ def build_model(run: Run, mesh: Any = None) -> Model:
 
 @contextlib.contextmanager
 def name_errors(run: Run) -> Iterator[None]:
-    """Name the run in errors, and their places as the study file calls them."""
+    """Name the run in errors that do not name its file yet, and their places as the study file calls them."""
+    source = run.where.partition(" (")[0]
+
+    def place(where: str) -> str:
+        if where.startswith(source):
+            return where
+        inside = _study_place(re.sub(r"^Model\.?", "", where), run.study)
+        return f"{run.where}: {inside}" if inside else run.where
+
     try:
         yield
     except InputError as error:
-        raise locate_error(error, run.where, run.study) from None
+        raise error.moved(place) from None
 
 
-def locate_error(error: InputError, where: str, study: Study | None = None) -> InputError:
-    """Return the error with the name of the run in front of its place, and the place as the study file calls it."""
-    source = where.partition(" (")[0]
-    if all(mistake.where.startswith(source) for mistake in error.all):
-        return error
-
-    def place(where_inside: str) -> str:
-        if where_inside.startswith(source):
-            return where_inside
-        inside = _study_place(re.sub(r"^Model\.?", "", where_inside), study)
-        return f"{where}: {inside}" if inside else where
-
-    return error.moved(place)
-
-
-def _study_place(where: str, study: Study | None) -> str:
+def _study_place(where: str, study: Study) -> str:
     """Return how a study file calls a place of its model or of its specimen."""
     match = _CONTACT_PLACE.match(where)
     if match is None:
-        return f"{study.specimen_kind}.{where}" if study is not None and _is_of_specimen(where, study) else where
-    settings = study.all_contacts[int(match[1])] if study is not None else None
-    contact = f"contacts.{match[1]}" if study is not None and study.contact is None else "contact"
-    inside = match[2] or ""
-    if inside == "friction.coefficient" and (settings is None or settings.friction is None):
+        return f"{study.specimen_kind}.{where}" if _is_of_specimen(where, study) else where
+    settings, inside = study.all_contacts[int(match[1])], match[2] or ""
+    if inside == "friction.coefficient" and settings.friction is None:
         inside = "friction_coefficient"
     elif inside in ("offset", "centre") or inside.startswith("counterface."):
         inside = inside.removeprefix("counterface.")
-        if settings is not None and settings.counterface is not None:
+        if settings.counterface is not None:
             shapes = {kind: key for key, kind in kinds_of(BuiltInCounterface).items()}
             inside = f"counterface.{shapes[type(settings.counterface)]}.{inside}"
-    return join_path(contact, inside)
+    return join_path(f"contacts.{match[1]}" if study.contact is None else "contact", inside)
 
 
 def _is_of_specimen(where: str, study: Study) -> bool:
     """Tell whether the value at a place is the specimen's: the study itself does not give it."""
-    key, _, rest = where.partition(".")
-    kind = study.specimen_kind
+    (key, _, rest), kind = where.partition("."), study.specimen_kind
     if kind is None or key not in SPECIMENS[kind].kind.__dataclass_fields__:
         return False
-    if key == "materials":
-        return rest.partition(".")[0] not in study.materials
-    return getattr(study, key, None) is None
+    return rest.partition(".")[0] not in study.materials if key == "materials" else getattr(study, key, None) is None
 
 
 def _check_extent(mesh: Any, run: Run) -> None:
     """Refuse a mesh whose file is most likely not in metres."""
-    study, kind, extent = run.study, run.study.specimen_kind, float(np.ptp(mesh.p, axis=1).max())
+    study, extent = run.study, float(np.ptp(mesh.p, axis=1).max())
     of_contacts = (contact.programme or () for contact in study.all_contacts)
     programmes = (study.programme, *of_contacts, *(body.programme for body in study.bodies.values()))
     travel = max((phase_travel(phase) for programme in programmes for phase in programme), default=0.0)
     body = max(_LARGE_BODY, _LARGEST_RATIO * travel) if travel > 0.0 else np.inf
     largest = body if run.specimen is None else run.specimen.largest_extent
     if extent > largest and study.mesh.assumes_metres:
-        beside = f"a {kind}" if kind else f"a body that is touched over {millimetres(travel)}"
+        beside = f"a {study.specimen_kind}" if run.specimen else f"a body that is touched over {millimetres(travel)}"
         fault = f"the body is {extent:.4g} m large, too large for {beside}"
         repair = "write 'length_unit: mm' beside 'file' for a file in millimetres, 'length_unit: m' if it is that large"
         raise InputError("mesh.file", fault, "needs coordinates in metres", repair)
@@ -222,16 +210,15 @@ def choose_bases(jobs: Sequence[Job]) -> tuple[Job, ...]:
     for leader in dict.fromkeys(first):
         alike = [number for number, other in enumerate(first) if other == leader]
         undecided = [number for number in alike if jobs[number].run.study.dynamics.basis == "automatic"]
-        if undecided:
-            basis: Literal["reduced", "full"] = (
-                "reduced" if _saves([jobs[number].model for number in alike]) else "full"
-            )
-            for number in undecided:
-                job, study = jobs[number], jobs[number].run.study
-                dynamics = dataclasses.replace(study.dynamics, basis=basis)
-                run = dataclasses.replace(job.run, study=dataclasses.replace(study, dynamics=dynamics))
-                model = dataclasses.replace(job.model, basis=dynamics.reduced)
-                decided[number] = dataclasses.replace(job, run=run, model=model)
+        basis: Literal["reduced", "full"] = (
+            "reduced" if undecided and _saves([jobs[number].model for number in alike]) else "full"
+        )
+        for number in undecided:
+            job, study = jobs[number], jobs[number].run.study
+            dynamics = dataclasses.replace(study.dynamics, basis=basis)
+            run = dataclasses.replace(job.run, study=dataclasses.replace(study, dynamics=dynamics))
+            model = dataclasses.replace(job.model, basis=dynamics.reduced)
+            decided[number] = dataclasses.replace(job, run=run, model=model)
     return tuple(decided)
 
 
@@ -258,8 +245,8 @@ def _needs_mesh(model: Model) -> bool:
     weak = any(weakens(contact.friction) for contact in model.contacts)
     relaxes = any(getattr(material, "prony", ()) for material in model.materials.values())
     damped = any(body.dampers for body in model.bodies.values())
-    moved = bool(model.support_motions)
-    return weak or relaxes or damped or moved or model.is_finite or isinstance(model.time, Adaptive)
+    is_adaptive = isinstance(model.time, Adaptive)
+    return weak or relaxes or damped or bool(model.support_motions) or model.is_finite or is_adaptive
 
 
 def groups(jobs: Sequence[Job], at_once: int = 1) -> list[list[Job]]:

@@ -53,7 +53,7 @@ _LIGHTS = {"even": Lighting(), "harsh": HARSH_LIGHT, "lamps": LAMPS}
 def film_runs(plan: Plan, progress: StudyProgress) -> dict[str, FingerslipError]:
     """Film the finished runs of a study with its cameras, but for what is filmed already."""
     errors: dict[str, FingerslipError] = {}
-    for name, result in plan.finished_runs().items() if plan.study.cameras else ():
+    for name, result in plan.finished_runs().items():
         for kind, settings in plan.study.cameras.items():
             folder, key = plan.folder / name / CAMERAS / kind, digest([_FORMAT, result.identity, as_mapping(settings)])
             if holds(folder / ERRORS, "key", key):

@@ -1,6 +1,7 @@
 """From a run to its model."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ import fingerslip as fs
 from fingerslip.dynamics.system.checks import inspect_model
 from fingerslip.study.definition.runs import expand_mapping, plan_studies
 from fingerslip.study.definition.spec import parse_study
-from fingerslip.study.running.build import build_mesh, build_model, inspect_mesh, locate_error, prepare
+from fingerslip.study.running.build import build_mesh, build_model, inspect_mesh, name_errors, prepare
 from places import ROOT
 from unit.fingers import change_solid, coarse_solid
 from unit.scans import mesh_of_a_scan, scan_values
@@ -119,11 +120,12 @@ def with_contacts(**contacts):
 @pytest.mark.parametrize(
     ("values", "place", "shown"),
     [
-        (None, "contacts.0.counterface.normal", "contact.normal"),
-        (None, "contacts.0.friction.coefficient", "contact.friction_coefficient"),
-        (None, "contacts.0", "contact"),
-        (None, "Model.depth", "depth"),
-        (None, "mesh", "mesh"),
+        (block_values(), "contacts.0.counterface.normal", "contact.normal"),
+        (block_values(), "contacts.0.friction.coefficient", "contact.friction_coefficient"),
+        (block_values(), "contacts.0", "contact"),
+        (block_values(), "Model.depth", "depth"),
+        (block_values(), "mesh", "mesh"),
+        (block_values(), "studies/x.yaml: title", "title"),
         *(
             (finger_values(materials=DERMIS), place, shown)
             for place, shown in {
@@ -145,11 +147,11 @@ def with_contacts(**contacts):
     ],
 )
 def test_places_of_the_model_get_the_names_of_the_study(values, place, shown):
-    study = None if values is None else parse_study(values, SOURCE)
-    error = locate_error(fs.SlipOutsideContactError(place, "a", "b", "c"), "studies/x.yaml (a = 1)", study)
-    assert type(error) is fs.SlipOutsideContactError
-    assert str(error) == f"studies/x.yaml (a = 1): {shown}: a, b; c"
-    assert locate_error(error, "studies/x.yaml (a = 1)") is error, "it names the file already"
+    run = SimpleNamespace(where="studies/x.yaml (a = 1)", study=parse_study(values, SOURCE))
+    with pytest.raises(fs.SlipOutsideContactError) as caught, name_errors(run):
+        raise fs.SlipOutsideContactError(place, "a", "b", "c")
+    front = "studies/x.yaml" if place.startswith("studies/x.yaml") else run.where
+    assert str(caught.value) == f"{front}: {shown}: a, b; c"
 
 
 FLAT = finger_values(fingertip={"preset": "wang2014-2d", "phalanx": {"sagittal": {"distal_end": "-17 mm"}}})
