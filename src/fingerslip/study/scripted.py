@@ -26,7 +26,7 @@ from fingerslip.study.definition.runs import Plan, plan_mapping
 from fingerslip.study.definition.spec import Study as Definition
 from fingerslip.study.running.progress import StudyProgress, progress_on_screen
 from fingerslip.study.running.runner import run_plans
-from fingerslip.study.shipped import examples
+from fingerslip.study.shipped import example_path
 from fingerslip.study.storage.reporting import warn_of_resolution
 from fingerslip.study.storage.store import stored_study
 
@@ -347,7 +347,7 @@ def study_model(study: str | Path | Mapping[str, Any] | Definition | Study, run:
 def _file(base: str | os.PathLike[str]) -> Path:
     """Return the study file of a path or of a shipped study's name; a file that is there comes first."""
     path = Path(base)
-    shipped = None if path.exists() or path.name != str(base) or path.suffix else examples().get(str(base))
+    shipped = None if path.exists() or path.name != str(base) or path.suffix else example_path(str(base))
     return shipped or path
 
 

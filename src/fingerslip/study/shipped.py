@@ -35,6 +35,11 @@ def examples() -> dict[str, Path]:
     return {path.stem: path for path in sorted(_STUDIES.glob("*.yaml"))}
 
 
+def example_path(name: str) -> Path | None:
+    """Return the file of a shipped study; None where none has the name."""
+    return examples().get(name)
+
+
 def examples_table() -> Table:
     """Return the shipped studies with what they show."""
     documents = {name: parse_document(file.read_text(encoding="utf-8"), name) for name, file in examples().items()}
