@@ -66,6 +66,15 @@ def optional_module(module: str, extra: str, where: str, needs: str) -> Any:
         raise InputError(where, f"{module} is missing ({error})", needs, repair) from error
 
 
+@contextlib.contextmanager
+def errors_at(where: str) -> Iterator[None]:
+    """Put what is refused in the block at a place, whose name comes before the locations inside it."""
+    try:
+        yield
+    except InputError as error:
+        raise error.moved(lambda inside: f"{where}: {inside}" if inside else where) from None
+
+
 def unknown_name(where: str, name: str, names: Iterable[str]) -> InputError:
     """Return the error of a name that is not among those that are known, with the most similar one as its repair."""
     known_names = list(names)

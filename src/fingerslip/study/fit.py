@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.errors import InputError, Mistakes, optional_module
+from fingerslip.errors import InputError, Mistakes, errors_at, optional_module
 from fingerslip.history import read_history
 from fingerslip.parameters.schema import require_kind
 from fingerslip.report.labels import short_labels
@@ -150,10 +150,8 @@ def fit(
     optional_module(*EMCEE)
     measurement = read_measurement(Path(data), settings)
     (result,) = run_plans([plan], workers=workers, progress=progress)
-    try:
+    with errors_at(str(source)):
         return _write(result, measurement, settings)
-    except InputError as error:
-        raise error.moved(lambda where: f"{source}: {where}") from None
 
 
 def _write(study: StudyResult, measurement: Measurement, settings: FitSettings) -> Posterior:

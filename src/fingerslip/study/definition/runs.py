@@ -17,7 +17,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from fingerslip.errors import InputError, Mistakes
+from fingerslip.errors import InputError, Mistakes, errors_at
 from fingerslip.materials.choice import PRESET, material_of
 from fingerslip.parameters import as_mapping
 from fingerslip.parameters.dotted import flatten
@@ -54,10 +54,8 @@ class Run:
     @cached_property
     def mesh_key(self) -> str:
         """What decides its mesh, hashed: runs with the same key share one mesh."""
-        try:
+        with errors_at(self.where):
             return self.study.mesh.key(self.specimen)
-        except InputError as error:
-            raise error.moved(lambda where: f"{self.where}: {where}") from None
 
     @cached_property
     def identity(self) -> str:
@@ -159,8 +157,8 @@ def plan_mapping(mapping: Mapping[str, Any], source: Path, folder: Path) -> Plan
             if len(units) > 1:
                 in_runs = ", ".join(f"'{unit}' in {run}" for unit, run in units.items())
                 raise InputError(f"derived.{name}", f"has the units {in_runs}", "needs one unit in all runs")
-    if mistakes.found:
-        raise mistakes.error().moved(lambda where: f"{source}: {where}")
+    with errors_at(str(source)):
+        mistakes.raise_all()
     _ = plan.identities  # a mesh file that cannot be read is told now
     return plan
 
@@ -210,10 +208,8 @@ def _draws(plain: PlainStudy, swept: dict[str, Any]) -> Iterator[tuple[int, dict
     if study.repeats is not None:
         values = flatten(_run(plain, swept).plain_values)
         for number in range(1, study.repeats.count + 1):
-            try:
+            with errors_at(str(plain.source)):
                 scattered = scatter_values(study.repeats, number, values)
-            except InputError as error:
-                raise error.moved(lambda where: f"{plain.source}: {where}") from None
             yield number, scattered, {**swept, **scattered}
     elif study.sample is not None:
         for number, sampled in enumerate(drawn(study.sample), start=1):

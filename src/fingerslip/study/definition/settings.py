@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import functools
 import operator
-from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import pydantic
 
@@ -37,8 +38,6 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from fingerslip.vision.cameras.camera import Camera
-
-T = TypeVar("T")
 
 PositiveNumber = Annotated[Number, pydantic.Field(gt=0)]
 
@@ -80,7 +79,8 @@ class ContactSettings(Contact):
         if self.counterface is not None and (self.offset is not None or self.normal != _UPWARDS):
             fault = "is given with normal or offset"
             raise InputError("counterface", fault, "needs them inside it", "move them into counterface")
-        contact = _without_class("Plane", lambda: self.contact(2))
+        with _without_class("Plane"):
+            contact = self.contact(2)
         start = (getattr(contact.counterface, name, None) for name in ("offset", "centre"))
         if self.clearance > 0.0 and any(value is not None for value in start):
             fault, repair = "is given with offset or centre", "leave out one of them"
@@ -97,10 +97,11 @@ class ContactSettings(Contact):
         return Contact(**(values | long_forms))
 
 
-def _without_class(name: str, make: Callable[[], T]) -> T:
-    """Return what is made of settings; its errors name their place in the study file."""
+@contextlib.contextmanager
+def _without_class(name: str) -> Iterator[None]:
+    """Name the places of errors in the block as the study file does, without the class."""
     try:
-        return make()
+        yield
     except InputError as error:
         raise error.moved(lambda where: where.removeprefix(f"{name}.")) from None
 
@@ -258,7 +259,8 @@ class TimeSettings:
                 raise InputError(name, "is given with a fixed step", "belongs to step: auto", repair)
         if self.step == "auto" and self.output is None:
             raise InputError("output", "is missing", "step: auto needs the time between records", "write output: 5 ms")
-        _without_class("Adaptive", lambda: self.stepping)
+        with _without_class("Adaptive"):
+            _ = self.stepping
 
     @property
     def stepping(self) -> TimeStepping | QuasiStatic | Adaptive:
@@ -277,8 +279,7 @@ class TimeSettings:
         stepping = self.stepping
         assert isinstance(stepping, Adaptive)
         finer = stepping.refined(factor)
-        changed = {name: getattr(finer, name) for name in ("output", "tolerance", "smallest", "largest")}
-        return dataclasses.replace(self, **changed)
+        return dataclasses.replace(self, **{name: getattr(finer, name) for name in _OF_AUTO})
 
 
 #: `internal` looks at the markers inside a sensor, `external` through the plate at those on its skin.

@@ -11,7 +11,7 @@ from typing import Annotated, Any
 
 import pydantic
 
-from fingerslip.errors import InputError, Mistakes, unknown_name
+from fingerslip.errors import InputError, Mistakes, errors_at, unknown_name
 from fingerslip.fe.integration import Integration
 from fingerslip.materials.choice import PRESET, AnyMaterial, MaterialEntry, material_of
 from fingerslip.materials.elastic import RayleighDamping
@@ -410,13 +410,10 @@ class PlainStudy:
         return self._studies[key]
 
     def _require(self, study: Study | None, mistakes: Sequence[InputError], order: Mapping[str, Any]) -> Study:
-        if study is None or mistakes:
-            error = Mistakes(in_order(mistakes, walk(order))).error()
-            raise error.moved(lambda where: f"{self.source}: {where}" if where else str(self.source))
-        try:
+        with errors_at(str(self.source)):
+            if study is None or mistakes:
+                raise Mistakes(in_order(mistakes, walk(order))).error()
             return study.beside(self.source.parent)
-        except InputError as error:
-            raise error.moved(lambda where: f"{self.source}: {where}") from None
 
 
 def _with_marks(mapping: Mapping[str, Any]) -> Mapping[str, Any]:
