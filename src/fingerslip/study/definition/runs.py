@@ -27,8 +27,8 @@ from fingerslip.specimens.protocol import Specimen
 from fingerslip.storage.files import digest
 from fingerslip.study.definition.expressions import derive
 from fingerslip.study.definition.file import study_file
-from fingerslip.study.definition.spec import NOT_OF_A_RUN, PlainStudy, Study, given_in
-from fingerslip.study.definition.sweep import combinations, drawn, scatter_values
+from fingerslip.study.definition.spec import NOT_OF_A_RUN, PlainStudy, Study
+from fingerslip.study.definition.sweep import combinations, drawn, scatter_values, swept_together
 from fingerslip.units import without_rounding
 
 #: Raised whenever the numerics or the files of a run change, so that older runs are computed again.
@@ -186,6 +186,15 @@ def expand_mapping(mapping: Mapping[str, Any], source: Path, folder: Path = Path
     if study.reaction is not None:
         runs = _tried_at_centre(runs, _run(plain, {}))
     return Plan(source, study, tuple(runs), folder, given_in(mapping), tuple(refused))
+
+
+def given_in(mapping: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the dotted paths of all values that a study as plain data gives, swept and sampled ones last."""
+    written = flatten({key: value for key, value in mapping.items() if key not in ("sweep", "sample")})
+    sample = mapping.get("sample") or {}
+    swept = (path for key in mapping.get("sweep") or {} for path in swept_together(str(key)))
+    sampled = (path for group in ("ranges", "choices", "equal") for path in sample.get(group) or {})
+    return tuple(map(str, (*written, *swept, *sampled)))
 
 
 def _tried_at_centre(runs: list[Run], centre: Run) -> list[Run]:

@@ -30,7 +30,7 @@ from fingerslip.parameters import (
     plain_fields,
     valid_fields,
 )
-from fingerslip.parameters.dotted import flatten, is_below, walk
+from fingerslip.parameters.dotted import is_below, walk
 from fingerslip.parameters.fields import in_order
 from fingerslip.published import published_set
 from fingerslip.react.scenario import HeldObject
@@ -58,7 +58,6 @@ from fingerslip.study.definition.sweep import (
     check_sweep,
     sample_mistakes,
     swept_mistakes,
-    swept_together,
     with_values,
 )
 
@@ -361,15 +360,6 @@ def read_study(path: str | Path) -> Study:
 def parse_study(mapping: Mapping[str, Any], source: Path) -> Study:
     """Build a study from plain data, quantities as text with units."""
     return PlainStudy(mapping, source).study
-
-
-def given_in(mapping: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the dotted paths of all values that a study as plain data gives, swept and sampled ones last."""
-    written = flatten({key: value for key, value in mapping.items() if key not in ("sweep", "sample")})
-    sample = mapping.get("sample") or {}
-    swept = (path for key in mapping.get("sweep") or {} for path in swept_together(str(key)))
-    sampled = (path for group in ("ranges", "choices", "equal") for path in sample.get(group) or {})
-    return tuple(map(str, (*written, *swept, *sampled)))
 
 
 class PlainStudy:
