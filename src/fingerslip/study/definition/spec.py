@@ -314,13 +314,12 @@ class Study(SpecimenChoice):
     @property
     def held_object(self) -> HeldObject | None:
         """The object that is held, if there is one."""
-        if self.reaction is None or self.contact is None:
-            return None
-        return self.reaction.held_object(self.contact.contact(2), self.time.stepping)
+        contact = self.contact and self.contact.contact(2)
+        return self.reaction.held_object(contact, self.time.stepping) if self.reaction and contact else None
 
     def beside(self, folder: Path) -> Study:
         """Return the study with the files of its mesh and of its load, which are named from a folder."""
-        reaction = None if self.reaction is None else self.reaction.beside(folder)
+        reaction = self.reaction and self.reaction.beside(folder)
         return dataclasses.replace(self, mesh=self.mesh.beside(folder), reaction=reaction)
 
     @property
@@ -380,8 +379,7 @@ class PlainStudy:
         """Return the study with other values by dotted path, without a sweep, samples and repeats."""
         if not changes and not (self.study.sweep or self.study.sample or self.study.repeats):
             return self.study
-        study, mistakes = self._study_with(changes)
-        return self._require(study, mistakes, self._plain)
+        return self._require(*self._study_with(changes), self._plain)
 
     @functools.cached_property
     def _plain(self) -> dict[str, Any]:
@@ -420,8 +418,7 @@ def _with_marks(mapping: Mapping[str, Any]) -> Mapping[str, Any]:
     if specimen is None or not isinstance(mesh, Mapping):
         return mapping
     for source in (specimen.default_mesh, *(kind() for kind in specimen.mesh_sources)):
-        values = {field.name: getattr(source, field.name) for field in dataclasses.fields(source)}  # type: ignore[arg-type]
-        named = marks(type(source))
+        values, named = vars(source), marks(type(source))
         fits = all(mesh[name] in allowed for name, allowed in named.items() if name in mesh)
         if fits and mesh.keys() <= values.keys():
             return {**mapping, "mesh": {name: values[name] for name in named if values[name] is not None} | dict(mesh)}
