@@ -10,7 +10,6 @@ import subprocess
 import threading
 import unittest.mock
 from importlib import metadata
-from pathlib import Path
 
 import meshio
 import numpy as np
@@ -18,10 +17,8 @@ import pytest
 import pyvista
 import skfem
 
-from fingerslip.errors import ResultError
 from fingerslip.fe.space import build_space, cell_nodes
 from fingerslip.history import make_history, read_history
-from fingerslip.results import RUN
 from fingerslip.slip import find_events, measures
 from fingerslip.slip.measures import Measure
 from fingerslip.study.definition.runs import plan_study
@@ -52,27 +49,6 @@ def test_what_is_written_is_read_back_with_all_values(folder):
     assert result.values["materials.block.poisson_ratio"] == 0.3
     assert result.mesh_hash == mesh_hash(block_mesh())
     assert result.mesh_size == pytest.approx(32 ** (-1 / 2))
-
-
-@pytest.mark.parametrize(
-    ("name", "damage", "message"),
-    [
-        (RUN, lambda file: file.write_text("a: ["), r"/run\.yaml"),
-        (
-            RUN,
-            lambda file: file.write_text(file.read_text().replace("1 m", "2 m")),
-            r"/run\.yaml: is damaged.*; run the ",
-        ),
-        *(
-            (name, Path.unlink, ": holds no finished run; run the study again")
-            for name in ("events.json", "history.nc")
-        ),
-    ],
-)
-def test_a_damaged_run_or_one_that_lacks_a_file_is_refused(folder, name, damage, message):
-    damage(folder / name)
-    with pytest.raises(ResultError, match=rf"friction_coefficient-0\.4{message}"):
-        read_run(folder)
 
 
 def test_an_added_measure_is_in_the_file_and_in_the_log_with_a_warning_of_contact_at_a_free_edge(
