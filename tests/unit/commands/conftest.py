@@ -9,15 +9,13 @@ from typing import Any
 
 import pytest
 import typer.testing
-import yaml
 from typer.testing import CliRunner
 
 from fingerslip.commands.app import app
-from fingerslip.mesh.io import write_mesh
-from unit.study.block import block_mesh, block_values
-from unit.study.conftest import draw_nothing, fails, settled
+from unit.study.block import block_values
+from unit.study.conftest import draw_nothing, fails, settled, write_study
 
-__all__ = ["fails", "settled"]
+__all__ = ["fails", "settled", "write_study"]
 
 # The verbs and their options are read once and not by each call.
 typer.testing._get_command = functools.cache(typer.testing._get_command)
@@ -38,14 +36,11 @@ def invoke(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Any
 
 
 @pytest.fixture
-def block(tmp_path: Path) -> Callable[..., Path]:
+def block(write_study: Callable[..., Path]) -> Callable[..., Path]:
     """Return a function that writes the study of a block, with some values changed, and its mesh."""
 
     def write(curvature: float = 0.0, **changes: Any) -> Path:
-        write_mesh(block_mesh(curvature), tmp_path / "block.msh")
-        values = block_values() | {"sweep": {}} | changes
-        (tmp_path / "block.yaml").write_text(yaml.safe_dump(values, sort_keys=False))
-        return tmp_path / "block.yaml"
+        return write_study(block_values() | {"sweep": {}} | changes, curvature=curvature)
 
     return write
 
