@@ -1,4 +1,4 @@
-"""The study of a block under a plate, its mesh, and a progress that keeps what it is told."""
+"""The study of a block under a plate, its mesh and its run, and a progress that keeps what it is told."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 import skfem
 
+from fingerslip.results import StudyResult
 from fingerslip.study.running.progress import StudyProgress
+from fingerslip.study.running.runner import run_study
 
 FRICTIONS = [0.2, 0.4, 0.6]
 #: The runs of the study.
@@ -66,6 +68,11 @@ def block_mesh(curvature: float = 0.0) -> skfem.MeshQuad:
     bottom, top = (mesh.facets_satisfying(lambda x, y=y: np.isclose(x[1], y), True) for y in (0.0, 5e-3))
     mesh = skfem.MeshQuad(points, mesh.t)
     return mesh.with_boundaries({"bottom": bottom, "top": top}).with_subdomains({"block": np.arange(mesh.t.shape[1])})
+
+
+def run_block(path: Path, **options: Any) -> StudyResult:
+    """Run a study by one worker into the folder `results` beside it."""
+    return run_study(path, results_dir=path.parent / "results", workers=1, **options)
 
 
 class Told(StudyProgress):

@@ -31,7 +31,7 @@ from fingerslip.study.storage.store import RunConvergence
 from fingerslip.units import Unit
 from places import ROOT
 from unit import synthetic
-from unit.study.block import NAMES, block_mesh, block_values, changed, finger_values
+from unit.study.block import NAMES, block_mesh, block_values, changed, finger_values, run_block
 from unit.study.conftest import all_is_compiled, draw_nothing
 
 FINGER = finger_values(time={"step": "2 ms", "alpha": -0.05})
@@ -196,7 +196,7 @@ def test_only_what_is_not_there_is_computed_and_the_report_made_again_with_the_u
     write_study, called, reports
 ):
     path = write_study(plain())
-    fs.run_study(path, results_dir=path.parent / "results", workers=1)
+    run_block(path)
     assert (len(called), len(reports)) == (1, 1)
     for _ in range(2):
         refined(path)
@@ -212,7 +212,7 @@ def test_only_what_is_not_there_is_computed_and_the_report_made_again_with_the_u
 def test_chosen_runs_are_refined_and_earlier_ones_stay_known_to_the_tables_of_the_study(write_study):
     path = write_study()
     assert [found.run for found in refined(path, only=NAMES[:1]).runs] == NAMES[:1]
-    runs = fs.run_study(path, results_dir=path.parent / "results", workers=1).runs
+    runs = run_block(path).runs
     assert runs[0].uncertainty["slip.overall"] == pytest.approx(0.125, rel=0.1)
     assert runs[1].uncertainty == {}
     with (path.parent / "results" / "block" / "summary.csv").open() as file:

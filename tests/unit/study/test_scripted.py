@@ -18,7 +18,7 @@ from fingerslip.study.inspection.check import check_plans
 from fingerslip.study.running.build import build_mesh
 from fingerslip.study.shipped import TEMPLATES, copy_example, examples, examples_table, new_study, studies_folder
 from places import ROOT
-from unit.study.block import FRICTIONS, NAMES, block_values
+from unit.study.block import FRICTIONS, NAMES, block_values, run_block
 
 pytestmark = pytest.mark.usefixtures("reports", "simulated")
 
@@ -135,7 +135,7 @@ def test_results_are_a_data_frame_and_histories_and_values_are_read_when_they_ar
 def test_derived_quantities_are_stored_with_the_study_and_in_its_summary(write_study):
     derived = {"travel": "overall_slip * slide.speed", "never": "sqrt(-overall_slip)"}
     path = write_study(block_values() | {"derived": derived})
-    folder = fs.run_study(path, results_dir=path.parent / "results", workers=1).folder
+    folder = run_block(path).folder
     study = fs.open_study(folder)
     for run in study.result.runs:
         # The slide of the study goes at 5 mm/s.

@@ -25,7 +25,7 @@ from fingerslip.vision.video import video_info
 from unit.mesh.decks.texts import CAE, FEBIO
 from unit.report.scenes import block_history
 from unit.scans import mesh_of_a_scan, scan_values
-from unit.study.block import NAMES, block_values, changed
+from unit.study.block import NAMES, block_values, changed, run_block
 from unit.synthetic import Process, make
 
 
@@ -60,7 +60,7 @@ def test_steps_that_control_their_error_are_told_from_records(write_study, schem
 def test_time_is_that_of_what_is_to_do_and_the_first_mistake_of_any_study_is_told(write_study, tmp_path, monkeypatch):
     monkeypatch.setattr("fingerslip.study.inspection.check.estimated_seconds", lambda *_, **__: 60.0)
     assert check_plans(plan_studies([write_study()])).note.startswith("3 runs, about 3.0 min")
-    fs.run_study(write_study(), results_dir=tmp_path / "results", workers=1)
+    run_block(write_study())
     path = write_study(block_values() | {"sweep": {"contact.friction_coefficient": [0.4, 0.8]}})
     monkeypatch.setattr("fingerslip.study.inspection.check.resolution_warnings", lambda runs: [f"coarse: {[*runs]}."])
     table = check_plans(plan_studies([path], tmp_path / "results"))

@@ -22,7 +22,7 @@ from fingerslip.study.storage.store import RunConvergence
 from fingerslip.tables.table import Measured, Missing
 from fingerslip.uncertainty import Convergence, Series
 from fingerslip.vision.tracks import make_tracks, write_tracks
-from unit.study.block import FRICTIONS, NAMES, block_values, finger_values
+from unit.study.block import FRICTIONS, NAMES, block_values, finger_values, run_block
 
 
 def rows_of(values, folder):
@@ -150,7 +150,7 @@ def test_differences_beyond_the_uncertainties_of_both_stand_out_and_studies_may_
     assert "bold" in results.note
     law = {"static_kinetic": {"static": 0.6, "kinetic": 0.5, "decay_speed": "1 mm/s"}}
     path = write_study(block_values() | {"contact": {"boundary": "bottom", "friction": law}, "sweep": {}}, name="drop")
-    other = fs.run_study(path, results_dir=tmp_path / "results", workers=1)
+    other = run_block(path)
     values, _ = diff_runs(finished / SECOND, other.folder / other.runs[0].name)
     rows = rows_by_name(values)
     assert rows["contact.friction_coefficient"] == ("0.6", Missing.NOT_DEFINED)
@@ -195,7 +195,7 @@ def folder_of(write_study, method, count):
     pytest.importorskip("SALib")
     sample = {"method": method, "count": count, "ranges": RANGES}
     path = write_study(block_values() | {"sweep": {}, "sample": sample})
-    return fs.run_study(path, results_dir=path.parent / "results", workers=1).folder
+    return run_block(path).folder
 
 
 pytestmark = pytest.mark.usefixtures("reports", "simulated")

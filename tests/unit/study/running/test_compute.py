@@ -36,12 +36,8 @@ from fingerslip.study.running.runner import Engine, StudyFailedError, compute_jo
 from fingerslip.study.storage import store
 from fingerslip.study.storage.store import mesh_hash
 from problems.pushed import push_and_slide
-from unit.study.block import Told
+from unit.study.block import Told, run_block
 from unit.study.conftest import NOT_SOLVED
-
-
-def run(path):
-    return run_study(path, results_dir=path.parent / "results", workers=1)
 
 
 def no_space(*_, **__):
@@ -64,7 +60,7 @@ def test_full_disk_leaves_no_partial_run(write_study, monkeypatch, owner, name, 
     with monkeypatch.context() as patch:
         patch.setattr(owner, name, full)
         with pytest.raises(StudyFailedError, match="No space left on device") as caught:
-            run(path)
+            run_block(path)
     error = next(iter(caught.value.errors.values()))
     assert isinstance(error, ResultError)
     assert str(error).endswith("free some space or choose another folder")
@@ -355,7 +351,7 @@ class Client:
     def __init__(self, versions):
         self.versions = versions
 
-    def run(self, *_, on_error):
+    def run_block(self, *_, on_error):
         assert on_error == "return"
         return self.versions
 

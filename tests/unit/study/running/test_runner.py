@@ -22,7 +22,7 @@ from fingerslip.study.running.runner import StudyFailedError, run_study
 from fingerslip.study.storage.reporting import read_results
 from fingerslip.study.storage.store import read_manifest
 from fingerslip.units import parse_quantity
-from unit.study.block import FRICTIONS, NAMES, Told, block_values, changed
+from unit.study.block import FRICTIONS, NAMES, Told, block_values, changed, run_block
 
 
 def test_plan_names_folder_and_runs_of_which_none_is_finished_and_one_mesh_is_shared(write_study, tmp_path):
@@ -143,20 +143,19 @@ def test_what_a_study_says_is_done_and_decisions_leave_everything_else_as_it_was
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("asked")
-def test_run_yaml_says_what_was_decided_and_the_basis_is_kept(write_study, tmp_path):
+def test_run_yaml_says_what_was_decided_and_the_basis_is_kept(write_study):
     path = write_study(values("automatic"))
-    result = run_study(path, results_dir=tmp_path / "results", workers=1)
+    result = run_block(path)
     for run in result.runs:
         assert read_mapping(result.folder / run.name / "run.yaml")["dynamics"] == TOLERANCES | {"basis": "reduced"}
         assert fs.read_history(result.folder / run.name / "history.nc").attrs["basis"] == "reduced"
     assert len(list((result.folder / BASES).glob("*.basis"))) == 1
-    assert len(run_study(path, results_dir=tmp_path / "results", workers=1).unchanged) == 3
+    assert len(run_block(path).unchanged) == 3
 
 
 @pytest.mark.slow
-def test_a_basis_of_another_study_file_serves_no_other_body(write_study, tmp_path):
-    path = write_study(values("reduced", sweep={"materials.block.density": ["900 kg/m^3", "1000 kg/m^3"]}))
-    result = run_study(path, results_dir=tmp_path / "results", workers=1)
+def test_a_basis_of_another_study_file_serves_no_other_body(write_study):
+    result = run_block(write_study(values("reduced", sweep={"materials.block.density": ["900 kg/m^3", "1000 kg/m^3"]})))
     assert len(list((result.folder / BASES).glob("*.basis"))) == 2
 
 
@@ -190,13 +189,9 @@ def leftovers(folder):
     return sorted(path.name for path in folder.rglob(".*"))
 
 
-def run(path, **options):
-    return run_study(path, results_dir=path.parent / "results", workers=1, **options)
-
-
 def test_results_of_every_run_are_written_once(write_study, simulated, reports):
     path = write_study()
-    result = run(path)
+    result = run_block(path)
     assert simulated == FRICTIONS
     assert result.computed == tuple(NAMES)
     written = sorted(path.name for path in result.folder.iterdir())
@@ -205,7 +200,7 @@ def test_results_of_every_run_are_written_once(write_study, simulated, reports):
         files = sorted(path.name for path in (result.folder / name).iterdir())
         assert files == ["events.json", "history.nc", "log.txt", "run.yaml"]
     assert read_history(result.folder / NAMES[0] / "history.nc").sizes["time"] == 401
-    again = run(path)
+    again = run_block(path)
     assert simulated == FRICTIONS
     assert (again.computed, again.unchanged) == ((), tuple(NAMES))
     assert reports == [tuple(NAMES)]
@@ -222,7 +217,7 @@ def test_results_of_every_run_are_written_once(write_study, simulated, reports):
     ],
 )
 def test_a_report_is_made_again_where_what_it_shows_has_changed(write_study, simulated, reports, changes):
-    run(write_study(block_values() | {"compare": ["wang2014-table2"]} | changes))
+    run_block(write_study(block_values() | {"compare": ["wang2014-table2"]} | changes))
     assert (simulated, len(reports)) == ([], 1)
 
 
@@ -232,25 +227,25 @@ def test_a_report_is_made_again_where_runs_that_are_computed_again_come_to_somet
 ):
     path, whole = write_study(), simulation.simulate
     for _ in range(2):
-        run(path)
+        run_block(path)
         assert len(reports) == 1
     other = SimpleNamespace(contacts=[SimpleNamespace(friction=SimpleNamespace(coefficient=0.77))])
     monkeypatch.setattr("fingerslip.dynamics.simulation.simulate", lambda _, **options: whole(other, **options))
-    run(path, force=True)
+    run_block(path, force=True)
     assert len(reports) == 2
 
 
 @pytest.mark.usefixtures("finished", "reports")
 def test_what_changes_a_result_is_computed_again(write_study, simulated):
     """The title does not; a new value in the sweep, a value, the mesh file and the wish do."""
-    run(write_study(changed("title", "Another title")))
+    run_block(write_study(changed("title", "Another title")))
     assert simulated == []
-    result = run(write_study(changed("sweep", {"contact.friction_coefficient": [*FRICTIONS, 0.8]})))
+    result = run_block(write_study(changed("sweep", {"contact.friction_coefficient": [*FRICTIONS, 0.8]})))
     assert simulated == [0.8]
     assert len((result.folder / "summary.csv").read_text().splitlines()) == 5
     for values, curvature, force in ((changed("time.step", "1 ms"), 0.0, False), (None, 1.0, False), (None, 1.0, True)):
         simulated.clear()
-        run(write_study(values, curvature=curvature), force=force)
+        run_block(write_study(values, curvature=curvature), force=force)
         assert simulated == FRICTIONS
 
 
@@ -260,18 +255,18 @@ def test_interrupted_study_leaves_nothing_half_done_and_goes_on(write_study, sim
     whole = simulation.simulate
     fails(KeyboardInterrupt())
     with pytest.raises(KeyboardInterrupt):
-        run(path)
+        run_block(path)
     assert not (path.parent / "results").exists(), "before the first result there is no folder"
     monkeypatch.setattr("fingerslip.dynamics.simulation.simulate", whole)
     fails(KeyboardInterrupt(), friction=0.4)
     with pytest.raises(KeyboardInterrupt):
-        run(path)
+        run_block(path)
     monkeypatch.setattr("fingerslip.dynamics.simulation.simulate", whole)
     folder = path.parent / "results" / "block"
     assert sorted(item.name for item in folder.iterdir() if item.is_dir()) == [NAMES[0]]
     assert leftovers(folder) == []
     assert len((folder / "summary.csv").read_text().splitlines()) == 2
-    assert run(path).unchanged == (NAMES[0],)
+    assert run_block(path).unchanged == (NAMES[0],)
     assert simulated == FRICTIONS
 
 
@@ -279,7 +274,7 @@ def test_failed_run_does_not_stop_the_others(write_study, simulated, reports, fa
     fails(friction=0.4)
     path = write_study()
     with pytest.raises(StudyFailedError) as caught:
-        run(path)
+        run_block(path)
     assert list(caught.value.errors) == [f"block/{NAMES[1]}"]
     assert str(caught.value).splitlines()[-1] == "1 of 3 runs failed, the others are finished"
     assert simulated == [0.2, 0.6]
@@ -290,7 +285,7 @@ def test_failed_run_does_not_stop_the_others(write_study, simulated, reports, fa
 def test_all_runs_of_all_studies_are_checked_before_anything_is_written(write_study, simulated):
     path = write_study(changed("sweep", {"contact.boundary": ["bottom", "pulp"]}))
     with pytest.raises(InputError, match="boundary 'pulp' not in mesh"):
-        run(path)
+        run_block(path)
     bad = write_study(changed("contact.friction_coefficient", -0.2), name="bad")
     with pytest.raises(InputError, match=r"bad\.yaml: contact\.friction_coefficient: got -0\.2"):
         plan_studies([write_study(), bad], path.parent / "results")
@@ -305,7 +300,7 @@ def test_a_file_where_results_would_go_is_refused_first(write_study, simulated, 
     file.parent.mkdir(exist_ok=True)
     file.write_text("mine")
     with pytest.raises(InputError, match=rf"{re.escape(str(file))}: is a file, needs a folder; give another name"):
-        run(path)
+        run_block(path)
     assert simulated == []
     assert file.read_text() == "mine"
 
@@ -313,8 +308,8 @@ def test_a_file_where_results_would_go_is_refused_first(write_study, simulated, 
 def test_progress_is_told_in_order_and_workers_are_at_least_one(write_study, simulated, reports):
     told = Told()
     path = write_study(block_values() | {"sweep": {}})
-    run(path, progress=told)
-    run(path, progress=told)
+    run_block(path, progress=told)
+    run_block(path, progress=told)
     assert told.told == [("begin", "run"), ("run", 0.5), ("run", "done"), ("block/run: unchanged",)]
     for workers in (0, -1):
         with pytest.raises(InputError, match="needs a number >= 1"):
@@ -327,7 +322,7 @@ def test_a_damaged_run_is_computed_again_and_said_so(finished, simulated, name):
     file = finished / NAMES[1] / name
     file.write_bytes(file.read_bytes()[:-9])
     said = Told()
-    result = run(finished.parents[1] / "block.yaml", progress=said)
+    result = run_block(finished.parents[1] / "block.yaml", progress=said)
     assert (result.computed, result.unchanged) == ((NAMES[1],), (NAMES[0], NAMES[2]))
     assert simulated == FRICTIONS[1:2]
     (message,) = [text for text in said.messages if "unchanged" not in text]
@@ -350,7 +345,7 @@ def test_a_damaged_manifest_is_written_again_and_a_written_run_is_a_study_that_g
 ):
     for content in (b"", b"{}", b"\xff", b'{"runs": 3}'):
         (finished / "manifest.json").write_bytes(content)
-        assert run(finished.parents[1] / "block.yaml").unchanged == tuple(NAMES)
+        assert run_block(finished.parents[1] / "block.yaml").unchanged == tuple(NAMES)
         assert list(read_manifest(finished)["runs"]) == NAMES
     (repeated,) = plan_study(finished / NAMES[1] / "run.yaml").runs
     # The study leaves the basis open; the run says that it was computed on the mesh.
@@ -369,7 +364,7 @@ def sampled(ranges, count=5):
 def test_samples_are_run_like_a_sweep_and_said_to_move_the_events(write_study, simulated):
     """The history that stands for the simulation slips as a whole at 1.4 s + 0.5 s times the friction."""
     path = write_study(sampled({"contact.friction_coefficient": [0.2, 0.8]}))
-    result = run(path)
+    result = run_block(path)
     assert result.computed == tuple(f"sample-{number}" for number in range(1, 6))
     assert [one.swept for one in result.runs] == [{"sample": number} for number in range(1, 6)]
     lines = (result.folder / "summary.csv").read_text().splitlines()
@@ -378,7 +373,7 @@ def test_samples_are_run_like_a_sweep_and_said_to_move_the_events(write_study, s
     rows = list(csv.DictReader((result.folder / "sensitivity.csv").read_text().splitlines()))
     (overall,) = (row for row in rows if (row["reading"], row["time"]) == ("slip", "overall"))
     assert float(overall["slope_s_per_unit"]) == pytest.approx(0.5, abs=0.02)
-    again = run(path)
+    again = run_block(path)
     assert (again.computed, len(again.unchanged), len(simulated)) == ((), 5, 5)
 
 
@@ -387,7 +382,7 @@ def test_samples_that_make_no_model_are_refused_and_the_study_goes_on(write_stud
     """The block is 5 mm high, so samples in the last part of the range are pressed through it."""
     said = Told()
     path = write_study(sampled({"programme.0.press.depth": ["0.1 mm", "6 mm"]}))
-    result = run(path, progress=said)
+    result = run_block(path, progress=said)
     assert (len(result.runs), len(result.refused)) == (4, 1)
     (refused,) = result.refused
     assert "programme: presses " in refused.reason
@@ -397,7 +392,7 @@ def test_samples_that_make_no_model_are_refused_and_the_study_goes_on(write_stud
     assert last.startswith(f"{refused.name},{refused.swept['sample']},{depth},")
     assert "presses" in last
     assert read_results(result.folder).refused == result.refused
-    assert run(path).refused == result.refused, "they are refused again where nothing is left to compute"
+    assert run_block(path).refused == result.refused, "they are refused again where nothing is left to compute"
 
 
 @pytest.mark.parametrize(
@@ -409,5 +404,5 @@ def test_samples_that_make_no_model_are_refused_and_the_study_goes_on(write_stud
 )
 def test_a_study_with_no_right_sample_is_wrong(write_study, simulated, values):
     with pytest.raises(InputError, match="presses"):
-        run(write_study(values))
+        run_block(write_study(values))
     assert simulated == []

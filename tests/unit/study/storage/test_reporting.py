@@ -20,18 +20,13 @@ from fingerslip.storage.files import write_json
 from fingerslip.study.definition.runs import plan_study
 from fingerslip.study.definition.settings import CameraSettings
 from fingerslip.study.running.films import film_history
-from fingerslip.study.running.runner import run_study
 from fingerslip.study.storage import reporting, store
 from fingerslip.study.storage.reporting import compare_studies, read_results, read_stored_run, write_report
 from fingerslip.study.storage.store import RunConvergence, read_convergences, read_manifest, write_results
 from fingerslip.uncertainty import Convergence, Series
 from unit.filmed import filmed_history
 from unit.report.pages import checked
-from unit.study.block import FRICTIONS, NAMES
-
-
-def run(path):
-    return run_study(path, results_dir=path.parent / "results", workers=1)
+from unit.study.block import FRICTIONS, NAMES, run_block
 
 
 def test_summary_has_exactly_the_promised_columns_and_the_manifest_says_what_made_the_results(finished):
@@ -62,7 +57,7 @@ def test_summary_has_exactly_the_promised_columns_and_the_manifest_says_what_mad
 def test_event_that_did_not_happen_is_an_empty_field(write_study, monkeypatch):
     none = Found(Events(acceleration=SlipEvents(recorded=False)))
     monkeypatch.setattr(results, "find_slip", lambda _: none)
-    lines = (run(write_study()).folder / "summary.csv").read_text().splitlines()
+    lines = (run_block(write_study()).folder / "summary.csv").read_text().splitlines()
     assert lines[1].startswith("friction_coefficient-0.2,0.2" + "," * 15 + "slip displacement,")
 
 
