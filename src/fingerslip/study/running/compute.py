@@ -64,14 +64,11 @@ class Finished:
 
 
 def compute_group(
-    jobs: Sequence[Job],
-    tell: Callable[[str, float], None],
-    threads: int,
-    show: Callable[[Finished], None] = lambda _: None,
-) -> dict[str, FingerslipError | MemoryError]:
-    """Compute jobs together, or in halves where that fails; return what went wrong by the names of the runs.
+    jobs: Sequence[Job], tell: Callable[[str, float], None], threads: int
+) -> tuple[dict[str, Exception], list[Finished]]:
+    """Compute jobs together, or in halves where that fails; return what went wrong, by run, and what is finished.
 
-    `tell` receives the name of a run and how much of it is done, `show` every finished run.
+    `tell` receives the name of a run and how much of it is done.
     """
 
     def tell_all(fraction: float) -> None:
@@ -79,15 +76,14 @@ def compute_group(
             tell(job.run.name, fraction)
 
     try:
-        finished = compute(jobs, tell_all, threads)
+        return {}, compute(jobs, tell_all, threads)
     except (FingerslipError, MemoryError) as error:
         if len(jobs) == 1:
-            return {jobs[0].run.name: error}
-        halves = jobs[: len(jobs) // 2], jobs[len(jobs) // 2 :]
-        return {name: error for half in halves for name, error in compute_group(half, tell, threads, show).items()}
-    for run in finished:
-        show(run)
-    return {}
+            return {jobs[0].run.name: error}, []
+    (errors, finished), (others, more) = (
+        compute_group(half, tell, threads) for half in (jobs[: len(jobs) // 2], jobs[len(jobs) // 2 :])
+    )
+    return errors | others, finished + more
 
 
 def compute(jobs: Sequence[Job], progress: Callable[[float], None], threads: int | None = None) -> list[Finished]:
@@ -192,15 +188,14 @@ def _compute_and_draw(
 ) -> tuple[Mapping[str, Exception], Mapping[str, RunPictures]]:
     """Return what went wrong in jobs, and what was drawn of the others."""
     pictures: dict[str, RunPictures] = {}
-
-    def draw(finished: Finished) -> None:
-        drawing = drawings.get(finished.result.name)
+    errors, finished = compute_group(jobs, tell, threads)
+    for run in finished:
+        drawing = drawings.get(run.result.name)
         if drawing is not None and not (_stop and _stop.is_set()):
             # Whatever goes wrong here goes wrong in the report too, which tells the user.
             with contextlib.suppress(Exception):
-                pictures[finished.result.name] = draw_run(finished, drawing)
-
-    return compute_group(jobs, tell, threads, draw), pictures
+                pictures[run.result.name] = draw_run(run, drawing)
+    return errors, pictures
 
 
 def _compute_apart(

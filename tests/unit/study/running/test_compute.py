@@ -154,9 +154,8 @@ def test_where_a_group_fails_its_halves_are_computed(monkeypatch, error):
         return [tried[-1]]
 
     monkeypatch.setattr(compute, "compute", failing)
-    told, shown, jobs = [], [], [job_of(name) for name in "abc"]
-    errors = compute_group(jobs, lambda name, fraction: told.append((name, fraction)), 1, shown.append)
-    assert (errors, shown) == ({"b": error}, ["a", "c"])
+    told, jobs = [], [job_of(name) for name in "abc"]
+    assert compute_group(jobs, lambda *news: told.append(news), 1) == ({"b": error}, ["a", "c"])
     assert tried == ["abc", "a", "bc", "b", "c"]
     assert told == [("a", 1.0), ("b", 1.0), ("c", 1.0)]
 
@@ -351,7 +350,7 @@ class Client:
     def __init__(self, versions):
         self.versions = versions
 
-    def run_block(self, *_, on_error):
+    def run(self, *_, on_error):
         assert on_error == "return"
         return self.versions
 
@@ -371,7 +370,7 @@ def test_workers_that_cannot_compute_are_named_before_anything_is_sent():
 def test_threads_of_a_worker_compute_one_after_the_other(plan, monkeypatch):
     (job, *_) = prepare(plan, plan.runs)
     begun = threading.Event()
-    monkeypatch.setattr(cluster, "compute_group", lambda *_: begun.set() or {job.run.name: ResultError("no")})
+    monkeypatch.setattr(cluster, "compute_group", lambda *_: begun.set() or ({job.run.name: ResultError("no")}, []))
     thread = threading.Thread(target=cluster.compute_task, args=(cluster._task([job]), job.model.mesh))
     with cluster._ONE_AT_A_TIME:
         thread.start()
