@@ -13,13 +13,7 @@ from numpy.typing import NDArray
 
 from fingerslip.errors import InputError, shorten
 from fingerslip.parameters import Number, parameters
-from fingerslip.vision.fields import (
-    fit_rigid_motions,
-    green_strain,
-    marker_means,
-    marker_triangles,
-    triangle_gradients,
-)
+from fingerslip.vision.fields import fit_rigid_motions, green_strain, marker_means, marker_triangles, triangle_gradients
 from fingerslip.vision.tracks import seen
 
 if TYPE_CHECKING:

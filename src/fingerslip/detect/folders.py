@@ -42,9 +42,8 @@ def check_kind(folder: Path, kind: str) -> None:
     """Refuse a kind of figure that other folders have than this one."""
     for kinds, verb, _ in _FOLDERS.values():
         if kind in kinds and kind not in kinds_of(folder):
-            raise InputError(
-                f"figure: {folder}", f"has no figure {kind}", f"needs the folder that {verb} wrote", "name that one"
-            )
+            allowed = f"needs the folder that {verb} wrote"
+            raise InputError(f"figure: {folder}", f"has no figure {kind}", allowed, "name that one")
 
 
 def origin_of(folder: Path) -> dict[str, str]:

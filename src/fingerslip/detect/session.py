@@ -56,6 +56,8 @@ if TYPE_CHECKING:
     from fingerslip.vision.tracking.tracker import MarkerTracker
 
 
+#: Name of the detector that ships, where one is chosen.
+RESIDUAL = "residual"
 _CALIBRATION = "Expected calibration error of the probability of slip in ten bins; Brier score over the three classes."
 
 
@@ -298,10 +300,6 @@ def judge_detector(detector: str, dataset: Path, labels: str) -> list[Table]:
     return [event_table({"the detector that ships": scores})]
 
 
-#: Name of the detector that ships, where one is chosen.
-RESIDUAL = "residual"
-
-
 def run_detector(
     source: Path, detector: str, tracking: Mapping[str, Any], rest_frames: int | None, output: Path | None = None
 ) -> tuple[list[Table], list[str]]:
@@ -399,9 +397,8 @@ def _tracker(trained: Detector | None, tracking: Mapping[str, Any], rest_frames:
     from fingerslip.vision.tracking.tracker import MarkerTracker
 
     search = {option: tracking[option] for option in ("n_markers", "layout", "mask", "bright") if option in tracking}
-    return MarkerTracker(
-        **search, rest_frames=trained.features.motion.rest_frames if trained else rest_frames, name=name
-    )
+    rest_frames = trained.features.motion.rest_frames if trained else rest_frames
+    return MarkerTracker(**search, rest_frames=rest_frames, name=name)
 
 
 def _detector_for(trained: Detector | None, tracker: MarkerTracker) -> LiveDetector | ResidualDetector:

@@ -14,12 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.detect.labels import (
-    Onsets,
-    labels_from_contact,
-    labels_from_external_markers,
-    labels_from_plate,
-)
+from fingerslip.detect.labels import Onsets, labels_from_contact, labels_from_external_markers, labels_from_plate
 from fingerslip.detect.trials import CONDITIONS, Trial
 from fingerslip.errors import InputError
 from fingerslip.history import phase_times, read_history

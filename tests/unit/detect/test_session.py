@@ -1,7 +1,10 @@
-"""What the command line asks for, and evaluations as tables."""
+"""What the command line asks for: evaluations as tables, learning curves, disturbed tracks, what is assumed."""
 
 from __future__ import annotations
 
+import dataclasses
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +12,10 @@ import pytest
 import xarray as xr
 
 from fingerslip.detect import page
+from fingerslip.detect.classifiers import CLASSIFIERS
+from fingerslip.detect.evaluation import inquiries
+from fingerslip.detect.evaluation.crossval import Evaluation, parts_beside
+from fingerslip.detect.evaluation.inquiries import Levels, curve_sizes, inquire, vary, write_inquiry
 from fingerslip.detect.evaluation.scores import (
     Estimate,
     accuracy_table,
@@ -18,16 +25,18 @@ from fingerslip.detect.evaluation.scores import (
     frame_tables,
     output_tables,
 )
-from fingerslip.detect.labels import CLASSES, Onsets, write_onsets
+from fingerslip.detect.features import FeatureSettings
+from fingerslip.detect.labels import CLASSES, LabelSettings, Onsets, write_onsets
 from fingerslip.detect.live import Finding
 from fingerslip.detect.model_file import read_detector
 from fingerslip.detect.residual import findings_table
-from fingerslip.detect.samples import benchmark_test_trials
+from fingerslip.detect.samples import benchmark_test_trials, grouped_folds, samples_of
 from fingerslip.detect.session import Choices, evaluate_classifiers, run_detector, score_onsets, train_detector
 from fingerslip.detect.trials import TrialSet
 from fingerslip.errors import InputError
 from fingerslip.tables.table import Missing, Table, texts, to_csv, to_mapping, to_markdown
-from fingerslip.vision.tracks import write_tracks_csv
+from fingerslip.vision.tracks import check_tracks, write_tracks_csv
+from unit.detect.conftest import MOTION, SAMPLING
 
 CHOICES = Choices(rest_frames=20, window=5, samples="20,6,2,20")
 
@@ -141,3 +150,179 @@ def test_events_have_a_column_for_each_classifier() -> None:
     assert rows["lead of 95 % of trials [s]"] is Missing.NOT_DEFINED
     assert rows["gross onset error [s]"] is Missing.NOT_DEFINED
     assert "n/a" in to_markdown(table)
+
+
+FEW = Levels(lost="0,0.6", noise="", slower="2")
+
+
+@pytest.mark.slow
+def test_an_inquiry_has_a_table_and_a_figure_of_each(trials_folder, tmp_path):
+    found = inquire(trials_folder, "displacement_threshold:rings", CHOICES, FEW)
+    assert list(found.tables) == list(found.figures) == ["learning-curve", "importance", "robustness"]
+    assert [row[0] for row in found.tables["learning-curve"].rows] == [4, 9, 19]
+    assert [row[0] for row in found.tables["importance"].rows] == [0, 1, 2, 3, 4]
+    assert [row[:2] for row in found.tables["robustness"].rows] == [("lost", 0.0), ("lost", 0.6), ("slower", 2.0)]
+    write_inquiry(found, tmp_path)
+    names = {"learning-curve", "importance", "robustness"}
+    assert {path.name for path in tmp_path.iterdir()} == {f"{name}.{end}" for name in names for end in ("csv", "png")}
+    assert (curve_sizes(1), curve_sizes(256)) == ((1,), (4, 8, 16, 32, 64, 128, 256))
+    with pytest.raises(InputError, match=r"--noise: got '0;1', needs numbers with commas; write --noise 0,0\.1,0\.2"):
+        inquire(trials_folder, "logistic", CHOICES, Levels(noise="0;1"))
+
+
+@pytest.mark.slow
+def test_what_is_assumed_has_tables_and_a_figure_and_rings_of_no_markers_have_none(trials_folder, tmp_path):
+    more = {"conditions": ["indentation"], "each": ["indentation"], "output": tmp_path / "tables"}
+    found = vary(trials_folder, ["time_threshold"], CHOICES, folds=2, **more)
+    assert list(found.tables) == ["assumptions", "by-indentation"]
+    rows = found.tables["assumptions"].rows
+    assert len(rows) >= 11
+    assert rows[0][0] == "as in the data set"
+    assert [row[1] for row in rows[-2:]] == ["indentation: 3 mm", "indentation: 4 mm"]
+    assert [path.name for path in tmp_path.iterdir()] == ["tables"]
+    tmp_path = tmp_path / "tables"
+    assert {path.name for path in tmp_path.iterdir()} == {"assumptions.csv", "assumptions.png", "by-indentation.csv"}
+    assert "importance" not in inquire(trials_folder, "time_threshold", CHOICES, FEW).tables
+
+
+def test_a_label_that_never_comes_leaves_nothing(trials_folder, tmp_path, monkeypatch):
+    def told(*_given, output, **_more):
+        parts_beside(output).write("fold", 1, {"rows": np.zeros(2)})
+        raise InputError("trial slide-0000", "has no gross slip", "needs both onsets here")
+
+    monkeypatch.setattr(inquiries, "sensitivity_of", told)
+    with pytest.raises(InputError, match="has no gross slip"):
+        vary(trials_folder, ["time_threshold"], CHOICES, output=tmp_path / "tables")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_labels_that_do_not_come_in_every_trial_are_no_assumption(trials, monkeypatch):
+    asked = []
+
+    def noted(_trials, assumptions, *_, **__):
+        asked.extend(one.labels for one in assumptions)
+        raise InputError("trials", "are not asked here", "needs nothing")
+
+    monkeypatch.setattr(inquiries, "sensitivity_of", noted)
+    for labels in (trials.labels(trials.names[0]), {"contact": Onsets(1.0, None)}):
+        monkeypatch.setattr(TrialSet, "labels", lambda *_, found=labels: found)
+        with pytest.raises(InputError, match="are not asked here"):
+            vary(trials.folder, ["time_threshold"], CHOICES)
+    assert asked.count("contact") == 1
+
+
+CLOCK = CLASSIFIERS["time_threshold"]
+AS_IT_IS = inquiries.Assumption("as it is", "", LabelSettings(rest_frames=20), MOTION)
+
+
+def test_the_ring_that_tells_is_the_one_that_counts(samples, trials):
+    draw = np.random.default_rng(0)
+    inner = [name.count("/") == 2 and int(name.split("/")[-1]) in (1, 2, 3) for name in samples.names]
+    values = np.where(inner, samples.classes[:, None], 0) + 0.1 * draw.normal(size=samples.values.shape)
+    changed = dataclasses.replace(samples, values=values.astype(np.float32))
+    run = Evaluation(trials, trials.onsets(), changed, MOTION)
+    drops = inquiries.importance_by_ring(run, CLASSIFIERS["logistic"], trials.names[:4])
+    assert list(drops) == [0, 1, 2, 3, 4]
+    assert drops[1].value > drops[1].low > 0.3
+    assert max(abs(drop.value) for ring, drop in drops.items() if ring != 1) < 0.05
+    assert inquiries.importance_by_ring(run, CLOCK, trials.names[:4]) == {}
+
+
+@pytest.mark.parametrize(("name", "amount"), [("lost", 0.2), ("noise", 0.5), ("slower", 3)])
+def test_disturbed_tracks_are_tracks(name, amount, trials):
+    tracks = trials.tracks(trials.names[0])
+    before = tracks.copy(deep=True)
+    disturbed = check_tracks(inquiries.disturb(tracks, name, amount))
+    assert tracks.equals(before)
+    assert not disturbed.equals(tracks)
+    assert disturbed.equals(inquiries.disturb(tracks, name, amount))
+    if name == "lost":
+        assert np.isnan(disturbed["position"].values).mean() == pytest.approx(amount, abs=0.01)
+    elif name == "noise":
+        assert (disturbed - tracks)["position"].values.std() == pytest.approx(amount, rel=0.02)
+    else:
+        assert disturbed.sizes["time"] == 87
+
+
+@pytest.mark.slow
+def test_more_is_lost_with_more_disturbance(detector, trials):
+    levels = [("lost", 0.0), ("lost", 0.6), ("noise", 20.0), ("slower", 2)]
+    plain, lost, noisy, slower = inquiries.robustness_of(detector, trials, trials.onsets(), trials.names[8:12], levels)
+    assert plain.unusable == 0.0
+    assert lost.unusable > 0.9
+    assert noisy.accuracy.value < plain.accuracy.low <= plain.accuracy.value <= plain.accuracy.high
+    assert slower.accuracy.value == pytest.approx(plain.accuracy.value, abs=0.1)
+    for level in (("slower", 0.0), ("slower", 0.5), ("lost", 1.0), ("noise", -1.0)):
+        with pytest.raises(InputError, match=f"{level[0]}: got"):
+            inquiries.robustness_of(detector, trials, trials.onsets(), trials.names[:1], [level])
+
+
+def ask(trials, *assumptions):
+    return list(inquiries.sensitivity_of(trials, assumptions, [CLOCK], replace(SAMPLING, least=0.0), folds=3))
+
+
+@pytest.fixture(scope="module")
+def few(trials):
+    """Return every second trial."""
+    return replace(trials, names=trials.names[::2])
+
+
+@pytest.mark.slow
+def test_what_is_left_as_it_is_gives_the_evaluation_by_condition_and_higher_thresholds_make_labels_late(few):
+    # Markers of analytic trials jump by tens of pixels.
+    higher = replace(AS_IT_IS, labels=LabelSettings(30.0, 1.0, rest_frames=20))
+    gross = replace(AS_IT_IS, labels=LabelSettings(2.0, 30.0, rest_frames=20))
+    base, first, second = ask(few, AS_IT_IS, higher, gross)
+    assert (first.incipient > base.incipient, first.gross) == (True, base.gross)
+    assert (second.incipient, second.gross > base.gross) == (base.incipient, True)
+    samples = samples_of(few, few.onsets(), FeatureSettings(CLOCK.sets, MOTION), SAMPLING)
+    run = Evaluation(few, few.onsets(), samples, MOTION)
+    folds = [run.fit(CLOCK, test).frames for test in grouped_folds(few.names, 3, 0)]
+    assert np.array_equal(base.matrices["time_threshold"], run.matrices(folds))
+    by_depth = base.of_condition(few, "indentation")
+    assert list(by_depth) == ["0.003", "0.004"]
+    values = [accuracies["time_threshold"].value for accuracies in by_depth.values()]
+    assert min(values) <= base.accuracies["time_threshold"].value <= max(values)
+
+
+@pytest.mark.parametrize(
+    ("labels", "message"),
+    [("nails", "has no labels 'nails'"), (LabelSettings(2.0, 1e5, rest_frames=20), "has no gross slip")],
+)
+def test_labels_that_are_not_there_are_told(few, labels, message):
+    with pytest.raises(InputError, match=message):
+        ask(few, replace(AS_IT_IS, labels=labels))
+
+
+def test_each_likely_assumption_changes_one_thing():
+    base, *others = inquiries.likely_assumptions(0.07e-3, motion=MOTION, stored=("contact",))
+    assert base.labels == LabelSettings(rest_frames=20)
+    assert len({entry.quantity for entry in others}) == 6
+    for entry in others:
+        changes = [entry.labels != base.labels, entry.motion != base.motion, entry.noise != base.noise]
+        assert sum(changes) == 1, entry
+    finer = others[0].labels
+    assert finer.incipient / finer.gross == pytest.approx(2.0)
+    assert finer.incipient == pytest.approx(2.0 * 0.045 / 0.07)
+
+
+def test_trials_of_each_value_are_taken_alone(few):
+    alone = inquiries.each_alone(few, ["indentation", "direction"], AS_IT_IS)
+    assert len(alone) == 2 * 4
+    assert alone[0].value == "indentation: 3 mm, direction: 0 rad"
+    assert sorted(name for entry in alone for name in entry.trials) == list(few.names)
+    assert inquiries.each_alone(few, [], AS_IT_IS) == ()
+    with pytest.raises(InputError, match="has no condition 'stiffness'"):
+        inquiries.each_alone(few, ["stiffness"], AS_IT_IS)
+    (result,) = ask(few, inquiries.each_alone(few, ["indentation"], AS_IT_IS)[1])
+    assert len(result.matrices["time_threshold"]) == 6
+
+
+def test_what_is_stored_is_not_asked_again(few, tmp_path, monkeypatch):
+    options = {"folds": 3, "output": tmp_path / "tables"}
+    stored = partial(inquiries.sensitivity_of, few, [AS_IT_IS], [CLOCK], replace(SAMPLING, least=0.0), **options)
+    (first,) = stored()
+    monkeypatch.setattr(Evaluation, "fit", None)
+    (second,) = stored()
+    assert (first.incipient, first.gross) == (second.incipient, second.gross)
+    assert np.array_equal(first.matrices["time_threshold"], second.matrices["time_threshold"])

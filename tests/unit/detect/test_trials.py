@@ -1,14 +1,24 @@
 """Trials on disk, data sets of them, and one table of all frames."""
 
+import inspect
 from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from fingerslip.commands import detect as commands
 from fingerslip.detect.features import MotionSettings
-from fingerslip.detect.labels import CLASSES, Onsets, classes_at
+from fingerslip.detect.labels import CLASSES, LabelSettings, Onsets, classes_at
+from fingerslip.detect.recordings import (
+    read_any_tracks,
+    read_conditions,
+    read_recording,
+    recorded_trials,
+    with_external,
+)
 from fingerslip.detect.samples import Sampling
+from fingerslip.detect.session import collect_trials
 from fingerslip.detect.synthetic import SyntheticSensor, SyntheticSlide, synthetic_trial
 from fingerslip.detect.training import detect, train
 from fingerslip.detect.trials import (
@@ -24,12 +34,16 @@ from fingerslip.detect.trials import (
     write_trials,
 )
 from fingerslip.errors import DamagedError, InputError, ResultError
-from fingerslip.marker_layouts import ring_layout
+from fingerslip.marker_layouts import hexagonal_layout, ring_layout
 from fingerslip.storage.files import read_json, write_json
-from fingerslip.vision.tracks import tracks_in_metres
+from fingerslip.vision.tracking.track import track_markers
+from fingerslip.vision.tracks import make_tracks, tracks_in_metres, write_tracks, write_tracks_csv
+from fingerslip.vision.video import write_video
 from unit.vision.scenes import hide
 
 SHORT = SyntheticSlide(travel=2e-3)
+TRIAL = synthetic_trial("a", SHORT)
+SETTINGS = LabelSettings(rest_frames=20)
 
 
 def test_a_data_set_is_opened_lazily_and_has_the_hash_of_its_files(trials, tmp_path):
@@ -112,9 +126,6 @@ def test_a_folder_without_a_manifest_and_a_label_that_never_comes_are_named(tmp_
         check_labels({"a": Onsets(1.0, 2.0)}, ["a", "b"])
 
 
-TRIAL = synthetic_trial("one", SyntheticSlide(travel=2e-3))
-
-
 def test_a_trial_is_read_back_as_it_was_written_and_layouts_are_told_apart(tmp_path):
     folder = tmp_path / "one"
     folder.mkdir()
@@ -167,3 +178,187 @@ def test_conditions_of_two_kinds_leave_no_file(tmp_path):
     with pytest.raises(InputError, match="condition wet: mixes text and numbers"):
         write_parquet(write_trials(made, tmp_path / "set", "Two"), tmp_path / "a.parquet")
     assert [path.name for path in tmp_path.iterdir()] == ["set"]
+
+
+@pytest.fixture
+def folder(tmp_path):
+    write_tracks(TRIAL.tracks, tmp_path / "first.nc")
+    write_tracks_csv(TRIAL.tracks, tmp_path / "second.csv")
+    table = "file,indentation [mm],direction [deg],surface,repeat\nfirst.nc,3,90,acrylic,1\nsecond.csv,4,,acrylic,2\n"
+    (tmp_path / "conditions.csv").write_text(table)
+    return tmp_path
+
+
+def test_recordings_become_a_data_set(folder):
+    own = {"second": Onsets(1.0, None)}
+    made = recorded_trials(folder, folder / "conditions.csv", own, SETTINGS)
+    trials = write_trials(made, folder / "set", "Recordings")
+    assert trials.names == ("first", "second")
+    conditions = dict(trials.conditions["first"])
+    assert conditions.pop("surface") == "acrylic"
+    assert conditions == pytest.approx({"indentation": 3e-3, "direction": np.pi / 2, "repeat": 1.0})
+    assert "direction" not in trials.conditions["second"]
+    assert trials.labels("first") == {"external_markers": TRIAL.labels["external_markers"]}
+    assert trials.labels("second")["user"] == Onsets(1.0, None)
+    assert trials.trial("second").provenance == {"recording": "second.csv"}
+
+
+def test_missing_recordings_and_labels_are_named(folder):
+    assert read_any_tracks(folder / "first.nc").equals(TRIAL.tracks)
+    with pytest.raises(InputError, match=r"none.csv: cannot be read \(.*\), needs a CSV file"):
+        read_conditions(folder / "none.csv")
+    (folder / "more.csv").write_text("file\nthird.nc\n")
+    with pytest.raises(InputError, match=r"names third\.nc, needs files that are in"):
+        list(recorded_trials(folder, folder / "more.csv"))
+    write_tracks(TRIAL.tracks.isel(marker=TRIAL.tracks["kind"].values == "internal"), folder / "first.nc")
+    with pytest.raises(InputError, match="trial first: has nothing to label it by"):
+        list(recorded_trials(folder, folder / "conditions.csv"))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("name\na\n", "a row has no file, needs a column 'file'"),
+        ("file\na\na\n", "'a' stands twice"),
+        ("file\n", "has no rows"),
+        ("file,indentation\na,3\n", r"line 2: indentation: .*unit"),
+        ("file,indentation [s]\na,3\n", r"line 2: indentation"),
+        ("file,surface [mm]\na,3\n", "has the unit mm, takes none; units are known of indentation"),
+        ("file,x\na,1,2\n", "more cells than there are names"),
+        ("file,[mm]\na,1\n", r"has the column '\[mm\]'"),
+    ],
+)
+def test_bad_tables_give_one_clear_error(text, message, tmp_path):
+    (tmp_path / "c.csv").write_text(text)
+    with pytest.raises(InputError, match=message):
+        read_conditions(tmp_path / "c.csv")
+
+
+REST, RATE = 10, 30.0
+INNER = [(40.0, 30.0), (80.0, 30.0), (120.0, 30.0), (60.0, 60.0), (100.0, 60.0), (80.0, 90.0)]
+OUTER = [(80.0, 60.0), (50.0, 30.0), (110.0, 30.0), (50.0, 90.0), (110.0, 90.0)]
+
+
+def film(path, places, moves, frames=40):
+    """Write a video of dark markers; those in `moves` go along x from a frame on, a pixel a frame."""
+    rows, columns = np.mgrid[:120, :160]
+    noise, made = np.random.default_rng(0), []
+    for number in range(frames):
+        frame = noise.normal(180.0, 2.0, rows.shape)
+        for marker, (x, y) in enumerate(places):
+            gone = max(number - moves.get(marker, frames), 0)
+            frame[np.hypot(columns - x - gone, rows - y) < 5] = 40
+        made.append(frame.astype(np.uint8))
+    write_video(path, iter(made), RATE)
+
+
+@pytest.fixture(scope="module")
+def recordings(tmp_path_factory):
+    """Return a folder of two trials by two cameras: outer markers move from frame 14 on, the central one from 24 on."""
+    folder = tmp_path_factory.mktemp("recordings")
+    for name in ("one", "two"):
+        film(folder / f"{name}.mkv", INNER, dict.fromkeys(range(6), REST))
+        film(folder / f"{name}-outside.mkv", OUTER, {0: 24, 1: 14, 2: 14, 3: 14, 4: 14})
+    table = "file,external,indentation [mm]\none.mkv,one-outside.mkv,3\ntwo.mkv,two-outside.mkv,4\n"
+    (folder / "conditions.csv").write_text(table)
+    return folder
+
+
+def search(n_markers: int, **more) -> dict:
+    """Return how the inner markers are tracked."""
+    return {"tracking": {"n_markers": n_markers, "layout": "free", **more}}
+
+
+@pytest.fixture
+def collect(recordings, tmp_path):
+    """Return a function that makes a data set of some of the recordings."""
+
+    def made(**more):
+        options = {"labels": None, "title": "Recorded", "rest_frames": REST} | search(6) | {"external_markers": 5}
+        return collect_trials(recordings, recordings / "conditions.csv", tmp_path / "trials", **{**options, **more})
+
+    return made
+
+
+@pytest.mark.slow
+def test_videos_of_both_cameras_become_a_data_set_with_the_labels_of_their_user(collect, tmp_path):
+    (tmp_path / "mine.csv").write_text("trial,incipient_s,gross_s\none,0.5,0.9\ntwo,0.6,\n")
+    assert collect(labels=tmp_path / "mine.csv") == f"{tmp_path / 'trials'}: 2 trials"
+    trials = open_trials(tmp_path / "trials")
+    assert trials.onsets("user") == {"one": Onsets(0.5, 0.9), "two": Onsets(0.6, None)}
+    assert set(trials.labels("two")) == {"user", "external_markers"}
+    found = trials.trial("one")
+    assert found.tracks["kind"].values.tolist() == ["internal"] * 6 + ["external"] * 5
+    # More than 2 px beside the central marker, and more than 1 px of it.
+    label = found.labels["external_markers"]
+    assert label.incipient == pytest.approx(16.5 / RATE, abs=0.6 / RATE)
+    assert label.gross == pytest.approx(25.5 / RATE, abs=0.6 / RATE)
+    assert found.conditions == {"indentation": pytest.approx(3e-3)}
+    assert found.provenance == {"recording": "one.mkv", "external_recording": "one-outside.mkv"}
+    moved = found.tracks["position"].values[:, :6]
+    assert moved[-1] - moved[0] == pytest.approx(np.tile([29.0, 0.0], (6, 1)), abs=0.3)
+
+
+def test_the_layout_is_found_by_itself(tmp_path):
+    places = np.array([80.0, 60.0]) + hexagonal_layout(20.0, 2).position
+    film(tmp_path / "hexagon.mkv", list(map(tuple, places)), {}, frames=REST + 2)
+    (tmp_path / "table.csv").write_text("file\nhexagon.mkv\n")
+    (tmp_path / "mine.csv").write_text("trial,incipient_s,gross_s\nhexagon,0.2,0.3\n")
+    target = tmp_path / "trials"
+    options = {"labels": tmp_path / "mine.csv", "title": "", "rest_frames": REST}
+    collect_trials(tmp_path, tmp_path / "table.csv", target, **options)
+    assert np.bincount(open_trials(target).tracks("hexagon")["ring"].values).tolist() == [1, 6, 12]
+    for function in (track_markers, commands.collect, commands.run):
+        assert inspect.signature(function).parameters["layout"].default == "auto"
+
+
+@pytest.mark.slow
+def test_what_is_wrong_with_a_video_is_said_and_kept(recordings, tmp_path):
+    film(recordings / "early.mkv", INNER, dict.fromkeys(range(6), 3))
+    (tmp_path / "table.csv").write_text("file\nearly.mkv\n")
+    (tmp_path / "mine.csv").write_text("trial,incipient_s,gross_s\nearly,0.5,0.9\n")
+    options = {"labels": tmp_path / "mine.csv", "title": "", "rest_frames": REST, **search(6)}
+    said = collect_trials(recordings, tmp_path / "table.csv", tmp_path / "trials", **options)
+    assert "early: " in said
+    assert "the sensor moved by" in said
+    assert "the reference is no rest" in open_trials(tmp_path / "trials").trial("early").provenance["warnings"]
+
+
+@pytest.mark.slow
+def test_options_of_the_tracker_reach_both_cameras_and_files_of_tracks_are_read_as_they_are(collect, tmp_path):
+    """Twice the frame rate is half the time, in both; a mask that leaves nothing is for the inner one alone."""
+    nothing = np.zeros((120, 160), dtype=bool)
+    for options, message in ((search(40), "needs 40"), (search(6, mask=nothing), "found no markers")):
+        with pytest.raises(InputError, match=rf"one\.mkv: .*{message}"):
+            collect(**options)
+    assert not (tmp_path / "trials").exists()
+    collect(**search(6, frame_rate=2 * RATE, channel="red"))
+    assert open_trials(tmp_path / "trials").tracks("one").attrs["frame_rate"] == 2 * RATE
+    tracks = make_tracks(np.zeros((3, 2, 2)), np.arange(3) / RATE, units="px")
+    write_tracks(tracks, tmp_path / "tracks.nc")
+    assert read_recording(tmp_path / "tracks.nc", {"n_markers": 81}).equals(tracks)
+
+
+def test_a_column_says_which_recordings_have_no_slip(recordings, tmp_path):
+    table = tmp_path / "table.csv"
+    table.write_text("file,slip\none.mkv,no\ntwo.mkv,yes\n")
+    collect_trials(recordings, table, tmp_path / "trials", labels=None, title="", rest_frames=REST, **search(6))
+    trials = open_trials(tmp_path / "trials")
+    assert trials.labels("one") == {"user": Onsets(None, None)}
+    assert trials.labels("two") == {}
+    assert [trials.conditions[name]["slip"] for name in ("one", "two")] == ["no", "yes"]
+    table.write_text("file,slip\none.mkv,perhaps\n")
+    with pytest.raises(InputError, match="slip: got 'perhaps', needs yes or no"):
+        read_conditions(table)
+
+
+def test_recordings_of_two_cameras_have_to_fit(recordings, tmp_path):
+    inner = make_tracks(np.zeros((31, 2, 2)), np.arange(31) / RATE, units="px")
+    with pytest.raises(InputError, match=r"external: lasts 0\.5 s beside 1 s, needs two recordings that begin and end"):
+        with_external(inner, inner.isel(time=slice(0, 16)))
+    metres = make_tracks(np.zeros((31, 2, 2)), np.arange(31) / RATE, units="m")
+    with pytest.raises(InputError, match="external: is in m, needs the unit of the inner camera"):
+        with_external(inner, metres)
+    (tmp_path / "table.csv").write_text("file,external\none.mkv,none.mkv\n")
+    with pytest.raises(InputError, match=r"names none\.mkv, needs files that are in"):
+        next(recorded_trials(recordings, tmp_path / "table.csv"))

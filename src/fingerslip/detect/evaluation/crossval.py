@@ -39,7 +39,7 @@ from fingerslip.detect.training import (
     rate_fault,
     single_frame_scores,
 )
-from fingerslip.detect.trials import TrialSet
+from fingerslip.detect.trials import TrialSet, check_labels
 from fingerslip.errors import InputError
 from fingerslip.storage.files import check_folder, clean_stale, digest, new_file, writing
 from fingerslip.version import __version__
@@ -301,19 +301,17 @@ def on_unseen(detector: Detector, trials: TrialSet, onsets: Mapping[str, Onsets]
     if detector.data == trials.digest:
         repair = "fingerslip detect evaluate leaves trials out in turn"
         raise InputError(str(trials.folder), "is what the detector learned from", "needs another data set", repair)
-    missing = [name for name in trials.names if name not in onsets]
-    if missing:
-        raise InputError("labels", f"have no trial {missing[0]}", "needs every trial of the data set")
+    check_labels(onsets, trials.names, needed=())
     results: dict[str, dict[str, Onsets]] = {reading: {} for reading in READINGS}
     matrices = []
     for name in trials.names:
         motion, chances = frame_chances(detector, trials.tracks(name))
-        likely, true = chances.argmax(axis=1).astype(np.int8), classes_at(onsets[name], motion.time)
-        one_trial = np.zeros(int(motion.usable.sum()), dtype=np.intp)
-        matrices.append(confusion_by_trial(true[motion.usable], likely[motion.usable], one_trial))
-        alone = single_frame_scores(np.where(motion.usable[:, None], chances, np.nan))
-        scores_of_frames = frame_scores(detector.smoother, motion, chances)
-        results[READINGS[0]][name] = onsets_from(motion.time, scores_of_frames, detector.thresholds)
+        usable, likely = motion.usable, chances.argmax(axis=1).astype(np.int8)
+        true, one_trial = classes_at(onsets[name], motion.time)[usable], np.zeros(int(usable.sum()), dtype=np.intp)
+        matrices.append(confusion_by_trial(true, likely[usable], one_trial))
+        smoothed = frame_scores(detector.smoother, motion, chances)
+        alone = single_frame_scores(np.where(usable[:, None], chances, np.nan))
+        results[READINGS[0]][name] = onsets_from(motion.time, smoothed, detector.thresholds)
         results[READINGS[1]][name] = onsets_from(motion.time, alone)
     ends, frame = rest_ends(trials, trials.names, detector.features.motion.rest_frames)
     scores = {reading: event_scores_of(result, onsets, ends, frame=frame) for reading, result in results.items()}

@@ -233,21 +233,19 @@ def likely_assumptions(
     def changed(quantity: str, value: str, **values: Any) -> Assumption:
         return replace(base, quantity=quantity, value=value, **values)
 
-    def labels(incipient: float = 1.0, gross: float = 1.0) -> LabelSettings:
-        return replace(default, incipient=incipient * default.incipient, gross=gross * default.gross)
+    def thresholds(share: float, *names: str) -> LabelSettings:
+        return replace(default, **{name: share * getattr(default, name) for name in names})
 
+    sizes = {f"{1e3 * size:.3g} mm": thresholds(size / metres_per_pixel, "incipient", "gross") for size in _PIXELS}
     windows = (max(2, motion.window // 3), 3 * motion.window)
-    sizes = [(f"{1e3 * size:.3g} mm", size / metres_per_pixel) for size in _PIXELS]
-    first, second = default.incipient, default.gross
     return (
         base,
-        *(changed("size of a pixel", words, labels=labels(share, share)) for words, share in sizes),
+        *(changed("size of a pixel", words, labels=labels) for words, labels in sizes.items()),
         *(
-            changed("threshold of incipient slip", f"{first * share:g} px", labels=labels(incipient=share))
-            for share in (0.5, 2.0)
-        ),
-        *(
-            changed("threshold of gross slip", f"{second * share:g} px", labels=labels(gross=share))
+            changed(
+                f"threshold of {name} slip", f"{share * getattr(default, name):g} px", labels=thresholds(share, name)
+            )
+            for name in ("incipient", "gross")
             for share in (0.5, 2.0)
         ),
         *(changed("labels", name.replace("_", " "), labels=name) for name in stored),
