@@ -200,12 +200,12 @@ def inquire(
     as_json: AsJson = False,
 ) -> None:
     """Ask what a classifier needs, uses and bears: learning curve, importance of rings, robustness, with figures."""
-    from fingerslip.detect.evaluation.inquiries import Levels, write_inquiry
     from fingerslip.detect.evaluation.inquiries import inquire as asked
+    from fingerslip.detect.evaluation.inquiries import levels_of, write_inquiry
     from fingerslip.storage.files import check_folder
 
     check_folder(output)
-    answers = asked(dataset, classifier, choices, Levels(lost, noise, slower))
+    answers = asked(dataset, classifier, choices, levels_of(lost=lost, noise=noise, slower=slower))
     write_inquiry(answers, output)
     print_tables(answers.tables.values(), as_json)
     typer.echo(f"tables and figures: {output}", err=as_json)

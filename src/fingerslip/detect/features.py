@@ -48,11 +48,6 @@ class Motion:
     seen: Bools  # (n_times, n_markers)
     usable: Bools  # (n_times,), frames in which enough of them were seen
 
-    @property
-    def filled(self) -> int:
-        """Number of positions that were not seen, and filled."""
-        return int((~self.seen).sum())
-
     def at(self, frames: NDArray[np.intp] | slice) -> Motion:
         """Return some frames of it."""
         over_time = ("time", "displacement", "velocity", "seen", "usable")

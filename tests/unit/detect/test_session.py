@@ -15,7 +15,7 @@ from fingerslip.detect import page
 from fingerslip.detect.classifiers import CLASSIFIERS
 from fingerslip.detect.evaluation import inquiries
 from fingerslip.detect.evaluation.crossval import Evaluation, parts_beside
-from fingerslip.detect.evaluation.inquiries import Levels, curve_sizes, inquire, vary, write_inquiry
+from fingerslip.detect.evaluation.inquiries import curve_sizes, inquire, levels_of, vary, write_inquiry
 from fingerslip.detect.evaluation.scores import (
     Estimate,
     accuracy_table,
@@ -152,7 +152,7 @@ def test_events_have_a_column_for_each_classifier() -> None:
     assert "n/a" in to_markdown(table)
 
 
-FEW = Levels(lost="0,0.6", noise="", slower="2")
+FEW = levels_of(lost="0,0.6", noise="", slower="2")
 
 
 @pytest.mark.slow
@@ -167,7 +167,7 @@ def test_an_inquiry_has_a_table_and_a_figure_of_each(trials_folder, tmp_path):
     assert {path.name for path in tmp_path.iterdir()} == {f"{name}.{end}" for name in names for end in ("csv", "png")}
     assert (curve_sizes(1), curve_sizes(256)) == ((1,), (4, 8, 16, 32, 64, 128, 256))
     with pytest.raises(InputError, match=r"--noise: got '0;1', needs numbers with commas; write --noise 0,0\.1,0\.2"):
-        inquire(trials_folder, "logistic", CHOICES, Levels(noise="0;1"))
+        levels_of(noise="0;1")
 
 
 @pytest.mark.slow

@@ -326,7 +326,6 @@ FOREST, HURRIED = CLASSIFIERS["forest"], dataclasses.replace(CLASSIFIERS["logist
     [
         (lambda: fit(FOREST, VALUES, np.minimum(CLASSES, 1)), r"has the classes \[0, 1\], needs 0, 1 and 2"),
         (lambda: fit(HURRIED, VALUES, CLASSES), "classifier logistic: does not converge"),
-        (lambda: columns_of(("mean/a",), ("polar",)), "features: have no 'polar'"),
         (lambda: optional("no_such_module"), r'no_such_module is missing .*pip install "fingerslip\[detect\]"'),
         (lambda: ForwardFilter((0.0, 1.0), (0.25, 0.5, 0.25), 0.2), "ForwardFilter.dwell.*: got 0.0, needs a number >"),
         (lambda: ForwardFilter((1.0, 1.0), (0.0, 0.5, 0.5), 0.2), "ForwardFilter.prior.*: got 0.0, needs a number > 0"),

@@ -242,10 +242,8 @@ def likely_assumptions(
         base,
         *(changed("size of a pixel", words, labels=labels) for words, labels in sizes.items()),
         *(
-            changed(
-                f"threshold of {name} slip", f"{share * getattr(default, name):g} px", labels=thresholds(share, name)
-            )
-            for name in ("incipient", "gross")
+            changed(f"threshold of {name} slip", f"{share * value:g} px", labels=thresholds(share, name))
+            for name, value in (("incipient", default.incipient), ("gross", default.gross))
             for share in (0.5, 2.0)
         ),
         *(changed("labels", name.replace("_", " "), labels=name) for name in stored),
@@ -317,25 +315,16 @@ def _label(
     return [(joined_samples(entry), label) for entry, label in zip(samples, labels, strict=True)]
 
 
-@dataclass(frozen=True)
-class Levels:
-    """Disturbances that are tried, as the command line writes them: numbers with commas between them."""
-
-    lost: str = "0,0.1,0.2,0.3,0.4,0.5"  # shares of positions that are not seen
-    noise: str = "0,0.02,0.05,0.1,0.2,0.5"  # standard deviations of noise that is added, in the unit of the tracks
-    slower: str = "1,2,4,8"  # every so manieth frame
-
-    @property
-    def pairs(self) -> list[tuple[str, float]]:
-        """The disturbances and their amounts."""
-        pairs = []
-        for name, text in vars(self).items():
-            try:
-                pairs += [(name, float(part)) for part in text.split(",") if part.strip()]
-            except ValueError:
-                fault, repair = f"got {shorten(text)!r}", f"write --{name} 0,0.1,0.2"
-                raise InputError(f"--{name}", fault, "needs numbers with commas", repair) from None
-        return pairs
+def levels_of(**texts: str) -> list[tuple[str, float]]:
+    """Return disturbances and their amounts, which the command line writes with commas between them."""
+    levels = []
+    for name, text in texts.items():
+        try:
+            levels += [(name, float(part)) for part in text.split(",") if part.strip()]
+        except ValueError:
+            fault, repair = f"got {shorten(text)!r}", f"write --{name} 0,0.1,0.2"
+            raise InputError(f"--{name}", fault, "needs numbers with commas", repair) from None
+    return levels
 
 
 @dataclass(frozen=True)
@@ -346,14 +335,13 @@ class Inquiry:
     figures: Mapping[str, Figure] = field(repr=False)
 
 
-def inquire(dataset: Path, classifier: str, choices: Choices, levels: Levels | None = None) -> Inquiry:
+def inquire(dataset: Path, classifier: str, choices: Choices, levels: Sequence[tuple[str, float]]) -> Inquiry:
     """Return the learning curve of a classifier, the importance of each ring to it, and its robustness.
 
     All are on the test trials of the benchmark in the folder `dataset`. A classifier that sees no single markers has no
     importance of rings.
     """
-    pairs, candidate = (levels or Levels()).pairs, candidate_of_name(classifier)
-    trials, seed = open_trials(dataset), choices.seed
+    candidate, trials, seed = candidate_of_name(classifier), open_trials(dataset), choices.seed
     onsets = choices.onsets(trials)
     tests, name, options = benchmark_test_trials(trials.names, seed), candidate.name, dict[str, Any](choices.options)
     run = begin_evaluation(trials, onsets, [candidate], choices.motion, choices.sampling, **options)
@@ -366,7 +354,7 @@ def inquire(dataset: Path, classifier: str, choices: Choices, levels: Levels | N
             heading, note = ("ring", "drop in accuracy"), f"Ring 0 is the centre. {INTERVALS}"
             tables["importance"] = table_of("Importance of rings", heading, list(drops.items()), note)
             figures["importance"] = importance_figure(drops, name)
-        results = robustness_of(choices.train(trials, classifier), trials, onsets, tests, pairs, seed=seed)
+        results = robustness_of(choices.train(trials, classifier), trials, onsets, tests, levels, seed=seed)
         names = ("disturbance", "amount", "accuracy", "unusable")
         tables["robustness"] = table_of("Robustness, all frames of the test trials", names, results)
         figures["robustness"] = robustness_figure(results, name)
