@@ -51,18 +51,13 @@ def test_a_marker_that_is_not_seen_moves_as_its_neighbours_do_and_without_enough
     assert (found.displacement[8] == 0).all()
 
 
-def test_rest_is_the_mean_of_what_was_seen_and_weights_need_no_spacing():
+def test_rest_is_the_mean_of_what_was_seen_and_one_marker_has_no_neighbour():
     moved = np.zeros((6, DISC.count, 2))
     moved[0, :, 0], moved[1, 2] = 1.0, np.nan
     rest = features.rest_positions(moving(moved), 2)
     assert rest[0] - DISC.position[0] == pytest.approx([0.5, 0.0])
     assert rest[2] - DISC.position[2] == pytest.approx([1.0, 0.0])
     assert features.neighbour_weights(np.zeros((1, 2))).tolist() == [[0.0]]
-    weights = features.neighbour_weights(DISC.position)
-    assert np.array_equal(weights, weights.T)
-    assert features.fill_unseen(np.ones((1, 2, 2)), np.ones((1, 2), dtype=bool), np.eye(2)).tolist() == [
-        [[1.0, 1.0]] * 2
-    ]
 
 
 def set_of(name, rest, displacement):
@@ -147,11 +142,8 @@ def test_every_set_has_a_name_for_each_column_and_needs_no_other_frame(name):
     names = features.feature_names(motion(), features.FeatureSettings((name,)))
     assert len(names) == columns(name).shape[1] == len(set(names))
     assert all(one.startswith(f"{name}/") for one in names)
-    whole = motion()
-    over_time = ("time", "displacement", "velocity", "seen", "usable")
-    last = dataclasses.replace(whole, **{one: getattr(whole, one)[-1:] for one in over_time})
-    settings = features.FeatureSettings((name,))
-    assert features.features_of(last, settings)[0] == pytest.approx(features.features_of(whole, settings)[-1], abs=1e-6)
+    last = features.features_of(motion().at(slice(-1, None)), features.FeatureSettings((name,)))
+    assert last[0] == pytest.approx(columns(name)[-1], abs=1e-6)
 
 
 @pytest.mark.parametrize("turn", [np.pi / 4, np.pi / 2, 3 * np.pi / 4, np.pi])
@@ -162,15 +154,15 @@ def test_some_sets_do_not_know_the_direction(name, turn):
 
 
 def test_polar_velocities_of_a_turn_and_of_growth():
-    still = motion()
     arm = LAYOUT.position
-    turning = np.stack([-arm[:, 1], arm[:, 0]], axis=1)[None] + np.zeros((4, 1, 1))
-    found = features.features_of(dataclasses.replace(still, velocity=turning), features.FeatureSettings(("polar",)))
-    assert found[:, :81] == pytest.approx(0.0, abs=1e-5)
-    assert found[:, 82:] == pytest.approx(1.0)
-    growing = features.features_of(
-        dataclasses.replace(still, velocity=arm[None] + 0 * turning), features.FeatureSettings(("polar",))
+    turning, growing = (
+        features.features_of(
+            dataclasses.replace(motion(), velocity=np.tile(velocity, (4, 1, 1))), features.FeatureSettings(("polar",))
+        )
+        for velocity in (np.stack([-arm[:, 1], arm[:, 0]], axis=1), arm)
     )
+    assert turning[:, :81] == pytest.approx(0.0, abs=1e-5)
+    assert turning[:, 82:] == pytest.approx(1.0)
     assert growing[:, :81] == pytest.approx(np.broadcast_to(10.0 * LAYOUT.ring, (4, 81)), rel=1e-5)
     assert growing[:, 81:] == pytest.approx(0.0, abs=1e-6)
 
