@@ -285,10 +285,9 @@ class Grasp:
                 (moment.time, position - self._origin, speed, moment.slipped_fraction(), moment.stick_ratio == 0.0)
             )
             for name, watch in watches.items():
-                if alarms[name] is None:
-                    alarms[name] = watch.take(moment)
-                    if alarms[name] is not None:
-                        self._save(simulation, moment.time)
+                if alarms[name] is None and (alarm := watch.take(moment)) is not None:
+                    alarms[name] = alarm
+                    self._save(simulation, moment.time)
             if simulation.is_finished or rows[-1][1] > held.travel_limit:
                 break
             observation = simulation.step()
@@ -301,11 +300,9 @@ class Grasp:
         return OpenLoop(times, travel, speeds, slipped, alarms, gross, lost, simulation.history())
 
     def _save(self, simulation: Simulation, time: float) -> None:
-        if self._saved and self._saved[-1][0] >= time:
-            return
-        path = Path(self._folder.name) / f"{len(self._saved)}"
-        simulation.save(path)
-        self._saved.append((time, path))
+        if not self._saved or self._saved[-1][0] < time:
+            self._saved.append((time, Path(self._folder.name) / f"{len(self._saved)}"))
+            simulation.save(self._saved[-1][1])
 
     def _follow(self, simulation: Simulation, response: Response, earliest: float) -> Outcome:
         """Take steps under a response until the object is lost, or saved at a time or later [s]."""

@@ -116,9 +116,6 @@ def require_sites(detectors: Mapping[str, Detector], holder: Model, where: str =
     recorded = {*kinds, *(f"{kind.replace(' ', '_')}s" for kind in kinds)}
     for name, detector in detectors.items():
         for missing in (group for group in detector.groups if group not in recorded):
-            fault, allowed = (
-                f"needs sites of the kind {missing}",
-                f"the holder has {', '.join(sorted(kinds)) or 'none'}",
-            )
+            held = f"the holder has {', '.join(sorted(kinds)) or 'none'}"
             repair = f"write holder_of(..., groups=['{missing}']), or record.sites in a study"
-            raise InputError(f"{where}.{name}", fault, allowed, repair)
+            raise InputError(f"{where}.{name}", f"needs sites of the kind {missing}", held, repair)

@@ -220,8 +220,8 @@ class Surrogate:
         return Prediction(middle, middle - half, middle + half)
 
 
-def fit_surrogate(runs: Sequence[RunResult], output: str, seed: int = 1) -> Surrogate:
-    """Fit a surrogate to the runs of a study, and validate it; `seed` is that of the folds.
+def fit_surrogate(runs: Sequence[RunResult], output: str) -> Surrogate:
+    """Fit a surrogate to the runs of a study, and validate it.
 
     Runs without the output are left out, and of runs with the same inputs one is taken.
     """
@@ -239,7 +239,7 @@ def fit_surrogate(runs: Sequence[RunResult], output: str, seed: int = 1) -> Surr
         raise InputError("of", f"'{output}' is {values[0]:.6g} {unit} in all runs", "needs an output that differs")
     process = fit_process(columns, values, None)
     validation = replace(
-        _validate(columns, values, process, seed),
+        _validate(columns, values, process),
         repeated=len(valued) - len(distinct),
         missing=len(pairs) - len(valued),
     )
@@ -259,8 +259,8 @@ def fit_process(columns: Array, values: Array, start: Any) -> Any:
         return process.fit(columns, values)
 
 
-def _validate(columns: Array, values: Array, process: Any, seed: int) -> Validation:
-    fold = np.random.default_rng(seed).permutation(values.size) % _FOLDS
+def _validate(columns: Array, values: Array, process: Any) -> Validation:
+    fold = np.random.default_rng(_SEED).permutation(values.size) % _FOLDS
     mean, deviation = np.empty_like(values), np.empty_like(values)
     for number in range(_FOLDS):
         left = fold == number

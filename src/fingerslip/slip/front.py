@@ -210,9 +210,9 @@ class MarkerSlips:
     time: Floats  # (n,) [s]
 
 
-def skin_marker_slips(history: xr.Dataset, settings: EventSettings | None = None) -> MarkerSlips | None:
+def skin_marker_slips(history: xr.Dataset) -> MarkerSlips | None:
     """Return when the touching markers of the skin begin to slip in the first slide."""
-    settings, window = settings or EventSettings(), slide_window(history)
+    settings, window = EventSettings(), slide_window(history)
     rows = sites_of_kinds(history, [EXTERNAL])
     if window is None or not rows.size or not history.sizes.get("contact_node", 0):
         return None

@@ -68,14 +68,14 @@ def receptors_in_areas(
     return MappingProxyType(chosen)
 
 
-def receptor_signals(history: xr.Dataset, per_area: int = 5) -> xr.Dataset:
-    """Average the signals of the receptors around each edge of the contact [m/s^2, J/m^3]."""
+def receptor_signals(history: xr.Dataset) -> xr.Dataset:
+    """Average the signals of five receptors of each type around each edge of the contact [m/s^2, J/m^3]."""
     import xarray as xr
 
     dims, times = ("kind", "area", "time"), history["time"].values
     shape = (len(RECEPTOR_KINDS), len(AREAS), times.size)
     acceleration, density, count = np.full(shape, np.nan), np.full(shape, np.nan), np.zeros(shape[:2], dtype=int)
-    for (kind, area), names in receptors_in_areas(history, per_area).items():
+    for (kind, area), names in receptors_in_areas(history).items():
         pair, rows = (RECEPTOR_KINDS.index(kind), AREAS.index(area)), site_rows(history, names)
         count[pair] = len(names)
         acceleration[pair] = tangential_acceleration(history, rows).mean(axis=1)
