@@ -201,28 +201,16 @@ _LEAST_FALL = 0.1
 _BESIDE = 1.5
 
 
-@dataclass(frozen=True)
-class MarkerSlips:
-    """When the markers of the skin that touch at the start of a slide begin to slip."""
-
-    names: tuple[str, ...]  # names of their sites
-    distance: Floats  # (n,), distance from the one in the middle at rest [m]
-    time: Floats  # (n,) [s]
-
-
-def skin_marker_slips(history: xr.Dataset) -> MarkerSlips | None:
-    """Return when the touching markers of the skin begin to slip in the first slide."""
+def skin_marker_slips(history: xr.Dataset) -> tuple[NDArray[np.intp], Floats]:
+    """Return the rows of the touching markers of the skin and when they begin to slip in the first slide [s], (n,)."""
     settings, window = EventSettings(), slide_window(history)
-    rows = sites_of_kinds(history, [EXTERNAL])
-    if window is None or not rows.size or not history.sizes.get("contact_node", 0):
-        return None
-    rows = rows[touching_markers(history)]
+    rows = sites_of_kinds(history, [EXTERNAL])[touching_markers(history)]
+    if window is None or not rows.size:
+        return rows, np.empty(0)
     lag = lags(history, window, history["displacement"].values[:, rows], [0])
     times = history["time"].values[window.records]
     crossings = sustained_crossings(times, lag, settings.displacement_tolerance, settings.sustained)
-    names = tuple(map(str, history["site"].values[rows]))
-    distance = np.linalg.norm(np.delete(history["site_position"].values[rows], 1, axis=1), axis=1)
-    return MarkerSlips(names, distance, np.array(crossings, dtype=float))
+    return rows, np.array(crossings, dtype=float)
 
 
 def touching_markers(history: xr.Dataset) -> NDArray[np.bool_]:
@@ -244,15 +232,16 @@ def touching_markers(history: xr.Dataset) -> NDArray[np.bool_]:
     return np.asarray((away < beside) & (state[nearest] != OPEN))
 
 
-def share_before_centre(slips: MarkerSlips | None) -> float | None:
-    """Return the share of the outer markers that slip before the central one; None without it or without others."""
-    if slips is None:
+def share_before_centre(history: xr.Dataset) -> float | None:
+    """Return the share of the outer touching markers that slip before the central one; None where one of both lacks."""
+    rows, slips = skin_marker_slips(history)
+    if not rows.size:
         return None
-    outer = slips.distance > 1e-9
+    outer = np.linalg.norm(np.delete(history["site_position"].values[rows], 1, axis=1), axis=1) > 1e-9
     if outer.all() or not outer.any():
         return None
-    centre = np.nan_to_num(slips.time[~outer][0], nan=np.inf)
-    return float(np.mean(np.nan_to_num(slips.time[outer], nan=np.inf) < centre))
+    times = np.nan_to_num(slips, nan=np.inf)
+    return float(np.mean(times[outer] < times[~outer][0]))
 
 
 def stick_slip_cycles(history: xr.Dataset) -> int | None:

@@ -24,7 +24,6 @@ from fingerslip.slip.front import (
     force_ratio_times,
     front_arrivals,
     share_before_centre,
-    skin_marker_slips,
     stick_slip_cycles,
 )
 from fingerslip.slip.settings import EventSettings
@@ -292,7 +291,7 @@ MEASURES: tuple[Measure, ...] = (
     Measure(
         "outer_markers_before_centre",
         "share of touching skin markers that slip before the central one",
-        lambda history: share_before_centre(skin_marker_slips(history)),
+        share_before_centre,
     ),
     _of_run("edge_distance_min", "smallest distance from the contact to a free edge", edge_distance, _TRAVEL),
     _of_nodes(

@@ -24,7 +24,7 @@ from fingerslip.marker_tracks import marker_tracks
 from fingerslip.published import PublishedValue, published_set
 from fingerslip.results import HISTORY, RunResult
 from fingerslip.slip import slide_window
-from fingerslip.slip.front import share_before_centre, skin_marker_slips, stick_slip_cycles
+from fingerslip.slip.front import share_before_centre, stick_slip_cycles
 from fingerslip.validation.evidence import Work
 from fingerslip.validation.rows import Basis, Row, RowFile, Stored, number_row, statement_row, stored_rows
 
@@ -80,7 +80,7 @@ def measure_sensor(run: RunResult, history: xr.Dataset) -> SensorMeasures:
     return SensorMeasures(
         ridged=bool(run.swept[_RIDGED]),
         depth=str(run.swept[_DEPTH]),
-        before_centre=share_before_centre(skin_marker_slips(history)),
+        before_centre=share_before_centre(history),
         cycles=stick_slip_cycles(history),
         ahead=float(overall[rings == 0].mean()) / outermost if overall is not None and outermost > 0.0 else None,
         spread=spread,

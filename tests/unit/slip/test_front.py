@@ -160,12 +160,13 @@ def marked(friction=None, lags=(1.0, 3.0, 2.0)):
 
 
 def test_times_at_which_markers_lag_and_share_of_them_before_the_centre():
-    slips = skin_marker_slips(marked())
+    rows, slips = skin_marker_slips(marked())
     # 50 um behind a plate at 1 mm/s.
-    assert slips.time == pytest.approx([1.05, 3.05, 2.05])
-    assert share_before_centre(slips) == 1.0
-    assert share_before_centre(skin_marker_slips(marked(lags=(1.0, 2.0, 20.0)))) == 0.5
-    assert skin_marker_slips(marked().assign_coords(site_kind=("site", ["probe"] * 3))) is None
+    assert rows.tolist() == [0, 1, 2]
+    assert slips == pytest.approx([1.05, 3.05, 2.05])
+    assert share_before_centre(marked()) == 1.0
+    assert share_before_centre(marked(lags=(1.0, 2.0, 20.0))) == 0.5
+    assert share_before_centre(marked().assign_coords(site_kind=("site", ["probe"] * 3))) is None
 
 
 PLATEAU = np.minimum(MOMENTS, 3.0)
