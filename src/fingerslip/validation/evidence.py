@@ -6,7 +6,6 @@ import itertools
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from types import MappingProxyType
 
 from fingerslip.errors import InputError
 from fingerslip.history import read_history
@@ -113,43 +112,31 @@ def gather(work: Work) -> Evidence:
     for name, conditions in REFINED.items():
         chosen = [run.name for run in plan_study(paths[name], work.results).runs if _meets(run.swept, conditions)]
         converge(paths[name], results_dir=work.results, only=chosen, workers=work.workers, progress=work.progress)
-    outcomes = work.run(STUDIES)
     measured = {
-        name: tuple(_measure(outcome.folder / run.name, run) for run in outcome.runs)
-        for name, outcome in zip(STUDIES, outcomes, strict=True)
-        if name != SOLID
+        name: tuple(measure_folder(outcome.folder / run.name, run, _reader(name)) for run in outcome.runs)
+        for name, outcome in zip(STUDIES, work.run(STUDIES), strict=True)
     }
-    solid = outcomes[STUDIES.index(SOLID)]
-    measured[SOLID] = tuple(solid_measures(solid.folder / run.name, run) for run in solid.runs)
-    return Evidence(
-        measured,
-        _measure_levels(paths[TABLE2], work.results, _measure),
-        tuple(entry for (entry,) in _measure_levels(paths[SOLID], work.results, solid_measures)),
-        _measure_levels(paths[LARGE_STRAIN], work.results, _measure, _FINITE),
-    )
+    section, solid, large_strain = (_measure_levels(name, work) for name in (TABLE2, SOLID, LARGE_STRAIN))
+    return Evidence(measured, section, tuple(measures for (measures,) in solid), large_strain)
 
 
-def _measure_levels(
-    study: Path,
-    results: Path,
-    measured: Callable[[Path, RunResult], Measures],
-    conditions: Mapping[str, object] = MappingProxyType({}),
-) -> tuple[tuple[Measures, ...], ...]:
-    """Measure the refined runs of a study that have some values, level by level."""
-    chosen = [_meets(run.swept, conditions) for run in plan_study(study, results).runs]
+def _measure_levels(name: str, work: Work) -> tuple[tuple[Measures, ...], ...]:
+    """Measure the refined runs of a study, level by level."""
+    path = work.file(name)
+    chosen = [_meets(run.swept, REFINED[name]) for run in plan_study(path, work.results).runs]
     return tuple(
-        tuple(measured(folder, read_run(folder)) for folder in itertools.compress(folders, chosen))
-        for folders in level_folders(study, results).values()
+        tuple(measure_folder(folder, read_run(folder), _reader(name)) for folder in itertools.compress(folders, chosen))
+        for folders in level_folders(path, work.results).values()
     )
 
 
-def _measure(folder: Path, run: RunResult) -> Measures:
-    return measure(run, read_history(folder / HISTORY))
+def _reader(study: str) -> Callable[..., Measures]:
+    return measure_3d if study == SOLID else measure
 
 
-def solid_measures(folder: Path, run: RunResult) -> Measures:
-    """Measure a run of a fingertip in 3D as `validate` does, from the history in its folder."""
-    return measure_3d(run, read_history(folder / HISTORY))
+def measure_folder(folder: Path, run: RunResult, read: Callable[..., Measures]) -> Measures:
+    """Measure a run from the history in its folder: a section by `measure`, a fingertip in 3D by `measure_3d`."""
+    return read(run, read_history(folder / HISTORY))
 
 
 def _meets(values: Mapping[str, object], conditions: Mapping[str, object]) -> bool:

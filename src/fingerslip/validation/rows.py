@@ -27,8 +27,8 @@ from fingerslip.storage.files import digest, read_json, write_json
 from fingerslip.study.definition.file import read_with_base
 from fingerslip.study.storage.store import versions
 from fingerslip.tables.table import Cell, Column, Missing, Table, to_markdown
-from fingerslip.validation.evidence import VARIANT, Work, solid_measures
-from fingerslip.validation.measures import NODE_TOLERANCES, REFERENCE_NODES, SOLID_READINGS
+from fingerslip.validation.evidence import VARIANT, Work, measure_folder
+from fingerslip.validation.measures import NODE_TOLERANCES, REFERENCE_NODES, SOLID_READINGS, measure_3d
 
 Basis = Literal["calibrated", "predicted", "large strain"]
 Verdict = Literal["agrees", "misses", "not found", "not judged", "not comparable", "holds", "fails"]
@@ -285,7 +285,7 @@ def geometry_rows(study: StudyResult) -> tuple[GeometryRow, ...]:
     """
     model, runs = GEOMETRY[study.folder.name], study.runs
     if model == "in 3D":
-        runs = tuple(solid_measures(study.folder / run.name, run).run for run in runs)
+        runs = tuple(measure_folder(study.folder / run.name, run, measure_3d).run for run in runs)
     references = [published_set(name) for name in study.compare]
     return tuple(_geometry_row(interval, model) for interval in published_intervals(runs, references))
 

@@ -184,7 +184,7 @@ def test_rows_name_model_and_reading_and_those_in_3d_are_read_at_the_reference_n
     assert (overall.published, overall.found, overall.samples) == (1.71, 12, 12)
     assert list(overall.interval) == sorted(overall.interval)
     read = []
-    monkeypatch.setattr(module, "solid_measures", lambda folder, run: read.append(folder) or SimpleNamespace(run=run))
+    monkeypatch.setattr(module, "measure_folder", lambda at, run, _: read.append(at) or SimpleNamespace(run=run))
     study = dataclasses.replace(study_of(compare="wang2014-solid"), folder=tmp_path / "wang2014_geometry_3d")
     rows = module.geometry_rows(study)
     assert read == [study.folder / run.name for run in study.runs]
