@@ -68,9 +68,8 @@ def write_film(path: Path, grasp: Grasp, detector: str, reactions: Mapping[str, 
     """Film one object under some reactions, by name, to a detector, for browsers; return the last frame as PNG."""
     runs, alarm = [], grasp.open_loop.alarms.get(detector)
     for name, reaction in reactions.items():
-        start = grasp.start_of(reaction, detector)
-        response = None if start is None else reaction.response(start, grasp.held.first_grip)
-        outcome = grasp.without_reaction() if response is None else grasp.branch(response)
+        response = grasp.response_to(reaction, detector)
+        outcome = grasp.branch(response)
         history = grasp.history(response, snapshots_every=grasp.held.step)
         runs.append(_Run(name, grasp, None if alarm is None else alarm.time, response, outcome, history))
     last = max(run.outcome.end for run in runs) + _AFTER

@@ -191,23 +191,20 @@ class Grasp:
         Its latency counts from the alarm; without one that is what happens without a reaction. An InputError refuses a
         detector that is not there, a latency shorter than a step, and an actuator that cannot hold the grip.
         """
-        start = self.start_of(reaction, detector)
-        return self.without_reaction() if start is None else self.branch(reaction.response(start, self.held.first_grip))
+        return self.branch(self.response_to(reaction, detector))
 
-    def start_of(self, reaction: Reaction, detector: str) -> float | None:
-        """Return when the grip begins to rise, since the load began [s]; None without an alarm."""
+    def response_to(self, reaction: Reaction, detector: str) -> Response | None:
+        """Return the grip force over time that a reaction to a detector's alarm brings; None without an alarm."""
         if detector not in self.detectors:
             raise InputError("detector", f"got '{detector}'", f"needs one of {', '.join(self.detectors)}")
         require_whole_step("reflex.latency", reaction.reflex.latency, self.held.step)
-        if reaction.reflex.since == "load":
-            return reaction.delay
-        alarm = self.open_loop.alarms[detector]
-        return None if alarm is None else alarm.time + self.detectors[detector].delay + reaction.delay
-
-    def without_reaction(self) -> Outcome:
-        """Return what comes of no reaction."""
-        loop = self.open_loop
-        return self._outcome(loop.times, loop.travel, self._open_slip, self.held.first_grip, None)
+        start = reaction.delay
+        if reaction.reflex.since == "alarm":
+            alarm = self.open_loop.alarms[detector]
+            if alarm is None:
+                return None
+            start = alarm.time + self.detectors[detector].delay + reaction.delay
+        return reaction.response(start, self.held.first_grip)
 
     def _outcome(self, times: Array, travels: Array, slip: float, grip: float, start: float | None) -> Outcome:
         """Return what comes of a grip that rose to a force [N] from a time on [s], by travels [m] over times [s]."""
@@ -224,17 +221,17 @@ class Grasp:
             travels=travels,
         )
 
-    def branch(self, response: Response, earliest: float | None = None) -> Outcome:
-        """Return what comes of a response that begins with the load or later, from the last saved state before it on.
+    def branch(self, response: Response | None, earliest: float | None = None) -> Outcome:
+        """Return what comes of a response that begins with the load or later, or of none, from the last saved state on.
 
         It is decided not before the load has come, or an earlier time since the load began [s], which is quicker.
         """
         loop, load_end = self.open_loop, self.held.load.series()[0][-1]
+        if response is None or (loop.lost is not None and response.start >= loop.lost):
+            return self._outcome(loop.times, loop.travel, self._open_slip, self.held.first_grip, None)
         earlier = [path for time, path in self._saved if time <= response.start]
         if not earlier:
             raise InputError("response.start", f"got {response.start:.4g} s", "needs 0 s or more since the load began")
-        if loop.lost is not None and response.start >= loop.lost:
-            return self.without_reaction()
         with Simulation.restore(earlier[-1], self.model, threads=1, bases=self._bases) as simulation:
             return self._follow(simulation, response, load_end if earliest is None else earliest)
 
@@ -245,7 +242,7 @@ class Grasp:
         """
         model = replace(self.model, record=replace(self.model.record, snapshots_every=snapshots_every))
         with Simulation(model, threads=1, bases=self._bases) as simulation:
-            last = (self.open_loop.times[-1] if response is None else self.branch(response).end) + self.held.begins
+            last = self.branch(response).end + self.held.begins
             while simulation.time < last - 0.5 * self.held.step:
                 self._step(simulation, response)
             return simulation.history()

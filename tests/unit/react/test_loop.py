@@ -66,7 +66,7 @@ def test_branch_is_what_a_run_of_its_own_gives_to_the_last_bit_up_to_its_decisio
 
 def check_branch(grasp, latency):
     """Compare a branch with the history of a whole run under the same response."""
-    response = reaction(latency).response(grasp.start_of(reaction(latency), "force"), HELD.first_grip)
+    response = grasp.response_to(reaction(latency), "force")
     branch, history = grasp.branch(response), grasp.history(response)
     first = round(HELD.begins / HELD.step)
     positions = history["rigid_body_displacement"].values[:, 0, 0]

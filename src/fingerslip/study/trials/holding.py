@@ -102,12 +102,12 @@ def score_alarms(folder: Path, submission: Path) -> Table:
 
 def _outcomes(run: _HeldRun, grasp: Grasp, alarms: Mapping[str, float | None]) -> dict[str, Outcome]:
     """Return what comes of no reaction, of the detectors of the study, and of alarms since the load began [s]."""
-    rise, nothing = run.settings.rise, grasp.without_reaction()
-    outcomes = {"none": nothing, **{name: grasp.react(rise, name) for name in run.settings.detectors}}
+    rise = run.settings.rise
+    outcomes = {"none": grasp.branch(None), **{name: grasp.react(rise, name) for name in run.settings.detectors}}
     for name, alarm in alarms.items():
         start = None if alarm is None else max(alarm, 0.0) + rise.delay
         response = None if start is None else rise.response(start, run.held.first_grip)
-        outcomes[name] = nothing if response is None else grasp.branch(response)
+        outcomes[name] = grasp.branch(response)
     return outcomes
 
 
