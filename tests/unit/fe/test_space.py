@@ -191,12 +191,12 @@ IN_3D = (
     ({"left": "xy"}, (Z,)),
     ({"left": "xyz"}, ()),
 )
-MOTIONS = [(element, *row) for element in EVERY_ELEMENT for row in (IN_2D if dimension(element) == 2 else IN_3D)]
 
 
-@pytest.mark.parametrize(("element", "supports", "motions"), MOTIONS)
-def test_motions_that_supports_leave_free(element, supports, motions):
-    assert [piece.motions for piece in pieces_of(element, supports)] == ([motions] if motions else [])
+@pytest.mark.parametrize("element", EVERY_ELEMENT)
+def test_motions_that_supports_leave_free(element):
+    for supports, motions in IN_2D if dimension(element) == 2 else IN_3D:
+        assert [piece.motions for piece in pieces_of(element, supports)] == ([motions] if motions else []), supports
 
 
 def test_pieces_that_hang_apart_are_judged_one_by_one_whatever_their_size_and_place():

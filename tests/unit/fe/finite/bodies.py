@@ -17,6 +17,12 @@ POWERS = (fs.OgdenTerm(1.0, 1.3), fs.OgdenTerm(0.1, 5.0), fs.OgdenTerm(-0.2, -2.
 LAWS = (SOFT, STIFF, fs.Ogden(POWERS, 1.0, poisson_ratio=0.4))
 
 EVERY = pytest.mark.parametrize(("element", "integration", "formulation"), KINDS)
+# Every kind with one of the laws: every law meets every formulation.
+EVERY_PAIR = pytest.mark.parametrize(
+    ("element", "integration", "formulation", "law"),
+    [(*kind, LAWS[number % 3]) for number, kind in enumerate(KINDS)],
+    ids=["-".join(kind) for kind in KINDS],
+)
 EVERY_LAW = pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
 STEP = 0.05
 TERMS = (fs.PronyTerm(0.3, 0.1), fs.PronyTerm(0.25, 0.4))

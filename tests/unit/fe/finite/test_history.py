@@ -10,7 +10,7 @@ from fingerslip.materials.prony import PronyTerm
 from fingerslip.materials.relaxing import shape_energy
 from problems.blocks import KINDS
 from problems.verification.large_relaxation import relaxed_law
-from unit.fe.finite.bodies import EVERY_LAW, RELAXING, SOFT, STEP, body, moved, relaxing_body, stepped
+from unit.fe.finite.bodies import EVERY_PAIR, RELAXING, SOFT, STEP, body, moved, relaxing_body, stepped
 
 EVERY_KIND = pytest.mark.parametrize("kind", KINDS, ids="-".join)
 
@@ -60,9 +60,9 @@ def strained_for(bulk, at, step, steps):
     return state
 
 
-@EVERY_KIND
-@EVERY_LAW
-def test_energy_force_and_stiffness_at_once_are_those_of_the_law(kind, law):
+@EVERY_PAIR
+def test_energy_force_and_stiffness_at_once_are_those_of_the_law(element, integration, formulation, law):
+    kind = element, integration, formulation
     bulk, elastic = (body(*kind, law=own) for own in (replace(law, prony=(PronyTerm(0.6, 1e12),)), law))
     at = moved(bulk, 0.03)
     state, wanted = strained_for(bulk, at, STEP, 1), elastic.deformed(at)
@@ -72,10 +72,10 @@ def test_energy_force_and_stiffness_at_once_are_those_of_the_law(kind, law):
     assert difference <= 1e-9 * np.abs(elastic.tangent(wanted)).max()
 
 
-@EVERY_KIND
-@EVERY_LAW
-def test_energy_and_force_in_the_end_are_those_of_the_relaxed_law(kind, law):
+@EVERY_PAIR
+def test_energy_and_force_in_the_end_are_those_of_the_relaxed_law(element, integration, formulation, law):
     """But for what the neo-Hookean law stores in the shape where only the volume changes."""
+    kind = element, integration, formulation
     relaxing, rest = replace(law, prony=(PronyTerm(0.6, 0.02),)), relaxed_law(law, 0.6)
     bulk, elastic = (body(*kind, law=own) for own in (relaxing, rest))
     at = moved(bulk, 0.03)

@@ -8,7 +8,7 @@ import pytest
 from fingerslip.errors import FingerslipError
 from fingerslip.fe.finite.powers import laws_of_points
 from fingerslip.materials.neo_hookean import NeoHookean
-from unit.fe.finite.bodies import EVERY, EVERY_LAW, LAWS, SOFT, body, moved
+from unit.fe.finite.bodies import EVERY_PAIR, LAWS, SOFT, body, moved
 
 
 @dataclass(frozen=True)
@@ -41,8 +41,7 @@ class Named(NeoHookean):
     """One that is derived without functions of its own."""
 
 
-@EVERY
-@EVERY_LAW
+@EVERY_PAIR
 def test_a_body_is_that_of_the_laws_of_its_materials(element, integration, formulation, law):
     pairs = (law, SOFT), (Own(law), Own(SOFT))
     bodies = [body(element, integration, formulation, law=near, beside=far) for near, far in pairs]
