@@ -7,31 +7,15 @@ import numpy as np
 
 import fingerslip as fs
 from fingerslip.verification.meshes import box
-from problems.pushed import push_and_slide
-
-
-def block():
-    """Return a block of 8 x 4 x 4 mm of hexahedra with the boundary `bottom`."""
-    return box("H8", np.linspace(-4e-3, 4e-3, 9), np.linspace(0.0, 4e-3, 5), np.linspace(0.0, 4e-3, 5))
+from problems.pushed import push_and_slide, section
 
 
 def models():
     """Return the runs by name: a fingertip's section, 3D, large strain, viscoelastic, quasi-static, adaptive steps."""
-    finger = fs.preset("wang2014-2d")
-    section = fs.build_section(finger, contact_size=0.15e-3, bulk_size=0.5e-3)
-    fingertip = {
-        "mesh": section,
-        "materials": finger.materials,
-        "formulation": finger.formulation,
-        "depth": finger.depth,
-        "supports": {"phalanx": ("x", "y")},
-        "contacts": (fs.Contact("skin", fs.Plane(normal=(0, 1)), fs.Coulomb(0.6)),),
-        "programme": (fs.Press(1.5e-3, 1.5e-3), fs.Slide(6e-3, 3e-3, direction=(-1.0, 0.0))),
-    }
     neo_hookean = {"bulk": fs.NeoHookean(34e3, 0.4, 1000.0)}
     relaxing = {"bulk": fs.Elastic(34e3, 0.4, 1000.0, prony=(fs.PronyTerm(0.3, 0.05),))}
     solid = {
-        "mesh": block(),
+        "mesh": box("H8", np.linspace(-4e-3, 4e-3, 9), np.linspace(0.0, 4e-3, 5), np.linspace(0.0, 4e-3, 5)),
         "formulation": "solid",
         "depth": 1.0,
         "supports": {"top": ("x", "y", "z")},
@@ -39,7 +23,7 @@ def models():
         "programme": (fs.Press(0.3e-3, 6e-3), fs.Slide(0.6e-3, 12e-3, direction=(1.0, 0.0, 0.0))),
     }
     return {
-        "fingertip": push_and_slide(step=10e-3, alpha=-0.41421, **fingertip),
+        "fingertip": section(sizes=(0.15e-3, 0.5e-3), travel=6e-3, time=fs.TimeStepping(10e-3, -0.41421)),
         "solid": push_and_slide(**solid),
         "large strain": push_and_slide("T6", kinematics="finite", materials=neo_hookean),
         "viscoelastic": push_and_slide(materials=relaxing),

@@ -7,35 +7,30 @@ import numpy as np
 import pytest
 
 import fingerslip as fs
-from fingerslip.verification.meshes import box
+from fingerslip.verification.blocks import block_on_plate
 from problems.blocks import ELEMENTS
 
 WIDTH, HEIGHT, DEPTH, MODULUS, MU = 10e-3, 4e-3, 1e-3, 34e3, 0.5
 
 
-def block(element, ratio, supports, programme, *, density=1e-3, penalty=1e8, friction=MU, step=2e-3):
-    mesh = box(element, np.linspace(0, WIDTH, 11), np.linspace(0, HEIGHT, 5))
-    contact = fs.Contact(
-        boundary="bottom", friction=fs.Coulomb(friction), normal_penalty=penalty, tangential_penalty=penalty
-    )
-    return fs.Model(
-        mesh=mesh,
-        materials={"bulk": fs.Elastic(MODULUS, ratio, density)},
-        formulation="plane_strain",
+def block(element, programme, *, density=1e-3, penalty=1e9, friction=MU, time=None, **changes):
+    return block_on_plate(
+        element,
+        *(np.linspace(0, WIDTH, 11), np.linspace(0, HEIGHT, 5)),
+        material=fs.Elastic(MODULUS, 0.4, density),
+        plate={"friction": fs.Coulomb(friction), "normal_penalty": penalty, "tangential_penalty": penalty},
         depth=DEPTH,
-        supports=supports,
-        contacts=(contact,),
+        supports={"top": ("x", "y")},
         programme=programme,
-        time=fs.TimeStepping(step),
+        time=time or fs.TimeStepping(2e-3),
+        **changes,
     )
 
 
 @pytest.mark.parametrize("element", ELEMENTS)
 def test_a_soft_block_drags_at_exactly_mu(element):
     """With edges that slip first: F / N rises, never passes mu, and is mu to rounding once all nodes slip."""
-    programme = (fs.Press(0.2e-3, 2e-3), fs.Slide(6e-3, 20e-3))
-    model = block(element, 0.4, {"top": ("x", "y")}, programme, density=1000.0, penalty=1e9)
-    history = fs.simulate(model)
+    history = fs.simulate(block(element, (fs.Press(0.2e-3, 2e-3), fs.Slide(6e-3, 20e-3)), density=1000.0))
     force, state = history.counterface_force.values[1:, 0], history.contact_state.values[1:]
     ratio, touching = force[:, 0] / force[:, 1], state > 0
     assert (np.abs(ratio) <= MU * (1 + 1e-12)).all()
@@ -53,8 +48,7 @@ def test_a_soft_block_drags_at_exactly_mu(element):
 def test_a_stuck_contact_does_not_creep(element):
     """Held for 2000 steps under a shear below mu N, it keeps force and place: the law has a true stick state."""
     programme = (fs.Press(0.2e-3, 2e-3), fs.Slide(0.1e-3, 2e-3), fs.Hold(2.0))
-    model = block(element, 0.4, {"top": ("x", "y")}, programme, step=1e-3, friction=1.0, penalty=1e9)
-    history = fs.simulate(model)
+    history = fs.simulate(block(element, programme, time=fs.TimeStepping(1e-3), friction=1.0))
     held = history.isel(time=slice(-1900, None))
     assert (held.contact_state.values != 0).any(axis=1).all()
     assert (held.contact_state.values == 1).any(axis=1).all()
@@ -74,16 +68,8 @@ def test_energy_balance_of_a_press_and_slide(alpha, stiffness):
     resolve: at the end of it 1e-12 of the work may come back.
     """
     programme = (fs.Press(0.4e-3, 2e-3), fs.Slide(4e-3, 10e-3), fs.Lift(0.6e-3, 5e-3))
-    model = block("Q4", 0.4, {"top": ("x", "y")}, programme, density=1000.0, penalty=1e8)
-    values = {name: getattr(model, name) for name in ("mesh", "materials", "formulation", "supports", "contacts")}
-    damped = fs.Model(
-        **values,
-        depth=DEPTH,
-        programme=programme,
-        time=fs.TimeStepping(2e-3, alpha),
-        damping=fs.RayleighDamping(stiffness=stiffness),
-    )
-    history = fs.simulate(damped)
+    time, damping = fs.TimeStepping(2e-3, alpha), fs.RayleighDamping(stiffness=stiffness)
+    history = fs.simulate(block("Q4", programme, density=1000.0, penalty=1e8, time=time, damping=damping))
     work = np.abs(history.external_work.values).max()
     assert np.abs(history.energy_imbalance.values).max() <= 1e-9 * work
     assert (np.diff(history.friction_dissipation.values) >= -1e-15 * work).all()

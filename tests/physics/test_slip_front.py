@@ -14,6 +14,7 @@ import xarray as xr
 
 import fingerslip as fs
 from fingerslip.slip import force_ratio_times, front_arrivals
+from problems.pushed import section
 from unit.fingers import change
 
 SIZES = (0.6e-3, 0.3e-3, 0.15e-3)
@@ -22,19 +23,7 @@ STEP = 5e-3
 
 def slide(size: float) -> xr.Dataset:
     finger = change(ridges={"enabled": False})
-    return fs.simulate(
-        fs.Model(
-            mesh=fs.build_section(finger, contact_size=size, bulk_size=0.6e-3),
-            materials=finger.materials,
-            formulation=finger.formulation,
-            depth=finger.depth,
-            supports={"phalanx": ("x", "y")},
-            contacts=(fs.Contact("skin", fs.Plane(normal=(0, 1)), fs.Coulomb(0.6)),),
-            programme=(fs.Press(depth=1.5e-3, speed=1.5e-3), fs.Slide(distance=3e-3, speed=3e-3, direction=(-1, 0))),
-            time=fs.TimeStepping(step=STEP, alpha=-0.41421),
-            record=fs.Recording(sites=fs.receptor_sites(finger)),
-        )
-    )
+    return fs.simulate(section(finger, sizes=(size, 0.6e-3), record=fs.Recording(sites=fs.receptor_sites(finger))))
 
 
 @pytest.mark.slow

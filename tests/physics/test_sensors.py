@@ -1,4 +1,4 @@
-"""A slide in another direction is the slide along x, turned: whole small sensors, slid at 45 degrees, and halves."""
+"""Sensors in 3D: slides of whole ones in another direction beside those of halves, and one of 127 markers, pressed."""
 
 import dataclasses
 
@@ -7,8 +7,9 @@ import pytest
 
 import fingerslip as fs
 from fingerslip.contact.friction import StaticKinetic
+from fingerslip.mesh.quality import quality_limits, quality_table
 from fingerslip.specimens.tactip.numbers import modelled_places
-from fingerslip.specimens.tactip.tactip import PRESETS
+from fingerslip.specimens.tactip.tactip import PRESETS, SensorSolidSizes
 from fingerslip.study.trials.bodies import turned_whole
 from problems.sensors import slid_sensor
 from problems.whole_sensors import slid_beside_half
@@ -56,3 +57,35 @@ def test_a_whole_ridged_sensor_moves_as_its_half_to_rounding_and_turned_as_the_m
     # The mesh does not look the same after the turn.
     assert aside.markers < 0.05
     assert aside.forces < 0.02
+
+
+DEPTH = 1e-3
+
+
+@pytest.mark.slow
+def test_half_of_a_hexagonal_sensor_can_be_pressed():
+    """For 331 markers cutting the rods out of skin and gel alone takes longer than a test may."""
+    layers = 6
+    changes = {
+        "preset": "tactip-smooth-3d",
+        "dome": {"height": "10 mm"},
+        "rods": {"radius": "0.4 mm", "length": "2 mm"},
+        "markers": {"layout": "hexagonal", "layers": layers, "spacing": "2.2 mm"},
+    }
+    sensor = PRESETS.changed(changes)
+    places = modelled_places(sensor)
+    assert 2 * len(places.ring) - places.on_x.sum() == 127
+    mesh = SensorSolidSizes(1.2e-3, 4e-3, 5e-3, 0.5e-3).build(sensor)
+    limits = quality_limits(mesh)
+    assert all(row.scaled_jacobian > limits.scaled_jacobian for row in quality_table(mesh))
+    assert all(row.aspect_ratio < limits.aspect_ratio for row in quality_table(mesh))
+    press, reach = (fs.Press(DEPTH, 5e-3),), 1.5 * DEPTH
+    _, pressed = slid_sensor(sensor, mesh, fs.Coulomb(0.85), press, step=0.05, reach=reach, hidden=DEPTH, patch=1e-3)
+    up = pressed.displacement[-1, :, 1]
+    # The middle goes up with the plate, or a little ahead where the skin dimples; the rim hardly moves.
+    assert up[0] == pytest.approx(DEPTH, rel=0.05)
+    assert up[places.ring == layers].max() < 0.3 * up[0]
+    along = np.where(places.on_x, places.position[:, 0], 0.0)
+    ends = [np.flatnonzero(sign * along > 0.95 * along.max()) for sign in (1, -1)]
+    assert up[ends[0]] == pytest.approx(up[ends[1]], abs=0.02 * DEPTH)
+    assert (np.diff(pressed.force[:, 1]) > 0.0).all()
