@@ -9,15 +9,13 @@ import sys
 
 import numpy as np
 import pytest
-import yaml
 
 from fingerslip.history import read_history
-from fingerslip.mesh.io import write_mesh
 from fingerslip.results import stored_result
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.running.runner import StudyFailedError, run_study
 from places import DOCS, ROOT
-from unit.study.block import block_mesh, block_values
+from robustness.block import write_block
 
 distributed = pytest.importorskip("distributed")
 pytestmark = pytest.mark.slow
@@ -55,11 +53,7 @@ def cluster():
 
 
 def write_sweep(folder):
-    write_mesh(block_mesh(0.0), folder / "block.msh")
-    values = block_values() | {"sweep": {"contact.friction_coefficient": FRICTIONS}, "time": {"step": "0.5 ms"}}
-    path = folder / "block.yaml"
-    path.write_text(yaml.safe_dump(values, sort_keys=False))
-    return path
+    return write_block(folder, sweep={"contact.friction_coefficient": FRICTIONS}, time={"step": "0.5 ms"})
 
 
 @pytest.mark.usefixtures("reports")
@@ -188,8 +182,7 @@ def test_the_documented_lines_ask_slurm_for_workers_with_one_thread_each():
 
 def test_the_documented_script_runs_a_study_where_sbatch_starts_its_jobs(tmp_path):
     pytest.importorskip("dask_jobqueue")
-    write_mesh(block_mesh(0.0), tmp_path / "block.msh")
-    (tmp_path / "study.yaml").write_text(yaml.safe_dump(block_values(), sort_keys=False))
+    write_block(tmp_path).rename(tmp_path / "study.yaml")
     (tmp_path / "cluster.py").write_text(script(cores=1, jobs=2))
     for name, text in (("sbatch", SBATCH.format(jobs=tmp_path / "jobs")), ("scancel", SCANCEL)):
         (tmp_path / name).write_text(text)

@@ -22,6 +22,7 @@ pytestmark = pytest.mark.slow
 
 # What comes with extras, and what a bare wheel must do without.
 EXTRAS = ("cv2", "pyarrow", "sklearn", "SALib", "dask", "trame", "gymnasium", "pynwb", "neo", "pypardiso")
+COMPILED = {".pyc", ".nbc", ".nbi"}
 # Windows has none of these; nothing of a picture in 3D or of an extra is needed to solve and to write results.
 BARE = f"""
 import os, signal, sys
@@ -39,15 +40,8 @@ for name in ("sysconf", "getuid", "sched_getaffinity"):
 
 def run(*words, folder, environment=None, code=0):
     """Run a program and return what it prints; it must end with an exit code."""
-    done = subprocess.run(
-        list(map(str, words)),
-        cwd=folder,
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=False,
-        encoding="utf-8",
-    )
+    options = {"cwd": folder, "env": environment, "capture_output": True, "text": True, "encoding": "utf-8"}
+    done = subprocess.run(list(map(str, words)), check=False, **options)
     assert done.returncode == code, done.stdout + done.stderr
     return done.stdout + done.stderr
 
@@ -71,7 +65,7 @@ def test_wheel_and_source_distribution_hold_what_they_should_and_no_more(built):
         metadata = email.message_from_bytes(wheel.read(path))
     sources = [file for file in (ROOT / "src" / "fingerslip").rglob("*") if file.is_file()]
     kept = {
-        file.relative_to(ROOT / "src").as_posix() for file in sources if file.suffix not in (".pyc", ".nbc", ".nbi")
+        file.relative_to(ROOT / "src").as_posix() for file in sources if not file.suffix.startswith((".pyc", ".nb"))
     }
     studies = {f"fingerslip/data/studies/{file.name}" for file in (ROOT / "studies").iterdir()}
     assert {name for name in names if ".dist-info/" not in name} == kept | studies
@@ -80,11 +74,8 @@ def test_wheel_and_source_distribution_hold_what_they_should_and_no_more(built):
     assert metadata.get_payload().startswith("# fingerslip"), "the page of the package index is the README"
     assert {"pardiso", "vision", "neural", "detect"} <= set(metadata.get_all("Provides-Extra"))
     (source,) = (built / "source").iterdir()
-    assert (
-        f"{source.name}-py3-none-any.whl"
-        == next(built.glob("*.whl")).name
-        == f"fingerslip-{metadata['Version']}-py3-none-any.whl"
-    )
+    name = f"fingerslip-{metadata['Version']}"
+    assert (source.name, next(built.glob("*.whl")).name) == (name, f"{name}-py3-none-any.whl")
     hidden = {".git", "__pycache__", "_build", "generated", "results"}
     folders = {path.name for path in source.iterdir()}
     assert {"src", "tests", "docs", "studies", "meshes", "LICENSE", "CITATION.cff", "pyproject.toml"} <= folders
@@ -92,10 +83,8 @@ def test_wheel_and_source_distribution_hold_what_they_should_and_no_more(built):
 
 
 def test_the_wheel_alone_solves_draws_and_writes_and_says_what_an_extra_needs(built, tmp_path):
-    environment, home = (
-        {name: text for name, text in os.environ.items() if not name.startswith("PYTHON")},
-        tmp_path / "env",
-    )
+    environment = {name: text for name, text in os.environ.items() if not name.startswith("PYTHON")}
+    home = tmp_path / "env"
     venv.create(home, with_pip=shutil.which("uv") is None)
     binaries = home / ("Scripts" if sys.platform == "win32" else "bin")
     python, wheel = binaries / "python", next(built.glob("*.whl"))
@@ -114,11 +103,8 @@ def test_the_wheel_alone_solves_draws_and_writes_and_says_what_an_extra_needs(bu
     result = next(path for path in (tmp_path / "results" / "mine").iterdir() if (path / "history.nc").is_file())
     call("export", result, "--format", "csv")
     assert "@misc{fingerslip," in call("cite", result)
-    for words, extra in (
-        (("export", result, "--format", "parquet"), "export"),
-        (("figure", result, "--kind", "film"), "vision"),
-    ):
-        assert f'pip install "fingerslip[{extra}]"' in call(*words, code=2)
+    for words, extra in ((("export", "--format", "parquet"), "export"), (("figure", "--kind", "film"), "vision")):
+        assert f'pip install "fingerslip[{extra}]"' in call(words[0], result, *words[1:], code=2)
     # Compiled files, which pip makes at once and uv does not, do not count.
     files = [path for path in home.rglob("*") if path.is_file() and not path.is_symlink() and path.suffix != ".pyc"]
     size = sum(path.stat().st_size for path in files)
