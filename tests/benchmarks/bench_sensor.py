@@ -7,7 +7,7 @@
 slide, beside the same slide step by step. `meshes` slides the ridged half in 3D over 14 mm on meshes of which all
 sizes have a common factor, with the surface in patches of one size, by the first of the depths and the others.
 `large` presses the half in 3D by the last depth and slides it, at small and at large strain (`--strains`); a run that
-ends early says where, also by Ctrl-C, which ends it after the step; the error stream has the forces of each step.
+ends early says where.
 `whole` slides a whole sensor, pressed by the first depth, along x and at 45 degrees beside its half; errors are the
 largest at any time, over the largest displacement of a marker and the largest force. Both take linear tetrahedra of the
 first size, Coulomb friction 0.85 and quasi-static steps of `--part` [mm]. Forces are those of the whole sensor; memory
@@ -17,7 +17,6 @@ is the largest so far.
 import dataclasses
 import itertools
 import resource
-import signal
 import sys
 import time
 
@@ -168,41 +167,30 @@ def meshes(given):
 def stepped(model):
     """Return the history as far as it goes, why it ended early, and processor seconds."""
     start, why = time.process_time(), ""
-    stops: list[str] = []
-    # A step that is interrupted has no factors, so that one stops between steps.
-    signal.signal(signal.SIGINT, lambda *_: stops.append("interrupted"))
     with limited_threads(1), fs.Simulation(model, threads=1) as sim:
         try:
-            while not (sim.is_finished or stops):
-                seen = sim.step()
-                force = 2.0 * seen["counterface_force"][0]
-                sys.stderr.write(f"{sim.time:.3f} s, {force[1]:.3f} N, {time.process_time() - start:.0f} CPU s\n")
+            while not sim.is_finished:
+                sim.step()
         except FingerslipError as error:
             why = str(error)
-        return sim.history(), why or "".join(stops[:1]), time.process_time() - start
+        return sim.history(), why, time.process_time() - start
 
 
-def rows_of(history, depth, travel):
-    """Return depth, travel, normal and friction force, central marker, outermost ring along x and y [mm, N]."""
+def rows_of(history, depth):
+    """Return depth, travel, normal and friction force, central marker, outermost ring along x and y [mm, N].
+
+    There is a row for each half of a millimetre of the press and of the slide.
+    """
     tracks = marker_tracks(history, ("internal",))
     moved = 1e3 * (tracks["position"].values - tracks["position"].values[0])
     outer = tracks["ring"].values == tracks["ring"].values.max()
     far = outer & (np.abs(tracks["angle"].values) < 1e-6)
     force = 2.0 * history["counterface_force"].values[:, 0]
-    rows = []
-    for number, now in enumerate(history["time"].values):
-        down, along = min(SPEED * now, depth), max(SPEED * now - depth, 0.0)
-        middle, outermost = moved[number, 0], moved[number, far][0]
-        values = [force[number, 1], force[number, 0], *middle[:2], *outermost[:2]]
-        if _is_told(down if along < 1e-9 else along) and along <= travel + 1e-9:
-            rows.append([1e3 * down, 1e3 * along, *values])
-    return rows
-
-
-def _is_told(length):
-    """Tell whether a length is a whole number of half millimetres above none."""
-    halves = length / 0.5e-3
-    return round(halves) > 0 and abs(halves - round(halves)) < 1e-6
+    way = SPEED * history["time"].values
+    halves = np.where(way < depth + 1e-9, way, way - depth) / 0.5e-3
+    for number in np.flatnonzero((np.abs(halves - np.round(halves)) < 1e-6) & (np.round(halves) > 0)):
+        values = [force[number, 1], force[number, 0], *moved[number, 0][:2], *moved[number, far][0][:2]]
+        yield [1e3 * min(way[number], depth), 1e3 * max(way[number] - depth, 0.0), *values]
 
 
 def large(given):
@@ -217,7 +205,7 @@ def large(given):
         model = pressed_sensor(sensor, mesh, fs.Coulomb(0.85), programme, step=part / SPEED)
         for strain in given.strains:
             history, why, seconds = stepped(dataclasses.replace(model, kinematics=strain))
-            for row in rows_of(history, depth, travel):
+            for row in rows_of(history, depth):
                 line(skin, strain, *row)
             cost = {name: history.attrs.get(name) for name in ("newton_iterations", "factorisations", "halved_steps")}
             ended = f"ended early: {why}" if why else "went through"

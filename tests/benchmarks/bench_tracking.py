@@ -53,67 +53,61 @@ def percent(share):
     return f"{100.0 * share:.2f}"
 
 
-def both(positions, look, seed=0, layout="rings"):
+def scores(positions, look, seed=0, layout="rings"):
+    """Return how our tracker and the plain one follow a clip."""
     frames, truth = list(clips.filmed(positions, look, seed=seed)), clips.truth_of(positions, look)
     own = clips.scored(ours(frames, truth, n_markers=truth.shape[1], layout=layout), truth)
-    plain = track_nearest(frames, truth[0], look.radius, look.marker > look.background)
-    return own, clips.scored(plain, truth)
+    return own, clips.scored(track_nearest(frames, truth[0], look.radius, look.marker > look.background), truth)
+
+
+def compared(name, *paths, look=clips.DEFAULT, seed=0, layout="rings"):
+    """Print a row: what all clips of some paths come to, ours and by the plain tracker."""
+    own, plain = zip(*(scores(path, look, seed + k, layout) for k, path in enumerate(paths)), strict=True)
+    cells = []
+    for found in (own, plain):
+        rms, kept = np.sqrt(np.mean([score.rms**2 for score in found])), [score.kept for score in found]
+        cells += [float(rms), max(score.worst for score in found), percent(np.mean(kept)), percent(min(kept))]
+        cells += [sum(score.stray for score in found), sum(score.swapped for score in found)]
+        cells.append(sum(score.swapped_last for score in found))
+    line(name, len(paths), sum(path.shape[0] * path.shape[1] for path in paths), *cells)
+
+
+COLUMNS = "rms [px] | largest [px] | kept [%] | worst [%] | stray | swaps | swapped at the end"
+COMPARED = f"clip | clips | marker-frames | {COLUMNS} | plain: {COLUMNS}"
 
 
 def error():
     """Error against blur, noise, size and contrast."""
-    head("changed | value | rms [px] | largest [px] | kept [%] | swaps | plain: rms [px] | kept [%] | swaps")
-    changes = {"default": (None,), "blur": (0.4, 1.5, 2.5, 4.0), "noise": (0.0, 5.0, 10.0, 20.0)}
-    changes |= {"radius": (2.0, 3.0, 8.0, 12.0), "contrast": (10.0, 20.0, 40.0, 80.0), "exposure": (0.5, 1.0)}
+    head(COMPARED)
+    path = clips.slide(clips.field(), 1.0, count=90, rest=REST)
+    changes = {"blur": (0.4, 0.8, 1.5, 2.5, 4.0), "noise": (0.0, 5.0, 10.0, 20.0), "radius": (2.0, 3.0, 8.0, 12.0)}
+    changes |= {"marker": (155.0, 145.0, 125.0, 85.0), "exposure": (0.5, 1.0)}
     for name, values in changes.items():
         for value in values:
-            look = clips.DEFAULT
-            if name == "contrast":
-                look = clips.with_look(look, marker=look.background - value)
-            elif value is not None:
-                look = clips.with_look(look, **{name: value})
-            own, plain = both(clips.slide(clips.field(), 1.0, count=90, rest=REST), look)
-            line(name, "" if value is None else value, own.rms, own.worst, percent(own.kept), own.swapped,
-                 plain.rms, percent(plain.kept), plain.swapped)  # fmt: skip
+            compared(f"{name} {value:g}", path, look=clips.with_look(clips.DEFAULT, **{name: value}))
 
 
 def directions():
     """Identities over eight directions with 40 px of travel, slow and fast."""
-    head("frames for 40 px | rms [px] | largest [px] | kept [%] | swaps | plain: kept [%] | swaps | swapped at the end")
-    for count in (REST + 60, REST + 10, REST + 4, REST + 2):
-        paths = (clips.slide(clips.field(), k * np.pi / 4, count=count, rest=REST) for k in range(8))
-        own, plain = zip(*(both(path, clips.DEFAULT) for path in paths), strict=True)
-        line(count - REST, _rms(own), max(s.worst for s in own), percent(np.mean([s.kept for s in own])),
-             sum(s.swapped for s in own), percent(np.mean([s.kept for s in plain])), sum(s.swapped for s in plain),
-             sum(s.swapped_last for s in plain))  # fmt: skip
-
-
-def _rms(scores):
-    return float(np.sqrt(np.mean([s.rms**2 for s in scores])))
+    head(COMPARED)
+    for count in (60, 10, 4, 2):
+        paths = [clips.slide(clips.field(), k * np.pi / 4, count=REST + count, rest=REST) for k in range(8)]
+        compared(f"{count} frames", *paths)
 
 
 def bad(seed=10):
     """Share kept and identities on bad clips."""
-    head("clip | clips | marker-frames | kept [%] | worst [%] | stray | swaps | rms [px] | plain: kept [%] | swaps")
-    small = clips.with_look(clips.BAD, radius=4.0)
-    cases = {
-        "dark markers, 81 in rings": (clips.field(), clips.BAD, "rings", 40.0),
-        "bright markers, 81 in rings": (clips.field(), WORST, "rings", 40.0),
-        "dark markers, 127 hexagonal": (clips.field(layout="hex", rings=6), small, "hex", 30.0),
-        "dark markers, pressed": (clips.field(), clips.BAD, "rings", None),
-    }
-    for name, (points, look, layout, travel) in cases.items():
-        own, plain, count = [], [], 0
-        for k in range(0, 8, 2):
-            slid = None if travel is None else clips.slide(points, k * np.pi / 4, travel=travel)
-            path = clips.press(points, count=120) if slid is None else slid
-            pair = both(path, look, seed=seed + k, layout=layout)
-            own.append(pair[0])
-            plain.append(pair[1])
-            count += path.shape[0] * path.shape[1]
-        line(name, len(own), count, percent(np.mean([s.kept for s in own])), percent(min(s.kept for s in own)),
-             sum(s.stray for s in own), sum(s.swapped for s in own), _rms(own),
-             percent(np.mean([s.kept for s in plain])), sum(s.swapped for s in plain))  # fmt: skip
+    head(COMPARED)
+    rings, lattice, quarters = clips.field(), clips.field(layout="hex", rings=6), [k * np.pi / 2 for k in range(4)]
+    slides = [clips.slide(rings, angle) for angle in quarters]
+    compared("dark markers, 81 in rings", *slides, look=clips.BAD, seed=seed)
+    compared("bright markers, 81 in rings", *slides, look=WORST, seed=seed)
+    slides, small = (
+        [clips.slide(lattice, angle, travel=30.0) for angle in quarters],
+        clips.with_look(clips.BAD, radius=4.0),
+    )
+    compared("dark markers, 127 hexagonal", *slides, look=small, seed=seed, layout="hex")
+    compared("dark markers, pressed", *[clips.press(rings, count=120)] * 4, look=clips.BAD, seed=seed)
 
 
 def vanish():

@@ -1,14 +1,10 @@
 """The code of README, of how-to pages, tutorials and other pages runs as it is printed; its assertions are the test."""
 
-import re
-import sys
-from types import ModuleType
-
 import numpy as np
 import pytest
 
 from fingerslip.contact.states import OPEN
-from places import DOCS, ROOT
+from places import DOCS, ROOT, run_page
 
 PAGES = sorted(path for path in (DOCS / "howto").glob("*.md") if path.name != "index.md")
 TUTORIALS = sorted(path for path in (DOCS / "tutorials").glob("*.md") if path.name != "index.md")
@@ -23,25 +19,12 @@ SLOW = [page for page in (*PAGES, *TUTORIALS) if page.stem in LONG or page in TU
 )
 def test_page_runs(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    blocks = re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
-    assert blocks, "a page has code"
-    assert any("assert " in block for block in blocks), "and says what must come out"
-    module = ModuleType("howto")
-    # Dataclasses look their module up.
-    monkeypatch.setitem(sys.modules, module.__name__, module)
-    for number, block in enumerate(blocks, start=1):
-        exec(compile(block, f"{page.name}, block {number}", "exec", dont_inherit=True), vars(module))
-
-
-def names_of(page):
-    """Return what the Python of a page leaves, run from top to bottom."""
-    text, names = (ROOT / page).read_text(encoding="utf-8"), {}
-    exec(compile("".join(re.findall(r"```python\n(.*?)```", text, re.DOTALL)), page, "exec"), names)
-    return names
+    assert "assert " in page.read_text(encoding="utf-8"), "it says what must come out"
+    run_page(page)
 
 
 def test_python_example_finds_overall_slip(capsys):
-    names = names_of("README.md")
+    names = run_page(ROOT / "README.md")
     # Once all of the contact slides, friction over normal force is the friction coefficient.
     last = names["history"]["counterface_force"].values[-1, 0]
     assert abs(last[0]) == pytest.approx(0.6 * last[1], rel=1e-6)
@@ -52,7 +35,7 @@ def test_python_example_finds_overall_slip(capsys):
 
 @pytest.mark.slow
 def test_example_in_space_slips_and_has_what_the_page_names(capsys):
-    names = names_of("docs/solid.md")
+    names = run_page(DOCS / "solid.md")
     series, events = names["series"], names["events"]
     last = names["history"].isel(time=-1)
     tangential = np.linalg.norm(last["tangential_traction"].values, axis=-1)
@@ -73,7 +56,7 @@ def test_example_in_space_slips_and_has_what_the_page_names(capsys):
 def test_example_of_slip_detection_finds_slip_and_says_that_it_is_no_result(tmp_path, monkeypatch, capsys):
     assert "and are no result" in (ROOT / "docs" / "detection.md").read_text(encoding="utf-8")
     monkeypatch.chdir(tmp_path)
-    assert abs(names_of("docs/detection.md")["result"].error.value) < 1.0
+    assert abs(run_page(DOCS / "detection.md")["result"].error.value) < 1.0
     assert "frames a second" in capsys.readouterr().out
     assert sorted(path.name for path in tmp_path.iterdir()) == ["detector", "slides", "submission.csv"]
 
@@ -81,13 +64,13 @@ def test_example_of_slip_detection_finds_slip_and_says_that_it_is_no_result(tmp_
 @pytest.mark.slow
 def test_examples_of_cameras_and_tracking_film_follow_and_measure(capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    names = names_of("docs/vision.md")
+    names = run_page(DOCS / "vision.md")
     assert (tmp_path / "slide.mkv").is_file()
     assert names["truth"].sizes["time"] == 61
     assert names["errors"].rms < 0.02
     # Markers that spread by 5 % in both directions.
     assert names["spread"] == pytest.approx(0.1, abs=1e-3)
     assert "61 frames, positions to 0.0" in capsys.readouterr().out
-    last = names_of("docs/tracking.md")["displacement"].isel(time=-1)
+    last = run_page(DOCS / "tracking.md")["displacement"].isel(time=-1)
     assert last.sel(axis="x").values == pytest.approx(np.full(6, 14.0), abs=0.1)
     assert last.sel(axis="y").values == pytest.approx(np.zeros(6), abs=0.1)

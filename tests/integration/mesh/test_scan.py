@@ -2,7 +2,6 @@
 
 import contextlib
 import dataclasses
-import re
 from typing import Any
 
 import numpy as np
@@ -10,7 +9,7 @@ import pytest
 
 from fingerslip.errors import MeshError
 from fingerslip.mesh.scan.layered import LayerSizes, build_from_surfaces
-from places import ROOT
+from places import ROOT, run_page
 from unit.ellipsoids import ellipsoid, together
 from unit.scans import SCAN
 
@@ -18,11 +17,9 @@ from unit.scans import SCAN
 @pytest.fixture(scope="module")
 def example() -> dict[str, Any]:
     """What the example of the page leaves, run as it is printed."""
-    (code,) = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "surfaces.md").read_text(encoding="utf-8"), re.DOTALL)
-    names: dict[str, Any] = {}
     before = set(ROOT.iterdir())
     with contextlib.chdir(ROOT):
-        exec(compile(code, "surfaces.md", "exec"), names)
+        names = run_page(ROOT / "docs" / "surfaces.md")
     names["left_behind"] = set(ROOT.iterdir()) - before
     return names
 
