@@ -36,8 +36,7 @@ from fingerslip.specimens.tactip.numbers import modelled_places
 from fingerslip.specimens.tactip.tactip import PRESETS, SensorSolidSizes
 from fingerslip.study.running.build import build_model
 from fingerslip.study.trials import bodies
-from problems.sensors import pressed_sensor
-from problems.whole_sensors import half_of, slid_beside_half
+from problems.sensors import half_of, pressed_sensor, slid_beside_half
 
 #: Sizes at the contact, in the gel and at rods [mm].
 SIZES = {"coarse": (1.5, 4.0, 0.5), "shipped": (1.0, 3.0, 0.35), "fine": (0.75, 2.2, 0.25)}

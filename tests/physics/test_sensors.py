@@ -11,8 +11,7 @@ from fingerslip.mesh.quality import quality_limits, quality_table
 from fingerslip.specimens.tactip.numbers import modelled_places
 from fingerslip.specimens.tactip.tactip import PRESETS, SensorSolidSizes
 from fingerslip.study.trials.bodies import turned_whole
-from problems.sensors import slid_sensor
-from problems.whole_sensors import slid_beside_half
+from problems.sensors import slid_beside_half, slid_sensor
 
 TURN = np.pi / 4
 CHANGES = {
