@@ -57,3 +57,8 @@ def solve_static(stiffness, load, fixed, prescribed=None):
 def fitted_slope(sizes, errors):
     """Return the slope of log(error) over log(size)."""
     return float(np.polyfit(np.log(sizes), np.log(errors), 1)[0])
+
+
+def difference(got, expected):
+    """Return the largest difference of two arrays over the largest expected value."""
+    return float(np.abs(got - expected).max() / np.abs(expected).max())

@@ -188,7 +188,7 @@ def _turn(element):
     of the pad's own stiffness.
     """
     about = "rz" if element == "Q4" else "ry"
-    inertia = (2e-5,) * (1 if element == "Q4" else 3)
+    inertia = (2e-5,) if element == "Q4" else (1e-5, 2e-5, 3e-5)
     body = fs.RigidBody(1.0, free=(about,), centre=components(element, 0.0, 0.0, 0.0), inertia=inertia)
     pad = _pad(element, 1e14 * 2e-3, np.linspace(-_SIZE / 2, _SIZE / 2, 5), np.linspace(-2e-3, 0.0, 2))
     sprung = replace(body, springs=fs.Springs(**{about: 5.0}), initial_velocity=fs.BodyVelocity(**{about: 10.0}))

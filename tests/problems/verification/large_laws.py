@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import optimize
+from scipy.spatial.transform import Rotation
 
 import fingerslip as fs
 from fingerslip.fe.cell_materials import finite_cell_materials
@@ -14,7 +15,7 @@ from fingerslip.materials.large_strain import FiniteMaterial
 from fingerslip.materials.material import SHEARS
 from fingerslip.verification.meshes import SIDES, axes_of, box, components, jiggle
 from fingerslip.verification.problem import Problem, absolute, solve_problem
-from problems.blocks import KINDS, fitted_slope
+from problems.blocks import KINDS, difference, fitted_slope
 
 #: Size of the bodies [m].
 LENGTH, _MODULUS = 1e-2, 10e3
@@ -200,8 +201,6 @@ def body_model(body, law, **changes):
 
 def _errors(body, history, expected):
     """Return the errors of Cauchy stress, of the forces of the supports and of the energy, over the largest of each."""
-    stress = history["stress"].values[-1, 0]
-    cauchy = stress_row(expected.cauchy, body.dim)
     force = np.zeros_like(history["support_force"].values[-1])
     for number, side in enumerate(history["support"].values):
         axis = {"left": 0, "right": 0, "front": 1, "back": 1}.get(side, body.dim - 1)
@@ -209,11 +208,10 @@ def _errors(body, history, expected):
         force[number] = sign * expected.nominal[: body.dim, axis] * LENGTH**2
     computed = history["support_force"].values[-1]
     held = np.abs(computed).max(axis=1) > 0.0
-    energy = expected.density * LENGTH**3
     return (
-        float(np.abs(stress - cauchy).max() / np.abs(cauchy).max()),
-        float(np.abs(computed - force)[held].max() / np.abs(force).max()),
-        float(abs(history["strain_energy"].values[-1] - energy) / energy),
+        difference(history["stress"].values[-1, 0], stress_row(expected.cauchy, body.dim)),
+        difference(computed[held], force[held]),
+        difference(history["strain_energy"].values[-1], expected.density * LENGTH**3),
     )
 
 
@@ -249,17 +247,14 @@ def turned(body, law, shapes):
             (every.T @ bulk.force(turning).ravel(), bulk.force(still).ravel()),
             (every.T @ bulk.tangent(turning).toarray() @ every, bulk.tangent(still).toarray()),
         )
-        errors.append([np.abs(one - other).max() / np.abs(other).max() for one, other in pairs])
+        errors.append([difference(*pair) for pair in pairs])
     return np.max(errors, axis=0)
 
 
 def rotation(angle, dim):
     """Return the rotation about z, or in 3D about (1, 1, 1)."""
-    sine, cosine = np.sin(angle), np.cos(angle)
-    if dim == 2:
-        return np.array([[cosine, -sine], [sine, cosine]])
-    cross = np.array([[0.0, -1.0, 1.0], [1.0, 0.0, -1.0], [-1.0, 1.0, 0.0]]) / np.sqrt(3.0)
-    return cosine * np.eye(3) + sine * cross + (1.0 - cosine) / 3.0
+    axis = np.array([0.0, 0.0, 1.0]) if dim == 2 else np.full(3, 1.0 / np.sqrt(3.0))
+    return Rotation.from_rotvec(angle * axis).as_matrix()[:dim, :dim]
 
 
 def _objectivity():
