@@ -5,14 +5,13 @@ Trials are analytic ones, at 67 frames a second as filmed, with slides of 1 mm/s
 video of 640 x 480 px with 81 markers go through tracker and forest.
 """
 
-import argparse
 import itertools
 import tempfile
 import time
-from functools import partial
 from pathlib import Path
 
 import numpy as np
+from setups import Figures, line, options_of, seconds, table
 from threadpoolctl import threadpool_limits
 
 from fingerslip.detect.classifiers import CLASSIFIERS, union_of_sets
@@ -29,15 +28,6 @@ from fingerslip.vision.video import read_frames
 SENSOR = SyntheticSensor(frame_rate=67.0, rest_frames=100)
 
 
-def timed(label, work):
-    """Do some work and print how long it took."""
-    processor, wall = time.process_time(), time.perf_counter()
-    found = work()
-    spent = time.process_time() - processor
-    print(f"{label:40} {spent:8.1f} s processor, {time.perf_counter() - wall:8.1f} s", flush=True)  # noqa: T201
-    return found
-
-
 def inside(trial):
     """Return a trial with its internal markers alone, numbered as the tracker numbers them."""
     chosen = trial.tracks.isel(marker=np.flatnonzero(trial.tracks["kind"].values == "internal"))
@@ -46,54 +36,52 @@ def inside(trial):
 
 def live(folder, frames):
     """Print how many frames a second of a video are tracked and classified on one core."""
-    sensor = SyntheticSensor(frame_rate=67.0, rest_frames=100)
-    slides = list(synthetic_slides((3e-3, 4e-3), 2, 2, sensor=sensor, travel=8e-3))
+    slides = list(synthetic_slides((3e-3, 4e-3), 2, 2, sensor=SENSOR, travel=8e-3))
     trials = write_trials(map(inside, slides), folder / "trials", "Benchmark of speed")
     detector = train(trials, trials.onsets(), "forest", sampling=Sampling(least=0.0))
     film_trials(slides[:1], folder / "films", size=(640, 480))
     with threadpool_limits(1):
         tracker, times, taker = MarkerTracker(n_markers=81, rest_frames=100), [], None
         for number, frame in enumerate(itertools.islice(read_frames(folder / "films" / "slide-0000.mkv"), frames)):
-            for seen in tracker.take(frame, number / sensor.frame_rate):
+            for seen in tracker.take(frame, number / SENSOR.frame_rate):
                 taker = taker or LiveDetector(detector, tracker.reference.ring)
                 taker.take(seen)
             times.append(time.process_time())
     # The first findings come at once, when rest is over; they hold the compilation of what is compiled.
     spent = np.diff(times)[150:]
-    rate, median = len(spent) / spent.sum(), 1e3 * float(np.median(spent))
-    print(f"{len(spent)} frames: {rate:.0f} frames a processor second, median {median:.1f} ms")  # noqa: T201
+    table("frames", "frames a CPU second", "median [CPU ms]")
+    line(len(spent), float(len(spent) / spent.sum()), 1e3 * float(np.median(spent)))
 
 
-def analytic(folder, repeats):
-    """Return analytic trials of the size of the published ones."""
-    slides = synthetic_slides(repeats=repeats, sensor=SENSOR, travel=14e-3)
-    return timed("trials written", lambda: write_trials(slides, folder / "trials", "Benchmark of speed"))
-
-
-def measure(trials, sampling, workers):
-    """Print the processor time of each part."""
+def measure(folder, trials, workers):
+    """Print the seconds of each part, of a data set or else of analytic trials of the size of the published ones."""
+    figures, sampling = Figures(), Sampling()
+    if trials is None:
+        slides = synthetic_slides(repeats=10, sensor=SENSOR, travel=14e-3)
+        with seconds(figures, "trials written"):
+            trials = write_trials(slides, folder / "trials", "Benchmark of speed")
+        # Short trials have fewer frames of a class; twice the later incipient ones make up for them.
+        sampling = Sampling(more_incipient=70, least=0.0)
     onsets, motion = trials.onsets(), MotionSettings()
-    settings = FeatureSettings(union_of_sets(tuple(CLASSIFIERS.values())), motion)
-    samples = timed("samples with features", lambda: samples_of(trials, onsets, settings, sampling))
-    print(f"{samples.values.shape[0]} samples of {samples.values.shape[1]} features")  # noqa: T201
+    with seconds(figures, "samples with features"):
+        settings = FeatureSettings(union_of_sets(tuple(CLASSIFIERS.values())), motion)
+        samples = samples_of(trials, onsets, settings, sampling)
     run, tests = Evaluation(trials, onsets, samples, motion, workers=workers), grouped_folds(trials.names, 5, 0)
-
-    def fit_folds(candidate):
-        return [run.fit(candidate, test) for test in tests]
-
-    def folded():
-        found = [timed(f"{name}, 5 folds", partial(fit_folds, one)) for name, one in CLASSIFIERS.items()]
-        return list(itertools.chain.from_iterable(found))
-
-    results = timed("all classifiers, 5 folds", folded)
-    for name, one in CLASSIFIERS.items():
-        timed(f"{name}, by sample", partial(run.by_sample, one))
-    timed("events of all frames, all classifiers", lambda: run.events(results))
+    results = []
+    for name, classifier in CLASSIFIERS.items():
+        with seconds(figures, f"{name}, 5 folds"):
+            results += [run.fit(classifier, test) for test in tests]
+        with seconds(figures, f"{name}, by sample"):
+            run.by_sample(classifier)
+    with seconds(figures, "events of all frames, all classifiers"):
+        run.events(results)
+    table(f"{samples.values.shape[0]} samples of {samples.values.shape[1]} features", "CPU [s]", "clock [s]")
+    for name in (each for each in figures if not each.endswith(", clock")):
+        line(name, figures[name], figures[f"{name}, clock"])
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--repeats", type=int, default=10, help="10 for the 320 trials of the paper")
+    parser = options_of(__doc__)
     parser.add_argument("--trials", type=Path, metavar="FOLDER", help="a data set in their place")
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--live", type=int, metavar="FRAMES", help="measure live detection on so many frames instead")
@@ -101,8 +89,5 @@ if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as temporary:
         if options.live:
             live(Path(temporary), options.live)
-        elif options.trials:
-            measure(open_trials(options.trials), Sampling(), options.workers)
         else:
-            # Short trials have fewer frames of a class; twice the later incipient ones make up for them.
-            measure(analytic(Path(temporary), options.repeats), Sampling(more_incipient=70, least=0.0), options.workers)
+            measure(Path(temporary), options.trials and open_trials(options.trials), options.workers)
