@@ -92,11 +92,21 @@ class Elastic(ByYoungsModulus):
 
     def energy(self, strain: Floats, formulation: Formulation) -> Floats:
         """Return the strain energy density [J/m^3], shape (n,), of strains (n, m) [-]."""
-        return hooke_energy(strain, self.dilatational_modulus(formulation), self.shear_modulus)
+        dim = _DIMENSIONS[strain.shape[1]]
+        normal, shear = strain[:, :dim], strain[:, dim:]
+        # Sums along short rows take numpy's ``sum`` several times as long.
+        distortion = np.einsum("ij,ij->i", normal, normal) + 0.5 * np.einsum("ij,ij->i", shear, shear)
+        dilatation, modulus = np.einsum("ij->i", normal), self.dilatational_modulus(formulation)
+        return np.asarray(0.5 * modulus * dilatation**2 + self.shear_modulus * distortion)
 
     def stress(self, strain: Floats, formulation: Formulation) -> Floats:
         """Return the stress [Pa], shape (n, m), of strains (n, m) [-]."""
-        return hooke_stress(strain, self.dilatational_modulus(formulation), self.shear_modulus)
+        dim, modulus = _DIMENSIONS[strain.shape[1]], self.dilatational_modulus(formulation)
+        normal, shear = strain[:, :dim], strain[:, dim:]
+        stress = np.empty_like(strain)
+        stress[:, :dim] = modulus * np.einsum("ij->i", normal)[:, None] + 2.0 * self.shear_modulus * normal
+        stress[:, dim:] = self.shear_modulus * shear
+        return stress
 
     def stress_across(self, strain: Floats, formulation: Formulation) -> Floats:
         """Return the stress zz out of the plane [Pa], shape (n,), of strains (n, 3) [-]."""
@@ -118,25 +128,6 @@ class Elastic(ByYoungsModulus):
             allowed = f"{formulation.replace('_', ' ')} with displacement elements needs < 0.5"
             raise InputError("poisson_ratio", "got 0.5", allowed, "write 0.4999")
         return modulus * ratio / ((1.0 + ratio) * (1.0 - 2.0 * ratio))
-
-
-def hooke_energy(strain: Floats, first_lame: float, shear_modulus: float) -> Floats:
-    """Return the strain energy density (n,) [J/m^3] of Hooke's law at strains (n, m) [-], with constants [Pa]."""
-    dim = _DIMENSIONS[strain.shape[1]]
-    normal, shear = strain[:, :dim], strain[:, dim:]
-    # Sums along short rows take numpy's ``sum`` several times as long.
-    distortion = np.einsum("ij,ij->i", normal, normal) + 0.5 * np.einsum("ij,ij->i", shear, shear)
-    return np.asarray(0.5 * first_lame * np.einsum("ij->i", normal) ** 2 + shear_modulus * distortion)
-
-
-def hooke_stress(strain: Floats, first_lame: float, shear_modulus: float) -> Floats:
-    """Return the stresses [Pa], shape (n, m), of Hooke's law; arguments as of :func:`hooke_energy`."""
-    dim = _DIMENSIONS[strain.shape[1]]
-    normal, shear = strain[:, :dim], strain[:, dim:]
-    stress = np.empty_like(strain)
-    stress[:, :dim] = first_lame * np.einsum("ij->i", normal)[:, None] + 2.0 * shear_modulus * normal
-    stress[:, dim:] = shear_modulus * shear
-    return stress
 
 
 def hooke_tangent(components: int, first_lame: float, shear_modulus: float) -> Floats:
