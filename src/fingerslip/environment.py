@@ -47,7 +47,6 @@ from fingerslip.study.running.build import build_model
 
 __all__ = ["HoldEnv"]
 
-Floats = NDArray[np.float64]
 Sensed = dict[str, NDArray[Any]]
 
 _KINDS: tuple[ReceptorKind, ...] = ("FA-I", "SA-I")

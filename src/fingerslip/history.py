@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import ResultError
 from fingerslip.storage.files import write_bytes
@@ -282,7 +283,7 @@ def nearest_snapshot(history: xr.Dataset, time: float | None = None) -> int:
     return times.size - 1 if time is None else int(np.abs(times - time).argmin())
 
 
-def full_tensors(components: xr.DataArray) -> NDArray[np.float64]:
+def full_tensors(components: xr.DataArray) -> Floats:
     """Return symmetric tensors, shape (..., 3, 3), from their components over the last dimension `stress_component`."""
     values = components.values
     tensors = np.zeros((*values.shape[:-1], 3, 3))

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.arrays import Flags, Floats
 from fingerslip.errors import InputError
 
 #: Markers on each ring, the centre first. They sum to the 81 of Cordova Bulens et al. 2023, who do not print the rings:
@@ -30,9 +31,9 @@ class MarkerLayout:
         Angle of each marker from the x axis towards the y axis [rad], from 0 to 2 pi; 0 in the centre.
     """
 
-    position: NDArray[np.float64]
+    position: Floats
     ring: NDArray[np.intp]
-    angle: NDArray[np.float64]
+    angle: Floats
 
     @property
     def count(self) -> int:
@@ -40,11 +41,11 @@ class MarkerLayout:
         return int(self.ring.size)
 
     @property
-    def on_x(self) -> NDArray[np.bool_]:
+    def on_x(self) -> Flags:
         """Which markers lie on the x axis."""
         return np.abs(self.position[:, 1]) < _ON_X
 
-    def select(self, rows: NDArray[np.bool_]) -> MarkerLayout:
+    def select(self, rows: Flags) -> MarkerLayout:
         """Return some of the markers."""
         return MarkerLayout(self.position[rows], self.ring[rows], self.angle[rows])
 

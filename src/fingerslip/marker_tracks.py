@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.errors import InputError
 from fingerslip.history import sites_of_kinds
 from fingerslip.vision.tracks import KINDS, make_tracks
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
 #: Kind of the sites where rods begin; each stands beside the internal marker of its rod.
 ROD_FOOT = "rod foot"
 
-Floats = NDArray[np.float64]
 Rows = NDArray[np.intp]
 
 

@@ -14,13 +14,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.history import is_solid, nearest_record
 
 if TYPE_CHECKING:
     import xarray as xr
 
-
-Floats = NDArray[np.float64]
 
 # Of the size of the body: by how much points of a flat face may lie out of one plane.
 _FLAT = 1e-3

@@ -19,10 +19,8 @@ def is_below(path: str, group: str) -> bool:
 
 def walk(values: object, path: str = "") -> Iterator[str]:
     """Yield the path of every value inside nested mappings and lists, groups before what they hold."""
-    items = (
-        values.items() if isinstance(values, Mapping) else enumerate(values) if isinstance(values, list | tuple) else ()
-    )
-    for key, item in items:
+    inside = dict(enumerate(values)) if isinstance(values, list | tuple) else values
+    for key, item in inside.items() if isinstance(inside, Mapping) else ():
         inner = join_path(path, str(key))
         yield inner
         yield from walk(item, inner)

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 import pydantic
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.errors import InputError
 from fingerslip.parameters import Fraction, NonNegativeNumber, Number, parameters
 from fingerslip.vision.tracks import tracks_like
@@ -16,7 +16,6 @@ from fingerslip.vision.tracks import tracks_like
 if TYPE_CHECKING:
     import xarray as xr
 
-Floats = NDArray[np.float64]
 
 #: Distance from the truth within which a position counts as found [px].
 KEPT = 1.0

@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.errors import InputError, shorten
 from fingerslip.storage.files import check_empty, frame_csv, json_text, new_folder, write_bytes, write_text
 from fingerslip.vision.tracks import check_tracks, make_tracks, read_csv
@@ -43,7 +44,7 @@ class BristolSet:
     folder: Path  # where it is
     targets: pd.DataFrame  # A row for each image: ``sensor_image`` and labels
     image_parameters: Mapping[str, Any]  # settings of the camera
-    markers: tuple[NDArray[np.float64], ...]  # (n, 2), markers of each image in shares of its width and height
+    markers: tuple[Floats, ...]  # (n, 2), markers of each image in shares of its width and height
 
 
 def read_bristol(folder: str | Path) -> BristolSet:
@@ -73,7 +74,7 @@ def _markers_name(image: str) -> str:
     return f"markers_{numbers[-1]}.npy"
 
 
-def _read_markers(path: Path) -> NDArray[np.float64]:
+def _read_markers(path: Path) -> Floats:
     try:
         array = np.load(path, allow_pickle=False)
     except FileNotFoundError:
@@ -192,7 +193,7 @@ class SeriesRun:
     tables: Mapping[str, pd.DataFrame]  # its tables by their names in :data:`TABLES`, as far as they are there
 
     @property
-    def image_times(self) -> NDArray[np.float64] | None:
+    def image_times(self) -> Floats | None:
         """Times of the images [s], from the first column ``time``, ``timestamp`` or ``t``; None without one."""
         table: Any = self.tables.get("image", {})
         name = next((name for name in _TIMES if name in table), None)

@@ -8,18 +8,16 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Flags, Floats
 from fingerslip.errors import InputError
 from fingerslip.vision.fields import larger_principal
 from fingerslip.vision.tracks import check_tracks
-from fingerslip.vision.video import FINE, STATES, opencv
+from fingerslip.vision.video import FINE, STATES, Frame, opencv
 
 if TYPE_CHECKING:
     import xarray as xr
 
-Frame = NDArray[np.uint8]
-Floats = NDArray[np.float64]
 Colour = tuple[int, int, int]
 
 #: Colours of rings from the centre outwards, blue first; they repeat. Those of Okabe and Ito.
@@ -53,7 +51,7 @@ def overlay_frames(
     tracks: xr.Dataset,
     *,
     arrows: Floats | None = None,
-    marked: NDArray[np.bool_] | None = None,
+    marked: Flags | None = None,
 ) -> Iterator[Frame]:
     """Yield frames (height, width, 3) with a circle at each marker that is seen, an arrow at it, time and count.
 

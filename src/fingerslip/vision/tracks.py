@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fingerslip.arrays import Flags
 from fingerslip.errors import InputError, ResultError, shorten
 from fingerslip.storage.files import frame_csv, write_bytes, write_text
 from fingerslip.storage.netcdf import netcdf_bytes, read_netcdf
@@ -209,7 +210,7 @@ def _check_values(tracks: xr.Dataset, where: str) -> None:
             raise InputError(f"{where}: {name}", f"{marker} has {tracks[name].values[row, column]}", _NEEDED[name])
 
 
-def seen(tracks: xr.Dataset) -> NDArray[np.bool_]:
+def seen(tracks: xr.Dataset) -> Flags:
     """Tell which markers were seen when, shape (n_times, n_markers)."""
     return np.asarray(~np.isnan(tracks["position"].values).any(axis=2))
 

@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats, Integers
 from fingerslip.specimens.fingertip.numbers import FingertipNumbers, RidgeZone, SagittalOutline
-
-Floats = NDArray[np.float64]
 
 _SPACING = 1e-5
 
@@ -92,7 +90,7 @@ def at_depth(curve: Curve, arc_length: Floats, depth: Floats | float) -> Floats:
     return position(curve, arc_length) + inward[:, None] * inward_normal(curve, arc_length)
 
 
-def nearest(points: Floats, places: Floats) -> tuple[Floats, NDArray[np.int64]]:
+def nearest(points: Floats, places: Floats) -> tuple[Floats, Integers]:
     """Return how far places (n, dim) are from the nearest of some points (m, dim) [m], and the rows of these points."""
     # SciPy's trees are slow to import, and only meshes need them.
     from scipy.spatial import cKDTree

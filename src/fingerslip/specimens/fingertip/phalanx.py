@@ -11,15 +11,13 @@ import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.errors import InputError
 from fingerslip.specimens.fingertip.numbers import FingertipNumbers
 from fingerslip.specimens.fingertip.outline import Curve, at_depth, inward_normal, nearest, outline_curve
 from fingerslip.specimens.fingertip.skin import depth_below_skin, skin_section, solid_shape
 from fingerslip.units import coordinates, millimetres
-
-Floats = NDArray[np.float64]
 
 _SPACING = 2e-5
 

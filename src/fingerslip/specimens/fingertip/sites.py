@@ -7,15 +7,13 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.marker_layouts import hexagonal_layout
 from fingerslip.sites import Site, ring_sites
 from fingerslip.specimens.fingertip.numbers import FingertipNumbers, Section
 from fingerslip.specimens.fingertip.outline import at_depth, interface_depth, outline_curve
 from fingerslip.specimens.fingertip.skin import pose_points, skin_section, solid_shape
-
-Floats = NDArray[np.float64]
 
 
 def receptor_sites(fingertip: FingertipNumbers) -> tuple[Site, ...]:

@@ -9,13 +9,11 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.errors import InputError
 from fingerslip.specimens.fingertip.numbers import FingertipNumbers, SolidShape
 from fingerslip.specimens.fingertip.outline import fade, nearest, outline_curve, surface_depth
-
-Floats = NDArray[np.float64]
 
 
 def relief_depth(fingertip: FingertipNumbers, points: Floats) -> Floats:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
 import pydantic
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.errors import InputError
 from fingerslip.marker_layouts import MarkerLayout, grid_layout
 from fingerslip.materials.choice import MaterialChoice, kept_values
@@ -22,7 +22,6 @@ from fingerslip.units import millimetres
 if TYPE_CHECKING:
     import skfem
 
-Floats = NDArray[np.float64]
 
 #: The group of sites, as study files name it.
 MARKERS = "internal_markers"

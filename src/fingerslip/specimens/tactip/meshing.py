@@ -14,8 +14,8 @@ from typing import Any
 import gmsh
 import numpy as np
 import skfem
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats, Integers
 from fingerslip.errors import MeshError
 from fingerslip.mesh.facets import Mesh, are_between, with_groups
 from fingerslip.mesh.gmsh_session import MILLIMETRES, Fragments, fragment, generate, gmsh_session, read_fragments
@@ -25,9 +25,6 @@ from fingerslip.mesh.source import GROWTH, GradedMesh
 from fingerslip.specimens.tactip.numbers import REGIONS, TacTipNumbers, modelled_places, points_at
 from fingerslip.specimens.tactip.parts import skin_lines
 from fingerslip.units import millimetres
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 _SKIN, _GEL, _RODS, _WINDOW = range(len(REGIONS))
 # What is tried until no cell is refused: a share of all sizes, and the largest size at a rod over its radius, so that

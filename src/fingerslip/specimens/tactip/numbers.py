@@ -7,8 +7,8 @@ from types import MappingProxyType
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.errors import InputError
 from fingerslip.marker_layouts import MarkerLayout
 from fingerslip.materials.choice import MaterialChoice
@@ -115,8 +115,6 @@ def _check_layout(sensor: TacTipNumbers) -> None:
         fault = f"has {len(markers.rings) - 1} rings around the axis"
         raise InputError("markers.rings", fault, f"needs at most {ridges.number} (skin.ridges.number)")
 
-
-Floats = NDArray[np.float64]
 
 #: Groups of sites: name in study files, and kind in histories.
 GROUPS: Mapping[str, str] = MappingProxyType(

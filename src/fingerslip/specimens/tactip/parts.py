@@ -7,8 +7,8 @@ from typing import Annotated, Literal
 
 import numpy as np
 import pydantic
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats, Integers
 from fingerslip.errors import InputError
 from fingerslip.marker_layouts import MarkerLayout, hexagonal_layout, ring_layout
 from fingerslip.parameters import NonNegativeLength, PositiveLength, parameters
@@ -164,9 +164,6 @@ class Window:
 
     thickness: PositiveLength
 
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 # Points on an arc of a ridge, and the longest distance of two on the plain skin [m]; cubic splines join them.
 _ON_ARC = 7

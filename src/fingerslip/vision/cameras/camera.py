@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 import pydantic
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fingerslip.arrays import Floats
 from fingerslip.errors import InputError
 from fingerslip.parameters import Length, parameters
 from fingerslip.units import Unit
@@ -21,7 +22,6 @@ from fingerslip.vision.tracks import check_tracks, tracks_like
 if TYPE_CHECKING:
     import xarray as xr
 
-Floats = NDArray[np.float64]
 FrameRate = Annotated[float, Unit("1/s"), pydantic.Field(gt=0, le=1e4)]
 Exposure = Annotated[float, Unit("s", "ms"), pydantic.Field(ge=0)]
 Vector = tuple[Length, Length, Length]

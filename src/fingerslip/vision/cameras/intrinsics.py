@@ -24,15 +24,14 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 import pydantic
 from numpy.polynomial import Polynomial
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.errors import InputError, ResultError, shorten
 from fingerslip.parameters import Number, parameters
 from fingerslip.parameters.yaml_text import parse_document
 from fingerslip.storage.files import write_text
 from fingerslip.vision.video import opencv
 
-Floats = NDArray[np.float64]
 PixelCount = Annotated[int, pydantic.Field(ge=1, le=100_000)]
 PositiveNumber = Annotated[Number, pydantic.Field(gt=0)]
 

@@ -13,6 +13,7 @@ import numpy as np
 import pydantic
 from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.parameters import Angle, Fraction, NonNegativeNumber, Number, PositiveLength, Rate, parameters
 from fingerslip.units import Unit
 from fingerslip.vision.cameras.camera import (
@@ -25,7 +26,7 @@ from fingerslip.vision.cameras.camera import (
     true_tracks,
 )
 from fingerslip.vision.cameras.intrinsics import PositiveNumber
-from fingerslip.vision.video import opencv, write_video
+from fingerslip.vision.video import Frame, opencv, write_video
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -223,9 +224,7 @@ class PixelCamera:
     seed: Annotated[int, pydantic.Field(ge=0, lt=2**63)] = 0
 
 
-Frame = NDArray[np.uint8]
 Picture = NDArray[np.float32]
-Floats = NDArray[np.float64]
 _REACH = 4.0  # standard deviations of the edge, beyond which a spot covers 3e-5 of a pixel
 _RIM = 3.0  # standard deviations of the bright ring from its line to what is outside
 _STEEPEST = 0.95  # largest sine of the slope of a dome

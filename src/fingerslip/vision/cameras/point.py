@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import pydantic
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.errors import InputError
 from fingerslip.parameters import parameters
 from fingerslip.vision.cameras.camera import (
@@ -24,12 +24,11 @@ from fingerslip.vision.cameras.camera import (
 from fingerslip.vision.cameras.pixel import PixelCamera, frames_of
 from fingerslip.vision.comparison import PositionErrors, position_errors
 from fingerslip.vision.tracks import make_tracks, tracks_like
+from fingerslip.vision.video import Frame
 
 if TYPE_CHECKING:
     import xarray as xr
 
-Floats = NDArray[np.float64]
-Frame = NDArray[np.uint8]
 
 #: Finds markers in frames: gets the frames and where the markers are in the first (n_markers, 2) [px], returns their
 #: positions (n_frames, n_markers, 2) [px], NaN where lost.
@@ -211,7 +210,7 @@ def pair_tracks(pair: CameraPair, markers: xr.Dataset) -> xr.Dataset:
     return tracks_like(both, np.round(position / _ROUNDING) * _ROUNDING, both["time"].values, attributes=attributes)
 
 
-def plate_mark(pair: CameraPair, displacement: NDArray[np.float64], time: NDArray[np.float64]) -> xr.Dataset:
+def plate_mark(pair: CameraPair, displacement: Floats, time: Floats) -> xr.Dataset:
     """Return the track [px] of a marker on the plate as the external camera sees it, by displacement (n, 3) [m]."""
     mark = make_tracks(displacement[:, None], time, units="m", kind="external")
     camera, times = pair.external, frame_times(pair.external, mark)

@@ -10,10 +10,8 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from fingerslip.arrays import Flags, Floats
 from fingerslip.vision.video import opencv
-
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 # Radii that are tried [px]. Larger blobs than the finest are looked for in an image that is as much smaller.
 _RADII = tuple(1.7 * 2.0 ** (step / 3.0) for step in range(14))

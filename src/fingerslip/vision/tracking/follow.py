@@ -16,14 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from fingerslip.arrays import Flags, Floats
 from fingerslip.vision.tracking.blobs import Blobs, blobs_of, reduced_to
 from fingerslip.vision.tracking.layouts import assign, common_shift, consistent, expected_displacement
 from fingerslip.vision.tracking.markers import Markers, Measured, measure
-from fingerslip.vision.video import opencv
-
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-Frame = NDArray[np.uint8]
+from fingerslip.vision.video import Frame, opencv
 
 # How far from its expected place a blob may be, and a displacement from its neighbours', in distances of neighbours.
 _REACH, _STRANGE = 0.45, 0.6

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial import cKDTree
 
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
+from fingerslip.arrays import Flags, Floats
+
 Integers = NDArray[np.intp]
 
 _COUNT = 8

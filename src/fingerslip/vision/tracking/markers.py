@@ -11,11 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
+from fingerslip.arrays import Flags, Floats
 from fingerslip.vision.tracking.blobs import Blobs
 from fingerslip.vision.tracking.layouts import nearest_neighbours
-
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 #: Samples of a profile, from the centre to the edge of the window.
 N_PROFILE = 48
@@ -181,7 +179,7 @@ def learn_shapes(image: Floats, points: Floats, radius: Floats, window: Floats, 
     return np.where(clear[:, None], np.stack([yy, -xy, xx], axis=1) / root[:, None], (1.0, 0.0, 1.0))
 
 
-def _around(image: Floats, points: Floats, reach: float) -> tuple[Floats, Floats, Floats, NDArray[np.bool_]]:
+def _around(image: Floats, points: Floats, reach: float) -> tuple[Floats, Floats, Floats, Flags]:
     """Return dx, dy [px] and grey levels (n, k, k) of the pixels near each point, and which are in the image."""
     height, width = image.shape
     half = math.ceil(reach) + 1

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.arrays import Flags, Floats
 from fingerslip.errors import FingerslipError
 from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole, read_calibration
 from fingerslip.vision.tracking.layouts import LayoutName, expected_displacement, nearest_neighbours
@@ -27,7 +28,6 @@ from fingerslip.vision.video import (
 if TYPE_CHECKING:
     import xarray as xr
 
-Floats = NDArray[np.float64]
 
 _MOVED = 0.5  # px that the rest frames may move
 # Share of the frames in which a marker may be missing before it is said.
@@ -55,7 +55,7 @@ def track_markers(
     n_markers: int | None = None,
     rest_frames: int | None = None,
     layout: LayoutName = "auto",
-    mask: NDArray[np.bool_] | str | Path | None = None,
+    mask: Flags | str | Path | None = None,
     calibration: Pinhole | Fisheye | str | Path | None = None,
     bright: bool | None = None,
     frame_rate: float | None = None,
@@ -350,7 +350,7 @@ def rest_length(position: Floats) -> int:
     return max(FEWEST, FEWEST + int(later[0]) - 2) if later.size else len(position)
 
 
-def still_markers(position: Floats) -> NDArray[np.bool_]:
+def still_markers(position: Floats) -> Flags:
     """Tell which markers (n_markers,) do not move with their neighbours, as reflections and dirt on the lens do.
 
     Motion of positions (n_frames, n_markers, 2) [px] counts from where they rest, whatever reference the tracks have.

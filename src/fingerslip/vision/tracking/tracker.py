@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.arrays import Flags, Floats
 from fingerslip.errors import InputError
 from fingerslip.vision.tracking.blobs import field_of
 from fingerslip.vision.tracking.follow import follow, rest_state
@@ -22,8 +23,6 @@ from fingerslip.vision.video import DUPLICATED, Exposure, Frame, frame_state, op
 if TYPE_CHECKING:
     import xarray as xr
 
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 # Markers are looked for in the mean of this many frames, or of the rest frames where they are fewer.
 _AVERAGED = 10
@@ -165,7 +164,7 @@ class MarkerTracker:
         return SeenMarkers(time, *seen, light, self._state.visible, clock.perf_counter() - start)
 
 
-def _mask_of(mask: NDArray[np.bool_] | str | Path | None, shape: tuple[int, ...]) -> Flags | None:
+def _mask_of(mask: Flags | str | Path | None, shape: tuple[int, ...]) -> Flags | None:
     if mask is None:
         return None
     if isinstance(mask, str | Path):

@@ -10,8 +10,8 @@ import gmsh
 import numpy as np
 import pygmsh
 import skfem
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Flags, Floats, Integers
 from fingerslip.errors import InputError, MeshError
 from fingerslip.mesh.facets import Mesh, are_between, outward_normals, with_groups
 from fingerslip.mesh.gmsh_session import MILLIMETRES, gmsh_errors, gmsh_session, node_positions, sizes_from_fields_alone
@@ -30,10 +30,6 @@ from fingerslip.specimens.fingertip.outline import (
 )
 from fingerslip.specimens.fingertip.phalanx import phalanx_contour, reaches_cut
 from fingerslip.units import coordinates, millimetres
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 
 _NAMES = (*REGIONS, "nail")
 EPIDERMIS, DERMIS, TISSUE, PHALANX, NAIL = range(len(_NAMES))

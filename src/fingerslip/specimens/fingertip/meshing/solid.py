@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import gmsh
 import numpy as np
 import skfem
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Flags, Floats, Integers
 from fingerslip.errors import InputError
 from fingerslip.mesh.gmsh_session import (
     TETRAHEDRON,
@@ -52,10 +52,6 @@ from fingerslip.specimens.fingertip.skin import (
     solid_shape,
 )
 from fingerslip.units import coordinates, millimetres
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 
 _HXT = 10
 _LARGEST_ASPECT = 2.5
