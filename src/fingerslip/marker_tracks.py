@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fingerslip.arrays import Floats
 from fingerslip.errors import InputError
@@ -18,8 +17,6 @@ if TYPE_CHECKING:
 
 #: Kind of the sites where rods begin; each stands beside the internal marker of its rod.
 ROD_FOOT = "rod foot"
-
-Rows = NDArray[np.intp]
 
 
 def marker_tracks(history: xr.Dataset, kinds: Sequence[str] = KINDS) -> xr.Dataset:
@@ -34,11 +31,12 @@ def marker_tracks(history: xr.Dataset, kinds: Sequence[str] = KINDS) -> xr.Datas
     if not chosen.size:
         repair = "write record: {groups: [internal_markers]} in the study of a tactip"
         raise InputError("history", "has no markers", "needs recorded sites of a sensor's markers", repair)
-    rest = history["site_position"].values[chosen]
+    places = history["site_position"].values
+    rest, positions = places[chosen], places + history["displacement"].values
     across = rest[:, 2] if rest.shape[1] > 2 else np.zeros(len(rest))
     names = history["site"].values[chosen].astype(str)
     tracks = make_tracks(
-        _positions(history, chosen),
+        positions[:, chosen],
         history["time"].values,
         units="m",
         kind=[kind for kind, row in rows.items() for _ in row],
@@ -52,16 +50,11 @@ def marker_tracks(history: xr.Dataset, kinds: Sequence[str] = KINDS) -> xr.Datas
     feet = np.array([row_of_foot.get(name.removeprefix("internal-marker"), -1) for name in names], dtype=np.intp)
     if (feet < 0).all():
         return tracks
-    along = tracks["position"].values - _positions(history, feet)
+    along = positions[:, chosen] - positions[:, feet]
     along[:, feet < 0] = np.nan
     meaning = {"units": "1", "long_name": "direction of the rod, from the skin to the marker"}
     directions = along / np.linalg.norm(along, axis=2, keepdims=True)
     return tracks.assign(direction=(("time", "marker", "axis"), directions, meaning))
-
-
-def _positions(history: xr.Dataset, rows: Rows) -> Floats:
-    positions: Floats = history["site_position"].values[rows] + history["displacement"].values[:, rows]
-    return positions
 
 
 def filmed_tracks(history: xr.Dataset, kind: str, rest: float = 0.0) -> xr.Dataset:
