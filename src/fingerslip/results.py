@@ -258,10 +258,10 @@ def stored_result(folder: Path, *, is_whole: bool = False) -> RunResult:
         raise DamagedError(str(folder / RESULT), "is of another version", _REPAIR) from None
     for file, written in () if is_whole else ((folder / name, digest) for name, digest in digests.items()):
         try:
-            found = file_digest(file)
+            checksum = file_digest(file)
         except OSError as error:
             raise DamagedError(str(file), f"cannot be read ({error.strerror})", _REPAIR) from None
-        if found != written:
+        if checksum != written:
             raise DamagedError(str(file), "is damaged: its checksum is another", _REPAIR)
     return result
 

@@ -55,8 +55,8 @@ class _ForEditors(GenerateJsonSchema):
             field.name: field.default if field.default_factory is dataclasses.MISSING else field.default_factory()
             for field in dataclasses.fields(cls)
         }
-        given = {name: value for name, value in values.items() if value is not dataclasses.MISSING}
-        words, defaults = field_words(cls), plain_fields(cls, given)
+        plain = {name: value for name, value in values.items() if value is not dataclasses.MISSING}
+        words, defaults = field_words(cls), plain_fields(cls, plain)
         for name, key in definition.get("properties", {}).items():
             key.pop("title", None)
             sentences = (words.get(name, ""), key.get("description", ""))

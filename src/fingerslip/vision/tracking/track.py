@@ -257,12 +257,12 @@ def _complaints(
 def _moved_at_rest(position: Floats) -> float:
     """Return how far the markers (n_frames, n_markers, 2) move together, in the frames that show half of them."""
     visible = np.isfinite(position).all(axis=2)
-    shown = position[visible.mean(axis=1) > 0.5][:, visible.any(axis=0)]
-    if len(shown) <= 1:
+    positions = position[visible.mean(axis=1) > 0.5][:, visible.any(axis=0)]
+    if len(positions) <= 1:
         return 0.0
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # of markers that no such frame shows
-        middles = np.nanmedian(shown - np.nanmean(shown, axis=0), axis=1)
+        middles = np.nanmedian(positions - np.nanmean(positions, axis=0), axis=1)
     return float(np.linalg.norm(np.ptp(middles, axis=0)))
 
 
@@ -369,10 +369,10 @@ def still_markers(position: Floats) -> Flags:
         frames = displacement[:, chosen]
         expected = [expected_displacement(each, np.isfinite(each).all(axis=1), neighbours)[0] for each in frames]
         of_neighbours = _largest(np.stack(expected))
-        found = (of_neighbours > _MOVING) & (moved[chosen] < _STILL * of_neighbours)
-        if not found.any():
+        lagging = (of_neighbours > _MOVING) & (moved[chosen] < _STILL * of_neighbours)
+        if not lagging.any():
             return still
-        still[chosen[found]] = True
+        still[chosen[lagging]] = True
 
 
 def _largest(displacement: Floats) -> Floats:
