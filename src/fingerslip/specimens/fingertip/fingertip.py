@@ -163,10 +163,8 @@ def build_solid(
     Returns
     -------
     skfem.MeshTet1 or skfem.MeshTet2
-        Mesh [m] with the regions `epidermis`, `dermis`, `tissue`, `phalanx` and, where there is one, `nail`; and the
-        boundaries `skin` (outer surface), `pad` (its part at the contact size), `nail` (its part on the nail),
-        `epidermis_dermis`, `dermis_tissue`, `phalanx_surface` (with the tissue), its parts `phalanx_palmar` and
-        `phalanx_dorsal`, `base` (proximal cut) and, where the phalanx reaches it, its part `phalanx_base`.
+        Mesh [m] with the regions and boundaries of a sagittal section, see :func:`build_section`; where there is a
+        nail, also with the region `nail` and the part `nail` of the skin.
 
     Raises
     ------

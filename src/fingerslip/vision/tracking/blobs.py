@@ -77,20 +77,14 @@ def blobs_of(image: NDArray[np.generic], radius: float, polarity: float, least: 
     rows, columns = rows[inside], columns[inside]
     # The parabola through the three values along each axis has its top between pixels.
     top = answer[rows, columns]
-    left, right, above, below = (answer[rows + dy, columns + dx] for dy, dx in ((0, -1), (0, 1), (-1, 0), (1, 0)))
+    up, down, back, ahead = rows - 1, rows + 1, columns - 1, columns + 1
+    left, right, above, below = answer[rows, back], answer[rows, ahead], answer[up, columns], answer[down, columns]
     along, across = 2.0 * top - left - right, 2.0 * top - above - below
     x = columns + 0.5 * (right - left) / np.maximum(along, 1e-6)
     y = rows + 0.5 * (below - above) / np.maximum(across, 1e-6)
-    mixed = 0.25 * (
-        smooth[rows + 1, columns + 1]
-        + smooth[rows - 1, columns - 1]
-        - smooth[rows - 1, columns + 1]
-        - smooth[rows + 1, columns - 1]
-    )
-    xx, yy = (
-        smooth[rows, columns - 1] + smooth[rows, columns + 1] - 2.0 * smooth[rows, columns],
-        smooth[rows - 1, columns] + smooth[rows + 1, columns] - 2.0 * smooth[rows, columns],
-    )
+    mixed = 0.25 * (smooth[down, ahead] + smooth[up, back] - smooth[up, ahead] - smooth[down, back])
+    xx = smooth[rows, back] + smooth[rows, ahead] - 2.0 * smooth[rows, columns]
+    yy = smooth[up, columns] + smooth[down, columns] - 2.0 * smooth[rows, columns]
     is_round = 4.0 * (xx * yy - mixed**2) > _ROUNDNESS * (xx + yy) ** 2
     places = (np.column_stack([x, y]) + 0.5) * shrink - 0.5
     return Blobs(places[is_round], top[is_round].astype(np.float64), np.full(int(is_round.sum()), radius))

@@ -216,12 +216,6 @@ def graded_sizes(points: Floats, contact: Floats, contact_size: float, largest: 
     return np.minimum(contact_size + GROWTH * distance, np.maximum(largest, contact_size))
 
 
-def contact_points(fingertip: FingertipNumbers, sizes: GradedMesh) -> Floats:
-    """Return (n, 3) points of the outer surface that are within the contact reach [m]."""
-    grid = skin_grid(fingertip).reshape(-1, 3)
-    return grid[_height(fingertip, grid) <= sizes.contact_reach]
-
-
 def _outer_surface(fingertip: FingertipNumbers, sizes: GradedMesh, levels: Floats, phalanx: Floats) -> Surface:
     grid = skin_grid(fingertip)
     skin, cut = grid.reshape(-1, 3), -fingertip.sagittal.pad_length
@@ -246,7 +240,8 @@ def mesh_phalanx(fingertip: FingertipNumbers, phalanx: PhalanxSurface, sizes: Gr
 
 def _mesh_grid(fingertip: FingertipNumbers, grid: Floats, is_open: bool, sizes: GradedMesh, largest: Floats) -> Surface:
     """Mesh a surface given by rows of points (rows, columns, 3) [m], finer near the contact, divided at x = 0."""
-    contact = contact_points(fingertip, sizes)
+    skin = skin_grid(fingertip).reshape(-1, 3)
+    contact = skin[_height(fingertip, skin) <= sizes.contact_reach]
     wanted = graded_sizes(grid.reshape(-1, 3), contact, sizes.contact_size, largest)
     return mesh_surface(grid, is_open, int(np.abs(grid[:, 0, 0]).argmin()), wanted.reshape(grid.shape[:2]))
 
