@@ -206,29 +206,22 @@ class PhalanxSurface:
     open: bool  # whether the first row lies on the proximal cut
 
 
-@dataclass(frozen=True)
-class _Rows:
-    """Position, lowest and highest point in the middle plane, and half width of each row [m]."""
-
-    x: Floats
-    low: Floats
-    high: Floats
-    half_width: Floats
-    open: bool
+# Position x, lowest and highest point in the middle plane, and half width of each row [m]; whether the first is on the
+# proximal cut.
+_Rows = tuple[Floats, Floats, Floats, Floats, bool]
 
 
 def phalanx_surface(fingertip: FingertipNumbers) -> PhalanxSurface:
     """Return the surface of the phalanx of a fingertip in 3D; refuse one that leaves no tissue."""
     solid_shape(fingertip)
-    rows = _scaled_rows(fingertip) if fingertip.phalanx.variant == "scaled" else _rows(fingertip)
+    is_scaled = fingertip.phalanx.variant == "scaled"
+    x, low, high, half_width, is_open = _scaled_rows(fingertip) if is_scaled else _rows(fingertip)
     across, up = _shape(fingertip)
-    middle, half = (rows.low + rows.high) / 2, (rows.high - rows.low) / 2
-    x = np.broadcast_to(rows.x[:, None], (len(rows.x), len(up)))
-    y = middle[:, None] + half[:, None] * up
-    surface = np.stack([x, y, rows.half_width[:, None] * across], axis=-1)
+    y = ((low + high) / 2)[:, None] + ((high - low) / 2)[:, None] * up
+    surface = np.stack([np.broadcast_to(x[:, None], y.shape), y, half_width[:, None] * across], axis=-1)
     points = surface[::_CHECKED, ::2].reshape(-1, 3)
     _check_tissue(fingertip, points, depth_below_skin(fingertip, points))
-    return PhalanxSurface(surface, rows.open)
+    return PhalanxSurface(surface, is_open)
 
 
 def _shape(fingertip: FingertipNumbers) -> tuple[Floats, Floats]:
@@ -266,7 +259,7 @@ def _rows(fingertip: FingertipNumbers) -> _Rows:
     low, high = palmar_face(fingertip, np.minimum(x, stop)) + inset, phalanx.dorsal_level - inset
     middle, half = (low + high) / 2, (high - low) / 2
     width = _half_width(fingertip, np.minimum(x, stop)) - inset
-    return _Rows(x, middle - share * half, middle + share * half, share * width, open=True)
+    return x, middle - share * half, middle + share * half, share * width, True
 
 
 def _half_width(fingertip: FingertipNumbers, x: Floats) -> Floats:
@@ -301,7 +294,7 @@ def _scaled_rows(fingertip: FingertipNumbers) -> _Rows:
     low, high = _heights(contour, x)
     across = phalanx_contour(dataclasses.replace(fingertip, section="transverse"))
     width = across[:, 0].max() * _planform(fingertip, x, (first, last), is_open)
-    return _Rows(x, low, high, width, is_open)
+    return x, low, high, width, is_open
 
 
 def _heights(contour: Floats, x: Floats) -> tuple[Floats, Floats]:

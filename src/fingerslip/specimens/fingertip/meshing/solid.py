@@ -69,16 +69,6 @@ class SolidSkin:
     fine: Flags  # (columns,), whether a column is in the part meshed at the contact size
 
 
-@dataclass(frozen=True)
-class _Hull:
-    """Closed surfaces of triangles that share nodes: skin, phalanx, and their caps on the proximal cut."""
-
-    points: Floats
-    skin: Integers
-    phalanx: Integers
-    caps: dict[str, Integers]
-
-
 def mesh_solid(fingertip: FingertipNumbers, sizes: GradedMesh) -> skfem.Mesh3D:
     """Build the mesh of a fingertip in 3D from a set of sizes; regions and boundaries are those of `build_solid`."""
     check_skin_fits(fingertip)
@@ -110,9 +100,9 @@ def solid_cells(fingertip: FingertipNumbers, sizes: GradedMesh) -> float:
 
 def mesh_solid_core(skin: Surface, phalanx: Surface, largest: float) -> CoreMesh:
     """Mesh what lies inside the skin, around the surface of the phalanx, with cells up to the largest size [m]."""
-    hull, unit = _hull(skin, phalanx, largest), length_unit(largest)
+    (hull, surfaces), unit = _hull(skin, phalanx, largest), length_unit(largest)
     with gmsh_session():
-        volumes = _draw(hull, unit)
+        volumes = _draw(hull, surfaces, unit)
         gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 1)
         gmsh.option.setNumber("Mesh.MeshSizeMax", largest / unit)
         gmsh.option.setNumber("Mesh.Algorithm3D", _HXT)
@@ -121,9 +111,9 @@ def mesh_solid_core(skin: Surface, phalanx: Surface, largest: float) -> CoreMesh
             gmsh.model.mesh.optimize("")
         cells = {name: gmsh.model.mesh.getElementsByType(TETRAHEDRON, volume)[1] for name, volume in volumes.items()}
         # Nodes of the hull keep their numbers.
-        used = np.unique(np.concatenate([np.arange(1, len(hull.points) + 1), *cells.values()]))
+        used = np.unique(np.concatenate([np.arange(1, len(hull) + 1), *cells.values()]))
         points = node_positions(used) * unit
-    points[: len(hull.points)] = hull.points
+    points[: len(hull)] = hull
     return CoreMesh(points, {name: np.searchsorted(used, nodes).reshape(-1, 4) for name, nodes in cells.items()})
 
 
@@ -141,8 +131,8 @@ def rim(surface: Surface) -> Integers:
     return np.array(ring)
 
 
-def _hull(skin: Surface, phalanx: Surface, largest: float) -> _Hull:
-    """Join skin and phalanx by flat caps on the proximal cut."""
+def _hull(skin: Surface, phalanx: Surface, largest: float) -> tuple[Floats, dict[str, Integers]]:
+    """Return nodes and triangles of closed surfaces: skin, phalanx, and their flat caps on the proximal cut."""
 
     def flat(points: Floats) -> Floats:
         """Return the coordinates z and y of points on the proximal cut."""
@@ -159,14 +149,14 @@ def _hull(skin: Surface, phalanx: Surface, largest: float) -> _Hull:
     new = core.points[is_new]
     on_cut = np.column_stack([np.full(len(new), skin.points[outer[0], 0]), new[:, 1], new[:, 0]])
     caps = {name: number[cells] for name, cells in core.cells.items()}
-    return _Hull(np.vstack([points, on_cut]), skin.triangles, phalanx.triangles + count, caps)
+    surfaces = {"skin": skin.triangles, "phalanx_surface": phalanx.triangles + count, **caps}
+    return np.vstack([points, on_cut]), surfaces
 
 
-def _draw(hull: _Hull, unit: float) -> dict[str, int]:
+def _draw(points: Floats, surfaces: dict[str, Integers], unit: float) -> dict[str, int]:
     """Draw the surfaces as they are; return the tags of the volumes between them."""
-    surfaces = {"skin": hull.skin, "phalanx_surface": hull.phalanx, **hull.caps}
     tags = {name: gmsh.model.addDiscreteEntity(2) for name in surfaces}
-    gmsh.model.mesh.addNodes(2, tags["skin"], np.arange(1, len(hull.points) + 1), hull.points.ravel() / unit)
+    gmsh.model.mesh.addNodes(2, tags["skin"], np.arange(1, len(points) + 1), points.ravel() / unit)
     for name, triangles in surfaces.items():
         gmsh.model.mesh.addElementsByType(tags[name], TRIANGLE, [], (triangles + 1).ravel())
     gmsh.model.mesh.reclassifyNodes()
