@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import itertools
-import math
 import os
 import queue
 import re
@@ -45,31 +44,21 @@ _FASTEST = 1e4  # frames a second; files without a rate state their time base in
 _MISSING_FRAMES, _MISSING_SHARE = 2, 0.01
 
 
-@dataclass(frozen=True)
-class VideoInfo:
-    """What a video says of itself."""
-
-    width: int  # size of the frames [px]
-    height: int  # size of the frames [px]
-    frame_rate: float | None  # frames a second [1/s]
-    frame_count: int | None  # how many frames there should be
-
-
-def video_info(path: str | Path) -> VideoInfo:
-    """Return size, rate and length of a video."""
-    path = Path(path)
+def stated_rate(path: Path) -> float | None:
+    """Return the frames a second [1/s] that a video file or a folder of images states; None where it does not."""
     if not path.is_dir():
-        return _file_info(path)
-    height, width = _image(_images(path)[0], "grey").shape
-    rate, stated = None, path / _RATE_FILE
-    if stated.is_file():
-        repair = "write the images again"
-        content = read_json(stated, repair).get("frame_rate")
-        try:
-            rate = _check_rate(float(str(content)))
-        except (ValueError, OverflowError) as error:
-            raise DamagedError(str(stated), f"has the frame rate {shorten(repr(content))}", repair) from error
-    return VideoInfo(width, height, rate, len(_images(path)))
+        with _open_reader(path) as (cv2, capture):
+            rate: float = capture.get(cv2.CAP_PROP_FPS)
+        return rate if 0 < rate <= _FASTEST else None
+    _images(path)  # there have to be some
+    if not (path / _RATE_FILE).is_file():
+        return None
+    repair = "write the images again"
+    content = read_json(path / _RATE_FILE, repair).get("frame_rate")
+    try:
+        return _check_rate(float(str(content)))
+    except (ValueError, OverflowError) as error:
+        raise DamagedError(str(path / _RATE_FILE), f"has the frame rate {shorten(repr(content))}", repair) from error
 
 
 def _check_rate(rate: float | None, name: str = "") -> float:
@@ -91,14 +80,6 @@ def read_frames(path: str | Path, colour: str = "grey") -> Iterator[Frame]:
         raise InputError("colour", f"got {colour!r}", "needs grey or bgr")
     path = Path(path)
     return _folder_frames(path, colour) if path.is_dir() else _file_frames(path, colour)
-
-
-def _file_info(path: Path) -> VideoInfo:
-    with _open_reader(path) as (cv2, capture):
-        width, height = (round(capture.get(name)) for name in (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT))
-        rate, count = capture.get(cv2.CAP_PROP_FPS), round(capture.get(cv2.CAP_PROP_FRAME_COUNT))
-    is_known = math.isfinite(rate) and 0 < rate <= _FASTEST
-    return VideoInfo(width, height, rate if is_known else None, count if count > 0 else None)
 
 
 @contextlib.contextmanager
@@ -226,8 +207,8 @@ def _write_file(path: Path, frames: Iterator[Frame], rate: float, codec: str) ->
             writer.release()
         count = 0
         # OpenCV says nothing when the disk is full.
-        with contextlib.suppress(InputError):
-            count = _file_info(partial).frame_count or 0
+        with contextlib.suppress(InputError), _open_reader(partial) as (_, capture):
+            count = round(capture.get(cv2.CAP_PROP_FRAME_COUNT))
         if written - count > max(_MISSING_FRAMES, _MISSING_SHARE * written):
             raise ResultError(f"{path}: holds {count} of {written} frames; free some space or choose another folder")
     return written
@@ -254,7 +235,7 @@ def open_frames(video: VideoInput, frame_rate: float | None = None, channel: Cha
         raise InputError("channel", f"got {channel!r}", f"needs one of {', '.join(get_args(Channel))}")
     if isinstance(video, str | Path):
         name, colour = str(video), "grey" if channel == "grey" else "bgr"
-        stated = video_info(video).frame_rate
+        stated = stated_rate(Path(video))
         rate = _check_rate(stated if frame_rate is None else frame_rate, name)
         return Frames(name, rate, lambda: (grey_frame(frame, channel, name) for frame in read_frames(video, colour)))
     if len(video) == 0:

@@ -7,7 +7,7 @@ from fingerslip.errors import InputError
 from fingerslip.vision.cameras import pixel
 from fingerslip.vision.cameras.camera import true_tracks
 from fingerslip.vision.tracks import make_tracks
-from fingerslip.vision.video import read_frames, video_info
+from fingerslip.vision.video import read_frames, stated_rate
 from unit.vision.scenes import camera, hide, middle, silent_camera, sliding
 
 
@@ -68,7 +68,7 @@ def test_what_is_drawn_of_markers_unknown_outside_near_and_in_2d():
 def test_a_film_is_written_with_its_truth_and_compression_leaves_its_artefacts(tmp_path):
     pixel_camera = pixel.PixelCamera(camera(frame_rate=60.0), noise=pixel.SensorNoise(3.0, 0.02), seed=3)
     truth = pixel.film(pixel_camera, sliding(), tmp_path / "slide.mkv")
-    assert video_info(tmp_path / "slide.mkv").frame_rate == 60.0
+    assert stated_rate(tmp_path / "slide.mkv") == 60.0
     np.testing.assert_array_equal(
         list(read_frames(tmp_path / "slide.mkv")), list(pixel.frames_of(pixel_camera, sliding()))
     )
