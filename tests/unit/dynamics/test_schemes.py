@@ -22,12 +22,12 @@ def amplification(alpha, frequency):
     """Return the matrix that takes (u, v, a) of a free oscillator over a step of 1 s."""
     scheme, columns = hht(1.0, alpha), []
     for state in np.eye(3):
-        ahead = scheme.predict(*state[:, None])
-        old, new = frequency**2 * state[0], frequency**2 * ahead.displacement[0]
+        (moved,), (moving,) = scheme.predict(*state[:, None])
+        old, new = frequency**2 * state[0], frequency**2 * moved
         weight = 1.0 + alpha
         acceleration = (alpha * old - weight * new) / (1.0 + weight * frequency**2 * scheme.displacement_factor)
-        displacement = ahead.displacement[0] + scheme.displacement_factor * acceleration
-        columns.append([displacement, ahead.velocity[0] + scheme.velocity_factor * acceleration, acceleration])
+        displacement = moved + scheme.displacement_factor * acceleration
+        columns.append([displacement, moving + scheme.velocity_factor * acceleration, acceleration])
     return np.array(columns).T
 
 
@@ -67,11 +67,11 @@ def free_oscillation(scheme, mass, stiffness, start, steps):
     a, two_back = -stiffness * u / mass, None
     force_before = stiffness * u
     for _ in range(steps):
-        ahead = scheme.predict(*np.array([[u], [v], [a]]))
-        right = scheme.start_weight * stiffness * u - weight * stiffness * ahead.displacement[0]
+        (moved,), (moving,) = scheme.predict(*np.array([[u], [v], [a]]))
+        right = scheme.start_weight * stiffness * u - weight * stiffness * moved
         new_a = right / (mass + weight * stiffness * scheme.displacement_factor)
-        new_u = ahead.displacement[0] + scheme.displacement_factor * new_a
-        new_v = ahead.velocity[0] + scheme.velocity_factor * new_a
+        new_u = moved + scheme.displacement_factor * new_a
+        new_v = moving + scheme.velocity_factor * new_a
         two_back = force_before if two_back is None else two_back
         unbalance = (np.array([two_back]), np.array([stiffness * u]), np.array([stiffness * new_u]))
         changes = np.array([new_u - u]), np.array([new_v - v]), np.array([mass * (new_a - a)])

@@ -31,7 +31,7 @@ from fingerslip.dynamics.step.release import fading_forces
 from fingerslip.dynamics.step.state import Prediction, State, predict_ends
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch, factorised, is_large
 from fingerslip.dynamics.system.operators import Pose
-from fingerslip.dynamics.system.scheme import Predictor, Scheme
+from fingerslip.dynamics.system.scheme import Scheme
 from fingerslip.dynamics.system.system import System
 from fingerslip.errors import ConvergenceError, FingerslipError, InvertedCellError
 from fingerslip.linear.solver import LinearSolver
@@ -254,7 +254,7 @@ def _solve(factors: Factors, start: Prediction) -> tuple[_Iterate, ContactStep, 
             mixing, contact = Mixing(), None
             factors.renew(iterate.body, rough=not renewals)
             since = factors.scheme.displacement_factor * iterate.unknown
-            local = factors.inclusions.local(since, start.free.displacement, factors.rotations)
+            local = factors.inclusions.local(since, start.displacement, factors.rotations)
             iterate = replace(iterate, local=local)
             renewals, slow, last = renewals + 1, 0, np.inf
             continue
@@ -278,7 +278,7 @@ def _iterations_left(error: float, last: float) -> float:
 def _first(factors: Factors, start: Prediction) -> _Iterate:
     """Return the first iterate: the body goes on as in the last step, without one with the velocity at the start."""
     scheme, before, body, turned = factors.scheme, start.before, factors.inclusions, factors.rotations
-    predictor = start.free.displacement
+    predictor = start.displacement
     # Velocity and acceleration at the start say less of a step: they turn with every node that touches.
     change = before.large_body.change
     change = scheme.step * before.velocity if change is None else scheme.step / before.step * change
@@ -317,7 +317,8 @@ def _linearise(
     turns = iterate.local, factors.rotations
     here = replace(
         start,
-        free=Predictor(iterate.displacement, iterate.velocity),
+        displacement=iterate.displacement,
+        velocity=iterate.velocity,
         moved=iterate.moved,
         pose=iterate.pose,
         right_hand_side=iterate.residual,
@@ -367,7 +368,7 @@ def _towards(factors: Factors, start: Prediction, iterate: _Iterate, aim: Array)
     for halved in range(_HALVINGS):
         try:
             there = aim if not halved else here + 0.5**halved * (aim - here)
-            since = factors.inclusions.since(there, start.free.displacement, factors.rotations)
+            since = factors.inclusions.since(there, start.displacement, factors.rotations)
             return _at(factors, start, since, iterate.body), not halved
         except FingerslipError as error:
             too_far = error.with_traceback(None)
@@ -380,8 +381,8 @@ def _at(factors: Factors, start: Prediction, since: Array, near: BodyState) -> _
     system, scheme = stepper.system, stepper.scheme
     since = since.copy()
     since[system.unknowns.moving] = 0.0
-    unknown, displacement = since / scheme.displacement_factor, start.free.displacement + since
-    velocity = start.free.velocity + scheme.velocity_factor * unknown
+    unknown, displacement = since / scheme.displacement_factor, start.displacement + since
+    velocity = start.velocity + scheme.velocity_factor * unknown
     with factors.watch.part("bulk"):
         body = system.require_body().at(displacement, near)
     inertia = np.zeros_like(unknown)
@@ -398,7 +399,7 @@ def _at(factors: Factors, start: Prediction, since: Array, near: BodyState) -> _
     residual[system.unknowns.moving] = 0.0
     size = max(float(np.linalg.norm(part)) for part in (elastic, inertia, start.load))
     size = max(size, system.rounding / _TOLERANCE)
-    local = factors.inclusions.local(since, start.free.displacement, factors.rotations)
+    local = factors.inclusions.local(since, start.displacement, factors.rotations)
     return _Iterate(unknown, displacement, local, velocity, moved, pose, body, residual, size)
 
 

@@ -45,8 +45,8 @@ def finish(
     Without `strained` bodies they are those of small strain.
     """
     scheme, system = steppers[0].scheme, steppers[0].system
-    displacement = np.stack([start.free.displacement for start in starts]) + scheme.displacement_factor * unknowns
-    velocity = np.stack([start.free.velocity for start in starts]) + scheme.velocity_factor * unknowns
+    displacement = np.stack([start.displacement for start in starts]) + scheme.displacement_factor * unknowns
+    velocity = np.stack([start.velocity for start in starts]) + scheme.velocity_factor * unknowns
     acceleration = scheme.inertia_factor * unknowns
     for row, start in enumerate(starts):
         if start.prescribed is not None:

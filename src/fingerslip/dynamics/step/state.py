@@ -27,7 +27,7 @@ from fingerslip.dynamics.step.release import Release, fading_forces
 from fingerslip.dynamics.step.stepper import Stepper, with_empty
 from fingerslip.dynamics.step.viscoelastic import HistoryVariables, variables_at_rest
 from fingerslip.dynamics.system.operators import Pose
-from fingerslip.dynamics.system.scheme import Predictor, start_push, starts_damped
+from fingerslip.dynamics.system.scheme import start_push, starts_damped
 
 Array = NDArray[np.float64]
 
@@ -160,12 +160,13 @@ class Prediction:
     time: float  # end of the step [s]
     counterfaces: Array  # (n_counterfaces, dim), prescribed displacement of the counterfaces at the end [m]
     load: Array  # (n,), forces of loads at the end, those on rigid bodies included [N]
-    free: Predictor  # the end of the step with no unknown
+    displacement: Array  # (n,), that at the end with no unknown [m]
+    velocity: Array  # (n,), that at the end with no unknown [m/s]
     moved: Array  # (n_c, dim), displacement of the candidates relative to their counterfaces there [m]
     pose: Pose | None  # the candidates there as bodies see them that turn
     right_hand_side: Array  # (n,), right-hand side of the step without contact forces [N]
     prescribed: Array | None = None  # (n,), acceleration of moving supports at the end, zero elsewhere [m/s^2]
-    anchor: Array | None = None  # (n,), where the springs of the stepper pull to, relative to `free` [m]
+    anchor: Array | None = None  # (n,), where the springs of the stepper pull to, relative to `displacement` [m]
 
     @property
     def arms(self) -> Array:
@@ -175,7 +176,7 @@ class Prediction:
     def about(self, stepper: Stepper, moved: Array, angles: Array) -> Prediction:
         """Return the step predicted to end with candidates (n_c * dim,) and rotations (r,) at these unknowns."""
         system, factor = stepper.system, stepper.scheme.displacement_factor
-        displacement, reached = self.free.displacement.copy(), self.moved + factor * moved.reshape(self.moved.shape)
+        displacement, reached = self.displacement.copy(), self.moved + factor * moved.reshape(self.moved.shape)
         if system.rotations is not None:
             displacement[system.rotations.at] += factor * angles
         return replace(self, moved=reached, pose=system.pose(displacement, reached))
@@ -187,7 +188,7 @@ class Prediction:
         return float(np.abs(self.pose.points - pose.points).max()) / stepper.system.size
 
     def with_anchor(self, stepper: Stepper, anchor: Array) -> Prediction:
-        """Return the step with the anchor (n,) [m] of a body that only contact holds, relative to `free`."""
+        """Return the step with the anchor (n,) [m] of a body that only contact holds, relative to `displacement`."""
         moved = anchor if self.anchor is None else anchor - self.anchor
         right_hand_side = self.right_hand_side + stepper.anchor_force(moved)
         return replace(self, anchor=anchor, right_hand_side=right_hand_side)
@@ -202,8 +203,8 @@ def predict(
 ) -> list[Prediction]:
     """Carry states that share their matrices to a time [s] as if no force acted there; counterfaces as prescribed."""
     starts = list(map(predict_ends, steppers, states, repeat(time), counterfaces))
-    displacement = np.stack([start.free.displacement for start in starts])
-    velocity = np.stack([start.free.velocity for start in starts])
+    displacement = np.stack([start.displacement for start in starts])
+    velocity = np.stack([start.velocity for start in starts])
     predictions, resisting = [], steppers[0].resisting_force(displacement, velocity)
     for stepper, start, resisting_force in zip(steppers, starts, resisting, strict=True):
         scheme, system, before = stepper.scheme, stepper.system, start.before
@@ -224,24 +225,25 @@ def predict(
 def predict_ends(stepper: Stepper, before: State, time: float, counterfaces: Array) -> Prediction:
     """Return the prediction of one motion without its right-hand side; see :func:`predict`."""
     system, scheme = stepper.system, stepper.scheme
-    free, moving = scheme.predict(before.displacement, before.velocity, before.acceleration), system.unknowns.moving
-    prescribed = None
+    displacement, velocity = scheme.predict(before.displacement, before.velocity, before.acceleration)
+    prescribed, moving = None, system.unknowns.moving
     if moving.size:
         # Moving supports move by the scheme like all others.
-        unknown = np.zeros_like(free.displacement)
-        unknown[moving] = (system.support_values(time) - free.displacement[moving]) / scheme.displacement_factor
-        displacement = free.displacement + scheme.displacement_factor * unknown
-        free = Predictor(displacement, free.velocity + scheme.velocity_factor * unknown)
+        unknown = np.zeros_like(displacement)
+        unknown[moving] = (system.support_values(time) - displacement[moving]) / scheme.displacement_factor
+        displacement = displacement + scheme.displacement_factor * unknown
+        velocity = velocity + scheme.velocity_factor * unknown
         prescribed = scheme.inertia_factor * unknown
-    moved = system.moved(free.displacement, counterfaces)
+    moved = system.moved(displacement, counterfaces)
     return Prediction(
         before=before,
         time=time,
         counterfaces=counterfaces,
         load=system.load(time),
-        free=free,
+        displacement=displacement,
+        velocity=velocity,
         moved=moved,
-        pose=system.pose(free.displacement, moved),
+        pose=system.pose(displacement, moved),
         right_hand_side=_NONE,
         prescribed=prescribed,
     )

@@ -25,14 +25,6 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Predictor:
-    """The end of a step with no unknown."""
-
-    displacement: Array  # (n,), u~ [m]
-    velocity: Array  # (n,), v~ [m/s]
-
-
-@dataclass(frozen=True)
 class Scheme:
     """A time integration scheme with a fixed step, by its numbers; those of a user are the `time` of a model."""
 
@@ -56,10 +48,10 @@ class Scheme:
         changes = self.displacement_factor, self.velocity_factor, self.inertia_factor
         return (*changes, self.start_weight, self.end_weight)
 
-    def predict(self, displacement: Array, velocity: Array, acceleration: Array) -> Predictor:
-        """Return the end of a step with no unknown, from (n,) arrays [m], [m/s], [m/s^2] at its start."""
-        ends = (a * displacement + b * velocity + c * acceleration for a, b, c in self.prediction)
-        return Predictor(*ends)
+    def predict(self, displacement: Array, velocity: Array, acceleration: Array) -> tuple[Array, Array]:
+        """Return u~ [m] and v~ [m/s], the end of a step with no unknown, from (n,) arrays at its start."""
+        moved, moving = (a * displacement + b * velocity + c * acceleration for a, b, c in self.prediction)
+        return moved, moving
 
     def dissipation(
         self, displacement: Array, velocity: Array, inertia: Array, unbalances: tuple[Array, Array, Array]
