@@ -117,7 +117,7 @@ def deformed_figure(
     draw = _draw_views if solid else _draw_sections
     figure, panels = draw(history, list(numbers), options, heading or words)
     for axes, name in zip(panels, numbers.values(), strict=True):
-        style.name_panel(axes, name, style.columns_for(len(numbers)))
+        style.name_panel(axes, name)
     keys: dict[str, Artist] = {}
     if options.scalar == "region":
         keys = style.layer_keys(palette.region_colours(region_names(history)), palette.BLACK, linewidth=0.3)
@@ -319,7 +319,7 @@ def reference_nodes_figure(history: xr.Dataset, events: Events = style.NO_EVENTS
         axes.plot(times, plate, color=palette.BLACK, linestyle=":", linewidth=1.0)
         kind = str(site_kinds(history)[row]).removesuffix(" surface")
         axes.set_title(f"{str(history['site'].values[row]).rpartition('-')[2]}, {kind}")
-        style.mark_run(axes, history, events.slip)
+        style.mark_panels([axes], history, events.slip, named=0)
         # Accelerations have their axis at the right, which is labelled beside the first row.
         right: Axes = axes.twinx()
         right.set_ylim(-top, top)

@@ -1,4 +1,4 @@
-"""One figure of a run on one axis of time: what the plate does, the contact, what afferents say, the forces."""
+"""Figures of a run on one axis of time: what the plate does, the contact, what afferents say, the forces."""
 
 from __future__ import annotations
 
@@ -10,29 +10,28 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import ConnectionPatch
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
 
-from fingerslip.afferents.model import Spikes
+from fingerslip.afferents.model import ASSUMED, Spikes, spike_notes, spike_places
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.history import is_solid, nearest_record, nearest_snapshot
-from fingerslip.report.colours import GREY
+from fingerslip.report import colours as palette
 from fingerslip.report.figures import style
 from fingerslip.report.figures.bodies import add_stress_bar, draw_contact, has_pictures
 from fingerslip.report.figures.patches import slide_moments
-from fingerslip.report.figures.signals import (
-    add_spike_notes,
-    draw_forces,
-    draw_raster,
-    draw_ratios,
-    draw_states,
-    draw_stimulus,
-    limit_to_slide,
-)
-from fingerslip.slip import Events
-from fingerslip.slip.windows import EVENTS
+from fingerslip.report.figures.signals import draw_forces, draw_ratios, draw_states
+from fingerslip.report.labels import of_histories
+from fingerslip.slip import Events, slide_tangent, slide_window
+from fingerslip.slip.windows import split_along
 
 _STIMULUS, _PICTURES, _STATES, _RASTER, _SERIES = 0.7, 1.7, 1.0, 0.8, 1.0  # inch
 _WIDTH = 6.8  # inch
 _PICTURES_SHOWN = 5
+_LETTERS = 10  # of the label beside the stimulus, which is low
+_KEYS_ROOM = 1.75  # of the largest value, so that keys above lines cover none
+# Windows in which spikes are counted: their length [s], and at least so many records.
+_WINDOW, _RECORDS_A_WINDOW = 0.01, 10.0
 
 
 @style.with_style
@@ -51,11 +50,10 @@ def composed_figure(
     moments = picture_times(history, events, times_shown) if has_pictures(history) else []
     heights = [_STIMULUS, _PICTURES, *[_STATES] * is_flat, *[_RASTER] * len(kinds), _SERIES, _SERIES]
     heights = [height for height in heights if moments or height != _PICTURES]
-    shown = "Stimulus, contact, afferents and forces" if kinds else "Stimulus, contact and forces"
-    heading = style.join_title(shown, title)
-    size = (_WIDTH, float(np.mean(heights)))
+    heading = style.join_title(f"Stimulus, contact{', afferents' if kinds else ''} and forces", title)
+    size, labels = (_WIDTH, float(np.mean(heights))), ("time [s]", "")
     figure, panels = style.figure_grid(
-        len(heights), 1, size, heading, ("time [s]", ""), share="x", heights=heights, lettered=False, full=True
+        len(heights), 1, size, heading, labels, share="x", heights=heights, lettered=False, full=True
     )
     stimulus, *others, forces, ratios = panels
     lettered = [stimulus]
@@ -73,7 +71,7 @@ def composed_figure(
         assert spikes is not None  # kinds are theirs
         draw_raster(axes, spikes, history, kind)
     draw_forces(forces, history, times)
-    draw_ratios(ratios, history, times)
+    draw_ratios(ratios, history, style.ShownTime(times))
     ratios.set_ylabel("ratio,\nfraction")
     for axes in (forces, ratios):
         if axes is ratios or others:
@@ -84,12 +82,25 @@ def composed_figure(
     limit_to_slide(ratios, history)
     seen = times <= ratios.get_xlim()[1]
     draw_stimulus(stimulus, history.isel(time=seen), times[seen])
-    style.mark_panels([stimulus, *others, forces, ratios], history, events.slip, names=tuple(EVENTS))
+    style.mark_panels([stimulus, *others, forces, ratios], history, events.slip)
     style.letter_panels([*lettered, *others, forces, ratios])
     style.add_legend(figure, {} if is_flat else style.state_keys((STICK, SLIP)))
     if spikes and kinds:
         add_spike_notes(ratios, spikes, history, assumed=assumed)
     return figure
+
+
+def draw_stimulus(axes: Axes, history: xr.Dataset, times: NDArray[np.float64]) -> None:
+    """Draw how far the plate goes towards the body and along it."""
+    displacement, normal = history["counterface_displacement"].values[:, 0], history["counterface_normal"].values[0]
+    towards, along = split_along(displacement, normal)
+    axes.plot(times, 1e3 * towards, color=palette.BLACK, label="press")
+    axes.plot(times, 1e3 * np.linalg.norm(along, axis=1), color=palette.BLACK, linestyle="--", label="slide")
+    label = of_histories("plate [mm]", [history])
+    axes.set_ylabel(label if len(label) <= _LETTERS else label.replace(" ", "\n"))
+    axes.set_ylim(top=_KEYS_ROOM * axes.get_ylim()[1])
+    axes.yaxis.set_major_locator(MaxNLocator(4))
+    style.add_keys_inside(axes, loc="upper left", ncols=2)
 
 
 def picture_times(history: xr.Dataset, events: Events, wanted: Sequence[float] = ()) -> list[float]:
@@ -111,8 +122,64 @@ def _draw_pictures(figure: Figure, row: Axes, history: xr.Dataset, moments: Sequ
         draw_contact(axes, history, moment, scaled=axes is pictures[-1])
         axes.set_title(f"{moment:.2f} s")
         ends = (0.5, 0.0), (moment, 1.0), axes.transAxes, below.get_xaxis_transform()
-        line = ConnectionPatch(*ends, color=GREY, linewidth=0.7, zorder=1)
+        line = ConnectionPatch(*ends, color=palette.GREY, linewidth=0.7, zorder=1)
         line.set_in_layout(False)
         figure.add_artist(line)
     add_stress_bar(figure, pictures, history)
     return pictures
+
+
+@style.with_style
+def spike_figure(
+    spikes: Spikes, history: xr.Dataset, events: Events = style.NO_EVENTS, title: str = "", *, assumed: bool = False
+) -> Figure:
+    """Draw when afferents fire, a panel for each type with a row for each afferent, below what the plate does.
+
+    Rows are ordered by place along the slide. Mean rates are counted in windows of at least ten records. `assumed`
+    thresholds of the models are said to be so.
+    """
+    kinds = tuple(dict.fromkeys(spikes.kinds))
+    times, heading = history["time"].values, style.join_title("Spikes of afferents", title)
+    figure, panels = style.figure_grid(len(kinds) + 2, 1, (6.8, 1.1), heading, ("time [s]", ""), share="x", full=True)
+    stimulus, *rasters, rate = panels
+    draw_stimulus(stimulus, history, times)
+    window = max(_WINDOW, _RECORDS_A_WINDOW * float(np.diff(times).max()))
+    rates = spikes.rates(window)
+    edges = spikes.start + window * np.arange(rates.sizes["time"] + 1)
+    for axes, kind in zip(rasters, kinds, strict=True):
+        colour = palette.RECEPTOR_COLOURS.get(kind, palette.BLACK)
+        draw_raster(axes, spikes, history, kind)
+        rate.stairs(rates.sel(kind=kind), edges, color=colour, linewidth=1.2, label=kind)
+    add_spike_notes(rate, spikes, history, assumed=assumed)
+    rate.set_ylabel("mean rate\n[1/s]")
+    rate.set_ylim(bottom=0.0)
+    stimulus.set_xlim(spikes.start, spikes.end)
+    limit_to_slide(stimulus, history)
+    style.mark_panels(panels, history, events.slip)
+    return figure
+
+
+def limit_to_slide(axes: Axes, history: xr.Dataset) -> None:
+    """Show a run from its start to the end of its slide; all of a run without one."""
+    window, times = slide_window(history), history["time"].values
+    axes.set_xlim(times[0], window.end if window else times[-1])
+
+
+def add_spike_notes(axes: Axes, spikes: Spikes, history: xr.Dataset, *, assumed: bool) -> None:
+    """Write below the axis of time what spikes are not."""
+    notes = (*spike_notes(spikes.kinds, spikes.beyond, history), *[ASSUMED] * assumed)
+    if notes:
+        style.note_below(axes, "Spikes: " + "; ".join(notes) + ".")
+
+
+def draw_raster(axes: Axes, spikes: Spikes, history: xr.Dataset, kind: str) -> None:
+    """Draw the spikes of one type, a row for each afferent, ordered by place along the slide, which the ticks say."""
+    along = 1e3 * spike_places(spikes, history) @ slide_tangent(history)
+    rows = [row for row in along.argsort(kind="stable") if spikes.kinds[row] == kind]
+    colour = palette.RECEPTOR_COLOURS.get(kind, palette.BLACK)
+    axes.eventplot([spikes.times[row] for row in rows], colors=colour, linewidths=0.6, linelengths=0.8)
+    axes.set_ylabel(f"{len(rows)} {kind}\nby place{' x' * (history.sizes['component'] == 2)}", color=colour)
+    axes.set_ylim(-0.8, len(rows) - 0.2)
+    ends = (0, len(rows) - 1) if len(rows) > 1 else (0,)
+    axes.set_yticks(ends, [f"{along[rows[end]]:.1f} mm".replace("-", "\N{MINUS SIGN}") for end in ends])
+    axes.grid(visible=False)

@@ -107,7 +107,7 @@ def _draw_frame(
     if rows == 2:
         draw_states(panels[0], history, ShownTime(times))
         panels[0].set_ylabel(of_histories("position along plate [mm]", [history]))
-    draw_ratios(panels[-1], history, times)
+    draw_ratios(panels[-1], history, ShownTime(times))
     panels[-1].legend(loc="upper left")
     panels[-1].set(xlim=(0.0, float(times[-1])), ylim=(0.0, 1.35), xlabel="time [s]")
     mark_panels(panels, history, events.slip)
@@ -120,7 +120,7 @@ def _draw_frame(
 
 def _words(history: xr.Dataset, events: SlipEvents, time: float) -> str:
     """Say what is going on: the phase, and the last event."""
-    happened = [EVENTS[name] for name, event in event_times(events, EVENTS).items() if event <= time]
+    happened = [EVENTS[name] for name, event in event_times(events).items() if event <= time]
     window, phase = slide_window(history), ""
     if window is not None:
         phase = "pressing" if time < window.start else f"{time - window.start:.3f} s into the slide"

@@ -1,8 +1,9 @@
-"""Figures of what a run records: forces, energies, stick and slip along the contact, what receptors feel, spikes."""
+"""Figures of what a run records: forces, energies, stick and slip along the contact, what receptors feel."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 import matplotlib as mpl
@@ -15,10 +16,8 @@ from matplotlib.colors import BoundaryNorm, ListedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from fingerslip.afferents.model import ASSUMED, Spikes, spike_notes, spike_places
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.history import sites_of_kinds
 from fingerslip.report import colours as palette
@@ -40,16 +39,11 @@ from fingerslip.slip import (
     slipped_fraction,
     slipping_fraction,
 )
-from fingerslip.slip.windows import EVENTS, split_along
 from fingerslip.units import millimetres
 
 Floats = NDArray[np.float64]
 
 _ROUNDING = 1e-16
-_LETTERS = 10  # of the label beside the stimulus, which is low
-_KEYS_ROOM = 1.75  # of the largest value, so that keys above lines cover none
-# Windows in which spikes are counted: their length [s], and at least so many records.
-_WINDOW, _RECORDS_A_WINDOW = 0.01, 10.0
 # Below this share of the largest normal force the ratio of the forces is rounding.
 PRESSED = 0.02
 #: What slips, and what has slipped as the events count it, of which their lines are levels.
@@ -80,24 +74,21 @@ def force_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, title: s
     figure, every = style.figure_grid(2 * columns, columns, size, heading, labels, share="none")
     panels = every[::columns]
     draw_forces(panels[0], history, time.values)
-    draw_ratios(panels[1], history, time.values)
+    draw_ratios(panels[1], history, time)
     panels[1].set_ylabel("ratio, fraction")
     for axes in panels:
         time.fit(axes)
     style.mark_panels(panels, history, events.slip)
-    for axes, (moment, words) in zip(every[1::2], moments.items(), strict=False):
+    pictures = every[1::2] if moments else []
+    for axes, (moment, words) in zip(pictures, moments.items(), strict=False):
         draw_contact(axes, history, moment)
-        style.name_panel(axes, f"{moment:.3f} s, {words}", 2)
-    for unused in every[1 + 2 * len(moments) :: 2] if moments else ():
+        style.name_panel(axes, f"{moment:.3f} s, {words}")
+    for unused in pictures[len(moments) :]:
         unused.set_visible(False)
     if moments:
-        add_stress_bar(figure, every[1 : 2 * len(moments) : 2], history)
+        add_stress_bar(figure, pictures[: len(moments)], history)
     # Below the panels, where keys cover no line.
-    keys: dict[str, Artist] = {}
-    for axes in panels:
-        handles, names = axes.get_legend_handles_labels()
-        keys |= dict(zip(names, handles, strict=True))
-    style.add_legend(figure, keys | (style.state_keys((STICK, SLIP)) if moments else {}))
+    style.add_legend(figure, _drawn_keys(panels) | (style.state_keys((STICK, SLIP)) if moments else {}))
     return figure
 
 
@@ -107,41 +98,45 @@ def draw_forces(axes: Axes, history: xr.Dataset, times: Floats) -> None:
     scale, unit = _scale(float(np.abs(forces.normal).max()), "N")
     axes.plot(times, scale * forces.normal, color=palette.BLACK, label="normal force")
     axes.plot(times, scale * forces.friction, color=palette.BLACK, linestyle="--", label="tangential force")
-    axes.set_ylabel(f"force{_of_depth(history)} [{unit}]")
-
-
-def _of_depth(history: xr.Dataset) -> str:
-    """Say of a section how deep it is, whose forces no finger has."""
-    return f" of {millimetres(float(history.attrs['depth']))}\ndepth" if "depth" in history.attrs else ""
-
-
-def draw_stimulus(axes: Axes, history: xr.Dataset, times: Floats) -> None:
-    """Draw how far the plate goes towards the body and along it."""
-    displacement, normal = history["counterface_displacement"].values[:, 0], history["counterface_normal"].values[0]
-    towards, along = split_along(displacement, normal)
-    axes.plot(times, 1e3 * towards, color=palette.BLACK, label="press")
-    axes.plot(times, 1e3 * np.linalg.norm(along, axis=1), color=palette.BLACK, linestyle="--", label="slide")
-    label = of_histories("plate [mm]", [history])
-    axes.set_ylabel(label if len(label) <= _LETTERS else label.replace(" ", "\n"))
-    axes.set_ylim(top=_KEYS_ROOM * axes.get_ylim()[1])
-    axes.yaxis.set_major_locator(MaxNLocator(4))
-    style.add_keys_inside(axes, loc="upper left", ncols=2)
+    # A section has the forces of its depth, which are those of no finger.
+    depth = f" of {millimetres(float(history.attrs['depth']))}\ndepth" if "depth" in history.attrs else ""
+    axes.set_ylabel(f"force{depth} [{unit}]")
 
 
 @style.with_style
 def force_overview_figure(histories: Mapping[str, xr.Dataset], events: Mapping[str, Events]) -> Figure:
     """Draw tangential over normal force and the area that has slipped, a panel for each run."""
-    title, times = "Tangential over normal force and slipped area", style.shown_times(histories.values())
-    figure, panels = style.run_panels(tuple(histories), title, (times[0].label, "ratio, fraction"))
+    title = "Tangential over normal force and slipped area"
+    return _side_by_side(histories, events, (title, "ratio, fraction"), draw_ratios)
+
+
+def _side_by_side(
+    histories: Mapping[str, xr.Dataset],
+    events: Mapping[str, Events],
+    words: tuple[str, str],
+    draw: Callable[[Axes, xr.Dataset, style.ShownTime], None],
+    *,
+    keys: Mapping[str, Artist] = MappingProxyType({}),
+    before: float = 0.06,
+) -> Figure:
+    """Draw the same of some runs, a panel for each; the words are the title and the label of the vertical axis."""
+    times = style.shown_times(histories.values())
+    figure, panels = style.run_panels(tuple(histories), words[0], (times[0].label, words[1]))
     for axes, (name, history), time in zip(panels, histories.items(), times, strict=True):
-        draw_ratios(axes, history, time.values)
+        draw(axes, history, time)
         if time.logarithmic:
             time.fit(axes)
-        style.mark_run(axes, history, events.get(name, style.NO_EVENTS).slip)
-    style.limit_to_slides(panels[0], histories, events)
-    handles, names = panels[0].get_legend_handles_labels()
-    style.add_legend(figure, {**dict(zip(names, handles, strict=True)), **style.run_keys(histories, events)})
+        style.mark_panels([axes], history, events.get(name, style.NO_EVENTS).slip, named=0)
+    style.limit_to_slides(panels[0], histories, events, before)
+    slides = any(slide_window(history) for history in histories.values())
+    marks = style.event_keys(event.slip for event in events.values()) if slides else {}
+    style.add_legend(figure, {**(keys or _drawn_keys(panels[:1])), **marks})
     return figure
+
+
+def _drawn_keys(panels: Sequence[Axes]) -> dict[str, Artist]:
+    """Return keys of the labelled lines of panels."""
+    return {name: line for axes in panels for line, name in zip(*axes.get_legend_handles_labels(), strict=True)}
 
 
 @style.with_style
@@ -166,13 +161,13 @@ def energy_figure(history: xr.Dataset, title: str = "") -> Figure:
     return figure
 
 
-def draw_ratios(axes: Axes, history: xr.Dataset, times: Floats) -> None:
+def draw_ratios(axes: Axes, history: xr.Dataset, time: style.ShownTime) -> None:
     """Draw which share has slipped, as events count it, which slips, and tangential over normal force."""
     ratio = contact_forces(history).ratio(PRESSED)
     friction = float(history["counterface_friction_coefficient"].values[0])
-    axes.plot(times, slipping_fraction(history).values, color=palette.ORANGE, linewidth=0.7, label=SLIPS)
-    axes.plot(times, slipped_share(history), color=palette.ORANGE, linewidth=2.0, label=HAS_SLIPPED)
-    axes.plot(times, ratio, color=palette.BLACK, label="tangential / normal force")
+    axes.plot(time.values, slipping_fraction(history).values, color=palette.ORANGE, linewidth=0.7, label=SLIPS)
+    axes.plot(time.values, slipped_share(history), color=palette.ORANGE, linewidth=2.0, label=HAS_SLIPPED)
+    axes.plot(time.values, ratio, color=palette.BLACK, label="tangential / normal force")
     axes.axhline(friction, color=palette.BLACK, linewidth=0.9, linestyle=(0, (1, 1.5)), label="friction coefficient")
     axes.set_ylim(-0.03, max(1.05, 1.1 * friction))
 
@@ -231,16 +226,9 @@ _NODES_SHOWN = 9
 @style.with_style
 def slip_maps_figure(histories: Mapping[str, xr.Dataset], events: Mapping[str, Events]) -> Figure:
     """Draw stick and slip along the surface over time, a panel for each run."""
-    times = style.shown_times(histories.values())
-    labels = (times[0].label, of_histories("position along the plate [mm]", histories.values()))
-    figure, panels = style.run_panels(tuple(histories), "Stick and slip along the contact", labels)
-    for axes, (name, history), time in zip(panels, histories.items(), times, strict=True):
-        draw_states(axes, history, time)
-        style.mark_run(axes, history, events.get(name, style.NO_EVENTS).slip, tuple(EVENTS))
-    style.limit_to_slides(panels[0], histories, events, before=0.3)
+    words = ("Stick and slip along the contact", of_histories("position along the plate [mm]", histories.values()))
     patches = {n: Patch(facecolor=c, edgecolor="#999999", linewidth=0.5) for n, c in _STATES.items()}
-    style.add_legend(figure, {**patches, **style.run_keys(histories, events, tuple(EVENTS))})
-    return figure
+    return _side_by_side(histories, events, words, draw_states, keys=patches, before=0.3)
 
 
 def draw_states(axes: Axes, history: xr.Dataset, time: style.ShownTime) -> None:
@@ -261,8 +249,6 @@ def draw_states(axes: Axes, history: xr.Dataset, time: style.ShownTime) -> None:
         norm=BoundaryNorm([-0.5, 0.5, 1.5, 2.5], 3),
         rasterized=True,
     )
-    if time.logarithmic:
-        time.fit(axes)
     axes.grid(visible=False)
 
 
@@ -299,13 +285,11 @@ def contact_displacement_figure(history: xr.Dataset, events: Events = style.NO_E
     axes.plot(times, plate - plate[0], label=of_histories("plate", [history]), **look)
     top = 1.25 * float(np.abs(skin - skin[0]).max())
     axes.set_ylim(*((-top, 0.08 * top) if plate[-1] < plate[0] else (-0.08 * top, top)))
-    events_read = events.displacement
-    axes.set_xlim(times[0], style.shown_until([window], [events_read]))
+    axes.set_xlim(times[0], style.shown_span([window], [events.displacement])[1])
     style.add_keys_inside(axes, loc="upper left")
     label = of_histories("position of the node\nalong the plate [mm]", [history])
     figure.colorbar(colours, ax=axes, label=label, pad=0.02)
-    style.mark_events(axes, events_read)
-    style.name_events(axes, None, events_read)
+    style.mark_panels([axes], None, events.displacement)
     return figure
 
 
@@ -345,7 +329,7 @@ def acceleration_overview_figure(
     events_read = [events.get(name, style.NO_EVENTS).acceleration for name in histories]
     for axes, history, events_of_run in zip(panels, histories.values(), events_read, strict=True):
         _draw_peak_signal(axes, history, settings)
-        style.mark_run(axes, history, events_of_run)
+        style.mark_panels([axes], history, events_of_run, named=0)
     style.limit_to_slides(panels[0], histories, events, marked=events_read)
     keys: dict[str, Artist] = {
         "largest over the receptors": Line2D([], [], color=palette.BLUE, linewidth=1.0),
@@ -371,6 +355,10 @@ def strain_energy_density_figure(history: xr.Dataset, events: Events = style.NO_
     style.mark_panels(panels, history, events.slip, named=2)
     style.add_legend(figure, _area_keys())
     return figure
+
+
+def _area_keys() -> dict[str, Artist]:
+    return {_AREA_NAMES[area]: Line2D([], [], color=colour) for area, colour in palette.AREA_COLOURS.items()}
 
 
 def _recorded_kinds(history: xr.Dataset) -> tuple[str, ...]:
@@ -413,71 +401,7 @@ def _fit_after_transition(axes: Axes, signals: xr.Dataset, peaks: PeakTable) -> 
     if top > 0.0:
         axes.set_ylim(-top, top)
     if cut > top:
-        look = {
-            "fontsize": mpl.rcParams["legend.fontsize"],
-            "color": palette.GREY,
-            "zorder": 6,
-            "textcoords": "offset points",
-        }
-        note = axes.annotate(f"cut, reaches {cut:.2g} m/s²", (peaks.transition.time, top), (8.0, -10.0), **look)
-        note.set_bbox({"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.0})
-
-
-def _area_keys() -> dict[str, Artist]:
-    return {_AREA_NAMES[area]: Line2D([], [], color=colour) for area, colour in palette.AREA_COLOURS.items()}
-
-
-@style.with_style
-def spike_figure(
-    spikes: Spikes, history: xr.Dataset, events: Events = style.NO_EVENTS, title: str = "", *, assumed: bool = False
-) -> Figure:
-    """Draw when afferents fire, a panel for each type with a row for each afferent, below what the plate does.
-
-    Rows are ordered by place along the slide. Mean rates are counted in windows of at least ten records. `assumed`
-    thresholds of the models are said to be so.
-    """
-    kinds = tuple(dict.fromkeys(spikes.kinds))
-    times, heading = history["time"].values, style.join_title("Spikes of afferents", title)
-    figure, panels = style.figure_grid(len(kinds) + 2, 1, (6.8, 1.1), heading, ("time [s]", ""), share="x", full=True)
-    stimulus, *rasters, rate = panels
-    draw_stimulus(stimulus, history, times)
-    window = max(_WINDOW, _RECORDS_A_WINDOW * float(np.diff(times).max()))
-    rates = spikes.rates(window)
-    edges = spikes.start + window * np.arange(rates.sizes["time"] + 1)
-    for axes, kind in zip(rasters, kinds, strict=True):
-        colour = palette.RECEPTOR_COLOURS.get(kind, palette.BLACK)
-        draw_raster(axes, spikes, history, kind)
-        rate.stairs(rates.sel(kind=kind), edges, color=colour, linewidth=1.2, label=kind)
-    add_spike_notes(rate, spikes, history, assumed=assumed)
-    rate.set_ylabel("mean rate\n[1/s]")
-    rate.set_ylim(bottom=0.0)
-    stimulus.set_xlim(spikes.start, spikes.end)
-    limit_to_slide(stimulus, history)
-    style.mark_panels(panels, history, events.slip)
-    return figure
-
-
-def limit_to_slide(axes: Axes, history: xr.Dataset) -> None:
-    """Show a run from its start to the end of its slide; all of a run without one."""
-    window, times = slide_window(history), history["time"].values
-    axes.set_xlim(times[0], window.end if window else times[-1])
-
-
-def add_spike_notes(axes: Axes, spikes: Spikes, history: xr.Dataset, *, assumed: bool) -> None:
-    """Write below the axis of time what spikes are not."""
-    notes = (*spike_notes(spikes.kinds, spikes.beyond, history), *[ASSUMED] * assumed)
-    if notes:
-        style.note_below(axes, "Spikes: " + "; ".join(notes) + ".")
-
-
-def draw_raster(axes: Axes, spikes: Spikes, history: xr.Dataset, kind: str) -> None:
-    """Draw the spikes of one type, a row for each afferent, ordered by place along the slide, which the ticks say."""
-    along = 1e3 * spike_places(spikes, history) @ slide_tangent(history)
-    rows = [row for row in along.argsort(kind="stable") if spikes.kinds[row] == kind]
-    colour = palette.RECEPTOR_COLOURS.get(kind, palette.BLACK)
-    axes.eventplot([spikes.times[row] for row in rows], colors=colour, linewidths=0.6, linelengths=0.8)
-    axes.set_ylabel(f"{len(rows)} {kind}\nby place{' x' * (history.sizes['component'] == 2)}", color=colour)
-    axes.set_ylim(-0.8, len(rows) - 0.2)
-    ends = (0, len(rows) - 1) if len(rows) > 1 else (0,)
-    axes.set_yticks(ends, [f"{along[rows[end]]:.1f} mm".replace("-", "\N{MINUS SIGN}") for end in ends])
-    axes.grid(visible=False)
+        look = {"fontsize": mpl.rcParams["legend.fontsize"], "color": palette.GREY, "zorder": 6}
+        look["bbox"] = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.0}
+        place = (peaks.transition.time, top), (8.0, -10.0)
+        axes.annotate(f"cut, reaches {cut:.2g} m/s²", *place, textcoords="offset points", **look)

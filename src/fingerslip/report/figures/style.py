@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import functools
 import io
+import itertools
 import math
 import string
 import textwrap
@@ -35,14 +36,7 @@ from PIL import Image
 from fingerslip.contact.states import OPEN
 from fingerslip.errors import InputError
 from fingerslip.history import phase_times
-from fingerslip.report.colours import (
-    EVENT_COLOURS,
-    EVENT_DASHES,
-    FIELD_MAP,
-    GREY,
-    STATE_COLOURS,
-    STATE_NAMES,
-)
+from fingerslip.report import colours as palette
 from fingerslip.slip import Events, SlideWindow, SlipEvents, slide_window
 from fingerslip.slip.windows import EVENTS
 from fingerslip.storage.files import write_bytes
@@ -65,14 +59,13 @@ class Look:
     single: float | None = None  # width of figures with one panel beside each other [inch]
     letters: float = 1.0  # factor on the size of letters
     lines: float = 1.0  # factor on the width of lines and the size of marks
-    titled: bool = True  # whether figures have a title
-    lettered: bool = False  # whether panels have letters, for a caption
+    titled: bool = True  # whether figures have a title; without one their panels have letters, for a caption
 
 
 #: Looks by name: pages, journal columns of 3.5 and 7.2 inches, and slides of 13.3 inches with room for a heading.
 LOOKS: Mapping[str, Look] = {
     "page": Look(),
-    "paper": Look(width=7.2, single=3.5, letters=0.85, lines=0.8, titled=False, lettered=True),
+    "paper": Look(width=7.2, single=3.5, letters=0.85, lines=0.8, titled=False),
     "slides": Look(width=12.0, single=9.0, letters=1.75, lines=1.7),
 }
 _look: ContextVar[Look] = ContextVar("look", default=LOOKS["page"])
@@ -81,11 +74,8 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 
-@functools.cache
-def _style() -> Any:
-    sheet = resources.files("fingerslip.report").joinpath("templates", "figures.mplstyle")
-    with resources.as_file(sheet) as path:
-        return mpl.rc_params_from_file(path, use_default_template=False)
+with resources.as_file(resources.files("fingerslip.report") / "templates" / "figures.mplstyle") as _sheet:
+    _STYLE: Any = mpl.rc_params_from_file(_sheet, use_default_template=False)
 
 
 def with_style(draw: Callable[P, R]) -> Callable[P, R]:
@@ -95,10 +85,10 @@ def with_style(draw: Callable[P, R]) -> Callable[P, R]:
     def drawn(*args: P.args, **values: P.kwargs) -> R:
         with mpl.rc_context():
             mpl.rcdefaults()
-            look, style = _look.get(), _style()
-            letters = {name: look.letters * size for name, size in style.items() if name.endswith("size")}
-            lines = {name: look.lines * width for name, width in style.items() if name.endswith("width")}
-            mpl.rcParams.update({**style, **letters, **lines, "lines.markersize": look.lines * 6.0})
+            look = _look.get()
+            letters = {name: look.letters * size for name, size in _STYLE.items() if name.endswith("size")}
+            lines = {name: look.lines * width for name, width in _STYLE.items() if name.endswith("width")}
+            mpl.rcParams.update({**_STYLE, **letters, **lines, "lines.markersize": look.lines * 6.0})
             figure = draw(*args, **values)
             if isinstance(figure, Figure):
                 _write_texts_as_they_are(figure)
@@ -109,16 +99,13 @@ def with_style(draw: Callable[P, R]) -> Callable[P, R]:
 
 def _write_texts_as_they_are(figure: Figure) -> None:
     """Keep matplotlib from reading the dollars of titles and names as mathematics; numbers on axes keep theirs."""
-    texts = [*figure.texts, *(text for legend in figure.legends for text in legend.get_texts())]
+    legends = [*figure.legends, *(axes.get_legend() for axes in figure.axes)]
+    texts = [*figure.texts, *(text for legend in legends if legend for text in legend.get_texts())]
     for axes in figure.axes:
         texts += [artist for artist in axes.get_children() if isinstance(artist, Text)]
-        legend = axes.get_legend()
-        texts += legend.get_texts() if legend else []
         for axis in (axes.xaxis, axes.yaxis):
-            texts.append(axis.label)
-            # The formatters of given labels.
-            if isinstance(axis.get_major_formatter(), FixedFormatter | FuncFormatter):
-                texts += axis.get_ticklabels()
+            has_words = isinstance(axis.get_major_formatter(), FixedFormatter | FuncFormatter)
+            texts += [axis.label, *(axis.get_ticklabels() if has_words else ())]
     for text in texts:
         text.set_parse_math(False)
 
@@ -182,7 +169,7 @@ def figure_grid(
 
 def letter_panels(panels: Sequence[Axes]) -> None:
     """Write a, b, c and on at the top left of panels, outside of them, where the look has letters."""
-    for letter, axes in zip(string.ascii_lowercase if _look.get().lettered else "", panels, strict=False):
+    for letter, axes in zip("" if _look.get().titled else string.ascii_lowercase, panels, strict=False):
         look: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points", "ha": "right"}
         axes.annotate(letter, (0.0, 1.0), (-4.0, 4.0), fontweight="bold", va="bottom", **look)
 
@@ -192,16 +179,21 @@ def run_panels(titles: Sequence[str], title: str, labels: tuple[str, str]) -> tu
     columns = columns_for(len(titles))
     figure, panels = figure_grid(len(titles), columns, _RUN_PANELS[columns], title, labels)
     for axes, name in zip(panels, titles, strict=True):
-        name_panel(axes, name, columns)
+        name_panel(axes, name)
     return figure, panels
 
 
-def name_panel(axes: Axes, title: str, columns: int) -> None:
-    """Write the title of one of some panels beside each other, in as many lines as it needs."""
-    figure = axes.get_figure(root=True)
+def _widths(axes: Axes) -> tuple[float, int]:
+    """Return the width of the figure of a panel [inch], and how many panels are beside each other in it."""
+    figure, cell = axes.get_figure(root=True), axes.get_subplotspec()
     assert figure is not None  # panels are made with one
-    width = (figure.get_figwidth() - 0.6) / columns
-    axes.set_title(_wrap(title, width / (_look.get().letters * _PANEL_TITLE_LETTER_WIDTH)))
+    return figure.get_figwidth(), cell.get_gridspec().ncols if cell else 1
+
+
+def name_panel(axes: Axes, title: str) -> None:
+    """Write the title of one of some panels beside each other, in as many lines as it needs."""
+    width, columns = _widths(axes)
+    axes.set_title(_wrap(title, (width - 0.6) / columns / (_look.get().letters * _PANEL_TITLE_LETTER_WIDTH)))
 
 
 def _wrap(title: str, letters: float) -> str:
@@ -216,16 +208,13 @@ def add_keys_inside(axes: Axes, **where: Any) -> None:
 
 def note_below(axes: Axes, text: str) -> None:
     """Write a sentence below the horizontal label of the lowest panel."""
-    figure = axes.get_figure(root=True)
-    assert figure is not None  # panels are made with one
-    wrapped = _wrap(text, (figure.get_figwidth() - 0.6) / (_look.get().letters * _LABEL_LETTER_WIDTH))
-    label = axes.get_xlabel()
-    axes.set_xlabel(f"{label}\n{wrapped}" if label else wrapped)
+    wrapped = _wrap(text, (_widths(axes)[0] - 0.6) / (_look.get().letters * _LABEL_LETTER_WIDTH))
+    axes.set_xlabel("\n".join(filter(None, (axes.get_xlabel(), wrapped))))
 
 
 def say(axes: Axes, text: str, height: float = 0.5) -> None:
     """Write in the middle of a panel why nothing is drawn in it; `height` is a share of the panel's."""
-    axes.text(0.5, height, text, transform=axes.transAxes, ha="center", color=GREY)
+    axes.text(0.5, height, text, transform=axes.transAxes, ha="center", color=palette.GREY)
 
 
 def columns_for(count: int) -> int:
@@ -260,15 +249,15 @@ def layer_keys(colours: Mapping[str, str], edge: str, **look: Any) -> dict[str, 
 
 def state_keys(states: Sequence[int]) -> dict[str, Artist]:
     """Return keys of states of the contact for a legend."""
-    colours = {state: STATE_COLOURS[state] for state in states}
+    colours = {state: palette.STATE_COLOURS[state] for state in states}
     # What is open is as white as the page.
     edges = colours | dict.fromkeys({OPEN} & colours.keys(), "#999999")
-    return {STATE_NAMES[state]: Patch(facecolor=colours[state], edgecolor=edges[state]) for state in states}
+    return {palette.STATE_NAMES[state]: Patch(facecolor=colours[state], edgecolor=edges[state]) for state in states}
 
 
 def add_field_bar(figure: Figure, panels: Sequence[Axes], label: str, limits: tuple[float, float]) -> None:
     """Put a bar of the colours of a field beside panels."""
-    colours = ScalarMappable(Normalize(*limits), FIELD_MAP)
+    colours = ScalarMappable(Normalize(*limits), palette.FIELD_MAP)
     figure.colorbar(colours, ax=list(panels), label=label, extend="max", shrink=0.8, pad=0.01)
 
 
@@ -367,8 +356,6 @@ def save_figure(figure: Figure, path: str | Path, dpi: int | None = None) -> Non
 #: Of a run whose events are not known.
 NO_EVENTS = Events()
 _SLIDE = "slide starts"
-_MARKED = tuple(EVENTS)
-_DOTS = (0, (1, 1.5))
 _LABEL_GAP = 0.4  # inch
 _NAME_ABOVE = 4.0  # points, of the name of an event above its panel
 _SHOWN_AFTER = 0.35  # of the time from the start of the slide to overall slip
@@ -382,12 +369,7 @@ class ShownTime:
 
     values: NDArray[np.float64]  # (n_times,), [s]
     logarithmic: bool = False  # whether the axis is
-    since_hold: bool = False  # whether the time is counted from the start of a hold
-
-    @property
-    def label(self) -> str:
-        """Label of the axis."""
-        return "time since the hold began [s]" if self.since_hold else "time [s]"
+    label: str = "time [s]"  # of the axis
 
     def fit(self, axes: Axes) -> None:
         """Give a panel its axis of time, from the first record that is shown to the last."""
@@ -409,68 +391,43 @@ def shown_time(history: xr.Dataset) -> ShownTime:
     lengths = np.diff(since[later])
     if lengths.size < 2 or lengths.max() < _GROWTH * lengths.min():
         return ShownTime(times)
-    return ShownTime(np.where(later, since, np.nan), logarithmic=True, since_hold=is_held)
+    return ShownTime(np.where(later, since, np.nan), True, "time since the hold began [s]" if is_held else "time [s]")
 
 
 def shown_times(histories: Iterable[xr.Dataset]) -> tuple[ShownTime, ...]:
     """Return the times of histories that share an axis: logarithmic where those of all are, from holds or from none."""
     histories = tuple(histories)
-    time_axes = tuple(map(shown_time, histories))
-    if all(time_axis.logarithmic for time_axis in time_axes) and len({axis.since_hold for axis in time_axes}) == 1:
-        return time_axes
+    times = tuple(map(shown_time, histories))
+    if all(time.logarithmic for time in times) and len({time.label for time in times}) == 1:
+        return times
     return tuple(ShownTime(history["time"].values) for history in histories)
 
 
-def is_held(history: xr.Dataset) -> bool:
-    """Tell whether a counterface presses and nothing slides."""
-    return bool(history.sizes.get("counterface", 0)) and not phase_times(history, "slide")
-
-
-def event_times(events: SlipEvents, names: Iterable[str] = _MARKED) -> dict[str, float]:
+def event_times(events: SlipEvents, names: Iterable[str] = tuple(EVENTS)) -> dict[str, float]:
     """Return the times of the named events that happened [s]."""
-    times = {name: events.time(name) for name in names}
-    return {name: time for name, time in times.items() if time is not None}
+    return {name: time for name in names if (time := events.time(name)) is not None}
 
 
-def mark_events(axes: Axes, events: SlipEvents, names: Iterable[str] = _MARKED) -> None:
-    """Draw a vertical line at every event that happened, on a panel with time in seconds from left to right."""
-    for name, time in event_times(events, names).items():
-        axes.axvline(time, color=EVENT_COLOURS[name], linewidth=1.3, linestyle=(0, EVENT_DASHES[name]), zorder=4)
-
-
-def mark_run(axes: Axes, history: xr.Dataset, events: SlipEvents, names: Iterable[str] = _MARKED) -> None:
-    """Draw vertical lines at the start of a run's slide, and at its events where they are known."""
-    window = slide_window(history)
-    if window is not None:
-        axes.axvline(window.start, color=GREY, linewidth=1.0, linestyle=_DOTS, zorder=3)
-    mark_events(axes, events, names)
-
-
-def mark_panels(
-    panels: Sequence[Axes],
-    history: xr.Dataset,
-    events: SlipEvents,
-    named: int = 1,
-    names: Sequence[str] = _MARKED,
-) -> None:
-    """Mark a run in panels that have their axis of time, see :func:`mark_run`, and write the names above the first."""
-    window = slide_window(history)
-    for axes in panels:
-        mark_run(axes, history, events, names)
+def mark_panels(panels: Sequence[Axes], history: xr.Dataset | None, events: SlipEvents, named: int = 1) -> None:
+    """Draw lines at events, and at the start of a history's slide, in panels over time; name them above the first."""
+    window = None if history is None else slide_window(history)
+    times = ({_SLIDE: window.start} if window else {}) | event_times(events)
+    for axes, (name, time) in itertools.product(panels, times.items()):
+        axes.axvline(time, **_line_look(name), zorder=4 if name in EVENTS else 3)
     for axes in panels[:named]:
-        name_events(axes, window.start if window else None, events, names)
+        _name_times(axes, times)
 
 
-def name_events(axes: Axes, start: float | None, events: SlipEvents, names: Iterable[str] = _MARKED) -> None:
-    """Write the names of the marked events and of the start of the slide [s] above a panel.
+def _line_look(name: str) -> dict[str, Any]:
+    """Return how the line of an event looks, or that of the start of the slide."""
+    if name == _SLIDE:
+        return {"color": palette.GREY, "linewidth": 1.0, "linestyle": (0, (1, 1.5))}
+    return {"color": palette.EVENT_COLOURS[name], "linewidth": 1.3, "linestyle": (0, palette.EVENT_DASHES[name])}
 
-    Each stands beside its line, or is led to it from beyond its neighbour; those beyond the panel have no name.
-    """
-    times = ({} if start is None else {_SLIDE: start}) | event_times(events, names)
-    left, right = axes.get_xlim()
-    figure, grid = axes.get_figure(root=True), axes.get_subplotspec()
-    columns = grid.get_gridspec().ncols if grid else 1
-    gap = _LABEL_GAP * columns / figure.get_figwidth() if figure else 0.0
+
+def _name_times(axes: Axes, times: Mapping[str, float]) -> None:
+    """Write the names of times [s] above a panel: each beside its line, or led to it from beyond its neighbour."""
+    (left, right), (width, columns) = axes.get_xlim(), _widths(axes)
     size = 0.94 * FontProperties(size=mpl.rcParams["legend.fontsize"]).get_size_in_points()
     reached = -np.inf
     for name, time in sorted(times.items(), key=lambda item: item[1]):
@@ -478,8 +435,8 @@ def name_events(axes: Axes, start: float | None, events: SlipEvents, names: Iter
             continue
         fraction = (time - left) / (right - left)
         position = max(fraction, reached)
-        reached = position + gap
-        colour = EVENT_COLOURS.get(name, GREY)
+        reached = position + _LABEL_GAP * columns / width
+        colour = palette.EVENT_COLOURS.get(name, palette.GREY)
         look: dict[str, Any] = {"fontsize": size, "color": colour, "rotation_mode": "anchor", "rotation": 32}
         look |= {"xycoords": "axes fraction", "textcoords": ("axes fraction", "offset points")}
         if position > fraction:
@@ -497,38 +454,24 @@ def limit_to_slides(
 ) -> None:
     """Show the slides of some runs until a while after overall slip; all panels that share the axis follow."""
     windows = [window for history in histories.values() if (window := slide_window(history)) is not None]
-    end = shown_until(windows, [events.get(label, NO_EVENTS).slip for label in histories])
-    if end is not None:
-        start = min(window.start for window in windows)
+    if windows:
+        start, end = shown_span(windows, [events.get(label, NO_EVENTS).slip for label in histories])
         times = [time for events_read in marked for time in event_times(events_read).values()]
         end = max([end, *(time + before * (time - start) for time in times)])
         axes.set_xlim(max(0.0, start - before * (end - start)), end)
 
 
-def shown_until(windows: Sequence[SlideWindow], events: Sequence[SlipEvents]) -> float | None:
-    """Return the end of the time to show [s]: a while after the last overall slip, or the end of the slides."""
-    if not windows:
-        return None
-    end, start = max(window.end for window in windows), min(window.start for window in windows)
+def shown_span(windows: Sequence[SlideWindow], events: Sequence[SlipEvents]) -> tuple[float, float]:
+    """Return the time to show [s]: from the first slide to a while after the last overall slip, or its end."""
+    start, end = min(window.start for window in windows), max(window.end for window in windows)
     overall = [times.overall for times in events if times.overall is not None]
     if len(overall) < len(events):
-        return end
-    return min(end, max(overall) + _SHOWN_AFTER * (max(overall) - start))
+        return start, end
+    return start, min(end, max(overall) + _SHOWN_AFTER * (max(overall) - start))
 
 
-def run_keys(
-    histories: Mapping[str, xr.Dataset], events: Mapping[str, Events], names: Sequence[str] = _MARKED
-) -> dict[str, Artist]:
-    """Return keys for the lines that :func:`mark_run` draws from accumulated slip; none where nothing slides."""
-    if all(slide_window(history) is None for history in histories.values()):
-        return {}
-    return event_keys((event.slip for event in events.values()), names)
-
-
-def event_keys(events: Iterable[SlipEvents] | None = None, names: Sequence[str] = _MARKED) -> dict[str, Artist]:
-    """Return keys of the marked lines for a legend: of events that happened in any of some runs, or of all events."""
-    marked = set(names) if events is None else {name for each in events for name in event_times(each, names)}
-    keys: dict[str, Artist] = {_SLIDE: Line2D([], [], color=GREY, linewidth=1.2, linestyle=_DOTS)}
-    for name in (name for name in names if name in marked):
-        keys[EVENTS[name]] = Line2D([], [], color=EVENT_COLOURS[name], linewidth=1.3, linestyle=(0, EVENT_DASHES[name]))
-    return keys
+def event_keys(events: Iterable[SlipEvents]) -> dict[str, Artist]:
+    """Return keys of the marked lines for a legend: of the start of the slide, and of events that any run has."""
+    happened = {name for each in events for name in event_times(each)}
+    keys: dict[str, Artist] = {_SLIDE: Line2D([], [], **{**_line_look(_SLIDE), "linewidth": 1.2})}
+    return keys | {EVENTS[name]: Line2D([], [], **_line_look(name)) for name in EVENTS if name in happened}

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from fingerslip.afferents.model import AfferentModel, available_spikes, resolved_spikes
 from fingerslip.errors import InputError
-from fingerslip.history import is_solid, sites_of_kinds
+from fingerslip.history import is_solid, phase_times, sites_of_kinds
 from fingerslip.marker_tracks import marker_tracks
 from fingerslip.report.content import (
     OF_RUNS,
@@ -24,9 +24,9 @@ from fingerslip.report.content import (
     check_times,
 )
 from fingerslip.report.figures import bodies, markers, patches, signals, study
-from fingerslip.report.figures.composed import composed_figure
+from fingerslip.report.figures.composed import composed_figure, spike_figure
 from fingerslip.report.figures.specimens import mesh_figure, receptor_positions, section_figure
-from fingerslip.report.figures.style import is_held, looking
+from fingerslip.report.figures.style import looking
 from fingerslip.report.labels import of_histories, path_label
 from fingerslip.report.page.page import Picture
 from fingerslip.report.prose import prose
@@ -50,7 +50,7 @@ def _composed(run: RunSubject) -> Figure:
 
 def _spikes(run: RunSubject) -> Figure:
     spikes = resolved_spikes(run.history, run.afferents)
-    return signals.spike_figure(spikes, run.history, run.events, run.title, assumed=run.afferents is None)
+    return spike_figure(spikes, run.history, run.events, run.title, assumed=run.afferents is None)
 
 
 _DRAW_STUDIES: Mapping[str, Callable[[StudySubject], Figure]] = {
@@ -91,6 +91,11 @@ def has_receptors(history: xr.Dataset) -> bool:
 def has_markers(history: xr.Dataset) -> bool:
     """Tell whether markers were recorded."""
     return sites_of_kinds(history, MARKER_KINDS).size > 0
+
+
+def is_held(history: xr.Dataset) -> bool:
+    """Tell whether a counterface presses and nothing slides."""
+    return bool(history.sizes.get("counterface", 0)) and not phase_times(history, "slide")
 
 
 # What figures need, by the words of their kinds.

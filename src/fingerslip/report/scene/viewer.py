@@ -27,7 +27,7 @@ from fingerslip.report.figures.style import (
     event_keys,
     event_times,
     figure_grid,
-    mark_run,
+    mark_panels,
     picture_bytes,
     with_style,
 )
@@ -105,7 +105,7 @@ def nearest_node(history: xr.Dataset, number: int, point: Floats) -> int:
 @with_style
 def picked_figure(history: xr.Dataset, node: int, events: Events = NO_EVENTS) -> Figure:
     """Draw what a node does over the snapshots: displacement by components, and von Mises stress around it."""
-    times, events_read = history["snapshot_time"].values, events.slip
+    times = history["snapshot_time"].values
     position = ", ".join(f"{value:.2f}" for value in 1e3 * history["node_position"].values[node])
     title = f"Node {node} at ({position}) mm"
     figure, (above, below) = figure_grid(2, 1, (4.6, 1.7), title, ("time [s]", ""), share="x")
@@ -121,9 +121,8 @@ def picked_figure(history: xr.Dataset, node: int, events: Events = NO_EVENTS) ->
     below.plot(times, stress, color=palette.BLUE)
     below.set_ylabel("von Mises stress [kPa]")
     below.set_ylim(bottom=0.0)
-    for axes in (above, below):
-        mark_run(axes, history, events_read)
-    add_legend(figure, event_keys([events_read]))
+    mark_panels((above, below), history, events.slip, named=0)
+    add_legend(figure, event_keys([events.slip]))
     return figure
 
 
@@ -137,7 +136,7 @@ def event_legend(history: xr.Dataset, events: Events) -> list[tuple[str, float, 
     """Return the start of the slide and the events that happened: in words, when [s], and in which colour."""
     window = slide_window(history)
     start = [] if window is None else [("slide starts", window.start, "#555555")]
-    times = event_times(events.slip, EVENTS)
+    times = event_times(events.slip)
     return [*start, *((EVENTS[name], time, palette.EVENT_COLOURS[name]) for name, time in times.items())]
 
 

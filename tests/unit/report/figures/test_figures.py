@@ -450,7 +450,7 @@ def test_every_type_has_its_raster_below_the_stimulus_with_rows_by_place_and_rat
     history = history.assign_coords(site=list(names), site_position=(("site", "component"), places))
     # The receptor of the block is an FA-II.
     times = (np.array([0.3]), np.array([0.1, 0.2]), np.array([0.15, 0.35]))
-    figure = signals.spike_figure(fs.Spikes(names, kinds, times, 0.0, 0.5), history)
+    figure = composed.spike_figure(fs.Spikes(names, kinds, times, 0.0, 0.5), history)
     stimulus, slow, fast, rates = figure.axes
     assert line(stimulus, "slide").get_ydata()[-1] == pytest.approx(1.0)
     assert line(stimulus, "press").get_ydata()[-1] == pytest.approx(0.5)
@@ -466,7 +466,7 @@ def test_every_type_has_its_raster_below_the_stimulus_with_rows_by_place_and_rat
     assert titles(figure) == [], "notes are no titles of panels"
     felt = fs.Spikes(names, kinds, times, 0.0, 0.5, {"FA-I": 117.0})
     for drawn in (
-        signals.spike_figure(felt, history, assumed=True),
+        composed.spike_figure(felt, history, assumed=True),
         composed.composed_figure(history, spikes=felt, assumed=True),
     ):
         (note,) = (text for axes in drawn.axes if "Spikes: " in (text := axes.get_xlabel().replace("\n", " ")))

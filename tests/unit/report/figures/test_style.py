@@ -11,6 +11,7 @@ from matplotlib.lines import Line2D
 from fingerslip.errors import InputError, ResultError
 from fingerslip.report.colours import EVENT_COLOURS
 from fingerslip.report.figures import signals, style
+from fingerslip.report.page import pictures
 from fingerslip.slip import Events, SlideWindow, SlipEvents, slide_window
 from fingerslip.slip.windows import EVENTS as EVENT_NAMES
 from unit.report.figures.made import EVENTS, HISTORY, NO_SLIDE, marked, panels, texts, titles
@@ -139,7 +140,7 @@ def test_figure_is_saved_whole_with_150_dots_per_inch_and_text_for_papers_stays_
 
 def test_events_that_happened_and_the_slide_are_marked_in_their_colours_named_and_have_keys():
     _, axes = single_panel()
-    style.mark_events(axes, SlipEvents(incipient=1.5, noticed=1.6, overall=1.7))
+    style.mark_panels([axes], None, SlipEvents(incipient=1.5, noticed=1.6, overall=1.7), named=0)
     colours = {float(line.get_xdata()[0]): line.get_color() for line in axes.lines}
     marks = {1.5: "incipient", 1.6: "noticed", 1.7: "overall"}
     assert colours == {time: EVENT_COLOURS[name] for time, name in marks.items()}
@@ -147,18 +148,17 @@ def test_events_that_happened_and_the_slide_are_marked_in_their_colours_named_an
     assert len(set(EVENT_COLOURS.values())) == 4
     keys = style.event_keys([SlipEvents(overall=1.0), SlipEvents(), SlipEvents(incipient=1.0)])
     assert list(keys) == ["slide starts", "incipient", "overall"]
-    assert list(style.event_keys()) == ["slide starts", "incipient", "48 %", "three-quarter", "overall"]
     _, axes = single_panel()
-    style.mark_run(axes, HISTORY, SlipEvents())
+    style.mark_panels([axes], HISTORY, SlipEvents())
     assert marked(axes) == [WINDOW.start]
-    style.mark_run(axes, HISTORY, SlipEvents(overall=WINDOW.start + 0.5))
+    style.mark_panels([axes], HISTORY, SlipEvents(overall=WINDOW.start + 0.5))
     assert marked(axes) == [WINDOW.start, WINDOW.start, WINDOW.start + 0.5]
 
 
 def test_names_stand_beside_their_lines_and_apart_and_none_beyond_the_panel():
     _, axes = single_panel()
     axes.set_xlim(0.0, 2.0)
-    style.name_events(axes, 1.0, SlipEvents(incipient=1.49, three_quarter=1.495, overall=1.5))
+    style.mark_panels([axes], HISTORY, SlipEvents(incipient=1.49, three_quarter=1.495, overall=1.5))
     positions = {text.get_text(): text.get_position()[0] for text in axes.texts}
     assert list(positions) == ["slide starts", "incipient", "three-quarter", "overall"]
     assert (positions["slide starts"], positions["incipient"]) == pytest.approx((0.5, 0.745))
@@ -168,7 +168,8 @@ def test_names_stand_beside_their_lines_and_apart_and_none_beyond_the_panel():
     # A name far outside would leave the layout no room for the panels.
     _, other = single_panel()
     other.set_xlim(0.0, 2.0)
-    style.name_events(other, 0.5, SlipEvents(incipient=1.0, overall=9.0))
+    style.mark_panels([other], HISTORY, SlipEvents(incipient=1.2, overall=9.0))
+    other.set_xlim(0.0, 2.0)
     assert texts(other) == ["slide starts", "incipient"]
     _, (axes, bare) = style.figure_grid(2, 1, (3.0, 2.0), "", ("", ""))
     axes.set_xlim(0.0, 2.0)
@@ -179,9 +180,8 @@ def test_names_stand_beside_their_lines_and_apart_and_none_beyond_the_panel():
 
 def test_time_shown_reaches_from_before_the_slides_to_after_overall_slip():
     window = SlideWindow(1.0, 3.0, 0, 10)
-    assert style.shown_until([window], [SlipEvents(overall=1.8)]) == pytest.approx(1.8 + 0.35 * 0.8)
-    assert style.shown_until([window, window], [SlipEvents(overall=1.8), SlipEvents()]) == 3.0
-    assert style.shown_until([], []) is None
+    assert style.shown_span([window], [SlipEvents(overall=1.8)]) == pytest.approx((1.0, 1.8 + 0.35 * 0.8))
+    assert style.shown_span([window, window], [SlipEvents(overall=1.8), SlipEvents()]) == (1.0, 3.0)
     start, early = WINDOW.start, {"run": Events(slip=SlipEvents(overall=WINDOW.start + 0.1))}
     _, axes = single_panel()
     style.limit_to_slides(axes, {"run": HISTORY}, {}, before=0.3)
@@ -215,7 +215,7 @@ def test_records_that_grow_apart_are_shown_since_the_hold_began_and_even_ones_as
     assert np.isnan(without.values[0])
     assert [time.logarithmic for time in style.shown_times((growing(HISTORY), growing(HISTORY)))] == [True, True]
     assert [time.logarithmic for time in style.shown_times((growing(HISTORY), HISTORY))] == [False, False]
-    assert (style.is_held(HISTORY), style.is_held(growing(HISTORY))) == (False, True)
+    assert (pictures.is_held(HISTORY), pictures.is_held(growing(HISTORY))) == (False, True)
 
 
 @pytest.mark.parametrize(
