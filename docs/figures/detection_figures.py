@@ -151,7 +151,7 @@ def draw_frames(slides: TrialSet, run: Path):
 
 def lines(axes: Axes, time: np.ndarray, moved: np.ndarray, rings: np.ndarray) -> dict:
     """Draw a line for each marker in the colour of its ring."""
-    colours, keys = ring_colours(int(rings.max()) + 1), {}
+    colours, keys = ring_colours(np.arange(int(rings.max()) + 1)), {}
     for marker, ring in enumerate(rings):
         (line,) = axes.plot(time, moved[:, marker], color=colours[int(ring)], linewidth=0.9)
         keys["centre" if ring == 0 else f"ring {ring}"] = line

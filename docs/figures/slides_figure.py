@@ -70,7 +70,7 @@ def draw_markers(panel: Axes, tracks: xr.Dataset, onsets: Onsets) -> dict:
     seen = np.isfinite(position[:REST, :, 0]).all(axis=0)
     position, rings = position[:, seen], tracks["ring"].values[seen]
     moved = np.linalg.norm(position - position[:REST].mean(axis=0), axis=2)
-    colours, keys = ring_colours(5), {}
+    colours, keys = ring_colours(np.arange(5)), {}
     for ring, line in zip(rings, moved.T, strict=True):
         (drawn,) = panel.plot(tracks["time"].values, line, color=colours[int(ring)], linewidth=0.6)
         keys["centre" if ring == 0 else f"ring {ring}"] = drawn

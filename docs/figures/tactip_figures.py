@@ -102,7 +102,7 @@ def ring_lines(axes: plt.Axes, history: xr.Dataset) -> None:
     slide = (tracks["time"].values >= start - 1e-9) & (tracks["time"].values <= end + 1e-9)
     x = 1e3 * tracks["position"].values[slide, :, 0]
     rings = tracks["ring"].values
-    colours = ring_colours(int(rings.max()) + 1)
+    colours = ring_colours(np.arange(int(rings.max()) + 1))
     for number, ring in enumerate(rings):
         name = f"ring {ring}" if ring else "centre"
         label = name if number == np.flatnonzero(rings == ring)[0] else None
@@ -159,7 +159,7 @@ def gate_figure(pins: dict[float, tuple[np.ndarray, np.ndarray]]) -> Figure:
     title = "Central pin of the smooth sensor"
     figure, (left, right) = figure_grid(2, 2, (4.2, 3.2), title, labels, share="none")
     keys = {}
-    for (depth, (travel, pin)), colour in zip(pins.items(), ring_colours(len(pins)), strict=True):
+    for (depth, (travel, pin)), colour in zip(pins.items(), ring_colours(np.arange(len(pins))), strict=True):
         (keys[f"{depth:g} mm deep"],) = left.plot(travel, pin, color=colour)
     for (name, real), look in zip(REAL.items(), ("ks", "k^"), strict=True):
         (keys[f"real smooth {name}"],) = right.plot(list(real), list(real.values()), look)
@@ -179,7 +179,7 @@ def gel_figure(history: xr.Dataset) -> Figure:
     positions, begin = 1e3 * tracks["position"].values, int(np.searchsorted(history["time"], start))
     travel = 1e3 * history["counterface_displacement"].values[begin:, 0, 0]
     end = begin + int(np.searchsorted(travel, 0.9 - 1e-9))
-    colours = ring_colours(int(tracks["ring"].max()) + 1)
+    colours = ring_colours(np.arange(int(tracks["ring"].max()) + 1))
     shades = [colours[ring] for ring in tracks["ring"].values]
     figure, panels = figure_grid(3, 3, (2.9, 2.8), "", ("x [mm]", ""), share="none", widths=(1.2, 1.2, 1.0))
     fields = {

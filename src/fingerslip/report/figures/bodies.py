@@ -37,12 +37,7 @@ from fingerslip.report.scene.scene import (
     soft_regions,
 )
 from fingerslip.report.scene.viewer import stills
-from fingerslip.slip import (
-    Events,
-    contact_patch,
-    slide_tangent,
-    slide_window,
-)
+from fingerslip.slip import Events, contact_patch, slide_tangent, slide_window
 from fingerslip.slip.windows import EVENTS, MAIN_EVENTS
 from fingerslip.snapshot import curved_points, faces_at
 
@@ -114,45 +109,31 @@ def deformed_figure(
         moments = frame_times(history, events, named) or {float(time): "" for time in even}
     numbers, field = snapshots_at(history, moments), SCALARS[options.scalar][0]
     words = f"Deformed {'body' if solid else 'section'}, {field.partition(' [')[0]}"
-    draw = _draw_views if solid else _draw_sections
-    figure, panels = draw(history, list(numbers), options, heading or words)
-    for axes, name in zip(panels, numbers.values(), strict=True):
+    columns = style.columns_for(len(numbers))
+    pictures = style.crop(stills(history, list(numbers), options, (1200, 900))) if solid else []
+    low, high = (np.zeros(2), pictures[0].shape[1::-1]) if solid else section_frame(history)
+    wide, titled, share = (3.2, 0.35, "none") if solid else (3.4, 0.3, "all")
+    wide = wide if columns > 1 else 6.0
+    size = (wide, wide * float((high - low)[1] / (high - low)[0]) + titled)
+    figure, panels = style.figure_grid(len(numbers), columns, size, heading or words, ("", ""), share=share)
+    limits = field_limits(history, options)
+    for index, (axes, (number, name)) in enumerate(zip(panels, numbers.items(), strict=True)):
+        if solid:
+            style.show_picture(axes, pictures[index])
+        else:
+            draw_section(axes, history, number, options.scalar, limits)
         style.name_panel(axes, name)
     keys: dict[str, Artist] = {}
     if options.scalar == "region":
         keys = style.layer_keys(palette.region_colours(region_names(history)), palette.BLACK, linewidth=0.3)
     else:
-        style.add_field_bar(figure, panels, field, field_limits(history, options))
+        style.add_field_bar(figure, panels, field, limits)
     if options.contact or not solid:
         keys |= style.state_keys((STICK, SLIP))
     if solid and options.receptors and site_kinds(history).size:
         keys["recorded sites"] = Line2D([], [], color=palette.BLACK, marker="o", markersize=4.0, linestyle="none")
     style.add_legend(figure, keys)
     return figure
-
-
-def _draw_views(
-    history: xr.Dataset, numbers: Sequence[int], options: SceneOptions, heading: str
-) -> tuple[Figure, list[Axes]]:
-    pictures, columns = style.crop(stills(history, numbers, options, (1200, 900))), style.columns_for(len(numbers))
-    (height, width, _), wide = pictures[0].shape, 3.2 if columns > 1 else 6.0
-    size = (wide, wide * height / width + 0.35)
-    figure, panels = style.figure_grid(len(numbers), columns, size, heading, ("", ""), share="none")
-    for axes, picture in zip(panels, pictures, strict=True):
-        style.show_picture(axes, picture)
-    return figure, panels
-
-
-def _draw_sections(
-    history: xr.Dataset, numbers: Sequence[int], options: SceneOptions, heading: str
-) -> tuple[Figure, list[Axes]]:
-    columns, (low, high) = style.columns_for(len(numbers)), section_frame(history)
-    wide, limits = 3.4 if columns > 1 else 6.0, field_limits(history, options)
-    size = (wide, wide * float((high - low)[1] / (high - low)[0]) + 0.3)
-    figure, panels = style.figure_grid(len(numbers), columns, size, heading, ("", ""))
-    for axes, number in zip(panels, numbers, strict=True):
-        draw_section(axes, history, number, options.scalar, limits)
-    return figure, panels
 
 
 def extent(history: xr.Dataset) -> tuple[Floats, Floats]:

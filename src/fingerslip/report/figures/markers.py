@@ -35,17 +35,16 @@ SHOWN_UNITS = {"m": ("mm", 1e3), "px": ("px", 1.0)}
 _SHARE = 0.8  # of the distance between markers that the longest arrow of a panel takes
 
 
-def ring_colours(rings: int) -> list[tuple[float, float, float, float]]:
-    """Return a colour for each ring, from the centre outwards."""
-    return [colormaps["viridis"](0.85 * ring / max(rings - 1, 1)) for ring in range(rings)]
+def ring_colours(rings: NDArray[np.integer]) -> Floats:
+    """Return the colours (n_markers, 4) of markers by their rings (n_markers,), from the centre outwards."""
+    return np.asarray(colormaps["viridis"](0.85 * rings / max(rings.max(initial=0), 1)))
 
 
 def ring_keys(rings: NDArray[np.integer]) -> dict[str, Artist]:
     """Return keys of the rings (n_markers,) for a legend."""
     return {
-        f"ring {ring}" if ring else "centre": Line2D([], [], color=colour, linewidth=2.0)
-        for ring, colour in enumerate(ring_colours(int(rings.max(initial=0)) + 1))
-        if (rings == ring).any()
+        f"ring {ring}" if ring else "centre": Line2D([], [], color=tuple(colour), linewidth=2.0)
+        for ring, colour in sorted(zip(rings.tolist(), ring_colours(rings), strict=True), key=lambda pair: pair[0])
     }
 
 
@@ -62,8 +61,7 @@ def marker_tracks_figure(tracks: xr.Dataset, title: str = "") -> Figure:
     labels = ("time [s]", f"displacement [{unit}]")
     figure, panels = figure_grid(len(axes_names), 3, (3.6, 2.8), heading, labels, share="x")
     rings = tracks["ring"].values if "ring" in tracks.coords else np.zeros(tracks.sizes["marker"], dtype=int)
-    colours = ring_colours(int(rings.max(initial=0)) + 1)
-    keys: dict[str, Artist] = {}
+    colours, keys = ring_colours(rings), dict[str, Artist]()
     for number, (axes, name) in enumerate(zip(panels, axes_names, strict=True)):
         values = tracks["position"].values[:, :, number]
         if values.size:
@@ -71,9 +69,8 @@ def marker_tracks_figure(tracks: xr.Dataset, title: str = "") -> Figure:
             values = scale * (values - values[(~np.isnan(values)).argmax(axis=0), np.arange(values.shape[1])])
         axes.set_title(f"along {name}")
         for marker in centre_last(rings):
-            ring = int(rings[marker])
-            (line,) = axes.plot(tracks["time"], values[:, marker], color=colours[ring], linewidth=0.8)
-            keys[f"ring {ring}" if ring else "centre"] = line
+            (line,) = axes.plot(tracks["time"], values[:, marker], color=tuple(colours[marker]), linewidth=0.8)
+            keys[f"ring {rings[marker]}" if rings[marker] else "centre"] = line
     add_legend(figure, dict(sorted(keys.items())) if "ring" in tracks.coords else {})
     return figure
 
@@ -145,7 +142,7 @@ def _draw_surface(axes: Axes, now: xr.Dataset, scale: float, values: Floats, col
 def count_figure(tracks: xr.Dataset) -> Figure:
     """Draw how many markers were seen over time, and below it when each was lost."""
     # What tracks is slow to load, and pages of runs do without.
-    from fingerslip.vision.tracking.track import seen_count
+    from fingerslip.vision.tracking.track import lost_intervals, seen_count
 
     labels = ("time [s]", "")
     figure, (count, lost) = figure_grid(2, 1, _NARROW, "Markers that were seen", labels, share="x")
@@ -159,23 +156,15 @@ def count_figure(tracks: xr.Dataset) -> Figure:
         odd = np.flatnonzero(tracks["frame_state"].values != FINE)
         for t in odd[:: max(len(odd) // 2000, 1)]:
             count.axvline(float(time[t]), color=ORANGE, linewidth=0.6, alpha=0.5, zorder=0)
-    _draw_lost(lost, tracks)
-    return figure
-
-
-def _draw_lost(axes: Axes, tracks: xr.Dataset) -> None:
-    from fingerslip.vision.tracking.track import lost_intervals
-
-    time = tracks["time"].values
-    step = float(np.median(np.diff(time))) if len(time) > 1 else 1.0
-    intervals = lost_intervals(tracks)
+    step, intervals = float(np.median(np.diff(time))) if len(time) > 1 else 1.0, lost_intervals(tracks)
     for interval in intervals:
-        colour = SKY if interval.returned else VERMILLION
         left, length = time[interval.first] - 0.5 * step, interval.frames * step
-        axes.barh(interval.marker, length, left=left, height=0.9, color=colour)
-    axes.set_ylim(-1, tracks.sizes["marker"])
-    axes.set_ylabel("marker")
-    axes.set_title("Lost: found again (light), not found again (dark)" if intervals else "No marker was lost")
+        colour = SKY if interval.returned else VERMILLION
+        lost.barh(interval.marker, length, left=left, height=0.9, color=colour)
+    lost.set_ylim(-1, n_markers)
+    lost.set_ylabel("marker")
+    lost.set_title("Lost: found again (light), not found again (dark)" if intervals else "No marker was lost")
+    return figure
 
 
 @with_style
@@ -198,16 +187,8 @@ def noise_figure(tracks: xr.Dataset, frame: NDArray[np.uint8] | None = None) -> 
     outline = [withStroke(linewidth=1.5, foreground="white")]
     still = tracks["still"].values[seen_once] if "still" in tracks else np.zeros(len(places))
     for (x, y), number, rests in zip(places, tracks["marker"].values[seen_once], still, strict=True):
-        colour = VERMILLION if rests else BLACK
-        axes.annotate(
-            str(number),
-            (x, y),
-            xytext=(3, 3),
-            textcoords="offset points",
-            fontsize=7,
-            color=colour,
-            path_effects=outline,
-        )
+        look: dict[str, Any] = {"fontsize": 7, "color": VERMILLION if rests else BLACK, "path_effects": outline}
+        axes.annotate(str(number), (x, y), xytext=(3, 3), textcoords="offset points", **look)
     axes.set_aspect("equal")
     axes.grid(visible=False)
     # Only where markers are, so that their numbers can be read.
@@ -250,10 +231,10 @@ def marker_places_figure(tracks: xr.Dataset, title: str = "") -> Figure:
     across = rest[:, 2] if rest.shape[1] == 3 else np.zeros(len(rest))
     labels, heading = ("x, along the slide [mm]", "z, across [mm]"), join_title("Markers at rest", title)
     figure, panels = figure_grid(len(kinds), 2, (3.6, 3.2), heading, labels, share="none")
-    colours = ring_colours(int(tracks["ring"].values.max(initial=0)) + 1)
+    colours = ring_colours(tracks["ring"].values)
     for axes, kind in zip(panels, kinds, strict=True):
         rows = np.flatnonzero(tracks["kind"].values == kind)
-        axes.scatter(rest[rows, 0], across[rows], s=16, c=[colours[ring] for ring in tracks["ring"].values[rows]])
+        axes.scatter(rest[rows, 0], across[rows], s=16, c=colours[rows])
         axes.set_title(f"{rows.size} {_TITLES[kind]}")
         axes.set_aspect("equal", adjustable="datalim")
         if kind == "internal":
@@ -280,12 +261,12 @@ def slide_tracks_figure(tracks: xr.Dataset, history: xr.Dataset, title: str = ""
     rings, start = tracks["ring"].values, tracks["position"].values[0, :, 0]
     for axes, kind in zip(panels, kinds, strict=True):
         rows = np.flatnonzero(tracks["kind"].values == kind)
-        colours = ring_colours(int(rings[rows].max(initial=0)) + 1)
+        colours = ring_colours(rings[rows])
         # All move with the body by millimetres; what tells of slip is by how much they differ.
         apart = along[:, rows] - along[:, rows[rings[rows].argmin()]][:, None]
         for number in centre_last(rings[rows]):
             style = "-" if start[rows[number]] >= -_MIDDLE else "--"
-            axes.plot(travel, apart[:, number], style, color=colours[int(rings[rows[number]])], linewidth=0.9)
+            axes.plot(travel, apart[:, number], style, color=tuple(colours[number]), linewidth=0.9)
         low, high = float(np.nanmin(apart)), float(np.nanmax(apart))
         room = 0.06 * max(high - low, 1e-3)
         axes.set_ylim(low - room, high + room)

@@ -15,15 +15,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from fingerslip.report.colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, region_colours
-from fingerslip.report.figures.style import (
-    add_legend,
-    crop,
-    figure_grid,
-    join_title,
-    layer_keys,
-    show_picture,
-    with_style,
-)
+from fingerslip.report.figures import style
 from fingerslip.report.scene.viewer import prepare_rendering
 
 Floats = NDArray[np.float64]
@@ -40,10 +32,10 @@ _CELLS = {"show_edges": True}
 _Scene: TypeAlias = list[tuple[Integers, Mapping[str, Any]]]
 
 
-@with_style
+@style.with_style
 def mesh_figure(mesh: skfem.Mesh, title: str = "") -> Figure:
     """Draw the regions and boundaries of a mesh [m]: a section as it is; of a solid half of it, then each boundary."""
-    return (_section if mesh.dim() == 2 else _solid)(mesh, join_title("Regions and boundaries", title))
+    return (_section if mesh.dim() == 2 else _solid)(mesh, style.join_title("Regions and boundaries", title))
 
 
 def _regions(mesh: skfem.Mesh) -> tuple[dict[str, Integers], dict[str, Integers]]:
@@ -60,7 +52,7 @@ def _regions(mesh: skfem.Mesh) -> tuple[dict[str, Integers], dict[str, Integers]
 def _section(mesh: skfem.Mesh, heading: str) -> Figure:
     width, height = np.ptp(mesh.p, axis=1)
     size = (6.6, float(np.clip(6.2 * height / width, 1.6, 6.2)))
-    figure, (axes,) = figure_grid(1, 1, size, heading, ("x [mm]", "y [mm]"))
+    figure, (axes,) = style.figure_grid(1, 1, size, heading, ("x [mm]", "y [mm]"))
     points, keys = 1e3 * mesh.p.T, dict[str, Artist]()
     regions, above = _regions(mesh)
     colours = region_colours(tuple(regions))
@@ -82,7 +74,7 @@ def _section(mesh: skfem.Mesh, heading: str) -> Figure:
     axes.grid(visible=False)
     axes.margins(0.03)
     axes.autoscale_view()
-    add_legend(figure, keys)
+    style.add_legend(figure, keys)
     return figure
 
 
@@ -91,7 +83,11 @@ def _solid(mesh: skfem.Mesh, heading: str) -> Figure:
     groups = [(f"region {name}", _surface(mesh, cells)) for name, cells in above.items()]
     groups += [(name, np.asarray(facets)) for name, facets in (mesh.boundaries or {}).items()]
     everything = _surface(mesh, np.arange(mesh.nelements))
-    colours, visible = region_colours(tuple(regions)), _half(mesh, regions)
+    colours, middles = region_colours(tuple(regions)), mesh.p[:, mesh.t[: mesh.elem.refdom.nnodes]].mean(axis=1)
+    # What is on the far side of a cut that leaves some of each region; all where none does.
+    halves = [middle <= np.median(middle) for middle in middles[::-1]]
+    leaving = (half for half in halves if all(half[cells].any() for cells in regions.values()))
+    visible = next(leaving, np.ones(mesh.nelements, dtype=bool))
     layers = {name: _surface(mesh, cells[visible[cells]]) for name, cells in regions.items()}
     scenes: list[_Scene] = [[(facets, {"color": colours[name], **_CELLS}) for name, facets in layers.items()]]
     for _, facets in groups:
@@ -100,18 +96,11 @@ def _solid(mesh: skfem.Mesh, heading: str) -> Figure:
     names = ["regions" if visible.all() else "regions, cut open", *(name for name, _ in groups)]
     images = _render(mesh, scenes)
     height = _PANEL * images[0].shape[0] / images[0].shape[1] + 0.3
-    figure, panels = figure_grid(len(names), _COLUMNS, (_PANEL, height), heading, ("", ""), share="none")
+    figure, panels = style.figure_grid(len(names), _COLUMNS, (_PANEL, height), heading, ("", ""), share="none")
     for axes, name, image in zip(panels, names, images, strict=True):
-        show_picture(axes, image, name)
-    add_legend(figure, layer_keys(colours, _EDGE))
+        style.show_picture(axes, image, name)
+    style.add_legend(figure, style.layer_keys(colours, _EDGE))
     return figure
-
-
-def _half(mesh: skfem.Mesh, regions: Mapping[str, Integers]) -> NDArray[np.bool_]:
-    """Tell which cells (n_cells,) are on the far side of a cut that leaves some of each region; all where none does."""
-    middles = mesh.p[:, mesh.t[: mesh.elem.refdom.nnodes]].mean(axis=1)
-    halves = [middle <= np.median(middle) for middle in middles[::-1]]
-    return next((half for half in halves if all(half[cells].any() for cells in regions.values())), middles[0] < np.inf)
 
 
 def _surface(mesh: skfem.Mesh, cells: Integers) -> Integers:
@@ -140,4 +129,4 @@ def _render(mesh: skfem.Mesh, scenes: Sequence[_Scene]) -> list[NDArray[np.uint8
             pictures.append(np.asarray(plotter.screenshot(None, return_img=True))[..., :3])
     finally:
         plotter.close()
-    return crop(pictures)
+    return style.crop(pictures)

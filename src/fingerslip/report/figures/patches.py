@@ -19,17 +19,8 @@ from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.history import nearest_record
 from fingerslip.report import colours as palette
 from fingerslip.report.figures import style
-from fingerslip.report.scene.scene import (
-    contact_levels,
-)
-from fingerslip.slip import (
-    Events,
-    contact_patch,
-    patch_series,
-    slide_window,
-    surface_strain_rates,
-    surface_strains,
-)
+from fingerslip.report.scene.scene import contact_levels
+from fingerslip.slip import Events, contact_patch, patch_series, slide_window, surface_strain_rates, surface_strains
 from fingerslip.slip.patch import Patch as ContactPatch
 from fingerslip.slip.patch import triangle_states
 from fingerslip.slip.windows import EVENTS, counterface_normal
@@ -101,18 +92,14 @@ def fill_states(axes: Axes, patch: ContactPatch, history: xr.Dataset, step: int)
 
 def _fill_patch(axes: Axes, patch: ContactPatch, history: xr.Dataset, colours: str | Floats) -> None:
     """Fill the triangles of the patch and frame what ever touches."""
-    _fill_triangles(axes, 1e3 * patch.points[patch.triangles], colours)
-    _set_frame(axes, *_touched_frame(history, patch, patch.points))
+    _fill_triangles(axes, patch.points[patch.triangles], colours, _touched_frame(history, patch, patch.points))
 
 
-def _fill_triangles(axes: Axes, corners: Floats, colours: str | Floats) -> None:
-    """Fill triangles (n, 3, 2) [mm] without borders between them."""
-    axes.add_collection(PolyCollection(list(corners), facecolors=colours, edgecolors="face", linewidths=0.2))
-
-
-def _set_frame(axes: Axes, low: Floats, high: Floats) -> None:
+def _fill_triangles(axes: Axes, corners: Floats, colours: str | Floats, frame: tuple[Floats, Floats]) -> None:
+    """Fill triangles (n, 3, 2) [m] without borders between them, in a frame of two corners (2,) [mm]."""
+    axes.add_collection(PolyCollection(list(1e3 * corners), facecolors=colours, edgecolors="face", linewidths=0.2))
     axes.grid(visible=False)
-    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
+    axes.set(xlim=(frame[0][0], frame[1][0]), ylim=(frame[0][1], frame[1][1]), aspect="equal")
 
 
 def _touched_frame(history: xr.Dataset, patch: ContactPatch, points: Floats) -> tuple[Floats, Floats]:
@@ -181,13 +168,12 @@ def slip_onset_figure(histories: Mapping[str, xr.Dataset]) -> Figure:
     for axes, (title, times) in zip(panels, onsets.items(), strict=True):
         paint, touched = colours.to_rgba(times), ~(times < 0.0)
         paint[np.isnan(times)] = _STUCK
-        _fill_triangles(axes, 1e3 * points[title][patches[title].triangles][touched], paint[touched])
+        _fill_triangles(axes, points[title][patches[title].triangles][touched], paint[touched], (low, high))
         # The direction of the plate over the middle of the panel.
         half = 0.5 * _ARROW * float(np.min(high - low)) * (patches[title].axes[0] @ plate.T)
         start, end = (tuple(0.5 * (low + high) + sign * half) for sign in (-1.0, 1.0))
         look = {"arrowstyle": "-|>", "color": palette.BLACK, "linewidth": 1.6}
         axes.annotate("", xy=end, xytext=start, arrowprops=look, zorder=5)
-        _set_frame(axes, low, high)
         axes.set_title(title)
     figure.colorbar(colours, ax=list(panels), label="time into the slide [s]", shrink=0.8)
     return figure

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -71,7 +71,7 @@ def fingertip_figure(fingertip: Fingertip, title: str = "") -> Figure:
     return figure
 
 
-def _fill(axes: Axes, polygons: Sequence[Floats], colour: str, edge: str = _EDGE, line: float = 0.6) -> None:
+def _fill(axes: Axes, polygons: Iterable[Floats], colour: str, edge: str = _EDGE, line: float = 0.6) -> None:
     """Fill polygons (n, 2) [m]."""
     scaled = [_MILLIMETRES * polygon for polygon in polygons]
     axes.add_collection(PolyCollection(scaled, facecolor=colour, edgecolor=edge, linewidth=line))
@@ -162,12 +162,9 @@ def section_figure(
             axes.add_line(Line2D(*1e3 * outline.T, color=BLACK, linewidth=1.6, zorder=3))
         _draw_to_scale(axes)
         for kind, values in receptors.items():
-            look: dict[str, Any] = {
-                "color": RECEPTOR_COLOURS.get(kind, BLACK),
-                "markeredgecolor": "white",
-                "markeredgewidth": 0.15 * size / 2,
-            }
-            axes.plot(*1e3 * values.T, RECEPTOR_MARKS.get(kind, "x"), markersize=size, **look)
+            look: dict[str, Any] = {"markeredgecolor": "white", "markeredgewidth": 0.15 * size / 2, "markersize": size}
+            colour = RECEPTOR_COLOURS.get(kind, BLACK)
+            axes.plot(*1e3 * values.T, RECEPTOR_MARKS.get(kind, "x"), color=colour, **look)
     if curved:
         whole.dataLim = Bbox(1e3 * np.array([points.min(axis=0), points.max(axis=0)]))
     whole.autoscale_view()
@@ -200,12 +197,11 @@ def tactip_figure(sensor: TacTip, title: str = "") -> Figure:
     panels[0].set_title("cut open along the axis")
     whole = dataclasses.replace(sensor, part="whole")
     places, angle = whole.markers.places, np.linspace(0.0, 2.0 * np.pi, 121)
-    colours = ring_colours(int(places.ring.max(initial=0)) + 1)
     edge = _MILLIMETRES * float(skin_lines(whole.dome, whole.skin, whole.markers.spacing).outer[-1, 0])
     depths = {"internal markers, from inside": whole.marker_depth, "external markers, from below": 0.0}
     for axes, (name, depth) in zip(panels[1:], depths.items(), strict=True):
         points = _MILLIMETRES * points_at(whole, places, depth)
-        axes.scatter(points[:, 0], points[:, 2], s=10, c=[colours[ring] for ring in places.ring])
+        axes.scatter(points[:, 0], points[:, 2], s=10, c=ring_colours(places.ring))
         axes.plot(edge * np.cos(angle), edge * np.sin(angle), color=GREY, linewidth=0.8)
         _draw_to_scale(axes)
         axes.set_ylabel("z [mm]")
@@ -221,10 +217,12 @@ def _draw_sensor_section(axes: Axes, sensor: TacTip) -> None:
     half, thickness = float(lines.outer[-1, 0]), sensor.window.thickness
     places = modelled_places(sensor)
     feet, ends = (points_at(sensor, places, depth) for depth in (sensor.rod_depth, sensor.marker_depth))
-    shapes = {
+    along = (ends - feet) / np.linalg.norm(ends - feet, axis=1)[:, None]
+    side = sensor.rods.radius * np.stack([-along[:, 1], along[:, 0]], axis=1)
+    shapes: dict[str, Iterable[Floats]] = {
         "skin": [_mirror(lines.outer)],
         "gel": [_mirror(lines.inner)],
-        "rods": [_strip(foot, end, sensor.rods.radius) for foot, end in zip(feet, ends, strict=True)],
+        "rods": np.stack([feet - side, ends - side, ends + side, feet + side], axis=1),
         "window": [np.array([[-half, top], [half, top], [half, top + thickness], [-half, top + thickness]])],
     }
     for name, polygons in shapes.items():
@@ -238,19 +236,12 @@ def _mirror(line: Floats) -> Floats:
     return np.vstack([line[::-1], (line * [-1.0, 1.0])[1:]])
 
 
-def _strip(foot: Floats, end: Floats, radius: float) -> Floats:
-    along = (end - foot) / np.linalg.norm(end - foot)
-    side = radius * np.array([-along[1], along[0]])
-    return np.array([foot - side, end - side, end + side, foot + side])
-
-
 @with_style
 def gel_pad_figure(pad: GelPad, title: str = "") -> Figure:
     """Draw a gel pad: its section, and where its markers are, coloured by ring."""
     figure, panels = figure_grid(2, 2, (4.6, 3.4), join_title("Sensor", title), ("x [mm]", ""), share="none")
     whole = dataclasses.replace(pad, part="whole")
     points, ring = whole.marker_points, whole.layout.ring
-    colours = ring_colours(int(ring.max()) + 1)
     row = points[:, 2] == points[np.abs(points[:, 2]).argmin(), 2]
     for axes, chosen, axis, low, side, name in (
         (panels[0], row, 1, 0.0, pad.thickness, "cut open along the middle"),
@@ -259,7 +250,7 @@ def gel_pad_figure(pad: GelPad, title: str = "") -> Figure:
         x = 0.5 * pad.length
         _fill(axes, [np.array([[-x, low], [x, low], [x, low + side], [-x, low + side]])], SENSOR_COLOURS["gel"])
         x, y = _MILLIMETRES * points[chosen][:, [0, axis]].T
-        axes.scatter(x, y, s=14, c=[colours[number] for number in ring[chosen]], zorder=2)
+        axes.scatter(x, y, s=14, c=ring_colours(ring)[chosen], zorder=2)
         axes.autoscale_view()
         _draw_to_scale(axes)
         axes.set_title(name)

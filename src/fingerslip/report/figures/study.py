@@ -52,32 +52,27 @@ def event_times_figure(
     axis, since = _Axis(runs, path, EVENTS), starts or dict.fromkeys((run.name for run in runs), 0.0)
     labels = (words, f"time from the start of the {'run' if starts is None else 'slide'} [s]")
     figure, panels = _group_panels(runs, path, (3.1, 3.0), f"Slip events against {words}", labels)
-    published, happened = dict[str, Artist](), set[str]()
+    published: dict[str, Artist] = {}
     of_events = {event: EVENT_COLOURS[event] for event in MAIN_EVENTS}
     for axes, members in panels:
-        ordered = sorted(members, key=axis.position)
-        begin = np.array([since[run.name] for run in ordered])
-        for event, (reading, mark) in itertools.product(EVENTS, _READING_MARKS.items()):
-            times = np.array([run.events.reading(reading).time(event) for run in ordered], dtype=float)
-            line, colour = "-" if reading == "slip" and axis.numeric else "", EVENT_COLOURS[event]
-            look: dict[str, Any] = {"color": colour, "markerfacecolor": _face(reading, colour), "markersize": 5.5}
-            positions = [axis.beside(run, reading, event) for run in ordered]
-            axes.plot(positions, times - begin, linestyle=line, marker=mark, **look)
-            _draw_errors(axes, positions, times - begin, [run.uncertainty.get(f"{reading}.{event}") for run in ordered])
+        for event, reading in itertools.product(EVENTS, READINGS):
+            look = _mark(reading, EVENT_COLOURS[event], line=reading == "slip" and axis.numeric)
+            _draw_times(axes, axis, members, (reading, event), since=since, **look)
         published |= _draw_published(axes, axis, members, reference, of_events, since=since)
         axis.apply(axes)
     if starts is not None:
         panels[0][0].set_ylim(bottom=0.0)
-    for event, reading in itertools.product(EVENTS, READINGS):
-        if any(run.events.reading(reading).time(event) is not None for run in runs):
-            happened |= {event, reading}
-    keys = _event_keys(event for event in EVENTS if event in happened)
-    for reading, mark in _READING_MARKS.items():
-        if reading in happened:
-            look = {"color": BLACK, "markerfacecolor": _face(reading, BLACK), "markersize": 5.5}
-            keys[READINGS[reading]] = Line2D([], [], linestyle="", marker=mark, **look)
-    add_legend(figure, keys | published)
+    happened = [event for event in EVENTS if any(_has_times(runs, reading, [event]) for reading in READINGS)]
+    keys = {READINGS[reading]: Line2D([], [], **_mark(reading, BLACK)) for reading in axis.readings}
+    add_legend(figure, _event_keys(happened) | keys | published)
     return figure
+
+
+def _mark(reading: str, colour: str, *, line: bool = False) -> dict[str, Any]:
+    """Return how the times of events in a reading look."""
+    face = "none" if reading == "displacement" else colour
+    look = {"color": colour, "markerfacecolor": face, "markersize": 5.5}
+    return {**look, "marker": _READING_MARKS[reading], "linestyle": "-" if line else ""}
 
 
 @with_style
@@ -90,33 +85,41 @@ def latency_figure(
     figure, panels = _group_panels(runs, path, (2.8, 2.9), title, (words, "latency [ms]"))
     published: dict[str, Artist] = {}
     for axes, members in panels:
-        ordered = sorted(members, key=axis.position)
         for reading, mark in _READING_MARKS.items():
-            positions = [axis.beside(run, reading) for run in ordered]
-            latencies = 1e3 * np.array([run.events.reading(reading).latency for run in ordered], dtype=float)
-            look: dict[str, Any] = {"color": READING_COLOURS[reading], "markersize": 6.5}
-            axes.plot(positions, latencies, linestyle="-" if axis.numeric else "", marker=mark, **look)
-            errors = [run.uncertainty.get(f"{reading}.{LATENCY}") for run in ordered]
-            _draw_errors(axes, positions, latencies, errors, scale=1e3)
+            look: dict[str, Any] = {"color": READING_COLOURS[reading], "marker": mark, "markersize": 6.5}
+            look["linestyle"] = "-" if axis.numeric else ""
+            _draw_times(axes, axis, members, (reading, LATENCY), scale=1e3, **look)
         published |= _draw_published(axes, axis, members, reference, {LATENCY: BLACK}, scale=1e3)
         axis.apply(axes)
     panels[0][0].set_ylim(bottom=0.0)
     keys: dict[str, Artist] = {
         READINGS[name]: Line2D([], [], linestyle="", marker=mark, color=READING_COLOURS[name], markersize=6)
         for name, mark in _READING_MARKS.items()
-        if any(run.events.reading(name).latency is not None for run in runs)
+        if name in axis.readings
     }
     add_legend(figure, keys | published)
     return figure
 
 
-def _draw_errors(
-    axes: Axes, positions: Sequence[float], values: Any, errors: Sequence[float | None], scale: float = 1.0
+def _draw_times(
+    axes: Axes,
+    axis: _Axis,
+    runs: Sequence[RunResult],
+    time: tuple[str, str],
+    *,
+    since: Mapping[str, float] = MappingProxyType({}),
+    scale: float = 1.0,
+    **look: Any,
 ) -> None:
-    """Draw known uncertainties [s] in the colour of the line before."""
-    sizes = scale * np.array(errors, dtype=float)
-    if not np.isnan(sizes).all():
-        axes.errorbar(positions, values, sizes, fmt="none", ecolor=axes.lines[-1].get_color(), capsize=3.0)
+    """Draw an event in a reading over the swept values of runs, with the uncertainties [s] that are known."""
+    (reading, event), ordered = time, sorted(runs, key=axis.position)
+    positions = [axis.beside(run, reading, event) for run in ordered]
+    times = np.array([run.events.reading(reading).time(event) for run in ordered], dtype=float)
+    values = scale * (times - [since.get(run.name, 0.0) for run in ordered])
+    axes.plot(positions, values, **look)
+    errors = scale * np.array([run.uncertainty.get(f"{reading}.{event}") for run in ordered], dtype=float)
+    if not np.isnan(errors).all():
+        axes.errorbar(positions, values, errors, fmt="none", ecolor=look["color"], capsize=3.0)
 
 
 def _group_panels(
@@ -160,7 +163,7 @@ class _Axis:
         self._positions: dict[object, float] = {
             value: numbers[value][0] if self.numeric else float(number) for number, value in enumerate(values)
         }
-        self._readings = [name for name in READINGS if _has_times(runs, name, times)]
+        self.readings = [name for name in READINGS if _has_times(runs, name, times)]
         places = sorted(self._positions.values())
         distances = np.diff(places).tolist() or [1.0]
         self._distance = min(*distances, 0.3 * (places[-1] - places[0])) if self.numeric and places else 1.0
@@ -172,7 +175,7 @@ class _Axis:
     def beside(self, run: RunResult, reading: str, event: str = LATENCY) -> float:
         """Return where a time of a run is drawn, so that none hides another of its run."""
         column = list(EVENTS).index(event) - 1.5 if event in EVENTS else 0.0
-        row = self._readings.index(reading) - 0.5 * (len(self._readings) - 1) if reading in self._readings else 0.0
+        row = self.readings.index(reading) - 0.5 * (len(self.readings) - 1) if reading in self.readings else 0.0
         return self.position(run) + self._distance * (_READINGS_APART * row + _EVENTS_APART * column)
 
     def apply(self, axes: Axes) -> None:
@@ -207,10 +210,6 @@ def _draw_published(
 
 def _event_keys(events: Iterable[str]) -> dict[str, Artist]:
     return {EVENTS[event]: Line2D([], [], color=EVENT_COLOURS[event], linewidth=2.0) for event in events}
-
-
-def _face(reading: str, colour: str) -> str:
-    return "none" if reading == "displacement" else colour
 
 
 @with_style
@@ -365,13 +364,7 @@ class Pair:
     """A run of each of two studies, with the same swept values."""
 
     title: str  # what both are called
-    first: RunResult  # the run of the one
-    second: RunResult  # the run of the other
-
-    @property
-    def runs(self) -> tuple[RunResult, RunResult]:
-        """Both runs."""
-        return self.first, self.second
+    runs: tuple[RunResult, RunResult]
 
 
 def time_into_slide(run: RunResult, starts: Mapping[str, float]) -> float:

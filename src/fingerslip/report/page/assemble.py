@@ -258,13 +258,14 @@ class ComparedStudy:
 def pairs_of(first: StudyResult, second: StudyResult) -> tuple[Pair, ...]:
     """Return the runs that two studies have in common: with the same swept values, or the only run of each."""
     if len(first.runs) == len(second.runs) == 1:
-        return (Pair("the run", first.runs[0], second.runs[0]),)
-    others = {_key(run): run for run in second.runs}
-    return tuple(Pair(run_title(run, "the run"), run, others[_key(run)]) for run in first.runs if _key(run) in others)
+        return (Pair("the run", (first.runs[0], second.runs[0])),)
 
+    def key(run: RunResult) -> frozenset[tuple[str, str]]:
+        return frozenset((path, str(swept_text(value))) for path, value in run.swept.items())
 
-def _key(run: RunResult) -> tuple[tuple[str, str], ...]:
-    return tuple(sorted((path, str(swept_text(value))) for path, value in run.swept.items()))
+    others = {key(run): run for run in second.runs}
+    both = ((run, others[key(run)]) for run in first.runs if key(run) in others)
+    return tuple(Pair(run_title(runs[0], "the run"), runs) for runs in both)
 
 
 def comparison_report(first: ComparedStudy, second: ComparedStudy, provenance: Mapping[str, str]) -> Report:
@@ -302,20 +303,18 @@ def _change(pairs: Sequence[Pair], first: ComparedStudy, second: ComparedStudy) 
     """Say how much later overall slip of the second study comes."""
     if not pairs:
         return "The studies have no runs with the same swept values, so that none can be compared one by one."
-    times = [(time_into_slide(pair.first, first.starts), time_into_slide(pair.second, second.starts)) for pair in pairs]
+    starts = (first.starts, second.starts)
+    times = [[time_into_slide(*both) for both in zip(pair.runs, starts, strict=True)] for pair in pairs]
     changes = [1e3 * (late - early) for early, late in times if math.isfinite(late - early)]
     many = f"{len(pairs)} runs" if len(pairs) > 1 else "the run"
     if not changes:
         return f"Of {many} that both studies have, none reaches overall slip in both."
-    low, high = min(changes), max(changes)
-    if max(abs(low), abs(high)) < 0.5:
+    ends = (min(changes), max(changes))
+    if max(map(abs, ends)) < 0.5:
         return f"In {many} that both studies have, overall slip comes at the same time, to the millisecond."
-    span = _with_sign(low) if f"{low:.0f}" == f"{high:.0f}" else f"{_with_sign(low)} to {_with_sign(high)}"
+    words = (f"{abs(change):.0f} ms {'later' if change >= 0.0 else 'earlier'}" for change in ends)
+    span = " to ".join(dict.fromkeys(words))
     return f"In {many} that both studies have, overall slip of B comes {span} into the slide than that of A."
-
-
-def _with_sign(change: float) -> str:
-    return f"{abs(change):.0f} ms {'later' if change >= 0.0 else 'earlier'}"
 
 
 def _differences(pairs: Sequence[Pair]) -> Table:
@@ -324,7 +323,7 @@ def _differences(pairs: Sequence[Pair]) -> Table:
         (pair.title, name, first, second, next(missing, None) or difference_cell(first, second, 1e3))
         for pair in pairs
         for time, name in {**EVENTS, LATENCY: LATENCY}.items()
-        for first, second in [(time_cell(pair.first, "slip", time), time_cell(pair.second, "slip", time))]
+        for first, second in [[time_cell(run, "slip", time) for run in pair.runs]]
         for missing in [(cell for cell in (first, second) if isinstance(cell, Missing))]
     )
     return Table("Slip events from accumulated slip, from the start of the run", columns, rows, NOTICED_NOTE)

@@ -599,7 +599,7 @@ def test_bars_go_from_the_time_at_the_smallest_to_that_at_the_largest_value():
 
 def test_each_pair_has_a_row_with_both_studies():
     slipped = RunResult("a", {}, Events(slip=SlipEvents(incipient=1.2, overall=1.7)))
-    pairs = (study.Pair("one", slipped, slipped), study.Pair("two", slipped, RunResult("a", {}, Events())))
+    pairs = study.Pair("one", (slipped, slipped)), study.Pair("two", (slipped, RunResult("a", {}, Events())))
     left, right = panels(study.paired_figure(pairs, ("A", "B"), ({"a": 1.0}, {"a": 1.1})))
     marks = [item for item in left.lines if item.get_marker() in "os"]
     assert [round(float(item.get_xdata()[0]), 3) for item in marks[:2]] == [0.7, 0.6]
@@ -749,8 +749,9 @@ def test_reference_nodes_are_drawn_with_the_plate_and_without_the_jerk_at_the_st
 def test_markers_are_lines_in_the_colours_of_their_rings_with_gaps_where_they_are_lost():
     first, second = panels(drawn("marker tracks"))
     colours = [item.get_color() for item in first.lines]
-    assert [colours.count(colour) for colour in markers.ring_colours(3)] == [1, 8, 16]
-    assert colours[-1] == markers.ring_colours(3)[0], "the centre is on top"
+    rings = list(map(tuple, markers.ring_colours(np.arange(3))))
+    assert [colours.count(colour) for colour in rings] == [1, 8, 16]
+    assert colours[-1] == rings[0], "the centre is on top"
     np.testing.assert_allclose(second.lines[-1].get_ydata(), 1.0 * TIMES, atol=1e-12)
     figure = markers.marker_tracks_figure(tracks("px"))
     gaps = [int(np.isnan(np.asarray(item.get_ydata(), dtype=float)).sum()) for item in panels(figure)[0].lines]
