@@ -15,12 +15,12 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch as Swatch
 
 from fingerslip.history import read_history
-from fingerslip.report.colours import STATE_COLOURS, STATE_NAMES
+from fingerslip.report.colours import FIELD_MAP, STATE_COLOURS, STATE_NAMES
 from fingerslip.report.figures.bodies import draw_contact
 from fingerslip.report.figures.patches import slip_onset_figure
 from fingerslip.report.figures.style import crop
 from fingerslip.report.scene.options import SCALARS, SceneOptions
-from fingerslip.report.scene.scene import COLOUR_MAP, field_limits
+from fingerslip.report.scene.scene import field_limits
 from fingerslip.report.scene.viewer import still
 
 TIME = 0.9
@@ -54,7 +54,7 @@ def draw_finger(run: Path) -> None:
     options = SceneOptions(cut="z", receptors=False, written=False)
     left.imshow(crop([still(history, TIME, options, (1400, 1050))])[0])
     left.set_axis_off()
-    colours = ScalarMappable(Normalize(*field_limits(history, options)), COLOUR_MAP)
+    colours = ScalarMappable(Normalize(*field_limits(history, options)), FIELD_MAP)
     figure.colorbar(colours, cax=bar, label=SCALARS[options.scalar][0], orientation="horizontal", extend="max")
     draw_contact(right, history, TIME)
     right.set_title(f"contact from below, t = {TIME:g} s", fontsize=10)

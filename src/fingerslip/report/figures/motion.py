@@ -23,16 +23,9 @@ from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import InputError
 from fingerslip.history import is_solid, nearest_record
 from fingerslip.report.colours import BLACK, BLUE, FIELD_MAP, GREY, ORANGE, STATE_NAMES
+from fingerslip.report.figures import style
 from fingerslip.report.figures.bodies import draw_section
 from fingerslip.report.figures.signals import draw_forces, draw_ratios, draw_states
-from fingerslip.report.figures.style import (
-    ShownTime,
-    add_keys_inside,
-    event_times,
-    mark_panels,
-    show_picture,
-    with_style,
-)
 from fingerslip.report.labels import of_histories
 from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.report.scene.scene import check_options, field_limits
@@ -84,7 +77,7 @@ def film_frames(
         yield frame
 
 
-@with_style
+@style.with_style
 def _draw_frame(
     history: xr.Dataset, events: Events, number: int, picture: Frame | None, *, options: SceneOptions, film: Film
 ) -> Frame:
@@ -98,19 +91,19 @@ def _draw_frame(
     if picture is None:
         draw_section(body, history, number, options.scalar, limits)
     else:
-        show_picture(body, picture)
+        style.show_picture(body, picture)
     if options.scalar != "region":
         colours, label = ScalarMappable(Normalize(*limits), FIELD_MAP), SCALARS[options.scalar][0]
         figure.colorbar(colours, ax=body, label=label, location="bottom", extend="max", shrink=0.8)
-    rows, times = 1 if is_solid(history) else 2, history["time"].values
+    rows, times = 1 if is_solid(history) else 2, style.ShownTime(history["time"].values)
     panels: list[Axes] = list(grid[1].subgridspec(rows, 1).subplots(sharex=True, squeeze=False)[:, 0])
     if rows == 2:
-        draw_states(panels[0], history, ShownTime(times))
+        draw_states(panels[0], history, times)
         panels[0].set_ylabel(of_histories("position along plate [mm]", [history]))
-    draw_ratios(panels[-1], history, ShownTime(times))
+    draw_ratios(panels[-1], history, times)
     panels[-1].legend(loc="upper left")
-    panels[-1].set(xlim=(0.0, float(times[-1])), ylim=(0.0, 1.35), xlabel="time [s]")
-    mark_panels(panels, history, events.slip)
+    panels[-1].set(xlim=(0.0, float(times.values[-1])), ylim=(0.0, 1.35), xlabel="time [s]")
+    style.mark_panels(panels, history, events.slip)
     for axes in panels:
         axes.axvline(time, color=BLACK, linewidth=1.6, zorder=6)
     figure.suptitle(f"t = {time:.3f} s   {_words(history, events.slip, time)}", x=0.02, ha="left")
@@ -120,7 +113,7 @@ def _draw_frame(
 
 def _words(history: xr.Dataset, events: SlipEvents, time: float) -> str:
     """Say what is going on: the phase, and the last event."""
-    happened = [EVENTS[name] for name, event in event_times(events).items() if event <= time]
+    happened = [EVENTS[name] for name, event in style.event_times(events).items() if event <= time]
     window, phase = slide_window(history), ""
     if window is not None:
         phase = "pressing" if time < window.start else f"{time - window.start:.3f} s into the slide"
@@ -180,7 +173,7 @@ class HistoryPlot:
         return f"<HistoryPlot: {times.size} records, {times[0]:g} to {times[-1]:g} s>"
 
 
-@with_style
+@style.with_style
 def plot(history: xr.Dataset) -> HistoryPlot:
     """Plot contact pressure and contact state along the skin at one time, and the forces over time, with a slider.
 
@@ -235,7 +228,7 @@ def _draw(figure: Figure, history: xr.Dataset) -> Callable[[int], list[Any]]:
     text = above.text(0.01, 0.95, f"{times[0]:.3f} s", transform=above.transAxes, va="top")
     draw_forces(below, history, times)
     below.set(xlabel="time [s]", xlim=(times[0], times[-1]))
-    add_keys_inside(below)
+    style.add_keys_inside(below)
     cursor = below.axvline(times[0], color=GREY)
 
     def show_record(number: int) -> list[Any]:

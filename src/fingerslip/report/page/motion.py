@@ -8,7 +8,6 @@ from __future__ import annotations
 import base64
 import zlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,6 +20,7 @@ from fingerslip.history import is_solid, nearest_record, sites_of_kinds
 from fingerslip.report import colours as palette
 from fingerslip.report.figures.bodies import extent
 from fingerslip.report.figures.signals import HAS_SLIPPED, PRESSED, SLIPS, slipped_share
+from fingerslip.report.figures.style import event_times
 from fingerslip.report.labels import of_histories
 from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.report.scene.scene import CORNERS, field_limits, region_names, soft_regions, upright, vtk_grid
@@ -30,6 +30,7 @@ from fingerslip.slip.windows import EVENTS
 from fingerslip.snapshot import CELL_TYPES, faces_at
 
 if TYPE_CHECKING:
+    import pyvista
     import xarray as xr
 
 
@@ -79,7 +80,7 @@ def run_motion(history: xr.Dataset, events: Events, title: str) -> dict[str, Any
     every, window = history["time"].values, slide_window(history)
     even = np.linspace(every[0], every[-1], min(_MOMENTS, every.size))
     records = np.unique(np.abs(every[:, None] - even).argmin(axis=0))
-    times = {name: time for name in EVENTS if (time := events.slip.time(name)) is not None}
+    times = event_times(events.slip)
     frames = _frames(history, times)
     arrays: Arrays = {"times": every[records].astype(np.float32)}
     if not is_solid(history):
@@ -98,13 +99,9 @@ def run_motion(history: xr.Dataset, events: Events, title: str) -> dict[str, Any
         "mapLabel": of_histories("stick and slip along plate [mm]", [history]),
         "slide": None if window is None else window.start,
         "events": [
-            {
-                "name": EVENTS[name],
-                "time": time,
-                "colour": palette.EVENT_COLOURS[name],
-                "dash": list(palette.EVENT_DASHES[name]),
-            }
+            {"name": EVENTS[name], "time": time, "colour": palette.EVENT_COLOURS[name], "dash": dashes}
             for name, time in times.items()
+            for dashes in [list(palette.EVENT_DASHES[name])]
         ],
         "panels": _panels(history, records, arrays),
         "body": body,
@@ -229,16 +226,19 @@ def _plane_body(history: xr.Dataset, frames: list[int]) -> tuple[dict[str, Any],
 def _solid_body(history: xr.Dataset, frames: list[int]) -> tuple[dict[str, Any], Arrays]:
     """Return the surfaces of all layers and the cut through them: how they move, their stress, the contact's states."""
     history = upright(history)
-    surface = surface_arrays(history, frames)
+    surface, cut_at = solid_surface(history, frames)
+    triangles, layers = triangles_of(surface), surface.cell_data["layer"]
+    stress, states = (surface.point_data[name].reshape(-1, len(frames)).T for name in ("stress", "state"))
+    displacements = surface.point_data["displacement"].reshape(-1, len(frames), 3).swapaxes(0, 1)
     # Means over cells are smaller than what cells have: the colours are those of what is drawn.
-    soft = np.unique(surface.triangles[np.isin(surface.regions, soft_regions(history))])
-    top = 1e-3 * float(np.quantile(surface.stress[:, soft], 0.999)) if soft.size else 0.0
-    body = _common_body(history, frames, top or 1.0) | {"cutAt": 1e3 * surface.cut_at, "receptors": []}
-    return body, _moving_arrays(body, surface.points, surface.displacements, surface.stress) | {
-        "vertexState": surface.states,
-        "triangles": surface.triangles.astype(np.uint32),
-        "triangleRegion": surface.regions.astype(np.uint8),
-        "triangleCut": surface.is_cut.astype(np.uint8),
+    soft = np.unique(triangles[np.isin(layers, soft_regions(history))])
+    top = 1e-3 * float(np.quantile(stress[:, soft], 0.999)) if soft.size else 0.0
+    body = _common_body(history, frames, top or 1.0) | {"cutAt": 1e3 * cut_at, "receptors": []}
+    return body, _moving_arrays(body, surface.points, displacements, stress) | {
+        "vertexState": states,
+        "triangles": triangles.astype(np.uint32),
+        "triangleRegion": layers,
+        "triangleCut": surface.cell_data["is_cut"],
     }
 
 
@@ -275,51 +275,35 @@ NO_CONTACT = 255
 _MIDDLES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
 
 
-@dataclass(frozen=True)
-class Surface:
-    """Triangles of a solid at several frames."""
+def solid_surface(history: xr.Dataset, frames: list[int]) -> tuple[pyvista.PolyData, float]:
+    """Return the triangles of all layers and of the section across z through the middle, and where that stands [m].
 
-    points: Floats  # (n, 3), reference positions of the vertices [m]
-    displacements: Floats  # (n_frames, n, 3), [m]
-    stress: Floats  # (n_frames, n), von Mises stress, the mean over the cells of the layer around a vertex [Pa]
-    states: NDArray[np.uint8]  # (n_frames, n), of the contact, 255 where a vertex may never touch
-    triangles: Integers  # (m, 3), vertices of each triangle
-    regions: Integers  # (m,), number of its layer
-    is_cut: NDArray[np.bool_]  # (m,), whether it lies in the plane that cuts the body open
-    cut_at: float  # where that plane stands along z [m]
-
-
-def surface_arrays(history: xr.Dataset, frames: Sequence[int]) -> Surface:
-    """Return the surfaces of all layers, and the section across z through the middle of the body."""
-    points, numbers = history["node_position"].values, list(frames)
+    Vertices have `displacement` (n, 3 n_frames) [m], `stress` (n, n_frames), the mean von Mises stress of the layer
+    around them [Pa], and the `state` of the contact (n, n_frames); triangles have the number of their `layer`, and
+    whether they are in the section, `is_cut`.
+    """
+    points, states = history["node_position"].values, _nodal_states(history, frames).T
     # A little beside the middle, where the nodes of symmetric meshes lie.
     cut_at = float(points[:, 2].mean() + 1e-5 * np.ptp(points[:, 2]))
-    states = _nodal_states(history, numbers)
-    layers = []  # number of a layer, whether it is cut, vertices and triangles
-    for number, layer in _layers(history, numbers):
-        section = layer.slice(normal="z", origin=(0.0, 0.0, cut_at), generate_triangles=True)
-        meshes = ((False, _outside(layer)), (True, section))
-        layers += [(number, is_cut, mesh) for is_cut, mesh in meshes if mesh.n_cells]
-    starts = np.cumsum([0, *(mesh.n_points for _, _, mesh in layers)])
-    count = [mesh.n_cells for _, _, mesh in layers]
-    displacements = np.concatenate([mesh.point_data["displacement"] for _, _, mesh in layers])
-    # Those of a cut have no contact.
-    vertex_states = [
-        np.full((len(states), mesh.n_points), NO_CONTACT, np.uint8) if is_cut else states[:, mesh.point_data["node"]]
-        for _, is_cut, mesh in layers
-    ]
-    return Surface(
-        points=np.concatenate([mesh.points for _, _, mesh in layers]),
-        displacements=displacements.reshape(-1, len(numbers), 3).swapaxes(0, 1),
-        stress=np.concatenate([mesh.point_data["stress"].reshape(-1, len(numbers)) for _, _, mesh in layers]).T,
-        states=np.concatenate(vertex_states, axis=1),
-        triangles=np.concatenate(
-            [_triangles(mesh, is_cut) + start for (_, is_cut, mesh), start in zip(layers, starts, strict=False)]
-        ),
-        regions=np.repeat([number for number, _, _ in layers], count),
-        is_cut=np.repeat([is_cut for _, is_cut, _ in layers], count),
-        cut_at=cut_at,
-    )
+    pieces, at = list[Any](), (0.0, 0.0, cut_at)
+    for number, layer in _layers(history, frames):
+        section = layer.slice(normal="z", origin=at, generate_triangles=True)
+        for is_cut, piece in enumerate((_outside(layer), section)[: 1 + bool(section.n_cells)]):
+            contact = np.full((piece.n_points, len(frames)), NO_CONTACT) if is_cut else states[piece.point_data["node"]]
+            piece.point_data["state"] = contact.astype(np.uint8)
+            piece.cell_data["layer"] = np.full(piece.n_cells, number, dtype=np.uint8)
+            piece.cell_data["is_cut"] = np.full(piece.n_cells, is_cut, dtype=np.uint8)
+            pieces.append(piece)
+    return pieces[0].append_polydata(*pieces[1:]), cut_at
+
+
+def triangles_of(surface: pyvista.PolyData) -> Integers:
+    """Return the corners of triangles (m, 3); those of a cut all face one way, as the normals of vertices are sums."""
+    corners: Integers = surface.regular_faces.astype(np.int64)
+    first, second, third = (surface.points[corners[:, corner]] for corner in range(3))
+    backward = (surface.cell_data["is_cut"] > 0) & (np.cross(second - first, third - first)[:, 2] < 0.0)
+    corners[backward] = corners[backward][:, ::-1]
+    return corners
 
 
 def _layers(history: xr.Dataset, frames: list[int]) -> Iterator[tuple[int, Any]]:
@@ -345,16 +329,6 @@ def _outside(layer: Any) -> Any:
     surface.SetInputData(layer)
     surface.Update()
     return pyvista.wrap(surface.GetOutput()).triangulate()
-
-
-def _triangles(mesh: Any, is_cut: bool) -> Integers:
-    """Return the corners of triangles (m, 3); those of a cut all face one way, as the normals of vertices are sums."""
-    corners: Integers = mesh.regular_faces.astype(np.int64)
-    first, second, third = (mesh.points[corners[:, corner]] for corner in range(3))
-    if is_cut:
-        backward = np.cross(second - first, third - first)[:, 2] < 0.0
-        corners[backward] = corners[backward][:, ::-1]
-    return corners
 
 
 def _nodal_states(history: xr.Dataset, frames: list[int]) -> NDArray[np.uint8]:

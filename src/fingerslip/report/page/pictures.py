@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Literal
 
 import xarray as xr
@@ -39,20 +39,6 @@ if TYPE_CHECKING:
 
     from fingerslip.report.content import StudySubject
 
-MARKER_KINDS = ("internal marker", "external marker")
-
-
-def _composed(run: RunSubject) -> Figure:
-    spikes = available_spikes(run.history, run.afferents)
-    assumed = run.afferents is None
-    return composed_figure(run.history, run.events, spikes, run.title, run.times, assumed=assumed)
-
-
-def _spikes(run: RunSubject) -> Figure:
-    spikes = resolved_spikes(run.history, run.afferents)
-    return spike_figure(spikes, run.history, run.events, run.title, assumed=run.afferents is None)
-
-
 _DRAW_STUDIES: Mapping[str, Callable[[StudySubject], Figure]] = {
     "latency": lambda s: study.latency_figure(s.runs, s.path, s.reference),
     "events": lambda s: study.event_times_figure(s.runs, s.path, s.reference, s.starts or None),
@@ -64,7 +50,9 @@ _DRAW_STUDIES: Mapping[str, Callable[[StudySubject], Figure]] = {
     "acceleration-peaks": lambda s: signals.acceleration_overview_figure(s.histories, s.events, s.peaks),
 }
 _DRAW_RUNS: Mapping[str, Callable[[RunSubject], Figure]] = {
-    "composed": _composed,
+    "composed": lambda r: composed_figure(
+        r.history, r.events, available_spikes(r.history, r.afferents), r.title, r.times, assumed=r.afferents is None
+    ),
     "deformed": lambda r: bodies.deformed_figure(r.history, r.events, r.options, r.times or None),
     "slip-map": lambda r: signals.slip_maps_figure({r.title: r.history}, {r.title: r.events}),
     "displacement": lambda r: signals.contact_displacement_figure(r.history, r.events, r.title),
@@ -78,7 +66,9 @@ _DRAW_RUNS: Mapping[str, Callable[[RunSubject], Figure]] = {
     "acceleration": lambda r: signals.acceleration_figure(r.history, r.events, r.title),
     "strain-energy-density": lambda r: signals.strain_energy_density_figure(r.history, r.events, r.title),
     "energy": lambda r: signals.energy_figure(r.history, r.title),
-    "spikes": _spikes,
+    "spikes": lambda r: spike_figure(
+        resolved_spikes(r.history, r.afferents), r.history, r.events, r.title, assumed=r.afferents is None
+    ),
     "mesh": lambda r: (bodies.scene_figure if is_solid(r.history) else mesh_figure)(r.history, r.title),
 }
 
@@ -86,11 +76,6 @@ _DRAW_RUNS: Mapping[str, Callable[[RunSubject], Figure]] = {
 def has_receptors(history: xr.Dataset) -> bool:
     """Tell whether a history has any mechanoreceptors."""
     return sites_of_kinds(history, RECEPTOR_KINDS).size > 0
-
-
-def has_markers(history: xr.Dataset) -> bool:
-    """Tell whether markers were recorded."""
-    return sites_of_kinds(history, MARKER_KINDS).size > 0
 
 
 def is_held(history: xr.Dataset) -> bool:
@@ -105,7 +90,7 @@ _HAS: Mapping[str, Callable[[xr.Dataset], bool]] = {
     "slide": lambda history: slide_window(history) is not None,
     "snapshots": lambda history: history.sizes.get("snapshot_time", 0) > 0,
     "receptors": has_receptors,
-    "markers": has_markers,
+    "markers": lambda history: sites_of_kinds(history, ("internal marker", "external marker")).size > 0,
     "reference nodes": lambda history: bool(bodies.reference_kinds(history)),
 }
 
@@ -114,10 +99,9 @@ def _fits(kind: FigureKind, history: xr.Dataset) -> bool:
     return kind.dimensions in {None, 3 if is_solid(history) else 2}
 
 
-def _is_on_page(kind: FigureKind, histories: Collection[xr.Dataset]) -> bool:
-    return bool(kind.caption) and all(
-        _fits(kind, history) and all(_HAS[need](history) for need in kind.needs) for history in histories
-    )
+def _is_on_page(kind: FigureKind, histories: Iterable[xr.Dataset]) -> bool:
+    can_show = (_fits(kind, history) and all(_HAS[need](history) for need in kind.needs) for history in histories)
+    return bool(kind.caption) and all(can_show)
 
 
 def draw_of_study(name: str, subject: StudySubject) -> Figure:
@@ -193,11 +177,10 @@ def draw(
 def _check_dimension(name: str, kind: FigureKind, histories: Iterable[xr.Dataset]) -> None:
     for history in histories:
         if not _fits(kind, history):
-            words = {2: "two", 3: "three"}
-            this = words[3 if is_solid(history) else 2]
-            fault = f"'{name}' shows runs of {words[kind.dimensions or 0]}, this one has {this} dimensions"
+            needed, actual = ("three", "two") if kind.dimensions == 3 else ("two", "three")
             every = {**RUN_FIGURES, **STUDY_FIGURES}
             names = sorted(name for name, other in every.items() if other.words and _fits(other, history))
+            fault = f"'{name}' shows runs of {needed}, this one has {actual} dimensions"
             raise InputError("figure: --kind", fault, f"needs one of {', '.join(names)}")
 
 
@@ -218,7 +201,7 @@ def model_pictures(run: RunSubject, mesh: skfem.Mesh) -> list[Picture]:
         figures["section"] = section_figure(mesh, receptor_positions(history), title, history)
     elif history.sizes.get("snapshot_time", 0):
         figures["scene"] = bodies.scene_figure(history, title)
-    if has_markers(history):
+    if _HAS["markers"](history):
         figures["markers"] = markers.marker_places_figure(marker_tracks(history), title)
     return [
         Picture(f"{name}-{run.name}", of_histories(prose("captions", name, {"title": title}), [history]), figure)
@@ -247,15 +230,12 @@ def hero_pictures(content: ReportContent) -> list[Picture]:
     history = content.histories[run.name]
     if not bodies.has_pictures(history):
         return swept
-    subject = RunSubject(history, run.events, title=content.titles[run.name] if swept else "")
-    spikes = available_spikes(subject.history, subject.afferents)
+    spikes = available_spikes(history)
     along = "" if is_solid(history) else prose("captions", "answer-along")
     caption = prose("captions", "answer-spikes" if spikes else "answer", {"along": along})
-    caption = of_histories(caption, [history])
-    return [
-        *swept,
-        Picture("answer", caption, composed_figure(history, run.events, spikes, subject.title, assumed=True)),
-    ]
+    title = content.titles[run.name] if swept else ""
+    figure = composed_figure(history, run.events, spikes, title, assumed=True)
+    return [*swept, Picture("answer", of_histories(caption, [history]), figure)]
 
 
 def swept_pictures(content: ReportContent, which: slice = slice(None)) -> list[Picture]:

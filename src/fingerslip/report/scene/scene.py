@@ -26,15 +26,14 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-COLOUR_MAP = palette.FIELD_MAP
 #: Fields that have a value for each cell, of stress; stiff regions are left out of them.
 OF_CELLS = ("von_mises", "strain_energy_density")
 #: Nodes of a cell of a section that are its corners.
 CORNERS = {"Q4": 4, "T3": 3, "T6": 3}
-_BAR = {"width": 0.4, "height": 0.12, "position_x": 0.04, "position_y": 0.02}
+_BAR = {"width": 0.4, "height": 0.12, "position_x": 0.04, "position_y": 0.02, "fmt": "%.4g", "color": palette.BLACK}
+_FONTS = {"title_font_size": 18, "label_font_size": 16}
 # Labels of a bar at most.
 _LABELS = 5
-_BAR_FONTS = {"title_font_size": 18, "label_font_size": 16}
 _DIRECTIONS: Mapping[Camera, tuple[tuple[float, float, float], tuple[float, float, float]]] = {
     "side": ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0)),
     "front": ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)),
@@ -92,9 +91,8 @@ def scale_length(width: float) -> float:
 def check_options(history: xr.Dataset, options: SceneOptions) -> None:
     """Check that a history can be shown with these options."""
     if history.sizes.get("snapshot_time", 0) == 0:
-        raise ResultError(
-            "the result has no snapshots of the whole mesh; write record: {snapshots_every: 50 ms} and run again"
-        )
+        repair = "write record: {snapshots_every: 50 ms} and run again"
+        raise ResultError(f"the result has no snapshots of the whole mesh; {repair}")
     names = region_names(history)
     for name in options.hidden:
         if name not in names:
@@ -205,13 +203,10 @@ def draw_scale(plotter: Any, points: Floats) -> None:
     ends = np.array([[high[0] - length, high[0]], [low[1] - 0.07 * size] * 2, [high[2] + size] * 2]).T @ axes
     plotter.add_mesh(pyvista.Line(*ends), name="scale", color=palette.BLACK, line_width=4.0, **_FLAT)
     look: dict[str, Any] = {"shape": None, "show_points": False, "always_visible": True, "reset_camera": False}
-    letters = {
-        "font_size": max(round(plotter.window_size[0] / _LETTERS), 8),
-        "text_color": palette.BLACK,
-        "bold": False,
-    }
+    letters = {"font_size": max(round(plotter.window_size[0] / _LETTERS), 8), "bold": False}
     middle = [ends.mean(axis=0) + 0.01 * size * up]
-    plotter.add_point_labels(middle, [f"{length:g} mm"], justification_horizontal="center", **look, **letters)
+    look |= {"justification_horizontal": "center", "text_color": palette.BLACK}
+    plotter.add_point_labels(middle, [f"{length:g} mm"], **look, **letters)
     plotter.reset_camera_clipping_range()
 
 
@@ -223,19 +218,12 @@ def _look(name: str, history: xr.Dataset, options: SceneOptions, limits: tuple[f
     is_stiff = region_names(history).index(name) not in soft_regions(history, options.hidden)
     if options.scalar == "region" or (is_stiff and options.scalar in OF_CELLS):
         # Mostly ambient light, so that the layers have the colours of a legend.
-        colour = (
-            palette.region_colours(region_names(history))[name] if options.scalar == "region" else palette.STIFF_COLOUR
-        )
-        return {**shared, "color": colour, "ambient": 0.7, "diffuse": 0.3}
-    bar = {
-        "title": SCALARS[options.scalar][0],
-        "color": palette.BLACK,
-        "fmt": "%.4g",
-        **_BAR,
-        **_BAR_FONTS,
-    }
-    look = {**shared, "scalars": options.scalar, "clim": limits, "cmap": COLOUR_MAP, "ambient": 0.65, "diffuse": 0.4}
-    return look | ({"scalar_bar_args": bar} if options.written else {"show_scalar_bar": False})
+        colours = palette.region_colours(region_names(history)) if options.scalar == "region" else {}
+        return {**shared, "color": colours.get(name, palette.STIFF_COLOUR), "ambient": 0.7, "diffuse": 0.3}
+    bar = {"title": SCALARS[options.scalar][0], **_BAR, **_FONTS}
+    look = {**shared, "scalars": options.scalar, "clim": limits, "cmap": palette.FIELD_MAP}
+    look |= {"scalar_bar_args": bar} if options.written else {"show_scalar_bar": False}
+    return {**look, "ambient": 0.65, "diffuse": 0.4}
 
 
 def _label_bars(plotter: Any, top: float) -> None:
@@ -282,10 +270,8 @@ def _draw_plates(plotter: Any, history: xr.Dataset, number: int, grid: pyvista.U
         if pieces:
             look = {"color": palette.BLACK, "line_width": 2.0 if face.is_flat or not is_solid(history) else 1.0}
             plotter.add_mesh(pyvista.merge(pieces), name=f"plate {face.number}", **look, **_FLAT)
-        _, along = split_along(
-            history["counterface_displacement"].values[:, face.number],
-            history["counterface_normal"].values[face.number],
-        )
+        displacement, normal = history["counterface_displacement"].values, history["counterface_normal"].values
+        _, along = split_along(displacement[:, face.number], normal[face.number])
         furthest = along[np.linalg.norm(along, axis=1).argmax()]
         length = float(np.linalg.norm(furthest))
         if length > _STILL:

@@ -21,16 +21,7 @@ from fingerslip.contact.states import SLIP, STICK
 from fingerslip.errors import InputError, ResultError
 from fingerslip.history import nearest_snapshot, site_kinds
 from fingerslip.report import colours as palette
-from fingerslip.report.figures.style import (
-    NO_EVENTS,
-    add_legend,
-    event_keys,
-    event_times,
-    figure_grid,
-    mark_panels,
-    picture_bytes,
-    with_style,
-)
+from fingerslip.report.figures import style
 from fingerslip.report.scene.names import CUTS, FIELDS
 from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.report.scene.scene import aim, check_options, draw_scale, draw_scene, region_names, snapshot_grid
@@ -102,17 +93,15 @@ def nearest_node(history: xr.Dataset, number: int, point: Floats) -> int:
     return int(np.linalg.norm(positions - np.asarray(point)[: positions.shape[1]], axis=1).argmin())
 
 
-@with_style
-def picked_figure(history: xr.Dataset, node: int, events: Events = NO_EVENTS) -> Figure:
+@style.with_style
+def picked_figure(history: xr.Dataset, node: int, events: Events = style.NO_EVENTS) -> Figure:
     """Draw what a node does over the snapshots: displacement by components, and von Mises stress around it."""
     times = history["snapshot_time"].values
     position = ", ".join(f"{value:.2f}" for value in 1e3 * history["node_position"].values[node])
     title = f"Node {node} at ({position}) mm"
-    figure, (above, below) = figure_grid(2, 1, (4.6, 1.7), title, ("time [s]", ""), share="x")
+    figure, (above, below) = style.figure_grid(2, 1, (4.6, 1.7), title, ("time [s]", ""), share="x")
     displacement = 1e3 * history["snapshot_displacement"].values[:, node]
-    for component, values, colour in zip(
-        "xyz", displacement.T, (palette.BLUE, palette.VERMILLION, palette.GREEN), strict=False
-    ):
+    for component, values, colour in zip("xyz", displacement.T, palette.LINES, strict=False):
         above.plot(times, values, color=colour, label=component)
     above.set_ylabel("displacement [mm]")
     above.legend(loc="upper left", ncols=3)
@@ -121,8 +110,8 @@ def picked_figure(history: xr.Dataset, node: int, events: Events = NO_EVENTS) ->
     below.plot(times, stress, color=palette.BLUE)
     below.set_ylabel("von Mises stress [kPa]")
     below.set_ylim(bottom=0.0)
-    mark_panels((above, below), history, events.slip, named=0)
-    add_legend(figure, event_keys([events.slip]))
+    style.mark_panels((above, below), history, events.slip, named=0)
+    style.add_legend(figure, style.event_keys([events.slip]))
     return figure
 
 
@@ -136,7 +125,7 @@ def event_legend(history: xr.Dataset, events: Events) -> list[tuple[str, float, 
     """Return the start of the slide and the events that happened: in words, when [s], and in which colour."""
     window = slide_window(history)
     start = [] if window is None else [("slide starts", window.start, "#555555")]
-    times = event_times(events.slip)
+    times = style.event_times(events.slip)
     return [*start, *((EVENTS[name], time, palette.EVENT_COLOURS[name]) for name, time in times.items())]
 
 
@@ -176,10 +165,8 @@ def _add_names(plotter: Any, history: xr.Dataset, options: SceneOptions) -> None
     """Say what the colours of a picture stand for beside its field."""
     names = palette.region_colours(region_names(history)) if options.scalar == "region" else {}
     names |= {palette.STATE_NAMES[state]: palette.STATE_COLOURS[state] for state in (STICK, SLIP) if options.contact}
-    if options.receptors:
-        names |= dict(receptor_legend(history)) or (
-            {"recorded sites": palette.BLACK} if site_kinds(history).size else {}
-        )
+    if options.receptors and site_kinds(history).size:
+        names |= dict(receptor_legend(history)) or {"recorded sites": palette.BLACK}
     for row, (name, colour) in enumerate(names.items()):
         where = (0.8, 0.95 - 0.04 * row)
         plotter.add_text(name, position=where, viewport=True, font_size=12, color=colour, name=f"name {name}")
@@ -190,13 +177,13 @@ def save_still(
 ) -> None:
     """Write a picture of the snapshot nearest to a time [s]."""
     path = _check_path(path, PICTURES)
-    write_bytes(path, picture_bytes([still(history, time, options)], path.suffix))
+    write_bytes(path, style.picture_bytes([still(history, time, options)], path.suffix))
 
 
 def save_movie(history: xr.Dataset, path: str | Path, options: SceneOptions | None = None) -> None:
     """Write a film of all snapshots."""
     path, numbers = _check_path(path, FILMS), range(history.sizes.get("snapshot_time", 0))
-    write_bytes(path, picture_bytes(stills(history, numbers, options or SceneOptions(), (800, 600)), path.suffix))
+    write_bytes(path, style.picture_bytes(stills(history, numbers, options or SceneOptions(), (800, 600)), path.suffix))
 
 
 def _check_path(path: str | Path, endings: tuple[str, ...]) -> Path:
@@ -207,7 +194,10 @@ def _check_path(path: str | Path, endings: tuple[str, ...]) -> Path:
 
 
 def open_window(
-    history: xr.Dataset, options: SceneOptions | None = None, title: str = "fingerslip", events: Events = NO_EVENTS
+    history: xr.Dataset,
+    options: SceneOptions | None = None,
+    title: str = "fingerslip",
+    events: Events = style.NO_EVENTS,
 ) -> None:
     """Open an interactive window: a slider for time, boxes for layers, plate, receptors and contact, keys for the rest.
 
@@ -215,21 +205,16 @@ def open_window(
     """
     import pyvista
 
-    options = options or SceneOptions()
     check_options(history, options)
     if not has_display():
-        raise InputError(
-            "view",
-            "found no display to open a window on",
-            "needs one that answers",
-            "write --web for a browser, --screenshot FILE for a picture or --movie FILE for a film",
-        )
+        repair = "write --web for a browser, --screenshot FILE for a picture or --movie FILE for a film"
+        raise InputError("view", "found no display to open a window on", "needs one that answers", repair)
     plotter: Any = pyvista.Plotter(title=title)
     _add_controls(SceneControl(plotter, history, options), events)
     plotter.show()
 
 
-def _add_controls(control: SceneControl, events: Events = NO_EVENTS) -> None:
+def _add_controls(control: SceneControl, events: Events) -> None:
     """Add the slider, the boxes, the times of events, the keys and the picking of nodes to a scene."""
     plotter, times = control.plotter, control.history["snapshot_time"].values
     if times.size > 1:
@@ -239,7 +224,8 @@ def _add_controls(control: SceneControl, events: Events = NO_EVENTS) -> None:
         name: (name not in control.options.hidden, functools.partial(control.toggle, name))
         for name in region_names(control.history)
     }
-    boxes |= {name: (getattr(control.options, name), functools.partial(control.switch, name)) for name in EXTRAS}
+    for extra in EXTRAS:
+        boxes[extra] = getattr(control.options, extra), functools.partial(control.switch, extra)
     for row, (name, (is_on, act)) in enumerate(boxes.items()):
         bottom = 10 + row * (_BOX + 6)
         plotter.add_checkbox_button_widget(act, value=is_on, position=(10, bottom), size=_BOX)

@@ -7,7 +7,7 @@ import zlib
 import numpy as np
 import pytest
 
-from fingerslip.report.page.motion import language, pack_arrays, quantise, run_motion, surface_arrays
+from fingerslip.report.page.motion import language, pack_arrays, quantise, run_motion, solid_surface, triangles_of
 from fingerslip.report.scene.scene import upright
 from fingerslip.slip import Events, SlipEvents
 from unit.report.scenes import block_history
@@ -135,24 +135,25 @@ def areas(points, triangles):
 def test_a_block_of_two_layers_has_its_faces_and_its_section_whose_vertices_move_and_touch_as_nodes_do(element):
     history = block_history(element)
     last = history.sizes["snapshot_time"] - 1
-    surface = surface_arrays(history, [last])
-    size = areas(surface.points, surface.triangles)
+    surface, cut_at = solid_surface(history, [last])
+    triangles, is_cut = triangles_of(surface), surface.cell_data["is_cut"] > 0
+    size = areas(surface.points, triangles)
     # Two blocks share a face, which each of them has.
-    assert size[~surface.is_cut].sum() == pytest.approx(8 * SIDE**2)
-    assert size[surface.is_cut].sum() == pytest.approx(SIDE**2)
-    cut = surface.triangles[surface.is_cut]
-    assert surface.points[np.unique(cut), 2] == pytest.approx(surface.cut_at)
+    assert size[~is_cut].sum() == pytest.approx(8 * SIDE**2)
+    assert size[is_cut].sum() == pytest.approx(SIDE**2)
+    cut = triangles[is_cut]
+    assert surface.points[np.unique(cut), 2] == pytest.approx(cut_at)
     first, second, third = (surface.points[cut[:, corner]] for corner in range(3))
     assert (np.cross(second - first, third - first)[:, 2] > 0.0).all(), "all face one way, or shading is speckled"
-    assert set(surface.regions) == {0, 1}
+    assert set(surface.cell_data["layer"]) == {0, 1}
     corners = np.unique(history["cell_nodes"].values[:, : 8 if element == "H8" else 4])
-    moved = history["snapshot_displacement"].values[last, corners]
-    assert np.abs(surface.displacements).max() == pytest.approx(np.abs(moved).max())
-    touching = surface.points[surface.states[0] != 255]
+    moved, states = history["snapshot_displacement"].values[last, corners], surface.point_data["state"]
+    assert np.abs(surface.point_data["displacement"]).max() == pytest.approx(np.abs(moved).max())
+    touching = surface.points[states != 255]
     np.testing.assert_allclose(touching[:, 2], 0.0, atol=1e-12)
     assert len(touching) == 25, "all corners of the face on the plate"
-    assert {*surface.states[0]} <= {*history["contact_state"].values[-1], 255}
-    assert surface.stress.max() <= history["snapshot_von_mises"].values[last].max() + 1e-9
+    assert {*states} <= {*history["contact_state"].values[-1], 255}
+    assert surface.point_data["stress"].max() <= history["snapshot_von_mises"].values[last].max() + 1e-9
 
 
 def test_the_view_is_around_the_body_at_all_times(plane):

@@ -199,7 +199,7 @@ CHROMIUM = shutil.which("chromium")
 def test_without_a_display_trame_or_snapshots_no_window_opens_and_nothing_is_served(history, monkeypatch):
     monkeypatch.setattr(viewer, "has_display", lambda: False)
     with pytest.raises(fs.InputError, match="--screenshot"):
-        viewer.open_window(history)
+        viewer.open_window(history, SceneOptions(), "t", fs.Events())
     monkeypatch.setitem(sys.modules, "trame.app", None)
     with pytest.raises(fs.ResultError, match=r"pip install 'fingerslip\[web\]'"):
         web._server()
