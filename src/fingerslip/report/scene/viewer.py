@@ -193,12 +193,7 @@ def _check_path(path: str | Path, endings: tuple[str, ...]) -> Path:
     return path
 
 
-def open_window(
-    history: xr.Dataset,
-    options: SceneOptions | None = None,
-    title: str = "fingerslip",
-    events: Events = style.NO_EVENTS,
-) -> None:
+def open_window(history: xr.Dataset, options: SceneOptions, title: str, events: Events) -> None:
     """Open an interactive window: a slider for time, boxes for layers, plate, receptors and contact, keys for the rest.
 
     The keys F and X show the next field and the next cut; P over the body draws what the node below the mouse does.
