@@ -169,7 +169,10 @@ def draw_section(
         elif corners.size:
             values = SCALARS[scalar][1] * history[f"snapshot_{scalar}"].values[number]
             if of_cells:
-                field = _node_means(corners, values[regions == region], len(points))
+                # Means at the nodes of a layer, of what its cells have.
+                nodes, weights = corners.ravel(), np.repeat(values[regions == region], corners.shape[1])
+                counts, sums = (np.bincount(nodes, each, len(points)) for each in (None, weights))
+                field = sums / np.maximum(counts, 1)
             else:
                 field = np.linalg.norm(values, axis=1)
             triangles = np.concatenate([corners[:, [0, at, at + 1]] for at in range(1, corners.shape[1] - 1)])
@@ -185,12 +188,6 @@ def draw_section(
     _draw_skin(axes, history, number, points)
     if scaled:
         _draw_scale(axes)
-
-
-def _node_means(corners: NDArray[np.integer], values: Floats, count: int) -> Floats:
-    """Return the means at nodes (count,) of values (n,) of cells with corners (n, k)."""
-    nodes, weights = corners.ravel(), np.repeat(values, corners.shape[1])
-    return np.bincount(nodes, weights, count) / np.maximum(np.bincount(nodes, minlength=count), 1)
 
 
 def _layer_edges(cells: NDArray[np.integer], regions: NDArray[np.integer]) -> NDArray[np.integer]:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from fingerslip.report.colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, region_colours
 from fingerslip.report.figures import style
-from fingerslip.report.scene.viewer import prepare_rendering
+from fingerslip.report.scene.viewer import off_screen, picture_of
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -112,11 +112,8 @@ def _render(mesh: skfem.Mesh, scenes: Sequence[_Scene]) -> list[NDArray[np.uint8
     """Return a picture of each scene with the same camera, without what is white in all of them."""
     import pyvista
 
-    prepare_rendering()
-    plotter: Any = pyvista.Plotter(off_screen=True, window_size=list(_WINDOW))
     pictures = []
-    try:
-        plotter.set_background("white")
+    with off_screen(_WINDOW) as plotter:
         plotter.add_axes(viewport=(0.0, 0.0, 0.25, 0.25))
         for scene in scenes:
             plotter.clear_actors()
@@ -126,7 +123,5 @@ def _render(mesh: skfem.Mesh, scenes: Sequence[_Scene]) -> list[NDArray[np.uint8
                     plotter.add_mesh(surface, edge_color=_EDGE, line_width=0.5, ambient=0.6, diffuse=0.45, **look)
             plotter.view_vector(_FROM, viewup=(0.0, 1.0, 0.0))
             plotter.reset_camera(bounds=np.stack([mesh.p.min(axis=1), mesh.p.max(axis=1)], axis=1).ravel() * 1e3)
-            pictures.append(np.asarray(plotter.screenshot(None, return_img=True))[..., :3])
-    finally:
-        plotter.close()
+            pictures.append(picture_of(plotter))
     return style.crop(pictures)

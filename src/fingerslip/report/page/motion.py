@@ -287,8 +287,9 @@ def solid_surface(history: xr.Dataset, frames: list[int]) -> tuple[pyvista.PolyD
     cut_at = float(points[:, 2].mean() + 1e-5 * np.ptp(points[:, 2]))
     pieces, at = list[Any](), (0.0, 0.0, cut_at)
     for number, layer in _layers(history, frames):
+        outside = layer.extract_surface(algorithm="geometry", pass_pointid=False, pass_cellid=False).triangulate()
         section = layer.slice(normal="z", origin=at, generate_triangles=True)
-        for is_cut, piece in enumerate((_outside(layer), section)[: 1 + bool(section.n_cells)]):
+        for is_cut, piece in enumerate((outside, section)[: 1 + bool(section.n_cells)]):
             contact = np.full((piece.n_points, len(frames)), NO_CONTACT) if is_cut else states[piece.point_data["node"]]
             piece.point_data["state"] = contact.astype(np.uint8)
             piece.cell_data["layer"] = np.full(piece.n_cells, number, dtype=np.uint8)
@@ -318,17 +319,6 @@ def _layers(history: xr.Dataset, frames: list[int]) -> Iterator[tuple[int, Any]]
         layer = grid.extract_cells(history["cell_region"].values == number)
         if layer.n_cells:
             yield number, layer.cell_data_to_point_data()
-
-
-def _outside(layer: Any) -> Any:
-    """Return the triangles around a layer."""
-    import pyvista
-    from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter
-
-    surface = vtkGeometryFilter()
-    surface.SetInputData(layer)
-    surface.Update()
-    return pyvista.wrap(surface.GetOutput()).triangulate()
 
 
 def _nodal_states(history: xr.Dataset, frames: list[int]) -> NDArray[np.uint8]:

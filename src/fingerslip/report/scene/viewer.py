@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import functools
 import os
@@ -142,13 +143,8 @@ def stills(
     history: xr.Dataset, numbers: Sequence[int], options: SceneOptions, size: tuple[int, int] = _SIZE
 ) -> Iterator[NDArray[np.uint8]]:
     """Render snapshots with one camera, see :func:`still`."""
-    import pyvista
-
     check_options(history, options)
-    prepare_rendering()
-    plotter: Any = pyvista.Plotter(off_screen=True, window_size=list(size))
-    try:
-        plotter.set_background("white")
+    with off_screen(size) as plotter:
         for index, number in enumerate(numbers):
             draw_scene(plotter, history, number, options)
             if index == 0:
@@ -156,9 +152,26 @@ def stills(
                 draw_scale(plotter, snapshot_grid(history, number).points)
                 if options.written:
                     _add_names(plotter, history, options)
-            yield np.asarray(plotter.screenshot(None, return_img=True))[..., :3]
+            yield picture_of(plotter)
+
+
+@contextlib.contextmanager
+def off_screen(size: tuple[int, int]) -> Iterator[Any]:
+    """Give a plotter that draws on white without a display, as long as the context lasts."""
+    import pyvista
+
+    prepare_rendering()
+    plotter: Any = pyvista.Plotter(off_screen=True, window_size=list(size))
+    plotter.set_background("white")
+    try:
+        yield plotter
     finally:
         plotter.close()
+
+
+def picture_of(plotter: Any) -> NDArray[np.uint8]:
+    """Return what a plotter shows (height, width, 3)."""
+    return np.asarray(plotter.screenshot(None, return_img=True))[..., :3]
 
 
 def _add_names(plotter: Any, history: xr.Dataset, options: SceneOptions) -> None:

@@ -8,7 +8,6 @@ import webbrowser
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pyvista
 from vtkmodules.vtkRenderingCore import vtkCellPicker
 
 from fingerslip.errors import ResultError
@@ -16,7 +15,7 @@ from fingerslip.report.colours import STATE_COLOURS, STATE_NAMES
 from fingerslip.report.figures.style import figure_bytes
 from fingerslip.report.scene import viewer
 from fingerslip.report.scene.names import CAMERAS, CUTS
-from fingerslip.report.scene.options import SCALARS, SceneOptions, Served, require_free
+from fingerslip.report.scene.options import SCALARS, SceneOptions, Served
 from fingerslip.report.scene.scene import check_options, region_names
 from fingerslip.slip import Events, slide_window
 
@@ -26,26 +25,16 @@ if TYPE_CHECKING:
 _SIZE = (1100, 800)
 
 
-def serve(history: xr.Dataset, events: Events, options: SceneOptions, title: str, served: Served | None = None) -> None:
+def serve(history: xr.Dataset, events: Events, options: SceneOptions, title: str, served: Served) -> None:
     """Serve a result to a browser until it is stopped."""
-    served = served or Served()
-    require_free(served)
     check_options(history, options)
-    viewer.prepare_rendering()
     server = _server()
-    plotter: Any = pyvista.Plotter(off_screen=True, window_size=list(_SIZE))
-    _Page(server, viewer.SceneControl(plotter, history, options), events, title).build()
     server.controller.on_server_ready.add(lambda **_: _show(served, f"http://{served.host}:{server.port}/"))
-    try:
-        server.start(
-            host=served.host,
-            port=served.port,
-            open_browser=False,  # trame would say how its own command line keeps the browser closed
-            show_connection_info=False,
-            disable_logging=True,
-        )
-    finally:
-        plotter.close()
+    # Trame would say how its own command line keeps the browser closed.
+    quiet = {"open_browser": False, "show_connection_info": False, "disable_logging": True}
+    with viewer.off_screen(_SIZE) as plotter:
+        _Page(server, viewer.SceneControl(plotter, history, options), events, title).build()
+        server.start(host=served.host, port=served.port, **quiet)
 
 
 def _show(served: Served, address: str) -> None:

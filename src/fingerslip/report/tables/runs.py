@@ -186,20 +186,15 @@ def _summary_columns(
         cells = (run.derived[name].value if name in run.derived else None for run in runs)
         columns[heading] = (unit, (*cells, *nothing))
     for key in dict.fromkeys(key for run in runs for key in run.uncertainty):
-        heading, unit = _uncertainty_heading(key)
+        # Of a time, such as `slip_overall_uncertainty_s`, or of a measure.
+        heading, unit = f"{key.replace('.', '_')}_uncertainty_s", "s"
+        if (known := measures.measure_of(key)) is not None:
+            heading = f"{known.name}_uncertainty{known.key.removeprefix(known.name)}"
+            unit = known.unit.si if known.unit else ""
         columns[heading] = (unit, (*(run.uncertainty.get(key) for run in runs), *nothing))
     if sampled:
         columns["refused"] = ("", (*("" for _ in runs), *(sample.reason for sample in refused)))
     return columns
-
-
-def _uncertainty_heading(key: str) -> tuple[str, str]:
-    """Return name and unit of the column of an uncertainty: `slip_overall_uncertainty_s`."""
-    measure = measures.measure_of(key)
-    if measure is None:
-        return f"{key.replace('.', '_')}_uncertainty_s", "s"
-    name = f"{measure.name}_uncertainty{measure.key.removeprefix(measure.name)}"
-    return name, measure.unit.si if measure.unit else ""
 
 
 def runs_frame(study: StudyResult) -> pd.DataFrame:
