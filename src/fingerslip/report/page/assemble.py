@@ -22,7 +22,7 @@ from fingerslip.report.content import MOST_RUNS, ReportContent, RunPictures, Run
 from fingerslip.report.figures.signals import energy_figure
 from fingerslip.report.figures.study import Pair, convergence_figure, paired_figure, time_into_slide
 from fingerslip.report.labels import of_histories, of_runs, run_title, swept_text
-from fingerslip.report.page.answer import answer, definitions
+from fingerslip.report.page.answer import answer, definitions, quotable
 from fingerslip.report.page.motion import run_motions
 from fingerslip.report.page.page import Picture, Report, ReportSection
 from fingerslip.report.page.pictures import (
@@ -33,7 +33,6 @@ from fingerslip.report.page.pictures import (
     run_pictures,
     swept_pictures,
 )
-from fingerslip.report.page.quotable import quotable
 from fingerslip.report.page.samples import sample_sections, samples_in_motion
 from fingerslip.report.prose import prose
 from fingerslip.report.tables.compare import (

@@ -5,7 +5,7 @@ import dataclasses
 import pytest
 
 from fingerslip.history import phase_times
-from fingerslip.report.page.quotable import quotable
+from fingerslip.report.page.answer import quotable
 from fingerslip.report.tables.parameters import ShownValue
 from fingerslip.results import RunResult
 from fingerslip.slip import Events, SlipEvents
