@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from typing import TypeAlias
 
 from fingerslip.history import is_solid, sites_of_kinds
 from fingerslip.published import PublishedSet, PublishedValue
@@ -22,6 +22,8 @@ from fingerslip.slip.measures import caveats, resolution_warnings
 from fingerslip.slip.windows import LATENCY, READINGS
 from fingerslip.uncertainty import settings_in_words, varied_settings
 from fingerslip.units import si_quantity
+
+_Pair: TypeAlias = tuple[RunResult, PublishedValue]
 
 _MOST_NAMED = 3  # runs in a sentence
 _SLIDE_SPEED = re.compile(r"programme\.\d+\.slide\.speed")
@@ -113,26 +115,22 @@ def _answer_of_many(
     ordered = sorted(slipped, key=lambda run: since[run.name])
     kind = "samples" if study.ranges else "runs"
     digits, travels = time_digits(slipped), _travels(slipped, "overall_travel_m")
-    first, last = (
-        f"{since[run.name]:.{digits}f} s{'' if study.ranges else _title_and_bar(run)}"
-        for run in (ordered[0], ordered[-1])
-    )
+
+    def at(run: RunResult) -> str:
+        bar = _bar(run, "slip.overall")
+        name = "" if study.ranges else f" ({run_title(run, run.name)}{f', {bar} ms' if bar else ''})"
+        return f"{since[run.name]:.{digits}f} s{name}"
+
     labels = [path_label(path) for path in differing_paths(study.runs)]
     listed = " and ".join([", ".join(labels[:-1]), labels[-1]] if len(labels) > 1 else labels)
     which = f" that differ in {listed}" if labels else ""
     which = f" of {len(study.ranges)} uncertain values" if study.ranges else which
     travel = f"after {min(travels):.2f} to {max(travels):.2f} mm of travel, " if travels else ""
-    spread = f"between {first} and {last} after the slide begins{_trend(slipped, since)}"
+    spread = f"between {at(ordered[0])} and {at(ordered[-1])} after the slide begins{_trend(slipped, since)}"
     said = f"Over {len(slipped)} {kind}{which}, the whole contact slips {travel}{spread}."
     missing = len(sliding) - len(slipped)
     lacking = f"In {missing} of {len(sliding)} {kind} overall slip is not reached." if missing else ""
     return said, _latencies(slipped), lacking
-
-
-def _title_and_bar(run: RunResult) -> str:
-    """Return the title of a run in brackets, with the uncertainty of its overall slip where that is known."""
-    bar = _bar(run, "slip.overall")
-    return f" ({run_title(run, run.name)}{f', {bar} ms' if bar else ''})"
 
 
 def _trend(runs: Sequence[RunResult], since: Mapping[str, float]) -> str:
@@ -173,57 +171,48 @@ def _span(values: Sequence[float], digits: int, unit: str) -> str:
     return f"{low} {unit}" if low == high else f"{low} to {high} {unit}"
 
 
-@dataclass(frozen=True)
-class _Pair:
-    """A published time [s] and that of a run which meets its conditions, None where it did not happen."""
-
-    published: PublishedValue
-    span: tuple[float, float]  # the smallest and the largest published time
-    ours: float | None
-    is_calibrated: bool
-
-    @property
-    def change(self) -> float | None:
-        """How much later ours is [ms], 0 within a published range."""
-        return None if self.ours is None else 1e3 * difference_from(self.ours, self.span)
-
-
 def published_rows_beside(runs: Sequence[RunResult], references: Sequence[PublishedSet]) -> tuple[str, ...]:
     """Put overall slip, incipient slip and latency from accumulated slip beside published times, in plain sentences."""
     overall, incipient, latency = (_pairs(runs, references, name) for name in ("overall", "incipient", LATENCY))
-    early, left = [pair.change for pair in incipient if pair.change is not None], []
-    if early:
+    left = []
+    if early := _changes(incipient):
         than = "than published" if _are_off(early) else "with the published one"
         left.append(f"incipient slip {_off(early)} {than}")
-    if ours := [1e3 * pair.ours for pair in latency if pair.ours is not None]:
-        theirs = [1e3 * end for pair in latency if pair.ours is not None for end in pair.span]
+    if times := [(time, span_of(value)) for run, value in latency if (time := run.events.slip.latency) is not None]:
+        ours, theirs = [1e3 * time for time, _ in times], [1e3 * end for _, span in times for end in span]
         left.append(f"{_span(ours, 0, 'ms')} are left to react, against {_span(theirs, 0, 'ms')} published")
     second = f"{', and '.join(left)}."
-    reasons = dict.fromkeys(pair.published.otherwise for pair in (*incipient, *latency) if pair.published.otherwise)
+    reasons = dict.fromkeys(value.otherwise for _, value in (*incipient, *latency) if value.otherwise)
     third = f"These do not compare like with like: {'; '.join(reasons)}." if left and reasons else ""
     return tuple(filter(None, (_overall(overall), f"{second[0].upper()}{second[1:]}" if left else "", third)))
 
 
 def _pairs(runs: Sequence[RunResult], references: Sequence[PublishedSet], quantity: str) -> list[_Pair]:
-    """Return published times that runs meet the conditions of; one that several sets have counts once."""
-    pairs = {}
-    for run, reference in itertools.product(runs, references):
-        for value in reference.values:
-            if value.quantity != quantity or value.reading not in ("", "slip") or value.value is None:
-                continue
-            if value.holds_for(run.all_values):
-                ours, is_calibrated = run.events.slip.time(quantity), value.is_calibrated(run.all_values)
-                pairs[run.name, span_of(value)] = _Pair(value, span_of(value), ours, is_calibrated)
+    """Return runs with the published times that they meet the conditions of; one that several sets have counts once."""
+    pairs = {
+        (run.name, span_of(value)): (run, value)
+        for run, reference in itertools.product(runs, references)
+        for value in reference.values
+        if value.quantity == quantity and value.reading in ("", "slip") and value.value is not None
+        if value.holds_for(run.all_values)
+    }
     return list(pairs.values())
+
+
+def _changes(pairs: Sequence[_Pair]) -> list[float]:
+    """Return how much later events are than published [ms], 0 within a published range, where they happened."""
+    times = [(run.events.slip.time(value.quantity), span_of(value)) for run, value in pairs]
+    return [1e3 * difference_from(time, span) for time, span in times if time is not None]
 
 
 def _overall(pairs: Sequence[_Pair]) -> str:
     if not pairs:
         return ""
-    changes = [pair.change for pair in pairs if pair.change is not None]
+    changes = _changes(pairs)
     if not changes:
         return "Overall slip, for which a time is published, is not reached."
-    single, lacking, calibrated = len(pairs) == 1, len(pairs) - len(changes), sum(pair.is_calibrated for pair in pairs)
+    single, lacking = len(pairs) == 1, len(pairs) - len(changes)
+    calibrated = sum(value.is_calibrated(run.all_values) for run, value in pairs)
     said = f"Beside {'the published time' if single else f'{len(pairs)} published times'}, overall slip {_off(changes)}"
     missing = f"; it is not reached in {lacking} of these runs" if lacking else ""
     fitted = f"; the model was calibrated on {'it' if single else f'{calibrated} of them'}" if calibrated else ""
@@ -305,7 +294,8 @@ def _how_sure(content: ReportContent, runs: Sequence[RunResult]) -> Iterator[str
         yield prose("quote", "bars", {"settings": settings_in_words(varied), "lacking": lacking})
     else:
         yield prose("quote", "no-bars")
-    unsettled = [name for name in _TIMES if any(_lacks_convergence(run, f"slip.{name}") for run in studied)]
+    convergences = {name: [run.convergence.get(f"slip.{name}") for run in studied] for name in _TIMES}
+    unsettled = [name for name in _TIMES if any(each and each.unsettled_settings for each in convergences[name])]
     if unsettled:
         yield prose("quote", "unsettled", {"times": ", ".join(unsettled)})
     values = {value.path: value.value for value in content.values if value.source != NOT_USED}
@@ -313,7 +303,3 @@ def _how_sure(content: ReportContent, runs: Sequence[RunResult]) -> Iterator[str
         yield prose("quote", "model")
     if assumed := sum(value.source == ASSUMED for value in content.values):
         yield prose("quote", "assumed", {"count": assumed})
-
-
-def _lacks_convergence(run: RunResult, key: str) -> bool:
-    return key in run.convergence and bool(run.convergence[key].unsettled_settings)
