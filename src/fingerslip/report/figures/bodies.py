@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
@@ -66,10 +67,16 @@ def draw_contact(axes: Axes, history: xr.Dataset, moment: float, *, scaled: bool
         _draw_scale(axes, above=True)
 
 
+def _add_field_bar(figure: Figure, panels: Sequence[Axes], label: str, limits: tuple[float, float]) -> None:
+    """Put a bar of the colours of a field beside panels."""
+    colours = ScalarMappable(Normalize(*limits), palette.FIELD_MAP)
+    figure.colorbar(colours, ax=list(panels), label=label, extend="max", shrink=0.8, pad=0.01)
+
+
 def add_stress_bar(figure: Figure, pictures: Sequence[Axes], history: xr.Dataset) -> None:
     """Put a bar of the stress beside pictures of :func:`draw_contact`, where they show it: in 2D."""
     if not is_solid(history):
-        style.add_field_bar(figure, pictures, "von Mises\n[kPa]", field_limits(history, SceneOptions()))
+        _add_field_bar(figure, pictures, "von Mises\n[kPa]", field_limits(history, SceneOptions()))
 
 
 def frame_times(history: xr.Dataset, events: Events, names: Sequence[str] = MAIN_EVENTS) -> dict[float, str]:
@@ -127,7 +134,7 @@ def deformed_figure(
     if options.scalar == "region":
         keys = style.layer_keys(palette.region_colours(region_names(history)), palette.BLACK, linewidth=0.3)
     else:
-        style.add_field_bar(figure, panels, field, limits)
+        _add_field_bar(figure, panels, field, limits)
     if options.contact or not solid:
         keys |= style.state_keys((STICK, SLIP))
     if solid and options.receptors and site_kinds(history).size:

@@ -46,6 +46,8 @@ Floats = NDArray[np.float64]
 _ROUNDING = 1e-16
 # Below this share of the largest normal force the ratio of the forces is rounding.
 PRESSED = 0.02
+# Width and height of a panel by the number of columns [inch].
+_PANELS = {1: (6.6, 3.0), 2: (3.8, 2.3), 3: (3.3, 2.3)}
 #: What slips, and what has slipped as the events count it, of which their lines are levels.
 SLIPS = "slips now"
 HAS_SLIPPED = f"has slipped by more than {1e6 * EventSettings().slip_tolerance:g} \N{MICRO SIGN}m"
@@ -121,7 +123,7 @@ def _side_by_side(
 ) -> Figure:
     """Draw the same of some runs, a panel for each; the words are the title and the label of the vertical axis."""
     times = style.shown_times(histories.values())
-    figure, panels = style.run_panels(tuple(histories), words[0], (times[0].label, words[1]))
+    figure, panels = _run_panels(tuple(histories), words[0], (times[0].label, words[1]))
     for axes, (name, history), time in zip(panels, histories.items(), times, strict=True):
         draw(axes, history, time)
         if time.logarithmic:
@@ -132,6 +134,15 @@ def _side_by_side(
     marks = style.event_keys(event.slip for event in events.values()) if slides else {}
     style.add_legend(figure, {**(keys or _drawn_keys(panels[:1])), **marks})
     return figure
+
+
+def _run_panels(titles: Sequence[str], title: str, labels: tuple[str, str]) -> tuple[Figure, list[Axes]]:
+    """Make a figure with a panel for each run."""
+    columns = style.columns_for(len(titles))
+    figure, panels = style.figure_grid(len(titles), columns, _PANELS[columns], title, labels)
+    for axes, name in zip(panels, titles, strict=True):
+        style.name_panel(axes, name)
+    return figure, panels
 
 
 def _drawn_keys(panels: Sequence[Axes]) -> dict[str, Artist]:
@@ -325,7 +336,7 @@ def acceleration_overview_figure(
     settings = settings or PeakSettings()
     title = f"Largest acceleration at {' and '.join(settings.kinds)}"
     labels = ("time [s]", of_histories("acceleration along the plate [m/s²]", histories.values()))
-    figure, panels = style.run_panels(tuple(histories), title, labels)
+    figure, panels = _run_panels(tuple(histories), title, labels)
     events_read = [events.get(name, style.NO_EVENTS).acceleration for name in histories]
     for axes, history, events_of_run in zip(panels, histories.values(), events_read, strict=True):
         _draw_peak_signal(axes, history, settings)

@@ -9,7 +9,7 @@ import itertools
 import math
 import string
 import textwrap
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextvars import ContextVar
 from dataclasses import dataclass
 from importlib import resources
@@ -22,8 +22,6 @@ import xarray as xr
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.lines import Line2D
@@ -41,14 +39,10 @@ from fingerslip.slip import Events, SlideWindow, SlipEvents, slide_window
 from fingerslip.slip.windows import EVENTS
 from fingerslip.storage.files import write_bytes
 
-_LEAST_WIDTH = 5.2  # inch
+_LEAST_WIDTH, _LEAST_HEIGHT = 5.2, 1.0  # inch: of a figure; of a panel that is scaled to the width of a column
 _KEY_WIDTH, _LETTER_WIDTH = 0.5, 0.07  # inch
 _BESIDE_PANELS, _KEY_HEIGHT = 0.8, 0.19  # inch: of a figure what is not panels; a row of its legend
-_WHITE = 250  # brightness of what is cut off pictures
-_LEAST_HEIGHT = 1.0  # inch: of a panel that is scaled to the width of a column
 _TITLE_LETTER_WIDTH, _PANEL_TITLE_LETTER_WIDTH, _LABEL_LETTER_WIDTH = 0.09, 0.08, 0.072  # inch
-# Width and height of a panel by the number of columns [inch].
-_RUN_PANELS = {1: (6.6, 3.0), 2: (3.8, 2.3), 3: (3.3, 2.3)}
 
 
 @dataclass(frozen=True)
@@ -157,8 +151,7 @@ def figure_grid(
         lowest.tick_params(labelbottom=True)
         lowest.set_xlabel(labels[0])
     # The label is as long as the panels, not the figure: the rest holds titles, ticks and the legend.
-    room = size[1] - _BESIDE_PANELS * look.letters
-    label = _wrap(labels[1], room / (look.letters * _LABEL_LETTER_WIDTH))
+    label = _wrap(labels[1], (size[1] - _BESIDE_PANELS * look.letters) / (look.letters * _LABEL_LETTER_WIDTH))
     figure.supylabel(label, fontsize=mpl.rcParams["axes.labelsize"])
     if lettered and count > 1:
         letter_panels(panels[:count])
@@ -169,18 +162,9 @@ def figure_grid(
 
 def letter_panels(panels: Sequence[Axes]) -> None:
     """Write a, b, c and on at the top left of panels, outside of them, where the look has letters."""
+    look: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points", "ha": "right", "va": "bottom"}
     for letter, axes in zip("" if _look.get().titled else string.ascii_lowercase, panels, strict=False):
-        look: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points", "ha": "right"}
-        axes.annotate(letter, (0.0, 1.0), (-4.0, 4.0), fontweight="bold", va="bottom", **look)
-
-
-def run_panels(titles: Sequence[str], title: str, labels: tuple[str, str]) -> tuple[Figure, list[Axes]]:
-    """Make a figure with a panel for each run."""
-    columns = columns_for(len(titles))
-    figure, panels = figure_grid(len(titles), columns, _RUN_PANELS[columns], title, labels)
-    for axes, name in zip(panels, titles, strict=True):
-        name_panel(axes, name)
-    return figure, panels
+        axes.annotate(letter, (0.0, 1.0), (-4.0, 4.0), fontweight="bold", **look)
 
 
 def _widths(axes: Axes) -> tuple[float, int]:
@@ -248,23 +232,18 @@ def layer_keys(colours: Mapping[str, str], edge: str, **look: Any) -> dict[str, 
 
 
 def state_keys(states: Sequence[int]) -> dict[str, Artist]:
-    """Return keys of states of the contact for a legend."""
+    """Return keys of states of the contact for a legend; what is open is as white as the page, and has an edge."""
     colours = {state: palette.STATE_COLOURS[state] for state in states}
-    # What is open is as white as the page.
-    edges = colours | dict.fromkeys({OPEN} & colours.keys(), "#999999")
-    return {palette.STATE_NAMES[state]: Patch(facecolor=colours[state], edgecolor=edges[state]) for state in states}
-
-
-def add_field_bar(figure: Figure, panels: Sequence[Axes], label: str, limits: tuple[float, float]) -> None:
-    """Put a bar of the colours of a field beside panels."""
-    colours = ScalarMappable(Normalize(*limits), palette.FIELD_MAP)
-    figure.colorbar(colours, ax=list(panels), label=label, extend="max", shrink=0.8, pad=0.01)
+    return {
+        palette.STATE_NAMES[state]: Patch(facecolor=colour, edgecolor="#999999" if state == OPEN else colour)
+        for state, colour in colours.items()
+    }
 
 
 def crop(pictures: Iterable[NDArray[np.uint8]]) -> list[NDArray[np.uint8]]:
     """Cut the white margins off pictures (height, width, 3) of one size, the same off all of them."""
     whole = list(pictures)
-    inked = np.any([(picture < _WHITE).any(axis=2) for picture in whole], axis=0)
+    inked = np.any([(picture < 250).any(axis=2) for picture in whole], axis=0)  # of 255, which is white
     rows, columns = np.flatnonzero(inked.any(axis=1)), np.flatnonzero(inked.any(axis=0))
     if rows.size == 0:
         return whole
@@ -283,11 +262,7 @@ def join_title(title: str, more: str) -> str:
     return f"{title}: {more}" if more else title
 
 
-_DOTS_PER_INCH = 150
-_FEWEST_DOTS, _MOST_DOTS = 50, 1200
-_ENDINGS = (".png", ".svg", ".pdf")
-# Text that can be searched and edited: whole fonts, which journals ask for, and words instead of outlines.
-_TEXT: Any = {"pdf.fonttype": 42, "svg.fonttype": "none"}
+_ENDINGS, _DOTS_PER_INCH, _FEWEST_DOTS, _MOST_DOTS = (".png", ".svg", ".pdf"), 150, 50, 1200
 
 
 def figure_bytes(figure: Figure, kind: str = "png", dpi: int | None = None) -> bytes:
@@ -300,11 +275,11 @@ def figure_bytes(figure: Figure, kind: str = "png", dpi: int | None = None) -> b
         dots = dpi or _DOTS_PER_INCH
         figure.set_dpi(dots)
         canvas.draw()
-        opaque = Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3])
-        opaque.save(stream, "png", compress_level=2, dpi=(dots, dots))
+        picture = np.asarray(canvas.buffer_rgba())[..., :3]
+        Image.fromarray(picture).save(stream, "png", compress_level=2, dpi=(dots, dots))
     else:
-        with mpl.rc_context(_TEXT):
-            # Fields are pixels there too, for print.
+        # Text can be searched and edited: whole fonts, which journals ask for, and words. Fields are pixels, for print.
+        with mpl.rc_context({"pdf.fonttype": 42, "svg.fonttype": "none"}):
             figure.savefig(stream, format=kind, dpi=dpi or 2 * _DOTS_PER_INCH)
     return stream.getvalue()
 
@@ -356,8 +331,7 @@ def save_figure(figure: Figure, path: str | Path, dpi: int | None = None) -> Non
 #: Of a run whose events are not known.
 NO_EVENTS = Events()
 _SLIDE = "slide starts"
-_LABEL_GAP = 0.4  # inch
-_NAME_ABOVE = 4.0  # points, of the name of an event above its panel
+_LABEL_GAP, _NAME_ABOVE = 0.4, 4.0  # between names of events [inch], and from their panel up to them [points]
 _SHOWN_AFTER = 0.35  # of the time from the start of the slide to overall slip
 # Records of steps that follow a hold grow apart by orders of magnitude, even ones by rounding.
 _GROWTH = 20.0
@@ -394,9 +368,8 @@ def shown_time(history: xr.Dataset) -> ShownTime:
     return ShownTime(np.where(later, since, np.nan), True, "time since the hold began [s]" if is_held else "time [s]")
 
 
-def shown_times(histories: Iterable[xr.Dataset]) -> tuple[ShownTime, ...]:
+def shown_times(histories: Collection[xr.Dataset]) -> tuple[ShownTime, ...]:
     """Return the times of histories that share an axis: logarithmic where those of all are, from holds or from none."""
-    histories = tuple(histories)
     times = tuple(map(shown_time, histories))
     if all(time.logarithmic for time in times) and len({time.label for time in times}) == 1:
         return times

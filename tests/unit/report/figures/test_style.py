@@ -90,7 +90,7 @@ def test_legends_take_the_columns_that_fit_and_no_height_of_the_panels():
 def test_titles_say_what_tells_them_apart_are_wrapped_and_their_dollars_are_no_mathematics():
     assert (style.join_title("Forces", "run 1"), style.join_title("Forces", "")) == ("Forces: run 1", "Forces")
     long = "a rather long title of a run, which is wider than its panel, friction coefficient 0.6"
-    figure, axes = style.with_style(style.run_panels)(("angle -30 deg", long), "All runs", ("time [s]", "force [N]"))
+    figure, axes = style.with_style(signals._run_panels)(("angle -30 deg", long), "All runs", ("time [s]", "force [N]"))
     assert titles(figure) == ["angle -30 deg", long]
     assert "\n" in axes[1].get_title(loc="left")
     assert figure.get_suptitle() == "All runs"
