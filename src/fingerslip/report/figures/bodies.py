@@ -25,18 +25,9 @@ from fingerslip.report import colours as palette
 from fingerslip.report.figures import style
 from fingerslip.report.figures.patches import fill_states, slide_moments
 from fingerslip.report.labels import of_histories
+from fingerslip.report.scene import scene
 from fingerslip.report.scene.names import Scalar
 from fingerslip.report.scene.options import SCALARS, SceneOptions
-from fingerslip.report.scene.scene import (
-    CORNERS,
-    OF_CELLS,
-    check_options,
-    field_limits,
-    middle_cut,
-    region_names,
-    scale_length,
-    soft_regions,
-)
 from fingerslip.report.scene.viewer import stills
 from fingerslip.slip import Events, contact_patch, slide_tangent, slide_window
 from fingerslip.slip.windows import EVENTS, MAIN_EVENTS
@@ -61,7 +52,7 @@ def draw_contact(axes: Axes, history: xr.Dataset, moment: float, *, scaled: bool
         fill_states(axes, contact_patch(history), history, nearest_record(history, moment))
         axes.set_axis_off()
     else:
-        limits = field_limits(history, SceneOptions())
+        limits = scene.field_limits(history, SceneOptions())
         draw_section(axes, history, nearest_snapshot(history, moment), "von_mises", limits, scaled=False)
     if scaled:
         _draw_scale(axes, above=True)
@@ -76,7 +67,7 @@ def _add_field_bar(figure: Figure, panels: Sequence[Axes], label: str, limits: t
 def add_stress_bar(figure: Figure, pictures: Sequence[Axes], history: xr.Dataset) -> None:
     """Put a bar of the stress beside pictures of :func:`draw_contact`, where they show it: in 2D."""
     if not is_solid(history):
-        _add_field_bar(figure, pictures, "von Mises\n[kPa]", field_limits(history, SceneOptions()))
+        _add_field_bar(figure, pictures, "von Mises\n[kPa]", scene.field_limits(history, SceneOptions()))
 
 
 def frame_times(history: xr.Dataset, events: Events, names: Sequence[str] = MAIN_EVENTS) -> dict[float, str]:
@@ -107,8 +98,9 @@ def deformed_figure(
     heading: str = "",
 ) -> Figure:
     """Draw the deformed body with a field, a panel for each time [s]: sections to scale, or lit views of a solid."""
-    solid, options = is_solid(history), options or SceneOptions(cut=middle_cut(history), receptors=False, written=False)
-    check_options(history, options)
+    solid, cut = is_solid(history), scene.middle_cut(history)
+    options = options or SceneOptions(cut=cut, receptors=False, written=False)
+    scene.check_options(history, options)
     moments, every = dict.fromkeys([] if times is None else times, ""), history["snapshot_time"].values
     if times is None:
         even = every[-1:] if solid else np.linspace(every[0], every[-1], min(4, every.size))
@@ -123,7 +115,7 @@ def deformed_figure(
     wide = wide if columns > 1 else 6.0
     size = (wide, wide * float((high - low)[1] / (high - low)[0]) + titled)
     figure, panels = style.figure_grid(len(numbers), columns, size, heading or words, ("", ""), share=share)
-    limits = field_limits(history, options)
+    limits = scene.field_limits(history, options)
     for index, (axes, (number, name)) in enumerate(zip(panels, numbers.items(), strict=True)):
         if solid:
             style.show_picture(axes, pictures[index])
@@ -132,7 +124,7 @@ def deformed_figure(
         style.name_panel(axes, name)
     keys: dict[str, Artist] = {}
     if options.scalar == "region":
-        keys = style.layer_keys(palette.region_colours(region_names(history)), palette.BLACK, linewidth=0.3)
+        keys = style.layer_keys(palette.region_colours(scene.region_names(history)), palette.BLACK, linewidth=0.3)
     else:
         _add_field_bar(figure, panels, field, limits)
     if options.contact or not solid:
@@ -163,10 +155,10 @@ def draw_section(
 ) -> None:
     """Draw a snapshot of a section: its field, layers, the state of its contact, the plate and a scale bar."""
     points = 1e3 * (history["node_position"].values + history["snapshot_displacement"].values[number])
-    cells = history["cell_nodes"].values[:, : CORNERS[history.attrs["element"]]]
-    names, regions = region_names(history), history["cell_region"].values
-    colours, soft = palette.region_colours(names), soft_regions(history)
-    of_cells = scalar in OF_CELLS
+    cells = history["cell_nodes"].values[:, : scene.CORNERS[history.attrs["element"]]]
+    names, regions = scene.region_names(history), history["cell_region"].values
+    colours, soft = palette.region_colours(names), scene.soft_regions(history)
+    of_cells = scalar in scene.OF_CELLS
     for region, name in enumerate(names):
         corners = cells[regions == region]
         if scalar == "region" or (of_cells and region not in soft):
@@ -209,7 +201,7 @@ def _layer_edges(cells: NDArray[np.integer], regions: NDArray[np.integer]) -> ND
 def _draw_scale(axes: Axes, *, above: bool = False) -> None:
     """Draw a bar of a round length in millimetres at the lower right, or at the right above a small panel."""
     (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
-    length = scale_length(right - left)
+    length = scene.scale_length(right - left)
     end = right - 0.02 * (right - left)
     level = bottom + (1.04 if above else 0.03) * (top - bottom)
     line: dict[str, Any] = {"color": palette.BLACK, "linewidth": 2.0, "solid_capstyle": "butt", "zorder": 6}
@@ -259,14 +251,14 @@ _CUT_FRAMES = 6
 
 def cut_frames_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, title: str = "") -> Figure:
     """Draw the inside of the finger at six snapshots from the end of the press to after overall slip."""
-    options = SceneOptions(cut=middle_cut(history), camera="side", receptors=False, written=False)
+    options = SceneOptions(cut=scene.middle_cut(history), camera="side", receptors=False, written=False)
     heading = style.join_title("Stress on a cut along the finger", title)
     return deformed_figure(history, events, options, slide_moments(history, events, _CUT_FRAMES), heading)
 
 
 def scene_figure(history: xr.Dataset, title: str) -> Figure:
     """Draw the layers of a solid, cut open, at the start."""
-    options = SceneOptions(scalar="region", cut=middle_cut(history), edges=True, written=False)
+    options = SceneOptions(scalar="region", cut=scene.middle_cut(history), edges=True, written=False)
     heading = style.join_title("Layers and mesh at the start, cut open", title)
     return deformed_figure(history, style.NO_EVENTS, options, [0.0], heading)
 

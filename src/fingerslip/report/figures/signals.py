@@ -18,6 +18,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from fingerslip import slip
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.history import sites_of_kinds
 from fingerslip.report import colours as palette
@@ -25,20 +26,6 @@ from fingerslip.report.figures import style
 from fingerslip.report.figures.bodies import add_stress_bar, draw_contact, frame_times, has_pictures
 from fingerslip.report.labels import of_histories
 from fingerslip.sites import RECEPTOR_KINDS
-from fingerslip.slip import (
-    Events,
-    EventSettings,
-    PeakSettings,
-    PeakTable,
-    acceleration_peaks,
-    contact_forces,
-    peak_signal,
-    receptor_signals,
-    slide_tangent,
-    slide_window,
-    slipped_fraction,
-    slipping_fraction,
-)
 from fingerslip.units import millimetres
 
 Floats = NDArray[np.float64]
@@ -50,7 +37,7 @@ PRESSED = 0.02
 _PANELS = {1: (6.6, 3.0), 2: (3.8, 2.3), 3: (3.3, 2.3)}
 #: What slips, and what has slipped as the events count it, of which their lines are levels.
 SLIPS = "slips now"
-HAS_SLIPPED = f"has slipped by more than {1e6 * EventSettings().slip_tolerance:g} \N{MICRO SIGN}m"
+HAS_SLIPPED = f"has slipped by more than {1e6 * slip.EventSettings().slip_tolerance:g} \N{MICRO SIGN}m"
 _LARGE_ENERGIES: Mapping[str, tuple[str, str]] = {
     "external_work": ("work of the plate", palette.BLACK),
     "strain_energy": ("strain energy", palette.BLUE),
@@ -67,7 +54,7 @@ _SMALL_ENERGIES: Mapping[str, tuple[str, str]] = {
 
 
 @style.with_style
-def force_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, title: str = "") -> Figure:
+def force_figure(history: xr.Dataset, events: slip.Events = style.NO_EVENTS, title: str = "") -> Figure:
     """Draw normal and tangential force, their ratio and the area that has slipped, and the body beside."""
     time = style.shown_time(history)
     moments = frame_times(history, events, ("overall",)) if has_pictures(history) else {}
@@ -96,7 +83,7 @@ def force_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, title: s
 
 def draw_forces(axes: Axes, history: xr.Dataset, times: Floats) -> None:
     """Draw normal and tangential force."""
-    forces = contact_forces(history)
+    forces = slip.contact_forces(history)
     scale, unit = _scale(float(np.abs(forces.normal).max()), "N")
     axes.plot(times, scale * forces.normal, color=palette.BLACK, label="normal force")
     axes.plot(times, scale * forces.friction, color=palette.BLACK, linestyle="--", label="tangential force")
@@ -106,7 +93,7 @@ def draw_forces(axes: Axes, history: xr.Dataset, times: Floats) -> None:
 
 
 @style.with_style
-def force_overview_figure(histories: Mapping[str, xr.Dataset], events: Mapping[str, Events]) -> Figure:
+def force_overview_figure(histories: Mapping[str, xr.Dataset], events: Mapping[str, slip.Events]) -> Figure:
     """Draw tangential over normal force and the area that has slipped, a panel for each run."""
     title = "Tangential over normal force and slipped area"
     return _side_by_side(histories, events, (title, "ratio, fraction"), draw_ratios)
@@ -114,7 +101,7 @@ def force_overview_figure(histories: Mapping[str, xr.Dataset], events: Mapping[s
 
 def _side_by_side(
     histories: Mapping[str, xr.Dataset],
-    events: Mapping[str, Events],
+    events: Mapping[str, slip.Events],
     words: tuple[str, str],
     draw: Callable[[Axes, xr.Dataset, style.ShownTime], None],
     *,
@@ -130,7 +117,7 @@ def _side_by_side(
             time.fit(axes)
         style.mark_panels([axes], history, events.get(name, style.NO_EVENTS).slip, named=0)
     style.limit_to_slides(panels[0], histories, events, before)
-    slides = any(slide_window(history) for history in histories.values())
+    slides = any(slip.slide_window(history) for history in histories.values())
     marks = style.event_keys(event.slip for event in events.values()) if slides else {}
     style.add_legend(figure, {**(keys or _drawn_keys(panels[:1])), **marks})
     return figure
@@ -174,9 +161,9 @@ def energy_figure(history: xr.Dataset, title: str = "") -> Figure:
 
 def draw_ratios(axes: Axes, history: xr.Dataset, time: style.ShownTime) -> None:
     """Draw which share has slipped, as events count it, which slips, and tangential over normal force."""
-    ratio = contact_forces(history).ratio(PRESSED)
+    ratio = slip.contact_forces(history).ratio(PRESSED)
     friction = float(history["counterface_friction_coefficient"].values[0])
-    axes.plot(time.values, slipping_fraction(history).values, color=palette.ORANGE, linewidth=0.7, label=SLIPS)
+    axes.plot(time.values, slip.slipping_fraction(history).values, color=palette.ORANGE, linewidth=0.7, label=SLIPS)
     axes.plot(time.values, slipped_share(history), color=palette.ORANGE, linewidth=2.0, label=HAS_SLIPPED)
     axes.plot(time.values, ratio, color=palette.BLACK, label="tangential / normal force")
     axes.axhline(friction, color=palette.BLACK, linewidth=0.9, linestyle=(0, (1, 1.5)), label="friction coefficient")
@@ -185,9 +172,9 @@ def draw_ratios(axes: Axes, history: xr.Dataset, time: style.ShownTime) -> None:
 
 def slipped_share(history: xr.Dataset) -> Floats:
     """Return the share of the contact (n_times,) that has slipped, of which events are levels; NaN before the slide."""
-    share, window = np.full(history.sizes["time"], np.nan), slide_window(history)
+    share, window = np.full(history.sizes["time"], np.nan), slip.slide_window(history)
     if window is not None:
-        share[window.records] = slipped_fraction(history, window, EventSettings().slip_tolerance).values
+        share[window.records] = slip.slipped_fraction(history, window, slip.EventSettings().slip_tolerance).values
     return share
 
 
@@ -204,7 +191,7 @@ def held_figure(histories: Mapping[str, xr.Dataset]) -> Figure:
     """Draw the normal force over time, and how far rigid bodies move where they are free, a line for each run."""
     times = style.shown_times(histories.values())
     drawn: dict[str, Callable[[xr.Dataset], dict[str, Floats]]] = {
-        "normal force [mN]": lambda history: {"": 1e3 * contact_forces(history).normal}
+        "normal force [mN]": lambda history: {"": 1e3 * slip.contact_forces(history).normal}
     }
     if all(history.sizes.get("rigid_body", 0) for history in histories.values()):
 
@@ -235,7 +222,7 @@ _NODES_SHOWN = 9
 
 
 @style.with_style
-def slip_maps_figure(histories: Mapping[str, xr.Dataset], events: Mapping[str, Events]) -> Figure:
+def slip_maps_figure(histories: Mapping[str, xr.Dataset], events: Mapping[str, slip.Events]) -> Figure:
     """Draw stick and slip along the surface over time, a panel for each run."""
     words = ("Stick and slip along the contact", of_histories("position along the plate [mm]", histories.values()))
     patches = {n: Patch(facecolor=c, edgecolor="#999999", linewidth=0.5) for n, c in _STATES.items()}
@@ -245,7 +232,7 @@ def slip_maps_figure(histories: Mapping[str, xr.Dataset], events: Mapping[str, E
 def draw_states(axes: Axes, history: xr.Dataset, time: style.ShownTime) -> None:
     """Draw stick and slip along the surface over time."""
     state = history["contact_state"].values
-    along = 1e3 * history["contact_position"].values @ slide_tangent(history)
+    along = 1e3 * history["contact_position"].values @ slip.slide_tangent(history)
     touched = np.flatnonzero((state != OPEN).any(axis=0))
     if touched.size == 0:
         style.say(axes, "no contact")
@@ -272,12 +259,12 @@ def _borders(centres: Floats) -> Floats:
 
 
 @style.with_style
-def contact_displacement_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, title: str = "") -> Figure:
+def contact_displacement_figure(history: xr.Dataset, events: slip.Events = style.NO_EVENTS, title: str = "") -> Figure:
     """Draw the displacement of contact nodes along the plate against the plate's own."""
     labels = ("time [s]", "displacement since the slide began [mm]")
     heading = style.join_title(of_histories("Contact nodes against the plate", [history]), title)
     figure, (axes,) = style.figure_grid(1, 1, (6.6, 3.6), heading, labels)
-    window, tangent = slide_window(history), slide_tangent(history)
+    window, tangent = slip.slide_window(history), slip.slide_tangent(history)
     touching = np.flatnonzero(history["contact_state"].values[window.first] != OPEN) if window else np.empty(0, int)
     if window is None or touching.size == 0:
         style.say(axes, "no slide in contact")
@@ -310,30 +297,30 @@ _NOTE_HEIGHTS = {"A": 0.6, "B": 0.3}
 
 
 @style.with_style
-def acceleration_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, title: str = "") -> Figure:
+def acceleration_figure(history: xr.Dataset, events: slip.Events = style.NO_EVENTS, title: str = "") -> Figure:
     """Draw the tangential acceleration at the recorded receptor types, for both edges of the contact."""
     labels = ("time [s]", of_histories("acceleration along the plate [m/s²]", [history]))
     kinds = _recorded_kinds(history)
     figure, panels = style.figure_grid(
         len(kinds), 1, (6.8, 1.45), style.join_title("Acceleration at the receptors", title), labels
     )
-    signals, events_read = receptor_signals(history), events.acceleration
+    signals, events_read = slip.receptor_signals(history), events.acceleration
     for axes, kind in zip(panels, kinds, strict=True):
         _draw_areas(axes, signals, "acceleration", kind, signals["time"].values)
         axes.set_title(kind, pad=28.0 if axes is panels[0] else 3.0, fontweight="bold")
     style.limit_to_slides(panels[0], {title: history}, {title: events}, marked=[events_read])
     style.mark_panels(panels, history, events_read)
-    _fit_after_transition(panels[0], signals, acceleration_peaks(history))
+    _fit_after_transition(panels[0], signals, slip.acceleration_peaks(history))
     style.add_legend(figure, _area_keys())
     return figure
 
 
 @style.with_style
 def acceleration_overview_figure(
-    histories: Mapping[str, xr.Dataset], events: Mapping[str, Events], settings: PeakSettings | None = None
+    histories: Mapping[str, xr.Dataset], events: Mapping[str, slip.Events], settings: slip.PeakSettings | None = None
 ) -> Figure:
     """Draw the signal that acceleration peaks are read from, a panel for each run."""
-    settings = settings or PeakSettings()
+    settings = settings or slip.PeakSettings()
     title = f"Largest acceleration at {' and '.join(settings.kinds)}"
     labels = ("time [s]", of_histories("acceleration along the plate [m/s²]", histories.values()))
     figure, panels = _run_panels(tuple(histories), title, labels)
@@ -352,12 +339,12 @@ def acceleration_overview_figure(
 
 
 @style.with_style
-def strain_energy_density_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, title: str = "") -> Figure:
+def strain_energy_density_figure(history: xr.Dataset, events: slip.Events = style.NO_EVENTS, title: str = "") -> Figure:
     """Draw the strain energy density at the recorded receptor types, for both edges of the contact."""
     time, kinds, heading = style.shown_time(history), _recorded_kinds(history), "Strain energy density"
     labels = (time.label, "strain energy density [J/m³]")
     figure, panels = style.figure_grid(len(kinds), 2, (3.6, 2.2), style.join_title(heading, title), labels, share="x")
-    signals = receptor_signals(history)
+    signals = slip.receptor_signals(history)
     for axes, kind in zip(panels, kinds, strict=True):
         _draw_areas(axes, signals, "strain_energy_density", kind, time.values)
         axes.set_title(kind, pad=28.0 if axes in panels[:2] else 4.0, fontweight="bold")
@@ -386,12 +373,12 @@ def _draw_areas(axes: Axes, signals: xr.Dataset, name: str, kind: str, times: np
             style.say(axes, f"no receptor in area {area}", _NOTE_HEIGHTS[area])
 
 
-def _draw_peak_signal(axes: Axes, history: xr.Dataset, settings: PeakSettings) -> None:
-    signal = peak_signal(history, settings)
+def _draw_peak_signal(axes: Axes, history: xr.Dataset, settings: slip.PeakSettings) -> None:
+    signal = slip.peak_signal(history, settings)
     if signal is None:
         style.say(axes, "no slide or no receptor")
         return
-    table = acceleration_peaks(history, settings)
+    table = slip.acceleration_peaks(history, settings)
     floor = 1e-4 * float(signal.max())
     axes.semilogy(signal["time"].values, np.maximum(signal.values, floor), color=palette.BLUE, linewidth=1.0)
     axes.plot(
@@ -401,7 +388,7 @@ def _draw_peak_signal(axes: Axes, history: xr.Dataset, settings: PeakSettings) -
         axes.axhline(table.noise_floor + table.threshold, color=palette.GREY, linewidth=1.0)
 
 
-def _fit_after_transition(axes: Axes, signals: xr.Dataset, peaks: PeakTable) -> None:
+def _fit_after_transition(axes: Axes, signals: xr.Dataset, peaks: slip.PeakTable) -> None:
     """Scale to what follows the transition, whose peak may be many times higher; say where it is cut."""
     if peaks.transition is None or peaks.transition_end is None:
         return

@@ -27,15 +27,9 @@ from fingerslip.report.labels import of_histories
 from fingerslip.report.scene.options import SceneOptions
 from fingerslip.report.scene.scene import CORNERS, check_options, region_names
 from fingerslip.snapshot import curved_outlines
+from fingerslip.specimens.fingertip import outline
 from fingerslip.specimens.fingertip.fingertip import Fingertip
 from fingerslip.specimens.fingertip.numbers import REGIONS, Section
-from fingerslip.specimens.fingertip.outline import (
-    arc_length_at_cut,
-    at_depth,
-    interface_depth,
-    outline_curve,
-    surface_depth,
-)
 from fingerslip.specimens.fingertip.phalanx import phalanx_contour, phalanx_surface
 from fingerslip.specimens.fingertip.skin import pose_points, skin_grid
 from fingerslip.specimens.gel_pad.gel_pad import GelPad
@@ -83,17 +77,17 @@ def _draw_to_scale(axes: Axes) -> None:
 
 
 def _draw_fingertip_section(axes: Axes, fingertip: Fingertip) -> None:
-    curve, layers = outline_curve(fingertip), fingertip.layers
+    curve, layers = outline.outline_curve(fingertip), fingertip.layers
     depths = {"epidermis": 0.0, "dermis": layers.epidermis_thickness, "tissue": layers.skin_thickness}
     for name, mean in depths.items():
-        first, last = arc_length_at_cut(fingertip, curve, mean)
+        first, last = outline.arc_length_at_cut(fingertip, curve, mean)
         arc_length = np.linspace(first, last, 2000)
         depth = np.full(2000, mean)
         if name == "epidermis":
-            depth = surface_depth(fingertip, arc_length)
+            depth = outline.surface_depth(fingertip, arc_length)
         if name == "dermis":
-            depth = interface_depth(fingertip, arc_length)
-        _fill(axes, [at_depth(curve, arc_length, depth)], REGION_COLOURS[name])
+            depth = outline.interface_depth(fingertip, arc_length)
+        _fill(axes, [outline.at_depth(curve, arc_length, depth)], REGION_COLOURS[name])
     _fill(axes, [phalanx_contour(fingertip)], REGION_COLOURS["phalanx"])
     axes.axhline(-1e3 * fingertip.outline.half_height, color=BLACK, linewidth=1.6)
     _draw_to_scale(axes)
@@ -158,8 +152,8 @@ def section_figure(
             axes.add_collection(PolyCollection(shapes, facecolor=colour, edgecolor=_EDGE, linewidth=line))
         if not curved:
             axes.axhline(1e3 * lowest[1], color=BLACK, linewidth=1.6, zorder=3)
-        for outline in curved:
-            axes.add_line(Line2D(*1e3 * outline.T, color=BLACK, linewidth=1.6, zorder=3))
+        for shape in curved:
+            axes.add_line(Line2D(*1e3 * shape.T, color=BLACK, linewidth=1.6, zorder=3))
         _draw_to_scale(axes)
         for kind, values in receptors.items():
             look: dict[str, Any] = {"markeredgecolor": "white", "markeredgewidth": 0.15 * size / 2, "markersize": size}

@@ -35,22 +35,9 @@ from fingerslip.report.page.pictures import (
 )
 from fingerslip.report.page.samples import sample_sections, samples_in_motion
 from fingerslip.report.prose import prose
-from fingerslip.report.tables.compare import (
-    compare_table,
-    convergence_table,
-    difference_cell,
-    differences_table,
-    statements_table,
-)
+from fingerslip.report.tables import compare
+from fingerslip.report.tables import runs as run_tables
 from fingerslip.report.tables.parameters import ShownValue, conditions_table, models_table, value_tables
-from fingerslip.report.tables.runs import (
-    energies_table,
-    events_table,
-    measures_table,
-    peaks_table,
-    readings_table,
-    time_cell,
-)
 from fingerslip.results import RunResult, StudyResult
 from fingerslip.slip import acceleration_peaks
 from fingerslip.slip.front import edge_warning
@@ -65,13 +52,9 @@ def study_report(content: ReportContent) -> Report:
     else:
         sections = [*_results(content), *_description(content), *_model(content), _values(content)]
         sections += [run_section(content, run) for run in content.detailed_runs]
+    text = "What these results rest on, as BibTeX. fingerslip cite adds a paragraph of methods."
     code = bibtex_entries(content.values, content.references)
-    citations = ReportSection(
-        "Citations",
-        ("What these results rest on, as BibTeX. fingerslip cite adds a paragraph of methods.",),
-        code=code,
-        folded=True,
-    )
+    citations = ReportSection("Citations", (text,), code=code, folded=True)
     return Report(
         content.title,
         tuple(section for section in (*sections, citations) if not section.is_empty),
@@ -91,14 +74,13 @@ def _results(content: ReportContent) -> Iterator[ReportSection]:
     begin = {f"{start:.3f}" for start in content.starts.values()}
     counted = (prose("sections", "begin", {"start": begin.pop()}),) if len(begin) == 1 else ()
     warnings = filter(None, [edge_warning({titles[run.name]: run.edge for run in runs})])
-    yield ReportSection(
-        "Slip events", (*counted, *text), tuple(events_table(runs, name) for name in recorded), warnings=tuple(warnings)
-    )
+    events = tuple(run_tables.events_table(runs, name) for name in recorded)
+    yield ReportSection("Slip events", (*counted, *text), events, warnings=tuple(warnings))
     sentences = definitions(content.settings)
     body = "".join(f"<p>{escape(of_runs(sentences[name], runs))}</p>" for name in (*recorded, "latency"))
     yield ReportSection("How slip events are defined", body=body, folded=True)
-    beside = [compare_table(runs, reference) for reference in content.references]
-    beside += map(statements_table, content.references)
+    beside = [compare.compare_table(runs, reference) for reference in content.references]
+    beside += map(compare.statements_table, content.references)
     notes = tuple(dict.fromkeys(reference.note for reference in content.references))
     yield ReportSection("Comparison with published values", notes, tuple(table for table in beside if table.rows))
     motions = run_motions((content.histories[run.name], run.events, titles[run.name]) for run in content.drawn)
@@ -107,7 +89,7 @@ def _results(content: ReportContent) -> Iterator[ReportSection]:
         paragraphs.append(prose("sections", "fewer", {"count": len(motions), "runs": len(runs)}))
     yield ReportSection("In motion", tuple(paragraphs), motions=motions)
     first = runs[:MOST_RUNS]
-    measures = (measures_table(first, [titles[run.name] for run in first]),) if len(first) > 1 else ()
+    measures = (run_tables.measures_table(first, [titles[run.name] for run in first]),) if len(first) > 1 else ()
     pictures = (*swept_pictures(content, slice(1, None)), *overview_pictures(content))
     yield ReportSection("The runs side by side", (), measures, pictures)
     if content.films:
@@ -131,7 +113,7 @@ def _model(content: ReportContent) -> Iterator[ReportSection]:
         more = "" if len(histories) == 1 else title
         caption = of_histories(prose("captions", "energy", {"run": f": {more}" if more else ""}), [history])
         picture = Picture("energy-balance", caption, energy_figure(history, more))
-        yield ReportSection("Energy balance", (), (energies_table(histories),), (picture,))
+        yield ReportSection("Energy balance", (), (run_tables.energies_table(histories),), (picture,))
     yield uncertainty_section(content)
     models: list[Picture] = []
     for run in content.study.runs:
@@ -146,7 +128,7 @@ def _model(content: ReportContent) -> Iterator[ReportSection]:
 def uncertainty_section(content: ReportContent) -> ReportSection:
     """Return the section on the refinements of runs."""
     refined = [(name, content.titles[name], item) for name, item in [*content.convergences.items()][:MOST_RUNS]]
-    tables = tuple(convergence_table(quantities, title) for _, title, quantities in refined)
+    tables = tuple(compare.convergence_table(quantities, title) for _, title, quantities in refined)
     convergences = tuple(
         Picture(f"{name}-convergence", prose("captions", "convergence"), convergence_figure(quantities, title))
         for name, title, quantities in refined
@@ -163,9 +145,9 @@ def _values(content: ReportContent) -> ReportSection:
 def run_section(content: ReportContent, run: RunResult) -> ReportSection:
     """Assemble the section of one run: all readings of its events, its measures, and its pictures; folded."""
     history, drawn = content.histories[run.name], content.pictures.get(run.name, RunPictures()).contact
-    tables = [readings_table(run), measures_table([run], ["value"])]
+    tables = [run_tables.readings_table(run), run_tables.measures_table([run], ["value"])]
     if has_receptors(history):
-        tables.append(peaks_table(acceleration_peaks(history, content.settings.peaks)))
+        tables.append(run_tables.peaks_table(acceleration_peaks(history, content.settings.peaks)))
     pictures = run_pictures(_subject(content, run)) if drawn is None else drawn
     return ReportSection(content.titles[run.name], (), tuple(tables), tuple(pictures), folded=True)
 
@@ -221,16 +203,13 @@ def _render(text: str, folder: Path, embedded: set[Path]) -> str:
 def _embed_picture(image: Token, folder: Path) -> Path:
     """Put the bytes of a picture into its link, and return its path."""
     source = str(image.attrs["src"])
+    shows = f"{folder / NOTES}: shows '{source}'"
     if urlparse(source).scheme:
-        raise ResultError(
-            f"{folder / NOTES}: shows '{source}'; a report needs no network: save the picture beside the notes"
-        )
+        raise ResultError(f"{shows}; a report needs no network: save the picture beside the notes")
     path = (folder / unquote(source)).resolve()
     if not path.is_file() or path.suffix.lower() not in _TYPES:
-        raise ResultError(
-            f"{folder / NOTES}: shows '{source}', which is not there; needs a file that ends in "
-            f"{', '.join(sorted(_TYPES))}, named from {folder}"
-        )
+        needs = f"needs a file that ends in {', '.join(sorted(_TYPES))}, named from {folder}"
+        raise ResultError(f"{shows}, which is not there; {needs}")
     image.attrs["src"] = _data(path)
     return path
 
@@ -271,13 +250,13 @@ def comparison_report(first: ComparedStudy, second: ComparedStudy, provenance: M
     """Assemble the report of two studies."""
     pairs, names = pairs_of(first.study, second.study), (f"A: {first.title}", f"B: {second.title}")
     values = [{value.path: value.value for value in compared.values} for compared in (first, second)]
-    differing = differences_table(values[0], values[1], same="Both studies have the same values.")
+    differing = compare.differences_table(values[0], values[1], same="Both studies have the same values.")
     hero: tuple[Picture, ...] = ()
     if pairs:
         figure = paired_figure(pairs, names, (first.starts, second.starts))
         hero = (Picture("paired", "Runs that both studies have.", figure),)
     tables = (
-        dataclasses.replace(events_table(compared.study.runs), title=name)
+        dataclasses.replace(run_tables.events_table(compared.study.runs), title=name)
         for name, compared in zip(names, (first, second), strict=True)
     )
     sections = (
@@ -319,10 +298,10 @@ def _change(pairs: Sequence[Pair], first: ComparedStudy, second: ComparedStudy) 
 def _differences(pairs: Sequence[Pair]) -> Table:
     columns = (Column("run"), Column("event"), Column("A", "s", 3), Column("B", "s", 3), Column("B - A", "ms", 0))
     rows = tuple(
-        (pair.title, name, first, second, next(missing, None) or difference_cell(first, second, 1e3))
+        (pair.title, name, first, second, next(missing, None) or compare.difference_cell(first, second, 1e3))
         for pair in pairs
         for time, name in {**EVENTS, LATENCY: LATENCY}.items()
-        for first, second in [[time_cell(run, "slip", time) for run in pair.runs]]
+        for first, second in [[run_tables.time_cell(run, "slip", time) for run in pair.runs]]
         for missing in [(cell for cell in (first, second) if isinstance(cell, Missing))]
     )
     return Table("Slip events from accumulated slip, from the start of the run", columns, rows, NOTICED_NOTE)

@@ -119,16 +119,12 @@ def quality_report(tracks: xr.Dataset, frame: NDArray[np.uint8] | None = None) -
 def _summary(tracks: xr.Dataset) -> Table:
     count, noise, jumped = seen_count(tracks), noise_at_rest(tracks), jumps(tracks)
     states = [f"{int((tracks['frame_state'] == n).sum())} {name}" for n, name in enumerate(STATES) if n]
-    noise = noise[np.isfinite(noise)]
+    noise, still = noise[np.isfinite(noise)], int(tracks["still"].sum()) if "still" in tracks else None
     rows = (
         ("frames", tracks.sizes["time"], ""),
         ("frame rate", float(tracks.attrs["frame_rate"]), "1/s"),
         ("markers", tracks.sizes["marker"], ""),
-        (
-            "markers that do not move with their neighbours",
-            int(tracks["still"].sum()) if "still" in tracks else None,
-            "",
-        ),
+        ("markers that do not move with their neighbours", still, ""),
         ("fewest markers in a frame", int(count.min()), ""),
         ("marker-frames with a position", 100.0 * seen_share(tracks), "%"),
         ("intervals in which a marker was lost", len(lost_intervals(tracks)), ""),

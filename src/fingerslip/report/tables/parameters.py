@@ -95,7 +95,11 @@ def conditions_table(values: Sequence[ShownValue], histories: Mapping[str, xr.Da
     marked = tuple(number for number, (_, value) in enumerate(ordered) if value.source == ASSUMED)
     columns = (Column("condition"), *COLUMNS[1:])
     note = "Assumed values are marked: no source gives them." if marked else ""
-    return Table("What was run", columns, (*rows, *_sizes(histories)), note, marked)
+    for name, what in {"n_nodes": "mesh: nodes", "n_contact_candidates": "mesh: nodes that may touch"}.items():
+        sizes = sorted({int(history.attrs[name]) for history in histories.values() if name in history.attrs})
+        if sizes:
+            rows.append((what, " to ".join(dict.fromkeys((str(sizes[0]), str(sizes[-1])))), "as computed", ""))
+    return Table("What was run", columns, tuple(rows), note, marked)
 
 
 def _words(value: ShownValue) -> tuple[int, str] | None:
@@ -107,14 +111,3 @@ def _words(value: ShownValue) -> tuple[int, str] | None:
             return number, words.format(*(part.replace("_", " ") for part in match.groups()))
     is_set = value.source.startswith("study file") and not value.path.startswith("record.")
     return (len(conditions) - 1, value.path) if is_set else None
-
-
-def _sizes(histories: Mapping[str, xr.Dataset]) -> list[tuple[str, str, str, str]]:
-    """Return how large the meshes are."""
-    rows = []
-    for name, words in {"n_nodes": "mesh: nodes", "n_contact_candidates": "mesh: nodes that may touch"}.items():
-        sizes = sorted({int(history.attrs[name]) for history in histories.values() if name in history.attrs})
-        if sizes:
-            text = f"{sizes[0]}" if len(sizes) == 1 else f"{sizes[0]} to {sizes[-1]}"
-            rows.append((words, text, "as computed", ""))
-    return rows

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from fingerslip.published import PublishedSet, PublishedValue
+from fingerslip.published import PublishedSet
 from fingerslip.report.labels import path_label, short_labels, swept_text
 from fingerslip.report.prose import prose
 from fingerslip.results import RefusedRun, RunResult, StudyResult
@@ -52,7 +52,7 @@ def published_table(runs: Sequence[RunResult], references: Sequence[PublishedSet
         rows.append((
             f"{event_label(value.quantity)} ({READINGS[interval.reading]})",
             group_text(apart) or "all",
-            _span_text(value),
+            f"{value.span[0]:.2f} to {value.span[1]:.2f}" if value.span else f"{value.value:.2f}",
             *interval_cells(interval.interval),
             interval.where or Missing.NOT_DEFINED,
             f"{0 if interval.interval is None else len(interval.interval.values)} of {interval.samples}",
@@ -132,12 +132,6 @@ def refused_table(refused: Sequence[RefusedRun]) -> Table:
     """Show the samples that were not computed, and why."""
     rows = tuple((sample.name, sample.reason) for sample in refused)
     return Table("Samples whose values do not fit together", (Column("run"), Column("reason")), rows)
-
-
-def _span_text(value: PublishedValue) -> str:
-    if value.span is not None:
-        return f"{value.span[0]:.2f} to {value.span[1]:.2f}"
-    return "" if value.value is None else f"{value.value:.2f}"
 
 
 def indices_table(sensitivity: Sensitivity) -> Table:
