@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
 from fingerslip.published import PublishedSet
-from fingerslip.report.labels import run_title
-from fingerslip.report.prose import groups
+from fingerslip.report.labels import groups, run_title
 from fingerslip.report.scene.options import SceneOptions
 from fingerslip.report.tables.parameters import ShownValue
 from fingerslip.results import RunResult, StudyResult

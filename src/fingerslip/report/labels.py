@@ -1,11 +1,15 @@
-"""What paths, swept values and runs are called in tables and figures."""
+"""What reports say: the texts of ``templates/prose.yaml``, and what paths, swept values and runs are called."""
 
 from __future__ import annotations
 
+import functools
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING
+from importlib import resources
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
 
+from fingerslip.parameters.yaml_text import parse_document
 from fingerslip.results import RunResult
 from fingerslip.units import split_quantity, without_rounding
 
@@ -133,3 +137,29 @@ def number_and_unit(value: object) -> tuple[float, str] | None:
     if isinstance(value, str):
         return split_quantity(value)
     return (float(value), "") if isinstance(value, int | float) and not isinstance(value, bool) else None
+
+
+_NOTHING: Mapping[str, object] = MappingProxyType({})
+
+
+def asset(name: str) -> str:
+    """Return a file of the folder of templates."""
+    return resources.files("fingerslip.report").joinpath("templates", name).read_text(encoding="utf-8")
+
+
+@functools.cache
+def groups() -> Mapping[str, Mapping[str, Any]]:
+    """Return all texts by the group and the name."""
+    content: Mapping[str, Mapping[str, Any]] = parse_document(asset("prose.yaml"), "prose.yaml").content
+    return content
+
+
+def prose(group: str, name: str, values: Mapping[str, object] = _NOTHING) -> str:
+    """Return a text with the values that stand in it by their names.
+
+    Examples
+    --------
+    >>> prose("captions", "energy", {"run": ": phalanx original"})
+    'Where the work of the plate goes: phalanx original.'
+    """
+    return str(groups()[group][name]).format_map(values)

@@ -10,8 +10,7 @@ from typing import TypeAlias
 from fingerslip.history import is_solid, sites_of_kinds
 from fingerslip.published import PublishedSet, PublishedValue
 from fingerslip.report.content import ReportContent
-from fingerslip.report.labels import number_and_unit, of_runs, path_label, run_title
-from fingerslip.report.prose import prose
+from fingerslip.report.labels import number_and_unit, of_runs, path_label, prose, run_title
 from fingerslip.report.tables.compare import difference_from, span_of
 from fingerslip.report.tables.parameters import ASSUMED, NOT_USED
 from fingerslip.report.tables.runs import differing_paths, time_digits

@@ -21,7 +21,7 @@ from fingerslip.report.citations import bibtex_entries
 from fingerslip.report.content import MOST_RUNS, ReportContent, RunPictures, RunSubject
 from fingerslip.report.figures.signals import energy_figure
 from fingerslip.report.figures.study import Pair, convergence_figure, paired_figure, time_into_slide
-from fingerslip.report.labels import of_histories, of_runs, run_title, swept_text
+from fingerslip.report.labels import of_histories, of_runs, prose, run_title, swept_text
 from fingerslip.report.page.answer import answer, definitions, quotable
 from fingerslip.report.page.motion import run_motions
 from fingerslip.report.page.page import Picture, Report, ReportSection
@@ -34,7 +34,6 @@ from fingerslip.report.page.pictures import (
     swept_pictures,
 )
 from fingerslip.report.page.samples import sample_sections, samples_in_motion
-from fingerslip.report.prose import prose
 from fingerslip.report.tables import compare
 from fingerslip.report.tables import runs as run_tables
 from fingerslip.report.tables.parameters import ShownValue, conditions_table, models_table, value_tables

@@ -14,7 +14,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from fingerslip.report.prose import asset
+from fingerslip.report.labels import asset
 from fingerslip.storage.files import write_text
 from fingerslip.tables.table import Table, is_numeric, texts
 

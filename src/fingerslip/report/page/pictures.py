@@ -27,9 +27,8 @@ from fingerslip.report.figures import bodies, markers, patches, signals, study
 from fingerslip.report.figures.composed import composed_figure, spike_figure
 from fingerslip.report.figures.specimens import mesh_figure, receptor_positions, section_figure
 from fingerslip.report.figures.style import looking
-from fingerslip.report.labels import of_histories, path_label
+from fingerslip.report.labels import of_histories, path_label, prose
 from fingerslip.report.page.page import Picture
-from fingerslip.report.prose import prose
 from fingerslip.report.tables.runs import differing_paths
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import Events, find_events, slide_window

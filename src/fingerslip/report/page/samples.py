@@ -10,9 +10,8 @@ from statistics import median
 from fingerslip.published import PublishedSet
 from fingerslip.report.content import ReportContent
 from fingerslip.report.figures.study import tornado_figure
-from fingerslip.report.labels import short_labels, swept_text
+from fingerslip.report.labels import prose, short_labels, swept_text
 from fingerslip.report.page.page import Picture, ReportSection
-from fingerslip.report.prose import prose
 from fingerslip.report.tables.runs import summary_table
 from fingerslip.report.tables.samples import intervals_table, published_table, refused_table, sensitivity_table
 from fingerslip.results import REPEAT, SAMPLE, RunResult, StudyResult

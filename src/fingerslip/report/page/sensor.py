@@ -14,8 +14,8 @@ from fingerslip.errors import FingerslipError
 from fingerslip.report.content import Film, ReportContent
 from fingerslip.report.figures import markers
 from fingerslip.report.figures.style import save_figure
+from fingerslip.report.labels import prose
 from fingerslip.report.page.page import Picture, Report, ReportSection, write_page
-from fingerslip.report.prose import prose
 from fingerslip.slip import slide_window
 from fingerslip.slip.front import touching_markers
 from fingerslip.storage.files import check_replaceable, new_folder, write_bytes

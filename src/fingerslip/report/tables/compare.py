@@ -6,8 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from fingerslip.published import PublishedSet, PublishedValue
-from fingerslip.report.labels import path_label, run_title, swept_text
-from fingerslip.report.prose import prose
+from fingerslip.report.labels import path_label, prose, run_title, swept_text
 from fingerslip.report.tables.parameters import group_of
 from fingerslip.report.tables.runs import run_notes, swept_cells, swept_columns, swept_paths, time_cell
 from fingerslip.results import RunResult

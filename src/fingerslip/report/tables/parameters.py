@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fingerslip.report.prose import groups
+from fingerslip.report.labels import groups
 from fingerslip.tables.table import Column, Missing, Table
 
 if TYPE_CHECKING:

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fingerslip.report.labels import path_labels, run_title, swept_text
-from fingerslip.report.prose import groups, prose
+from fingerslip.report.labels import groups, path_labels, prose, run_title, swept_text
 from fingerslip.results import RefusedRun, RunResult, StudyResult
 from fingerslip.slip import PeakTable, measures
 from fingerslip.slip.front import edge_warning

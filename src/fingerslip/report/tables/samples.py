@@ -7,8 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from fingerslip.published import PublishedSet
-from fingerslip.report.labels import path_label, short_labels, swept_text
-from fingerslip.report.prose import prose
+from fingerslip.report.labels import path_label, prose, short_labels, swept_text
 from fingerslip.results import RefusedRun, RunResult, StudyResult
 from fingerslip.sampling.indices import Prediction, Sensitivity, Surrogate, Validation
 from fingerslip.sampling.sensitivity import Fit, Interval, fits_of, groups_of, interval_of, published_intervals
