@@ -127,10 +127,9 @@ def _draw_surface(axes: Axes, now: xr.Dataset, scale: float, values: Floats, col
         return
     largest = float(np.nanmax(np.abs(values))) or 1.0
     options: dict[str, Any] = {"cmap": "RdBu_r", "vmin": -largest, "vmax": largest, "rasterized": True}
-    plane = scale * now["rest"].values
+    plane, colours = scale * now["rest"].values, np.nan_to_num(values)
     mesh = Triangulation(plane[:, 0], plane[:, 1], corners)
     mesh.set_mask(lost)
-    colours = np.nan_to_num(values)
     if by_marker:
         drawn = axes.tripcolor(mesh, colours, shading="gouraud", **options)
     else:
@@ -220,14 +219,13 @@ def jump_figure(tracks: xr.Dataset) -> Figure:
 _NARROW = (4.6, 2.0)  # inch: a panel whose letters can be read on a telephone
 _MARGIN = 0.08  # around the markers, of their extent
 _TITLES = {"internal": "internal markers, from inside", "external": "external markers, from below"}
-_MILLIMETRES = 1e3
 
 
 @with_style
 def marker_places_figure(tracks: xr.Dataset, title: str = "") -> Figure:
     """Draw where the markers of tracks [m] are at rest, coloured by ring: inside ones from above, others from below."""
     kinds = [kind for kind in _TITLES if (tracks["kind"].values == kind).any()]
-    rest = _MILLIMETRES * tracks["position"].values[0]
+    rest = 1e3 * tracks["position"].values[0]
     across = rest[:, 2] if rest.shape[1] == 3 else np.zeros(len(rest))
     labels, heading = ("x, along the slide [mm]", "z, across [mm]"), join_title("Markers at rest", title)
     figure, panels = figure_grid(len(kinds), 2, (3.6, 3.2), heading, labels, share="none")
@@ -252,9 +250,9 @@ def slide_tracks_figure(tracks: xr.Dataset, history: xr.Dataset, title: str = ""
         raise ValueError("the history has no slide")
     plate = history["counterface_displacement"].values[window.records, 0]
     direction = (plate[-1] - plate[0]) / np.linalg.norm(plate[-1] - plate[0])
-    travel = _MILLIMETRES * (plate - plate[0]) @ direction
+    travel = 1e3 * (plate - plate[0]) @ direction
     positions = tracks["position"].values[window.records]
-    along = _MILLIMETRES * (positions - positions[0]) @ direction
+    along = 1e3 * (positions - positions[0]) @ direction
     kinds = [kind for kind in _TITLES if (tracks["kind"].values == kind).any()]
     labels, heading = ("travel of the plate [mm]", "displacement less the centre's [mm]"), "Markers in the slide"
     figure, panels = figure_grid(len(kinds), 2, (4.2, 3.0), join_title(heading, title), labels, share="x")
@@ -278,10 +276,7 @@ def slide_tracks_figure(tracks: xr.Dataset, history: xr.Dataset, title: str = ""
 
 #: Distance in the image from where a marker was when the slide began, from which on it counts as slipping [px].
 MOVED = 1.0
-_PANELS = 4
-_SIZE = (960, 660)
 _REFERENCE = 5  # frames before the slide whose mean is where markers were
-_PANEL = (2.7, 2.1)
 
 
 def film_times(start: float, end: float, first: float) -> tuple[float, ...]:
@@ -292,12 +287,12 @@ def film_times(start: float, end: float, first: float) -> tuple[float, ...]:
 @with_style
 def frames_figure(history: xr.Dataset, frames: Mapping[float, NDArray[np.uint8]], title: str = "") -> Figure:
     """Draw frames (height, width) of a camera, by their times [s], above the body at the snapshots nearest in time."""
-    times = list(frames)[:_PANELS]
+    times = list(frames)[:4]
     heading = join_title("What the camera sees, and the body at that time", title)
-    figure, panels = figure_grid(2 * len(times), len(times), _PANEL, heading, ("", ""), share="none")
+    figure, panels = figure_grid(2 * len(times), len(times), (2.7, 2.1), heading, ("", ""), share="none")
     numbers = [nearest_snapshot(history, max(time, 0.0)) for time in times]
     options = SceneOptions(scalar="region", cut=middle_cut(history), camera="side", written=False)
-    bodies = crop(stills(history, numbers, options, _SIZE))
+    bodies = crop(stills(history, numbers, options, (960, 660)))
     for number, time in enumerate(times):
         above, below = panels[number], panels[len(times) + number]
         above.imshow(frames[time], cmap="gray", vmin=0, vmax=255)

@@ -24,7 +24,7 @@ from fingerslip.results import RunResult
 from fingerslip.sampling.indices import Sensitivity
 from fingerslip.sampling.sensitivity import Fit
 from fingerslip.slip.windows import EVENTS, LATENCY, MAIN_EVENTS, READINGS, event_label
-from fingerslip.uncertainty import SETTINGS, Convergence, Refinement, Series
+from fingerslip.uncertainty import SETTINGS, Convergence
 
 _READING_MARKS: Mapping[str, str] = {"slip": "o", "displacement": "^", "acceleration": "X"}
 _WIDE = 4.6  # inch
@@ -227,40 +227,34 @@ def convergence_figure(quantities: Mapping[str, Convergence], title: str) -> Fig
     labels = ("", f"change of the {'latency' if critical else 'event'} [ms]")
     figure, panels = figure_grid(len(settings), 3, (3.1, 3.0), f"Convergence of the {what}, {title}", labels)
     for axes, setting in zip(panels, settings, strict=True):
-        _draw_setting(axes, setting.name, lines)
+        axes.axhline(0.0, color=BLACK, linewidth=0.6)
+        for index, (convergence, colour) in enumerate(lines):
+            _draw_series(axes, convergence, setting.name, colour, bar_at=1.0 + 0.04 * (index + 1))
         axes.set_xlabel(setting.label)
+        axes.set_xlim(left=-0.05)
     limit: Artist = Line2D([], [], color=BLACK, marker="D", markerfacecolor="none", linestyle="")
     keys = {line.quantity: Line2D([], [], color=colour, linewidth=2.0) for line, colour in lines if critical}
     add_legend(figure, (keys or _event_keys(MAIN_EVENTS)) | {"limit": limit})
     return figure
 
 
-def _draw_setting(axes: Axes, setting: str, lines: Sequence[tuple[Convergence, str]]) -> None:
-    axes.axhline(0.0, color=BLACK, linewidth=0.6)
-    for index, (convergence, colour) in enumerate(lines):
-        series, refinement = convergence.sources.get(setting), convergence.refinements.get(setting)
-        if series is None or refinement is None or refinement.uncertainty is None or convergence.value is None:
-            continue
-        _draw_series(axes, series, refinement, convergence.value, colour)
-        # Bars of different events at one size would hide each other.
-        bar_at = 1.0 + 0.04 * (index + 1)
-        axes.errorbar([bar_at], [0.0], yerr=[1e3 * refinement.uncertainty], color=colour, capsize=3)
-    axes.set_xlim(left=-0.05)
-
-
-def _draw_series(axes: Axes, series: Series, refinement: Refinement, value: float, colour: str) -> None:
-    sizes = np.array(series.sizes)
-    changes = 1e3 * (np.array(series.values, dtype=float) - value)
-    rising = np.argsort(sizes)
-    is_fitted = refinement.limit is not None and refinement.order is not None
-    axes.plot(sizes[rising], changes[rising], marker="o", color=colour, linestyle="" if is_fitted else (0, (1, 1.5)))
-    if refinement.limit is None or refinement.order is None:
+def _draw_series(axes: Axes, convergence: Convergence, setting: str, colour: str, bar_at: float) -> None:
+    """Draw the changes of a number over a setting, and its error bar where it hides no other."""
+    series, refinement = convergence.sources.get(setting), convergence.refinements.get(setting)
+    if series is None or refinement is None or refinement.uncertainty is None or convergence.value is None:
         return
-    # The curve of the observed order from the coarsest value down to the limit.
-    limit, coarsest = 1e3 * (refinement.limit - value), rising[-1]
-    along = np.linspace(0.0, 1.0, 100)
-    axes.plot(along * sizes[coarsest], limit + (changes[coarsest] - limit) * along**refinement.order, color=colour)
-    axes.plot([0.0], [limit], marker="D", markerfacecolor="none", color=colour, linestyle="")
+    sizes, order = np.array(series.sizes), refinement.order
+    changes = 1e3 * (np.array(series.values, dtype=float) - convergence.value)
+    rising = np.argsort(sizes)
+    is_fitted = refinement.limit is not None and order is not None
+    axes.plot(sizes[rising], changes[rising], marker="o", color=colour, linestyle="" if is_fitted else (0, (1, 1.5)))
+    if refinement.limit is not None and order is not None:
+        # The curve of the observed order from the coarsest value down to the limit.
+        limit, coarsest = 1e3 * (refinement.limit - convergence.value), rising[-1]
+        along = np.linspace(0.0, 1.0, 100)
+        axes.plot(along * sizes[coarsest], limit + (changes[coarsest] - limit) * along**order, color=colour)
+        axes.plot([0.0], [limit], marker="D", markerfacecolor="none", color=colour, linestyle="")
+    axes.errorbar([bar_at], [0.0], yerr=[1e3 * refinement.uncertainty], color=colour, capsize=3)
 
 
 _WIDTH, _ROW, _AROUND = 5.2, 0.34, 0.7  # inch
