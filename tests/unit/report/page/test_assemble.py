@@ -1,6 +1,7 @@
-"""The standard report of a study: which tables and figures its runs call for."""
+"""The report of a study, which tables and figures its runs call for, and that of two studies side by side."""
 
 import dataclasses
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -11,22 +12,21 @@ from fingerslip.marker_tracks import filmed_tracks
 from fingerslip.published import published_set
 from fingerslip.report.content import MOST_RUNS, Film, RunSubject
 from fingerslip.report.page import assemble, pictures
-from fingerslip.report.page.assemble import run_section, study_report
+from fingerslip.report.page.assemble import ComparedStudy, comparison_report, pairs_of, run_section, study_report
 from fingerslip.report.page.page import ReportSection, render_page
 from fingerslip.report.page.pictures import has_receptors, hero_pictures, model_pictures, run_pictures, swept_pictures
 from fingerslip.report.page.sensor import cameras_section
 from fingerslip.report.tables.parameters import ShownValue
-from fingerslip.results import RunResult, result_of
+from fingerslip.results import RunResult, StudyResult, result_of
 from fingerslip.slip import Events, SlipEvents, find_events, measures
 from fingerslip.slip.front import EdgeContact
 from fingerslip.slip.measures import Measure
-from fingerslip.tables.table import Column, Table, texts
+from fingerslip.tables.table import Column, Missing, Table, texts
 from fingerslip.uncertainty import Convergence, Series
 from fingerslip.verification.meshes import box
 from fingerslip.vision.cameras.camera import external_camera, true_tracks
 from unit.filmed import filmed_history
-from unit.report.page.contents import content_of, two_runs, with_runs
-from unit.report.pages import checked
+from unit.report.page.contents import checked, content_of, two_runs, with_runs
 from unit.report.scenes import block_history
 from unit.synthetic import Process, make
 
@@ -270,3 +270,40 @@ def test_cameras_have_a_row_each_and_the_order_of_slip():
     section = cameras_section(content)
     assert section.tables[0].rows == (("run", "external", 76, 5, 0.01, 0.04, 99.5, 0),)
     assert [picture.name for picture in section.pictures] == ["run-external-camera-order"]
+
+
+def compared(title, times, friction="0.6"):
+    runs = tuple(
+        RunResult(str(mu), {"contact.friction_coefficient": mu}, Events(slip=SlipEvents(incipient=1.1, overall=time)))
+        for mu, time in times.items()
+    )
+    values = (ShownValue("time.step", "5 ms", "study file"), ShownValue("a.b", friction, "study file"))
+    return ComparedStudy(StudyResult(Path(title), (), runs, title=title), values, {run.name: 1.0 for run in runs})
+
+
+def test_runs_with_the_same_values_are_compared_and_values_that_differ_are_shown():
+    report = comparison_report(
+        compared("one", {0.4: 1.4, 0.6: 1.7}), compared("two", {0.6: 1.75, 0.8: None}, "0.7"), {}
+    )
+    assert report.answer == (
+        "One value differs between the studies; what follows is the effect of it.",
+        "In the run that both studies have, overall slip of B comes 50 ms later into the slide than that of A.",
+    )
+    assert [picture.name for picture in report.hero] == ["paired"]
+    differences, values = (report.sections[number].tables[0] for number in (0, 1))
+    assert ["friction coefficient 0.6", "overall", "1.700", "1.750", "50"] in texts(differences)
+    assert values.rows == (("a.b", "0.6", "0.7"),)
+    checked(render_page(report))
+
+
+def test_single_runs_are_a_pair_whatever_their_values_and_without_common_runs_it_says_so():
+    first, second = compared("one", {0.4: 1.4}), compared("two", {0.6: None})
+    assert len(pairs_of(first.study, second.study)) == 1
+    report = comparison_report(first, second, {})
+    assert report.answer[0] == "No value differs between the studies."
+    assert "none reaches overall slip in both" in report.answer[-1]
+    overall = next(row for row in report.sections[0].tables[0].rows if row[1] == "overall")
+    assert overall[-1] is Missing.NO_EVENT
+    report = comparison_report(first, compared("two", {0.6: 1.7, 0.8: 1.8}), {})
+    assert report.answer[-1].startswith("The studies have no runs with the same swept values")
+    assert report.hero == ()

@@ -24,7 +24,7 @@ from fingerslip.tables.table import Column, Measured, Missing, Table
 from fingerslip.vision.overlay import SHOWN_FIELDS
 from fingerslip.vision.video import open_frames, read_frames, write_video
 from problems import clips
-from unit.report.pages import checked
+from unit.report.page.contents import checked
 from unit.sampled import study_of
 from unit.synthetic import Process, make
 

@@ -25,7 +25,7 @@ from fingerslip.study.storage.reporting import compare_studies, read_results, re
 from fingerslip.study.storage.store import RunConvergence, read_convergences, read_manifest, write_results
 from fingerslip.uncertainty import Convergence, Series
 from unit.filmed import filmed_history
-from unit.report.pages import checked
+from unit.report.page.contents import checked
 from unit.study.block import FRICTIONS, NAMES, run_block
 
 
