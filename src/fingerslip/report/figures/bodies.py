@@ -98,8 +98,8 @@ def deformed_figure(
     heading: str = "",
 ) -> Figure:
     """Draw the deformed body with a field, a panel for each time [s]: sections to scale, or lit views of a solid."""
-    solid, cut = is_solid(history), scene.middle_cut(history)
-    options = options or SceneOptions(cut=cut, receptors=False, written=False)
+    solid = is_solid(history)
+    options = options or SceneOptions(cut=scene.middle_cut(history), receptors=False, written=False)
     scene.check_options(history, options)
     moments, every = dict.fromkeys([] if times is None else times, ""), history["snapshot_time"].values
     if times is None:
