@@ -15,18 +15,6 @@ from fingerslip.parameters import from_mapping
 from fingerslip.report.scene import scene
 from fingerslip.report.scene.names import CAMERAS, CUTS, FIELDS, alternatives
 from fingerslip.report.scene.options import LOCAL, SCALARS, SceneOptions, Served, require_free
-from fingerslip.report.scene.scene import (
-    aim,
-    check_options,
-    contact_levels,
-    draw_scale,
-    draw_scene,
-    field_limits,
-    middle_cut,
-    region_names,
-    snapshot_grid,
-    vtk_grid,
-)
 from fingerslip.slip import contact_patch
 from fingerslip.snapshot import CELL_TYPES, in_space, read_snapshot
 from unit.report.scenes import block_history
@@ -38,12 +26,12 @@ def history():
 
 
 def test_grid_is_the_deformed_mesh_in_millimetres_with_fields_in_their_units(history):
-    grid = snapshot_grid(history, 0)
+    grid = scene.snapshot_grid(history, 0)
     assert grid.volume == pytest.approx(1000.0)
     assert grid.bounds == pytest.approx((0.0, 10.0) * 3)
-    pressed = snapshot_grid(history, history.sizes["snapshot_time"] - 1)
+    pressed = scene.snapshot_grid(history, history.sizes["snapshot_time"] - 1)
     assert pressed.bounds[4] == pytest.approx(0.5, abs=0.05)  # on soft penalties
-    later, moved = snapshot_grid(history, 1), history["snapshot_displacement"].values[1]
+    later, moved = scene.snapshot_grid(history, 1), history["snapshot_displacement"].values[1]
     assert later.point_data["displacement"] == pytest.approx(1e3 * np.linalg.norm(moved, axis=1))
     assert later.cell_data["von_mises"] == pytest.approx(1e-3 * history["snapshot_von_mises"].values[1])
 
@@ -54,7 +42,7 @@ def test_grid_is_the_deformed_mesh_in_millimetres_with_fields_in_their_units(his
 ])  # fmt: skip
 def test_every_element_has_its_cells_with_reference_positions_and_vectors_of_three_components(element, name):
     history = block_history(element)
-    dim, snapshot, grid = history.sizes["component"], read_snapshot(history, 2), snapshot_grid(history, 0)
+    dim, snapshot, grid = history.sizes["component"], read_snapshot(history, 2), scene.snapshot_grid(history, 0)
     assert set(grid.celltypes) == {CELL_TYPES[element]} == {getattr(pyvista.CellType, name)}
     assert grid.compute_cell_sizes()["Area" if dim == 2 else "Volume"].sum() == pytest.approx(10.0**dim)
     np.testing.assert_array_equal(snapshot.points[:, :dim], history["node_position"])
@@ -68,8 +56,8 @@ def test_every_element_has_its_cells_with_reference_positions_and_vectors_of_thr
 
 def drawn(history, **options):
     plotter = pyvista.Plotter(off_screen=True)
-    draw_scene(plotter, history, 2, SceneOptions(**options))
-    aim(plotter, history, SceneOptions(**options))
+    scene.draw_scene(plotter, history, 2, SceneOptions(**options))
+    scene.aim(plotter, history, SceneOptions(**options))
     return plotter
 
 
@@ -90,14 +78,14 @@ def test_what_is_chosen_is_there(history, options, has, lacks):
 
 def test_colours_are_scaled_to_what_is_shown_and_not_to_the_bone(history):
     values = np.where(history["cell_region"].values == 0, 1e3, 9e6) * np.ones_like(history["snapshot_von_mises"])
-    names = region_names(history)
+    names = scene.region_names(history)
     assert names == ("skin", "tissue")
     stressed = history.assign(snapshot_von_mises=(history["snapshot_von_mises"].dims, values))
-    assert field_limits(stressed, SceneOptions()) == pytest.approx((0.0, 9e3))
-    assert field_limits(stressed, SceneOptions(hidden=names[1:])) == pytest.approx((0.0, 1.0))
+    assert scene.field_limits(stressed, SceneOptions()) == pytest.approx((0.0, 9e3))
+    assert scene.field_limits(stressed, SceneOptions(hidden=names[1:])) == pytest.approx((0.0, 1.0))
     bone = stressed.assign_attrs(regions=f"{names[0]}, phalanx")
-    assert field_limits(bone, SceneOptions()) == pytest.approx((0.0, 1.0))
-    assert field_limits(bone, SceneOptions(hidden=names[:1])) == pytest.approx((0.0, 9e3))
+    assert scene.field_limits(bone, SceneOptions()) == pytest.approx((0.0, 1.0))
+    assert scene.field_limits(bone, SceneOptions(hidden=names[:1])) == pytest.approx((0.0, 9e3))
 
 
 def test_a_cut_leaves_half_of_the_body_and_the_plate_is_where_it_touches(history):
@@ -114,12 +102,12 @@ def test_a_cut_leaves_half_of_the_body_and_the_plate_is_where_it_touches(history
 @pytest.mark.parametrize(("normal", "cut"), [((0, 0, 1), "y"), ((0, 0, -1), "y"), ((0, 1, 0), "z")])
 def test_a_body_stands_upright_on_its_plate_and_is_open_towards_the_camera(history, normal, cut):
     seen = history.assign(counterface_normal=(history["counterface_normal"].dims, np.array([normal], dtype=float)))
-    assert middle_cut(seen) == cut
+    assert scene.middle_cut(seen) == cut
     plotter = drawn(seen, camera="side", cut=cut, plate=False, receptors=False)
     assert np.abs(plotter.camera.up) == pytest.approx(np.abs(normal), abs=1e-9)
     half, whole = (
         np.mean(np.reshape(shape.bounds, (3, 2)), axis=1)
-        for shape in (plotter.actors["layer tissue"], snapshot_grid(seen, 2))
+        for shape in (plotter.actors["layer tissue"], scene.snapshot_grid(seen, 2))
     )
     assert (half - whole) @ plotter.camera.direction > 1.0  # mm
 
@@ -129,7 +117,7 @@ def test_within_the_contact_and_its_stick_zone_levels_are_above_zero_and_nowhere
     seen = set()
     for step in range(history.sizes["time"]):
         states = history["contact_state"].values[step, patch.nodes]
-        touch, stick = contact_levels(history, patch, step)
+        touch, stick = scene.contact_levels(history, patch, step)
         np.testing.assert_array_equal(touch > 0.0, states != OPEN)
         np.testing.assert_array_equal(stick > 0.0, states == STICK)
         seen |= set(states.tolist())
@@ -147,14 +135,14 @@ def test_what_sticks_at_the_limit_of_friction_is_at_the_edge_of_the_stick_zone(h
     for share, is_edge in ((1.0, True), (0.5, False)):
         tangential[..., 0] = share * friction * history["normal_traction"].values
         traction = history["tangential_traction"].copy(data=tangential)
-        _, stick = contact_levels(history.assign(tangential_traction=traction), patch, step)
+        _, stick = scene.contact_levels(history.assign(tangential_traction=traction), patch, step)
         assert np.all((stick[sticks] == scene._LEAST_LEVEL) == is_edge)
 
 
 @pytest.mark.parametrize(("camera", "length"), [("side", 2.0), ("oblique", 2.0)])
 def test_a_bar_has_a_round_length_below_the_body_whatever_the_camera(history, camera, length):
     plotter = drawn(history, camera=camera)
-    draw_scale(plotter, snapshot_grid(history, 2).points)
+    scene.draw_scale(plotter, scene.snapshot_grid(history, 2).points)
     low, high = np.reshape(plotter.actors["scale"].bounds, (3, 2)).T
     assert np.linalg.norm(high - low) == pytest.approx(length)
     assert plotter.camera.parallel_projection
@@ -169,9 +157,9 @@ def test_every_name_is_an_option_that_can_be_drawn_and_what_cannot_be_shown_is_r
     assert (cameras(""), fields(""), fields("re")) == (list(CAMERAS), list(FIELDS), ["region"])
     assert [alternatives(names) for names in (("a", "b"), ("a", "b", "c"))] == ["a or b", "a, b or c"]
     with pytest.raises(InputError, match="'nail', which is no region, may hold skin, tissue"):
-        check_options(history, SceneOptions(hidden=("nail",)))
+        scene.check_options(history, SceneOptions(hidden=("nail",)))
     with pytest.raises(ResultError, match="snapshots_every"):
-        check_options(history.drop_dims("snapshot_time"), SceneOptions())
+        scene.check_options(history.drop_dims("snapshot_time"), SceneOptions())
     with pytest.raises(InputError, match="view: camera: got 'top', needs 'oblique', 'side', 'front' or 'below'"):
         from_mapping(SceneOptions, {"camera": "top"}, "view")
 
@@ -212,7 +200,7 @@ def test_prisms_on_each_other_hide_the_face_between_them_and_look_outwards():
     """As hexahedra with edges without length they showed it, dark in the cut."""
     triangle, height = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.array([0, 0, 1])
     points = np.concatenate([triangle, triangle + height, triangle + 2 * height])
-    grid = vtk_grid(np.array([[0, 1, 2, 2, 3, 4, 5, 5], [3, 4, 5, 5, 6, 7, 8, 8]]), CELL_TYPES["H8"], points)
+    grid = scene.vtk_grid(np.array([[0, 1, 2, 2, 3, 4, 5, 5], [3, 4, 5, 5, 6, 7, 8, 8]]), CELL_TYPES["H8"], points)
     surface = vtkGeometryFilter()
     surface.SetInputData(grid)
     surface.Update()
