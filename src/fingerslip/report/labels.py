@@ -51,13 +51,7 @@ def of_runs(text: str, runs: Iterable[RunResult]) -> str:
 
 
 def path_label(path: str) -> str:
-    """Return a dotted path in words.
-
-    Examples
-    --------
-    >>> path_label("fingertip.phalanx.variant"), path_label("contact.friction_coefficient")
-    ('phalanx', 'friction coefficient')
-    """
+    """Return a dotted path in words: ``fingertip.phalanx.variant`` is a phalanx."""
     return _words(path, 1)
 
 
@@ -114,14 +108,7 @@ def swept_text(value: object) -> str | float | int | bool | None:
 
 
 def run_title(result: RunResult, study: str) -> str:
-    """Return the title of a run: its swept values, or the title of the study where nothing is swept.
-
-    Examples
-    --------
-    >>> from fingerslip.slip import Events
-    >>> run_title(RunResult("angle--30deg", {"fingertip.solid.angle": "-30 deg"}, Events()), "A study")
-    'angle -30 deg'
-    """
+    """Return the title of a run: its swept values, or the title of the study where nothing is swept."""
 
     def text(value: object) -> str:
         if isinstance(value, bool):
@@ -155,11 +142,5 @@ def groups() -> Mapping[str, Mapping[str, Any]]:
 
 
 def prose(group: str, name: str, values: Mapping[str, object] = _NOTHING) -> str:
-    """Return a text with the values that stand in it by their names.
-
-    Examples
-    --------
-    >>> prose("captions", "energy", {"run": ": phalanx original"})
-    'Where the work of the plate goes: phalanx original.'
-    """
+    """Return a text with the values that stand in it by their names."""
     return str(groups()[group][name]).format_map(values)

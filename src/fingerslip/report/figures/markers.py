@@ -303,11 +303,10 @@ def frames_figure(history: xr.Dataset, frames: Mapping[float, NDArray[np.uint8]]
 
 
 def onsets(tracks: xr.Dataset, start: float) -> tuple[Floats, Floats]:
-    """Return when each marker starts to move in the image, and how far it is from the middle one.
+    """Return when markers start to move in the image (n,) [s], and how far they are from the middle one (n,) [px].
 
-    Tracks [px] are those of a camera that goes with the plate, in which a marker that sticks stands still. Times (n,)
-    count from the start of the slide [s], NaN for a marker that never is more than `MOVED` from where it was; distances
-    (n,) are those from the marker of ring 0 at the start [px].
+    Tracks [px] are those of a camera that goes with the plate, in which a marker that sticks stands still. Times count
+    from the start of the slide, NaN for a marker that is never more than `MOVED` from where it was then.
     """
     times, position = tracks["time"].values, tracks["position"].values
     first = int(np.searchsorted(times, start - 1e-9))

@@ -355,8 +355,7 @@ class ShownTime:
 def shown_time(history: xr.Dataset) -> ShownTime:
     """Return the time that figures of a history show.
 
-    It is logarithmic where the time between records grows twentyfold and more and nothing slides then: from the start
-    of the last hold, or of the run where there is none.
+    Where records grow twentyfold apart and nothing slides it is logarithmic, from the start of the last hold or the run.
     """
     times, holds = history["time"].values, phase_times(history, "hold")
     is_held = bool(holds) and all(end <= holds[-1][0] for _, end in phase_times(history, "slide"))

@@ -17,12 +17,6 @@ CUTS: tuple[Cut, ...] = get_args(Cut)
 
 
 def alternatives(names: tuple[str, ...]) -> str:
-    """Write names as alternatives.
-
-    Examples
-    --------
-    >>> alternatives(CAMERAS)
-    'oblique, side, front or below'
-    """
+    """Write names as alternatives, such as 'oblique, side, front or below'."""
     *first, last = names
     return f"{', '.join(first)} or {last}"

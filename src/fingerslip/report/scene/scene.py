@@ -243,10 +243,9 @@ def _label_bars(plotter: Any, top: float) -> None:
 
 
 def field_limits(history: xr.Dataset, options: SceneOptions) -> tuple[float, float]:
-    """Return the range of colours, the same for all snapshots.
+    """Return the range of colours, the same for all snapshots: to a high percentile, as corners have any stress.
 
-    It ends at the percentile :data:`_PERCENTILE` of the snapshot where that is largest: corners have any stress. Stiff
-    regions do not count where anything else is shown: soft layers would have one colour.
+    Stiff regions do not count where anything else is shown: soft layers would have one colour.
     """
     if options.scalar == "region":
         return 0.0, 1.0

@@ -21,11 +21,9 @@ _ROUNDING = 1e-9
 
 
 def compare_table(runs: Sequence[RunResult], reference: PublishedSet) -> Table:
-    """Put slip events beside published ones.
+    """Put slip events beside published ones: a row for every run that meets the conditions of a published time.
 
-    A published time is shown for every run that meets its conditions (friction, programme, direction, angle of the
-    finger), with our time in each reading and the difference; one that no run meets has a row that says so. The note
-    says which runs are not compared, and what differs.
+    One that no run meets has a row that says so; the note says which runs are not compared, and what differs.
     """
     values = [value for value in reference.values if value.value is not None and value.quantity in _TIMES]
     beside = (Column(*column) for name in READING_HEADINGS.values() for column in ((name, "s", 3), ("diff.", "ms", 0)))
@@ -95,13 +93,7 @@ def span_of(value: PublishedValue) -> tuple[float, float]:
 
 
 def difference_from(ours: float, span: tuple[float, float]) -> float:
-    """Return how much `ours` lies above (positive) or below a published range; 0 within it.
-
-    Examples
-    --------
-    >>> difference_from(1.64, (1.63, 1.65))
-    0.0
-    """
+    """Return how much `ours` lies above (positive) or below a published range; 0 within it."""
     return ours - min(max(ours, span[0]), span[1])
 
 
@@ -137,14 +129,7 @@ _MOST_NAMED = 4
 
 
 def differences_table(first: Mapping[str, str], second: Mapping[str, str], *, same: str, note: str = "") -> Table:
-    """Put the values that differ into a table; values that only say what is recorded are named below it.
-
-    Examples
-    --------
-    >>> table = differences_table({"a": "1", "record.c": "2"}, {"a": "3"}, same="Same.")
-    >>> table.rows
-    (('a', '1', '3'),)
-    """
+    """Put the values that differ into a table; values that only say what is recorded are named below it."""
     paths = [path for path in dict.fromkeys((*first, *second)) if first.get(path) != second.get(path)]
     aside = [path for path in paths if group_of(path) == _ASIDE]
     rows = tuple(

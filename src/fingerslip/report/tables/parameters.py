@@ -45,13 +45,7 @@ class ShownValue:
 
 
 def group_of(path: str) -> str:
-    """Return the group of a value.
-
-    Examples
-    --------
-    >>> group_of("fingertip.materials.dermis.density"), group_of("fingertip.depth"), group_of("contact.normal.0")
-    ('Materials and damping', 'Specimen', 'Contact and friction')
-    """
+    """Return the group of a value."""
     return next(
         (group for group, keys in GROUPS.items() if any(f"{path}.".startswith(f"{part}.") for part in keys)),
         list(GROUPS)[-1],

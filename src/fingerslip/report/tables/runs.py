@@ -127,16 +127,9 @@ def _event_cells(run: RunResult, reading: str) -> tuple[Cell, ...]:
 def summary_table(runs: Sequence[RunResult], refused: Sequence[RefusedRun] = ()) -> Table:
     """Put the slip events and measures of all runs into one table: one row per run, SI units, full precision.
 
-    The columns are ``run``, its name; the swept paths, in a study with samples also ``sample``, its number, and the
-    sampled paths, as numbers with their SI unit in the name, such as ``mesh.contact_size_m``, or as words; then
-    ``incipient_s, noticed_s, three_quarter_s, overall_s, latency_s`` from accumulated slip, and the same with
-    ``_displacement`` and ``_acceleration``, as far as the reading defines them (``noticed_s`` is when 48 % of the
-    contact slips, the share at which people notice it: Barrea et al. 2018); then ``readings_recorded``, the
-    readings whose signals the run recorded, so that an empty time says that the event did not happen where its
-    reading is named and that it was not recorded where it is not; then the measures, such as
-    ``normal_force_max_N``; then derived quantities; then the numerical uncertainties that are known, such as
-    ``slip_overall_uncertainty_s``; then, in a study with samples, ``refused``: why a sample was not computed. Such
-    rows stand at the end.
+    Swept and sampled values, such as ``mesh.contact_size_m``; times, such as ``overall_s_displacement``; in
+    ``readings_recorded`` the readings whose empty times say that the event did not happen; measures; derived
+    quantities; uncertainties that are known, such as ``slip_overall_uncertainty_s``; why samples were ``refused``.
     """
     columns = _summary_columns(runs, refused)
     rows = zip(*(cells for _, cells in columns.values()), strict=True)
