@@ -355,7 +355,7 @@ class ShownTime:
 def shown_time(history: xr.Dataset) -> ShownTime:
     """Return the time that figures of a history show.
 
-    Where records grow twentyfold apart and nothing slides it is logarithmic, from the start of the last hold or the run.
+    Where records grow twentyfold apart and nothing slides it is logarithmic, from the last hold or the start.
     """
     times, holds = history["time"].values, phase_times(history, "hold")
     is_held = bool(holds) and all(end <= holds[-1][0] for _, end in phase_times(history, "slide"))
