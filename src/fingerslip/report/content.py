@@ -118,7 +118,6 @@ class Film:
     run: str  # name of the run
     kind: str  # which camera
     tracks: xr.Dataset  # tracks in pixels of the tracker, with the markers of the truth
-    truth: xr.Dataset  # tracks in pixels, as they are
     numbers: Mapping[str, float | None]  # how far they are from each other
     frames: Mapping[float, NDArray[np.uint8]]  # (height, width), some frames by their times [s]
 

@@ -37,9 +37,8 @@ def cameras_section(content: ReportContent) -> ReportSection:
     columns = (*map(Column, ("run", "camera", *names[:2])), *pixels, Column("kept", "%", digits=2), Column("swapped"))
     rows = []
     for film in content.films:
-        numbers = dict(film.numbers)
-        if (share := numbers["kept"]) is not None:
-            numbers["kept"] = 100.0 * share
+        share = film.numbers["kept"]
+        numbers = {**film.numbers, "kept": None if share is None else 100.0 * share}
         rows.append((film.run, film.kind, *(numbers[name] for name in names)))
     table = Table("Tracks beside the truth", columns, tuple(rows))
     pictures = [picture for film in content.films for picture in _film_pictures(content, film)]

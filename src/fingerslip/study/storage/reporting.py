@@ -363,7 +363,7 @@ def read_films(folder: Path, histories: Mapping[str, xr.Dataset]) -> tuple[Film,
             truth, tracks = read_tracks(camera / "truth.nc"), read_tracks(camera / "tracks" / "matched.nc")
             displayed = {name: numbers[name] for name in ("frames", "markers", "rms", "largest", "kept", "swapped")}
             frames = _frames(camera / "video.avi", truth, history)
-            films.append(Film(run, camera.name, tracks, truth, displayed, frames))
+            films.append(Film(run, camera.name, tracks, displayed, frames))
     return tuple(films)
 
 

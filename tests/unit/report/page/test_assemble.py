@@ -265,7 +265,7 @@ def test_cameras_have_a_row_each_and_the_order_of_slip():
     camera = external_camera(30e-3, 14e-3, frame_rate=100.0, exposure=1e-3)
     truth = true_tracks(camera, filmed_tracks(history, "external", 0.5))
     numbers = {"frames": 76, "markers": 5, "rms": 0.01, "largest": 0.04, "kept": 0.995, "swapped": 0}
-    film = Film("run", "external", truth, truth, numbers, {})
+    film = Film("run", "external", truth, numbers, {})
     content = SimpleNamespace(films=(film,), histories={"run": history}, titles={"run": "A run"})
     section = cameras_section(content)
     assert section.tables[0].rows == (("run", "external", 76, 5, 0.01, 0.04, 99.5, 0),)
