@@ -1,1 +1,1 @@
-"""Tests of fingerslip.slip, module by module."""
+"""Tests of fingerslip.report.figures."""

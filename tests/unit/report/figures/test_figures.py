@@ -495,11 +495,6 @@ def test_the_lines_of_events_cross_the_share_that_has_slipped_at_their_levels():
     assert not receptors & {each.get_color() for each in every}, "a colour means one thing"
 
 
-def test_forces_of_a_section_say_how_deep_it_is():
-    figure = signals.force_figure(HISTORY.assign_attrs(depth=1e-3))
-    assert panels(figure)[0].get_ylabel().startswith("force of 1 mm\ndepth [")
-
-
 def diamonds(axes):
     """Return where published values are drawn."""
     return sorted((item.get_xdata()[0], item.get_ydata()[0]) for item in axes.lines if item.get_marker() == "D")
