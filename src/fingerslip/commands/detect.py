@@ -172,10 +172,11 @@ def evaluate(
     Finished parts are kept in DIR.unfinished until the tables are written, so that an interrupted evaluation goes on.
     Each value of a condition that is left out takes as long as a fold.
     """
-    from fingerslip.detect.evaluation.whole import evaluate_whole
     from fingerslip.detect.session import evaluate_classifiers
 
     if whole:
+        from fingerslip.detect.evaluation.whole import evaluate_whole
+
         tables = evaluate_whole(dataset, choices, folds=folds, group=group, output=output)
     else:
         options: dict[str, Any] = {"folds": folds, "group": group, "leave_out": leave_out or (), "output": output}

@@ -169,7 +169,7 @@ class HeldObject(ObjectSettings):
         return float(times[last - 1] - excess[last - 1] * np.diff(times)[last - 1] / np.diff(excess)[last - 1])
 
 
-ObjectSettings.__doc__ = HeldObject.__doc__
+ObjectSettings.__doc__ = (HeldObject.__doc__ or "").partition("\n    Examples")[0]
 
 
 def holder_of(
