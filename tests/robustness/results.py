@@ -30,7 +30,8 @@ from fingerslip.study.inspection.views import _stored_history
 from fingerslip.study.running import compute, runner
 from fingerslip.study.storage import reporting
 from fingerslip.study.storage.store import read_run
-from fingerslip.validation.evidence import _measure
+from fingerslip.validation.evidence import measure_folder
+from fingerslip.validation.measures import measure
 from robustness.block import TWO_RUNS, write_block
 from robustness.mutants import changed_bytes, changed_data
 
@@ -122,7 +123,7 @@ def _readers(study: Path) -> dict[str, Callable[[], Any]]:
         "show run": lambda: show(str(study / _NAMES[0])),
         "diff": lambda: diff_runs(*(study / name for name in _NAMES)),
         "view": lambda: _view(study / _NAMES[0]),
-        "validate": lambda: [_measure(study / name, read_run(study / name)) for name in _NAMES],
+        "validate": lambda: [measure_folder(study / name, read_run(study / name), measure) for name in _NAMES],
     }
 
 

@@ -20,8 +20,8 @@ from fingerslip.react.reflex import reaction as shipped
 from fingerslip.react.run import critical_start, search_edge
 from fingerslip.react.scenario import HeldObject, holder_of
 from fingerslip.specimens.tactip.tactip import PRESETS, SensorSectionSizes
+from places import DOCS, run_page
 from unit.pads import pad
-from unit.test_howto import names_of
 
 HELD = HeldObject(load=RampLoad(rate=8.0, force=2.0), margin=0.3, settle=0.15, rest=0.02, after=0.3, step=2e-3)
 DETECTORS = {
@@ -215,7 +215,7 @@ def test_search_finds_the_edge_from_any_guess_and_says_where_there_is_none(edge,
 @pytest.mark.slow
 def test_page_on_reactions_runs_as_it_is_printed(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    names = names_of("docs/reaction.md")
+    names = run_page(DOCS / "reaction.md")
     assert (names["human"].saved, names["slow"].saved) == (True, False)
 
 
