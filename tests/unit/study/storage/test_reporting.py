@@ -24,6 +24,7 @@ from fingerslip.study.storage import reporting, store
 from fingerslip.study.storage.reporting import compare_studies, read_results, read_stored_run, write_report
 from fingerslip.study.storage.store import RunConvergence, read_convergences, read_manifest, write_results
 from fingerslip.uncertainty import Convergence, Series
+from fingerslip.vision.tracks import read_tracks
 from unit.filmed import filmed_history
 from unit.report.page.contents import checked
 from unit.study.block import FRICTIONS, NAMES, run_block
@@ -241,4 +242,5 @@ def test_frames_at_rest_at_the_start_in_the_slide_and_at_its_end(tmp_path):
     (film,) = reporting.read_films(tmp_path, {"run": filmed_history()})
     assert list(film.frames) == pytest.approx([-0.4, 1.0, 1.33, 2.0], abs=0.02)
     assert {frame.shape for frame in film.frames.values()} == {(120, 160)}
-    assert film.truth["position"].shape == film.tracks["position"].shape
+    truth = read_tracks(tmp_path / "run" / "cameras" / "external" / "truth.nc")
+    assert film.tracks["position"].shape == truth["position"].shape
