@@ -23,6 +23,7 @@ except ModuleNotFoundError as error:
     raise ModuleNotFoundError(needs) from error
 
 from fingerslip.afferents.model import AFFERENTS
+from fingerslip.arrays import Singles
 from fingerslip.contact.states import OPEN
 from fingerslip.dynamics.steering.commands import Command
 from fingerslip.dynamics.steering.steering import Observation, Simulation
@@ -116,7 +117,7 @@ class Domain:
         return cls(objects[0], holder, (frictions[0], frictions[-1]), (rates[0], rates[-1]))
 
 
-class HoldEnv(gymnasium.Env[Sensed, NDArray[np.float32]]):
+class HoldEnv(gymnasium.Env[Sensed, Singles]):
     """Hold an object whose load grows, with as little grip as it takes.
 
     The action is the rate of the grip force, -1 to 1 of `force_rate`; it takes effect after the latency, to the
@@ -232,7 +233,7 @@ class HoldEnv(gymnasium.Env[Sensed, NDArray[np.float32]]):
         """Return the grip force [N] at a time since the load began [s]."""
         return float(np.interp(time - self._task.latency, self._times, self._grips))
 
-    def step(self, action: NDArray[np.float32]) -> tuple[Sensed, float, bool, bool, dict[str, Any]]:
+    def step(self, action: Singles) -> tuple[Sensed, float, bool, bool, dict[str, Any]]:
         """Change the grip, and go on for a control period."""
         if self._simulation is None:
             raise InputError("environment", "has no object", "needs one", "call reset() first")

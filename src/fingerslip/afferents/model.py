@@ -26,14 +26,13 @@ from fingerslip.afferents.signals import (
     record_bandwidth,
     warn_beyond,
 )
+from fingerslip.arrays import Floats
 from fingerslip.errors import InputError, ResultError
 from fingerslip.history import site_kinds
 from fingerslip.parameters import Duration, PositiveDuration, Rate, parameters
 from fingerslip.parameters.presets import Presets
 from fingerslip.parameters.schema import require, require_kind
 from fingerslip.sites import RECEPTOR_KINDS
-
-Array = NDArray[np.float64]
 
 # Longest delay of a spike behind its stimulus [s], far above that of any nerve.
 _DELAY = 1.0
@@ -53,7 +52,7 @@ class AfferentModel(Protocol):
     def highest_frequency(self) -> float:
         """Highest frequency of the stimulus that matters to it [Hz]."""
 
-    def spikes(self, times: Array, values: Array) -> Sequence[Array]:
+    def spikes(self, times: Floats, values: Floats) -> Sequence[Floats]:
         """Return the spike times [s] of each receptor, from times (n,) [s] and the stimulus (n, k) in SI units."""
 
 
@@ -75,7 +74,7 @@ class Spikes:
 
     names: tuple[str, ...]
     kinds: tuple[str, ...]
-    times: tuple[Array, ...]
+    times: tuple[Floats, ...]
     start: float
     end: float
     beyond: Mapping[str, float] = field(default_factory=dict)
@@ -96,8 +95,8 @@ class Spikes:
         if not 0.0 < window < np.inf:
             raise InputError("window", f"got {window:g} s", "must be above 0 s")
         count = max(1, math.ceil((self.end - self.start) / window - 1e-9))
-        edges: Array = self.start + window * np.arange(count + 1, dtype=np.float64)
-        trains: dict[str, list[Array]] = {}
+        edges: Floats = self.start + window * np.arange(count + 1, dtype=np.float64)
+        trains: dict[str, list[Floats]] = {}
         for kind, times in zip(self.kinds, self.times, strict=True):
             trains.setdefault(kind, []).append(times)
         # Spikes per afferent of a type in each window.
@@ -132,7 +131,7 @@ def spikes_of(history: xr.Dataset, models: Mapping[str, AfferentModel]) -> Spike
     _check_models(models)
     stimuli = receptor_stimuli(history, tuple(models))
     times, available = stimuli["time"].values, stimuli["site_kind"].values
-    result: dict[int, Array] = {}
+    result: dict[int, Floats] = {}
     recorded = tuple(dict.fromkeys(map(str, available)))
     for kind in recorded:
         model, rows = models[kind], np.flatnonzero(available == kind)
@@ -181,7 +180,7 @@ def _check_models(models: Mapping[str, AfferentModel]) -> None:
             raise InputError(f"{kind}.highest_frequency", fault, "needs a number above 0 Hz", "write for example 200.0")
 
 
-def spike_places(spikes: Spikes, history: xr.Dataset) -> Array:
+def spike_places(spikes: Spikes, history: xr.Dataset) -> Floats:
     """Return where the receptors of afferents are at rest in the history that their spikes are of, (n, dim) [m]."""
     places = dict(zip(map(str, history["site"].values), history["site_position"].values, strict=True))
     if strangers := [name for name in spikes.names if name not in places]:
@@ -277,7 +276,7 @@ class IntegrateAndFire:
         if self.least_steady is None and self.least_rate is None:
             raise InputError("least_steady", "is missing, and least_rate too", "needs one of the two")
 
-    def spikes(self, times: Array, values: Array) -> Sequence[Array]:
+    def spikes(self, times: Floats, values: Floats) -> Sequence[Floats]:
         """Return the spike times [s] of k receptors, from times (n,) [s] and the stimulus (n, k)."""
         times, values = np.asarray(times, dtype=float), np.asarray(values, dtype=float)
         fine = np.linspace(times[0], times[-1], int(np.ceil((times[-1] - times[0]) / self.longest_step)) + 1)
@@ -293,13 +292,13 @@ class IntegrateAndFire:
         """Longest step of its membrane [s]."""
         return min(_OF_MEMBRANE * self.membrane_time, _OF_REST * self.rest or np.inf)
 
-    def low_pass(self, rate: float) -> Array | None:
+    def low_pass(self, rate: float) -> Floats | None:
         """Return the sections (n, 6) of its low pass at a rate [1/s]; None where that holds nothing to be left out."""
         if self.highest_frequency >= 0.5 * rate:
             return None
         return np.asarray(signal.butter(ORDER, self.highest_frequency, fs=rate, output="sos"))
 
-    def drive(self, values: Array, rates: Array) -> Array:
+    def drive(self, values: Floats, rates: Floats) -> Floats:
         """Return what low-passed stimuli and their rates, of one shape, drive membranes with [-]."""
         drive = np.zeros_like(values)
         if self.least_steady is not None:
@@ -308,7 +307,7 @@ class IntegrateAndFire:
             drive += np.abs(rates) / self.least_rate
         return drive
 
-    def _find_spikes(self, times: Array, drive: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    def _find_spikes(self, times: Floats, drive: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Return rows and columns of all spikes: V relaxes exactly towards the mean drive of each step."""
         step = times[1] - times[0]
         left, resting = np.exp(-step / self.membrane_time), round(self.rest / step)

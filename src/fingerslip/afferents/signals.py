@@ -8,16 +8,13 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy import signal
 
+from fingerslip.arrays import Floats
 from fingerslip.errors import InputError, ResultError
 from fingerslip.history import full_tensors, site_kinds, sites_of_kinds
 from fingerslip.model.model import Model
 from fingerslip.sites import RECEPTOR_KINDS
-
-Array = NDArray[np.float64]
-
 
 # What others call the types of receptors.
 _OTHER_NAMES = {
@@ -72,7 +69,7 @@ def receptor_stimuli(history: xr.Dataset, kinds: Sequence[str] = RECEPTOR_KINDS)
     return xr.Dataset(variables, coords={name: at[name] for name in ("time", "site", "site_kind")})
 
 
-def _equivalent_strain(at: xr.Dataset) -> Array:
+def _equivalent_strain(at: xr.Dataset) -> Floats:
     """Return sqrt(2/3 e:e) of the deviator e of the strain tensor."""
     strain = full_tensors(at["strain"])
     mean = np.trace(strain, axis1=-2, axis2=-1) / 3.0
@@ -80,7 +77,7 @@ def _equivalent_strain(at: xr.Dataset) -> Array:
     return np.asarray(np.sqrt(2.0 / 3.0 * (deviator**2).sum(axis=(-2, -1))))
 
 
-def _principal(at: xr.Dataset, which: int) -> Array:
+def _principal(at: xr.Dataset, which: int) -> Floats:
     """Return a principal strain, numbered from the smallest; NaN where the strain across the plane is not known."""
     strain = full_tensors(at["strain"])
     finite = np.asarray(np.isfinite(strain).all(axis=(-2, -1), keepdims=True))
@@ -89,12 +86,12 @@ def _principal(at: xr.Dataset, which: int) -> Array:
     return np.asarray(np.where(finite[..., 0, 0], principal[..., which], np.nan))
 
 
-def _length(name: str) -> Callable[[xr.Dataset], Array]:
+def _length(name: str) -> Callable[[xr.Dataset], Floats]:
     return lambda at: np.linalg.norm(at[name].values, axis=-1)
 
 
 #: Name of each stimulus with its SI unit, its meaning, and how a history gives it.
-STIMULI: Mapping[str, tuple[str, str, Callable[[xr.Dataset], Array]]] = {
+STIMULI: Mapping[str, tuple[str, str, Callable[[xr.Dataset], Floats]]] = {
     "strain_energy_density": ("J/m^3", "strain energy density", lambda at: at["strain_energy_density"].values),
     "equivalent_strain": ("1", "equivalent strain, sqrt(2/3 e:e) of the deviator", _equivalent_strain),
     "largest_strain": ("1", "largest principal strain", lambda at: _principal(at, 2)),
@@ -147,7 +144,7 @@ def spectrum(values: xr.DataArray) -> xr.DataArray:
     return powers
 
 
-def filter_from_rest(values: Array, sections: Array, axis: int) -> Array:
+def filter_from_rest(values: Floats, sections: Floats, axis: int) -> Floats:
     """Return values after a filter of second-order sections (n, 6), from a state at rest at the first value."""
     by_time = np.moveaxis(values, axis, 0)
     rest = signal.sosfilt_zi(sections).reshape(len(sections), 2, *([1] * (by_time.ndim - 1))) * by_time[0]

@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
+from fingerslip.arrays import Floats, Singles
 from fingerslip.detect.features import PUBLISHED
 from fingerslip.errors import InputError, optional_module, shorten
 
 #: Returns a module of an optional dependency, such as ``sklearn.svm``.
 optional = functools.partial(optional_module, extra="detect", where="detect", needs="slip detection needs it")
 
-Values = NDArray[np.float32]
 
 #: Points of the approximate kernel: as right as the exact one on 5,400 frames, where 200 lose 3 points.
 _POINTS = 500
@@ -44,7 +44,7 @@ def describe(candidate: Candidate, seed: int) -> list[Any]:
     return [candidate.sets, repr(candidate.make(seed))]
 
 
-def fit(candidate: Candidate, values: Values, classes: NDArray[np.int8], *, seed: int = 0, workers: int = 1) -> Any:
+def fit(candidate: Candidate, values: Singles, classes: NDArray[np.int8], *, seed: int = 0, workers: int = 1) -> Any:
     """Return a classifier that is fitted to values (n_samples, n_features) of classes (n_samples,)."""
     present_classes = np.unique(classes)
     if len(present_classes) < 3:
@@ -66,7 +66,7 @@ def fit(candidate: Candidate, values: Values, classes: NDArray[np.int8], *, seed
             raise InputError(f"classifier {candidate.name}", problem, "needs to", "choose another one") from error
 
 
-def probabilities(estimator: Any, values: Values) -> NDArray[np.float64]:
+def probabilities(estimator: Any, values: Singles) -> Floats:
     """Return the probability of each class, shape (n_samples, 3).
 
     A support vector machine gives distances from its planes instead; their softmax stands for probabilities, and how
@@ -88,7 +88,7 @@ def probabilities(estimator: Any, values: Values) -> NDArray[np.float64]:
     return np.asarray(softmax(estimator.decision_function(exact), axis=1), dtype=np.float64)
 
 
-def _precise(estimator: Any, values: Values) -> NDArray[Any]:
+def _precise(estimator: Any, values: Singles) -> NDArray[Any]:
     """Return values as the estimator needs them: the approximate kernel magnifies the rounding of single precision."""
     return values.astype(np.float64) if hasattr(estimator, "steps") else values
 

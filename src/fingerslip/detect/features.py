@@ -11,6 +11,7 @@ import numpy as np
 import pydantic
 from numpy.typing import NDArray
 
+from fingerslip.arrays import Flags, Floats, Singles
 from fingerslip.errors import InputError, shorten
 from fingerslip.parameters import Number, parameters
 from fingerslip.vision.fields import fit_rigid_motions, green_strain, marker_means, marker_triangles, triangle_gradients
@@ -18,9 +19,6 @@ from fingerslip.vision.tracks import seen
 
 if TYPE_CHECKING:
     import xarray as xr
-
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 
 
 @parameters
@@ -45,8 +43,8 @@ class Motion:
     displacement: Floats  # (n_times, n_markers, 2), since rest
     velocity: Floats  # (n_times, n_markers, 2), slope of the displacement over the last frames, per second
     ring: NDArray[np.intp]  # (n_markers,), ring of each marker, 0 in the centre
-    seen: Bools  # (n_times, n_markers)
-    usable: Bools  # (n_times,), frames in which enough of them were seen
+    seen: Flags  # (n_times, n_markers)
+    usable: Flags  # (n_times,), frames in which enough of them were seen
 
     def at(self, frames: NDArray[np.intp] | slice) -> Motion:
         """Return some frames of it."""
@@ -106,7 +104,7 @@ def neighbour_weights(rest: Floats) -> Floats:
     return weights
 
 
-def fill_unseen(displacement: Floats, visible: Bools, weights: Floats) -> Floats:
+def fill_unseen(displacement: Floats, visible: Flags, weights: Floats) -> Floats:
     """Return displacements (n_times, n_markers, 2), those of unseen markers from the seen ones of the same frame.
 
     They are 0 where none is seen; `visible` is (n_times, n_markers), `weights` (n_markers, n_markers).
@@ -119,7 +117,7 @@ def fill_unseen(displacement: Floats, visible: Bools, weights: Floats) -> Floats
     return np.where(visible[:, :, None], displacement, guessed)
 
 
-def velocities(time: Floats, displacement: Floats, visible: Bools, window: int) -> Floats:
+def velocities(time: Floats, displacement: Floats, visible: Flags, window: int) -> Floats:
     """Return the slope of straight lines through the last frames, by least squares, per second.
 
     A marker's line goes through the frames of the window in which it was seen. With fewer than two of them, as in the
@@ -172,11 +170,11 @@ class FeatureSettings:
             raise InputError("features", fault, f"needs some of {', '.join(FEATURE_SETS)}, each once")
 
 
-def features_of(motion: Motion, settings: FeatureSettings) -> NDArray[np.float32]:
+def features_of(motion: Motion, settings: FeatureSettings) -> Singles:
     """Return the features of every frame, shape (n_times, n_features), in the order of :func:`feature_names`."""
     blocks = [block for name in settings.sets for block in FEATURE_SETS[name](motion).values()]
     columns = [block.reshape(len(motion.time), -1) for block in blocks]
-    values: NDArray[np.float32] = np.concatenate(columns, axis=1).astype(np.float32)
+    values: Singles = np.concatenate(columns, axis=1).astype(np.float32)
     if not np.isfinite(values).all():
         row, column = np.argwhere(~np.isfinite(values))[0]
         where = f"feature {feature_names(motion, settings)[column]} at {motion.time[row]:.6g} s"
@@ -250,7 +248,7 @@ def _sliding(motion: Motion) -> Columns:
     return columns
 
 
-def _members(motion: Motion) -> list[tuple[int, NDArray[np.bool_]]]:
+def _members(motion: Motion) -> list[tuple[int, Flags]]:
     return [(int(ring), motion.ring == ring) for ring in np.unique(motion.ring)]
 
 

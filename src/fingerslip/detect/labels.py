@@ -14,6 +14,7 @@ import numpy as np
 import pydantic
 from numpy.typing import NDArray
 
+from fingerslip.arrays import Flags, Floats
 from fingerslip.detect.features import markers_of, rest_positions
 from fingerslip.errors import InputError, shorten
 from fingerslip.parameters import Number, parameters
@@ -23,7 +24,6 @@ from fingerslip.vision.tracks import seen, tracks_in_metres
 if TYPE_CHECKING:
     import xarray as xr
 
-Floats = NDArray[np.float64]
 
 #: Names of the classes; the number of a class is its place.
 CLASSES = ("no_slip", "incipient", "gross")
@@ -206,7 +206,7 @@ def _in_units(tracks: xr.Dataset, settings: LabelSettings) -> xr.Dataset:
     return tracks
 
 
-def _first(time: Floats, beyond: NDArray[np.bool_], sustained: int = 1) -> float | None:
+def _first(time: Floats, beyond: Flags, sustained: int = 1) -> float | None:
     """Return the first time from which `sustained` records in a row are true; None where there is none."""
     if len(beyond) < sustained:
         return None

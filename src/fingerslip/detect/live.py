@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.arrays import Flags, Floats
 from fingerslip.detect.classifiers import probabilities
 from fingerslip.detect.features import (
     Motion,
@@ -29,8 +30,6 @@ from fingerslip.vision.tracking.tracker import SeenMarkers
 
 if TYPE_CHECKING:
     import xarray as xr
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -125,7 +124,7 @@ class LiveDetector(FrameByFrame[Finding]):
         super().__init__(detector.features.motion.rest_frames)
         self.detector = detector
         self._ring = np.zeros(0, dtype=np.intp) if ring is None else ring
-        self._recent: deque[tuple[float, Floats, NDArray[np.bool_]]] = deque(maxlen=detector.features.motion.window)
+        self._recent: deque[tuple[float, Floats, Flags]] = deque(maxlen=detector.features.motion.window)
         self._state = detector.smoother.start()
         self._onsets = Onsets(None, None)
 
@@ -137,7 +136,7 @@ class LiveDetector(FrameByFrame[Finding]):
     def _decide(self, frame: SeenMarkers) -> Finding:
         start, detector = clock.perf_counter(), self.detector
         interval = np.array([frame.time - (self._recent[-1][0] if self._recent else frame.time)])
-        visible: NDArray[np.bool_] = np.asarray(np.isfinite(frame.position).all(axis=1))
+        visible: Flags = np.asarray(np.isfinite(frame.position).all(axis=1))
         displacement = fill_unseen((frame.position - self._rest)[None], visible[None], self._weights)
         self._recent.append((frame.time, displacement[0], visible))
         chances = np.full((1, 3), np.nan)

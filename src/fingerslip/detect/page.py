@@ -18,6 +18,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.detect.folders import AGAIN, CLIP, OF_CLIPS
 from fingerslip.detect.labels import Onsets
 from fingerslip.detect.live import Finding
@@ -38,7 +39,6 @@ from fingerslip.vision.video import Frames
 if TYPE_CHECKING:
     import xarray as xr
 
-Floats = NDArray[np.float64]
 
 _TABLE = "timeline.csv"
 _PRESS = "#e3e3e3"

@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 import pydantic
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Flags, Floats
 from fingerslip.detect.features import fill_unseen, markers_of, neighbour_weights
 from fingerslip.detect.labels import Onsets
 from fingerslip.detect.live import Finding, FrameByFrame, frames_of, latency_of, run_live
@@ -33,7 +33,6 @@ from fingerslip.vision.tracking.tracker import SeenMarkers
 if TYPE_CHECKING:
     import xarray as xr
 
-Floats = NDArray[np.float64]
 
 #: Share of the markers that left the pattern, and in how many tested clips slip had begun when it was first reached, as
 #: (right + 1) / (all + 2): 152 clips, as they are and disturbed. Below the limit of 0.1 the shares are assumed.
@@ -111,8 +110,8 @@ class ResidualDetector(FrameByFrame[ResidualFinding]):
 
     def _begin(self, positions: Floats) -> None:
         positions = positions[: rest_length(positions)]
-        visible: NDArray[np.bool_] = np.asarray(np.isfinite(positions).all(axis=2))
-        self._chosen: NDArray[np.bool_] = visible.mean(axis=0) >= 0.5
+        visible: Flags = np.asarray(np.isfinite(positions).all(axis=2))
+        self._chosen: Flags = visible.mean(axis=0) >= 0.5
         if self._chosen.sum() < FEWEST:
             fault = f"{self._chosen.sum()} markers are seen in half of the frames at rest"
             raise InputError("frames", fault, f"needs {FEWEST}", "begin where the sensor rests and is seen")
@@ -140,7 +139,7 @@ class ResidualDetector(FrameByFrame[ResidualFinding]):
     def _decide(self, frame: SeenMarkers) -> ResidualFinding:
         start, settings = clock.perf_counter(), self.settings
         position = frame.position[self._chosen].astype(np.float64)
-        visible: NDArray[np.bool_] = np.asarray(np.isfinite(position).all(axis=1))
+        visible: Flags = np.asarray(np.isfinite(position).all(axis=1))
         moved = fill_unseen((position - self._rest)[None], visible[None], self._weights)[0]
         displacement, share = _rms(moved), 0.0
         residual, left = np.full(frame.position.shape, np.nan), np.zeros_like(moved)

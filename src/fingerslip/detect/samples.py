@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.arrays import Flags, Floats, Singles
 from fingerslip.detect.features import FeatureSettings, Motion, feature_names, features_of, motion_of
 from fingerslip.detect.labels import CLASSES, GROSS, INCIPIENT, NO_SLIP, Onsets, classes_at
 from fingerslip.detect.trials import TrialSet, check_labels
@@ -37,14 +38,14 @@ PUBLISHED_SAMPLING = Sampling()
 class Samples:
     """Sampled frames of one or many trials of one layout."""
 
-    values: NDArray[np.float32]  # (n_samples, n_features)
+    values: Singles  # (n_samples, n_features)
     classes: NDArray[np.int8]  # (n_samples,)
     trial: NDArray[np.intp]  # (n_samples,), number of its trial in `trials`
     names: tuple[str, ...]  # names of the features
     trials: tuple[str, ...]  # names of the trials
     ring: NDArray[np.intp]  # (n_markers,), ring of each internal marker
-    rest_end: NDArray[np.float64]  # (n_trials,), time of the last frame at rest of each trial [s]
-    interval: NDArray[np.float64]  # (n_trials,), median time between the frames of each trial [s]
+    rest_end: Floats  # (n_trials,), time of the last frame at rest of each trial [s]
+    interval: Floats  # (n_trials,), median time between the frames of each trial [s]
     filled: int = 0  # positions that were not seen in these trials, and filled
     unusable: int = 0  # frames with too few markers, which are not sampled
 
@@ -56,7 +57,7 @@ class Samples:
         """Return the names of the trials that are no test trials."""
         return [name for name in self.trials if name not in set(tests)]
 
-    def features(self, rows: NDArray[np.intp], sets: Sequence[str]) -> NDArray[np.float32]:
+    def features(self, rows: NDArray[np.intp], sets: Sequence[str]) -> Singles:
         """Return some sets of features of some rows, (n_rows, n_columns)."""
         return self.values[np.ix_(rows, columns_of(self.names, sets))]
 
@@ -121,9 +122,7 @@ def joined_samples(samples: Sequence[Samples]) -> Samples:
     )
 
 
-def chosen_frames(
-    classes: NDArray[np.int8], usable: NDArray[np.bool_], sampling: Sampling, trial: str
-) -> NDArray[np.intp]:
+def chosen_frames(classes: NDArray[np.int8], usable: Flags, sampling: Sampling, trial: str) -> NDArray[np.intp]:
     """Return the frames that are sampled, in order of time; `classes` and `usable` are (n_times,)."""
     draw = np.random.default_rng([sampling.seed, zlib.crc32(trial.encode())])
     incipient = np.flatnonzero((classes == INCIPIENT) & usable)
@@ -175,7 +174,7 @@ def benchmark_test_trials(names: Sequence[str], seed: int = 0) -> tuple[str, ...
     return tuple(sorted(held_out(names, max(1, round(0.2 * len(names))), seed)))
 
 
-def sample_split(count: int, seed: int) -> NDArray[np.bool_]:
+def sample_split(count: int, seed: int) -> Flags:
     """Return which samples are tested when samples are split whatever trial they are of, as published: 90 to 10.
 
     Frames of one trial are then on both sides. The accuracy says how well a classifier knows trials that it has seen.

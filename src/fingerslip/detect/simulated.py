@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.detect.labels import Onsets, labels_from_contact, labels_from_external_markers, labels_from_plate
 from fingerslip.detect.trials import CONDITIONS, Trial
 from fingerslip.errors import InputError
@@ -29,7 +29,6 @@ from fingerslip.vision.cameras.point import CameraPair, pair_tracks, plate_mark
 if TYPE_CHECKING:
     import xarray as xr
 
-Floats = NDArray[np.float64]
 
 #: A marker on the skin touches where it is nearer to the plate than this [m]; penetrations are below 15 um.
 _TOUCHING = 50e-6

@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Flags, Floats
 from fingerslip.detect.labels import LabelSettings, labels_from_contact, labels_from_external_markers
 from fingerslip.detect.recordings import EXTERNAL
 from fingerslip.detect.trials import Trial
@@ -29,7 +29,6 @@ from fingerslip.vision.tracks import make_tracks
 if TYPE_CHECKING:
     import xarray as xr
 
-Floats = NDArray[np.float64]
 
 #: Where the middle of the sensor is in the pictures of both cameras [px].
 CENTRE = (320.0, 240.0)
@@ -127,7 +126,7 @@ def synthetic_slides(
 
 def _slip(
     points: Floats, travel: Floats, slide: SyntheticSlide, sensor: SyntheticSensor, draw: np.random.Generator
-) -> tuple[Floats, NDArray[np.bool_], NDArray[np.bool_]]:
+) -> tuple[Floats, Flags, Flags]:
     """Return the shear of each point over time [m], whether it has slipped since it last stuck, and if it touches."""
     contact = math.sqrt(2.0 * sensor.radius * slide.indentation)
     share = np.clip(1.0 - (np.linalg.norm(points, axis=1) / contact) ** 2, 0.0, 1.0)

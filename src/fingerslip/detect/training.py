@@ -12,6 +12,7 @@ import numpy as np
 import pydantic
 from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.detect.classifiers import CLASSIFIERS, Candidate, fit, probabilities
 from fingerslip.detect.features import (
     LAYOUT_FREE,
@@ -31,7 +32,6 @@ from fingerslip.parameters import Number, parameters
 if TYPE_CHECKING:
     import xarray as xr
 
-Floats = NDArray[np.float64]
 Positive = Annotated[Number, pydantic.Field(gt=0, allow_inf_nan=False)]
 
 #: Probabilities of a frame count as at least this: a forest of 50 trees cannot tell less from nothing.

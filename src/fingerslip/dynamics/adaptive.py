@@ -16,17 +16,15 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from fingerslip.arrays import Floats
 from fingerslip.dynamics.loop import BodyIntegrator, Integrator
 from fingerslip.dynamics.recording.steps import Span, spans_of
 from fingerslip.dynamics.step.state import State
 from fingerslip.errors import ConvergenceError
 from fingerslip.model.model import Model
 from fingerslip.model.timing import Adaptive
-
-Array = NDArray[np.float64]
 
 # Steps are doubled after so many in a row whose double is expected to be within this part of the allowed error.
 _GOOD, _MARGIN = 2, 0.9
@@ -60,7 +58,7 @@ class Controlled(Integrator[State]):
         """Return the state at time zero."""
         return self._integrator.start()
 
-    def advance(self, states: Mapping[int, State], ends: Array) -> dict[int, tuple[State, list[State]]]:  # noqa: ARG002
+    def advance(self, states: Mapping[int, State], ends: Floats) -> dict[int, tuple[State, list[State]]]:  # noqa: ARG002
         """Take steps to the next record; in a new span the first one is the smallest."""
         state, (span, units) = states[0], next(self._records)
         # How often the unit of records can be halved without getting shorter than the shortest step.
@@ -121,7 +119,7 @@ class Controlled(Integrator[State]):
         missed = self._norm(error)
         return states, missed / allowed if allowed else float(missed > 0.0)
 
-    def _norm(self, field: Array) -> float:
+    def _norm(self, field: Floats) -> float:
         """Return the norm of a field (n,) [kg^(1/2) m]."""
         return float(np.sqrt(field @ (self._mass @ field)))
 

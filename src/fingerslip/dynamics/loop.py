@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from fingerslip.arrays import Floats
 from fingerslip.contact.candidates import check_outsiders
 from fingerslip.contact.counterfaces import Counterface
 from fingerslip.dynamics.recording.recorder import Recorder
@@ -24,7 +24,6 @@ from fingerslip.errors import InputError
 S = TypeVar("S")
 S_contra = TypeVar("S_contra", contravariant=True)
 T = TypeVar("T")
-Array = NDArray[np.float64]
 
 # Steps that are checked together, behind the first state.
 _AT_ONCE = 32
@@ -46,7 +45,7 @@ class Integrator(Protocol[S]):
     def start(self) -> dict[int, S]:
         """Return the states of all motions at time zero."""
 
-    def advance(self, states: Mapping[int, S], ends: Array) -> dict[int, tuple[S, list[S]]]:
+    def advance(self, states: Mapping[int, S], ends: Floats) -> dict[int, tuple[S, list[S]]]:
         """Take the next step of some motions, or as many as are taken at once, to times (k,) [s].
 
         Of each motion, return the last state and those of its steps, one by one or some together, time first in arrays.
@@ -61,7 +60,7 @@ class BodyIntegrator(Integrator[State], Protocol):
         """What stayed the same in the last step of each motion."""
 
     def advance(
-        self, states: Mapping[int, State], ends: Array, length: float | None = None
+        self, states: Mapping[int, State], ends: Floats, length: float | None = None
     ) -> dict[int, tuple[State, list[State]]]:
         """Take the next steps; one may have another length [s] than the model's own."""
 
@@ -174,7 +173,7 @@ class Loop(Generic[S]):
     """Motions through time: an integrator takes their steps, an observer the states of each at its times [s]."""
 
     def __init__(
-        self, integrator: Integrator[S], observers: Sequence[Observer[S]], times: Sequence[Array], watch: Stopwatch
+        self, integrator: Integrator[S], observers: Sequence[Observer[S]], times: Sequence[Floats], watch: Stopwatch
     ) -> None:
         self._integrator, self._observers, self._times, self._watch = integrator, observers, times, watch
         self.times = max(times, key=len)
@@ -230,9 +229,9 @@ class Loop(Generic[S]):
 class Steps:
     """What checks look at: k states of a motion."""
 
-    time: Array  # (k,) [s]
-    motion: tuple[Array, Array, Array]  # (k, n), displacement [m], velocity and acceleration
-    counterfaces: Array  # (k, n_counterfaces, dim), their prescribed displacement [m]
+    time: Floats  # (k,) [s]
+    motion: tuple[Floats, Floats, Floats]  # (k, n), displacement [m], velocity and acceleration
+    counterfaces: Floats  # (k, n_counterfaces, dim), their prescribed displacement [m]
 
     @staticmethod
     def of(state: State) -> Steps:
@@ -297,7 +296,7 @@ class _Beside:
             along = sparse.kron(sparse.identity(len(outsiders.nodes)), shape.unit_normal[None], format="csr")
             self._moved = along @ self._moved
 
-    def gaps(self, fields: Array, travel: Array) -> Array:
+    def gaps(self, fields: Floats, travel: Floats) -> Floats:
         """Return the gaps (n, k) [m] for displacements of all unknowns (n, m) and of the counterface (n, dim) [m]."""
         positions, moved = self.outsiders.positions, (self._moved @ fields[:, self._columns].T).T
         if self.shape.is_flat and self._rotations is None:

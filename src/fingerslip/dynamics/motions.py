@@ -6,9 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
-
+from fingerslip.arrays import Floats
 from fingerslip.dynamics.adaptive import Controlled
 from fingerslip.dynamics.compact.integrator import Compact, is_compact
 from fingerslip.dynamics.finite.large import Large
@@ -30,8 +28,6 @@ from fingerslip.model.timing import Adaptive
 if TYPE_CHECKING:
     import xarray as xr
 
-Array = NDArray[np.float64]
-
 
 @dataclass(frozen=True)
 class Motions:
@@ -39,7 +35,7 @@ class Motions:
 
     models: tuple[Model, ...]  # the models
     systems: tuple[System, ...]  # their systems on the mesh
-    times: tuple[Array, ...]  # (n_times,), times of their steps [s]
+    times: tuple[Floats, ...]  # (n_times,), times of their steps [s]
     solver: LinearSolver  # what factorises
     watch: Stopwatch  # takes the times
     progress: Callable[[float], None] | None = None  # called after every step with the fraction that is done

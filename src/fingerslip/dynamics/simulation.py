@@ -10,9 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from fingerslip.arrays import Floats
 from fingerslip.dynamics.motions import Motions, compute
 from fingerslip.dynamics.recording.steps import require_record_memory, step_times
 from fingerslip.dynamics.reduced.basis import BasisStore, compute_in_basis
@@ -30,7 +28,6 @@ from fingerslip.parameters.schema import describe
 if TYPE_CHECKING:
     import xarray as xr
 
-Array = NDArray[np.float64]
 
 # Share of the approach of the counterface that candidates are searched for in, in the first stage in 3D, where contact
 # nodes decide what a simulation costs, and in the last, where that of the checks is too short. Measured on the shipped
@@ -203,7 +200,7 @@ def _require_model(value: Any, where: str) -> None:
 def _simulate(
     models: Sequence[Model],
     *,
-    times: Sequence[Array],
+    times: Sequence[Floats],
     progress: Callable[[float], None] | None,
     threads: int,
     solver: LinearSolver | None,

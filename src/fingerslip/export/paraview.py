@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.errors import ResultError
 from fingerslip.history import full_tensors, is_solid, nearest_record, site_kinds
 from fingerslip.mesh.mixed import vtk_cells
@@ -21,7 +22,6 @@ from fingerslip.storage.files import csv_text, write_text
 if TYPE_CHECKING:
     import xarray as xr
 
-Floats = NDArray[np.float64]
 
 _HEADER = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>\n'
 _FOOTER = "  </Collection>\n</VTKFile>\n"

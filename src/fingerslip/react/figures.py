@@ -18,8 +18,8 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Flags, Floats
 from fingerslip.contact.states import SLIP, STICK
 from fingerslip.react.reflex import REACTIONS
 from fingerslip.react.results import FILM, STILL, Reactions, answer, cell_table, paper_table, source_table, trial_table
@@ -51,7 +51,7 @@ _DASHES: Sequence[Any] = ("solid", (0, (5, 2)), (0, (1.2, 1.4)), (0, (5, 1.5, 1,
 
 
 @with_style
-def map_figure(reactions: Reactions, *, saves: Mapping[str, NDArray[np.bool_]] = MappingProxyType({})) -> Figure:
+def map_figure(reactions: Reactions, *, saves: Mapping[str, Flags] = MappingProxyType({})) -> Figure:
     """Draw the longest latency after the first alarm that saves the object, over friction and rate of the load.
 
     A dot marks what another controller saves, by its name, (n_frictions, n_rates).
@@ -100,10 +100,10 @@ def _only_cells(axes: Axes) -> None:
     axes.spines[:].set_visible(False)
 
 
-def _draw_cells(axes: Axes, values: NDArray[np.float64], colours: ScalarMappable) -> None:
+def _draw_cells(axes: Axes, values: Floats, colours: ScalarMappable) -> None:
     """Draw critical latencies (n_frictions, n_rates) [s] as cells that say them in ms; NaN where none saves."""
     bounded = np.where(np.isnan(values), _LEAST / 10, np.minimum(values, 1e3))
-    lightness: NDArray[np.float64] = np.asarray(colours.norm(bounded), dtype=np.float64)
+    lightness: Floats = np.asarray(colours.norm(bounded), dtype=np.float64)
     axes.imshow(colours.to_rgba(bounded), origin="lower", aspect="auto")
     size = 0.8 * mpl.rcParams["ytick.labelsize"]
     for (row, column), value in np.ndenumerate(values):
@@ -112,7 +112,7 @@ def _draw_cells(axes: Axes, values: NDArray[np.float64], colours: ScalarMappable
         axes.text(column, row, text, ha="center", va="center", fontsize=size, color=colour)
 
 
-def _draw_frontier(axes: Axes, saved: NDArray[np.bool_], **look: Any) -> None:
+def _draw_frontier(axes: Axes, saved: Flags, **look: Any) -> None:
     """Draw the edge between cells that are saved and those that are not, (n_frictions, n_rates)."""
     style: dict[str, Any] = {**look, "solid_capstyle": "butt"}
     for row, column in np.argwhere(saved[:, :-1] != saved[:, 1:]):

@@ -20,6 +20,7 @@ from matplotlib.patches import FancyArrowPatch, Rectangle
 from numpy.typing import NDArray
 from PIL import Image
 
+from fingerslip.arrays import Floats
 from fingerslip.contact.states import OPEN
 from fingerslip.history import nearest_record, nearest_snapshot
 from fingerslip.react.loop import Grasp, Outcome
@@ -34,7 +35,6 @@ from fingerslip.vision.video import write_video
 if TYPE_CHECKING:
     import xarray as xr
 
-Array = NDArray[np.float64]
 Frame = NDArray[np.uint8]
 
 #: How films of a report are made.
@@ -183,7 +183,7 @@ class _View:
         axes.set_aspect("equal")
         axes.set_axis_off()
 
-    def _places(self, number: int) -> Array:
+    def _places(self, number: int) -> Floats:
         """Return where the nodes of the right finger are drawn at a snapshot, (n, 2) [mm]: the load points down."""
         history = self.run.history
         points = history["node_position"].values + history["snapshot_displacement"].values[number]

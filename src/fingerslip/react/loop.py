@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.dynamics.reduced.basis import BasisStore
 from fingerslip.dynamics.steering.commands import Command
 from fingerslip.dynamics.steering.steering import Observation, Simulation
@@ -30,7 +30,6 @@ from fingerslip.react.scenario import HeldObject, held_model
 if TYPE_CHECKING:
     import xarray as xr
 
-Array = NDArray[np.float64]
 
 _LOOKS_AHEAD = 64  # times at which a load between its knots and a grip are compared
 
@@ -39,16 +38,16 @@ class MemoryBases:
     """Reduced bases that are kept in memory, for all runs on one mesh, and in a store on disk, if there is one."""
 
     def __init__(self, store: BasisStore | None = None) -> None:
-        self._store, self._arrays = store, dict[str, Mapping[str, Array]]()
+        self._store, self._arrays = store, dict[str, Mapping[str, Floats]]()
 
-    def load(self, key: str) -> Mapping[str, Array] | None:
+    def load(self, key: str) -> Mapping[str, Floats] | None:
         """Return the arrays of a key, or None."""
         if key not in self._arrays and self._store is not None:
             arrays = self._store.load(key)
             self._arrays |= {} if arrays is None else {key: arrays}
         return self._arrays.get(key)
 
-    def save(self, key: str, arrays: Mapping[str, Array]) -> None:
+    def save(self, key: str, arrays: Mapping[str, Floats]) -> None:
         """Keep arrays under a key."""
         self._arrays[key] = arrays
         if self._store is not None:
@@ -83,10 +82,10 @@ class OpenLoop:
         All that was recorded.
     """
 
-    times: Array
-    travel: Array
-    speed: Array
-    slipped: Array
+    times: Floats
+    travel: Floats
+    speed: Floats
+    slipped: Floats
     alarms: Mapping[str, Alarm | None]
     gross: float | None
     lost: float | None
@@ -132,8 +131,8 @@ class Outcome:
     false_grip: bool
     start: float | None
     end: float
-    times: Array
-    travels: Array
+    times: Floats
+    travels: Floats
 
 
 class Grasp:
@@ -206,7 +205,7 @@ class Grasp:
             start = alarm.time + self.detectors[detector].delay + reaction.delay
         return reaction.response(start, self.held.first_grip)
 
-    def _outcome(self, times: Array, travels: Array, slip: float, grip: float, start: float | None) -> Outcome:
+    def _outcome(self, times: Floats, travels: Floats, slip: float, grip: float, start: float | None) -> Outcome:
         """Return what comes of a grip that rose to a force [N] from a time on [s], by travels [m] over times [s]."""
         return Outcome(
             saved=bool(travels[-1] <= self.held.travel_limit),

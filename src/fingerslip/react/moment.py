@@ -8,8 +8,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Flags, Floats
 from fingerslip.contact.states import OPEN, STICK
 from fingerslip.errors import InputError
 from fingerslip.model.model import Model
@@ -18,7 +18,6 @@ from fingerslip.slip.settings import EventSettings
 if TYPE_CHECKING:
     from fingerslip.dynamics.steering.steering import Observation
 
-Array = NDArray[np.float64]
 
 #: Slip from which a node counts as slipped [m].
 SLIPPED = EventSettings().slip_tolerance
@@ -58,11 +57,11 @@ class Moment:
 
     time: float
     observation: Observation
-    areas: Array
-    slips: Array
+    areas: Floats
+    slips: Floats
 
     @cached_property
-    def touching(self) -> NDArray[np.bool_]:
+    def touching(self) -> Flags:
         """Which candidates touch, (n,)."""
         return np.asarray(self.observation["contact_state"] != OPEN)
 
@@ -82,7 +81,7 @@ class Moment:
         normal, tangential = abs(force[1]), np.linalg.norm(np.delete(force, 1))
         return float(tangential / normal) if normal > 0.0 else 0.0
 
-    def _share(self, nodes: NDArray[np.bool_]) -> float:
+    def _share(self, nodes: Flags) -> float:
         area = float(self.areas[self.touching].sum())
         return float(self.areas[nodes & self.touching].sum() / area) if area > 0.0 else 0.0
 

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 import pydantic
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.errors import DamagedError
 from fingerslip.react.reflex import REACTIONS
 from fingerslip.react.settings import ReactionSettings
@@ -140,7 +140,7 @@ class Reactions:
         """Rates of the load [N/s], ascending."""
         return tuple(sorted({result.load_rate for result in self.results if result.load_rate}))
 
-    def panels(self, detector: str) -> dict[str, NDArray[np.float64]]:
+    def panels(self, detector: str) -> dict[str, Floats]:
         """Return critical latencies [s], (n_frictions, n_rates), by what else is swept, where all of them are known."""
         cells = dict[str, dict[tuple[float, float], float]]()
         for run, result in zip(self.runs, self.results, strict=True):

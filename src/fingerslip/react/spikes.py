@@ -11,17 +11,15 @@ from collections import deque
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy import signal
 
 from fingerslip.afferents.model import AFFERENTS, IntegrateAndFire
 from fingerslip.afferents.signals import STEPS_A_PERIOD, STIMULI, BandwidthWarning, step_text
+from fingerslip.arrays import Floats
 from fingerslip.dynamics.steering.steering import Observation
 from fingerslip.history import VARIABLES
 from fingerslip.react.moment import Alarm, Moment
 from fingerslip.sites import ReceptorKind
-
-Array = NDArray[np.float64]
 
 _SIGNALS = ("strain", "stress", "strain_energy_density", "velocity", "acceleration")
 
@@ -55,28 +53,28 @@ class SpikeWatch:
         return Alarm(max(self._arrivals[-1], moment.time), count) if count >= self._count else None
 
 
-def stimulus_of(seen: Observation, kind: ReceptorKind) -> Array:
+def stimulus_of(seen: Observation, kind: ReceptorKind) -> Floats:
     """Return the stimulus of each recorded afferent of a kind, (k,) in its SI unit."""
     recorded = seen.recorder.coordinates
     rows = np.flatnonzero(np.asarray(recorded["site_kind"]) == kind)
     values = {name: (VARIABLES[name].dims, np.asarray(seen[name])[None][:, rows]) for name in _SIGNALS}
     at = xr.Dataset(values, {"stress_component": recorded["stress_component"]})
-    stimulus: Array = np.asarray(STIMULI[AFFERENTS.read(kind.lower()).stimulus][2](at))[0]
+    stimulus: Floats = np.asarray(STIMULI[AFFERENTS.read(kind.lower()).stimulus][2](at))[0]
     return stimulus
 
 
 class SpikeStream:
     """Afferents of one type whose stimuli come step by step."""
 
-    def __init__(self, model: IntegrateAndFire, time: float, stimuli: Array) -> None:
+    def __init__(self, model: IntegrateAndFire, time: float, stimuli: Floats) -> None:
         """Begin at rest under stimuli (k,) at a time [s]."""
         self._model, self._time, self._stimuli = model, time, stimuli
         self._low, self._membrane, self._free_from = stimuli, np.zeros(stimuli.size), np.full(stimuli.size, -np.inf)
         self._drive = model.drive(stimuli, np.zeros(stimuli.size))
-        self._sections: Array | None = None
+        self._sections: Floats | None = None
         self._left = np.zeros(0)
 
-    def advance(self, time: float, stimuli: Array) -> list[float]:
+    def advance(self, time: float, stimuli: Floats) -> list[float]:
         """Take the stimuli (k,) at the next time [s], and return the times at which spikes arrive [s]."""
         model, length = self._model, time - self._time
         count = int(np.ceil(length / model.longest_step - 1e-9))
@@ -96,7 +94,7 @@ class SpikeStream:
         self._time, self._stimuli = time, stimuli
         return arrivals
 
-    def _filter(self, values: Array, rate: float) -> Array:
+    def _filter(self, values: Floats, rate: float) -> Floats:
         """Return values (m, k) at a rate [1/s] without what is above the highest frequency, on from the last ones."""
         if self._sections is None:
             if (sections := self._model.low_pass(rate)) is None:

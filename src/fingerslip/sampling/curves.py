@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 import pydantic
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.errors import InputError, Mistakes, shorten, unknown_name
 from fingerslip.history import VARIABLES
 from fingerslip.parameters import parameters
@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-Array = NDArray[np.float64]
 
 #: What a curve may be over, and its unit.
 OVER: Mapping[str, str] = {"depth": "m", "displacement": "m", "time": "s"}
@@ -102,12 +101,12 @@ class Measurement:
     """Measured curves."""
 
     over: str  # what they are over
-    positions: Array  # (n,), [SI of `over`]
+    positions: Floats  # (n,), [SI of `over`]
     columns: tuple[str, ...]  # their names
-    values: Array  # (n_columns, n), [SI]
-    deviations: Array  # (n_columns, 1), standard deviation of each [SI]
+    values: Floats  # (n_columns, n), [SI]
+    deviations: Floats  # (n_columns, 1), standard deviation of each [SI]
 
-    def in_deviations(self, curves: Array) -> Array:
+    def in_deviations(self, curves: Floats) -> Floats:
         """Return curves (..., n_columns, n) [SI] in standard deviations, (..., n_columns n)."""
         return np.asarray(curves / self.deviations).reshape(*curves.shape[:-2], -1)
 
@@ -170,7 +169,7 @@ def _require_commas(path: Path) -> None:
         raise InputError(str(path), fault, "needs commas between columns and points in numbers", repair)
 
 
-def _numbers(column: pd.Series[Any], unit: str, si: str, where: str) -> Array:
+def _numbers(column: pd.Series[Any], unit: str, si: str, where: str) -> Floats:
     """Return the numbers of a column [SI], (n,)."""
     import pandas as pd
 
@@ -188,7 +187,7 @@ def _numbers(column: pd.Series[Any], unit: str, si: str, where: str) -> Array:
     return numbers
 
 
-def curves_of(history: xr.Dataset, measurement: Measurement, run: str) -> Array:
+def curves_of(history: xr.Dataset, measurement: Measurement, run: str) -> Floats:
     """Return the curves of a run where they were measured, (n_columns, n) [SI]."""
     positions, first = _positions(history, measurement.over, run)
     last = int(positions.argmax()) + 1
@@ -205,7 +204,7 @@ def curves_of(history: xr.Dataset, measurement: Measurement, run: str) -> Array:
     return np.array([np.interp(measurement.positions, positions[:last], curve) for curve in curves])
 
 
-def _positions(history: xr.Dataset, over: str, run: str) -> tuple[Array, int]:
+def _positions(history: xr.Dataset, over: str, run: str) -> tuple[Floats, int]:
     """Return depths, displacements or times from some record on, and its number."""
     if over == "time":
         return np.asarray(history["time"].values, dtype=float), 0
@@ -219,7 +218,7 @@ def _positions(history: xr.Dataset, over: str, run: str) -> tuple[Array, int]:
     return np.asarray(np.linalg.norm(along, axis=1)), window.first
 
 
-def _signal(history: xr.Dataset, name: str) -> Array:
+def _signal(history: xr.Dataset, name: str) -> Floats:
     """Return what a column measures over the time of a history, (n_times,) [SI]."""
     match = _SITE_COLUMN.fullmatch(name)
     if match is None:

@@ -15,22 +15,21 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.errors import InputError, shorten
 from fingerslip.results import REPEAT, SAMPLE, Quantity, RunResult
 from fingerslip.slip import measures
 from fingerslip.slip.windows import LATENCY, READINGS, TIMES, defines_time, event_label
 from fingerslip.units import quantity_of
 
-Array = NDArray[np.float64]
 Method = Literal["latin_hypercube", "sobol", "random", "saltelli", "morris"]
 
 #: Levels of Morris's walks.
 LEVELS = 4
 
 
-def draw_shares(method: Method, count: int, dim: int, seed: int) -> Array:
+def draw_shares(method: Method, count: int, dim: int, seed: int) -> Floats:
     """Return the points of a design, (n, dim)."""
     # scipy.stats is slow to import.
     from scipy.stats import qmc
@@ -121,7 +120,7 @@ def _input(path: str, column: Sequence[Any]) -> Input | None:
     return Input(path, choices=choices) if len(choices) > 1 else None
 
 
-def encode(inputs: Sequence[Input], values: Mapping[str, Any]) -> Array:
+def encode(inputs: Sequence[Input], values: Mapping[str, Any]) -> Floats:
     """Return the columns of a run or of what is to be predicted."""
     missing = [variable.path for variable in inputs if variable.path not in values]
     if missing:

@@ -20,8 +20,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.errors import InputError, optional_module
 from fingerslip.results import SAMPLE, RunResult, StudyResult
 from fingerslip.sampling.designs import (
@@ -35,8 +35,6 @@ from fingerslip.sampling.designs import (
     varied_values,
 )
 from fingerslip.sampling.sensitivity import groups_of
-
-Array = NDArray[np.float64]
 
 # What needs them, in errors.
 _SALIB, _SKLEARN = ("sensitivity", "sensitivity", "indices need it"), ("surrogate", "sensitivity", "surrogates need it")
@@ -140,7 +138,7 @@ def _require_samples(study: StudyResult) -> None:
         raise InputError("study", "has no samples", "needs a study with samples", repair)
 
 
-def _indices(method: str, paths: Sequence[str], shares: Array, values: Array) -> list[Index]:
+def _indices(method: str, paths: Sequence[str], shares: Floats, values: Floats) -> list[Index]:
     """Return what SALib makes of the values (n,) of an output at shares (n, n_paths)."""
     analyze = optional_module(f"SALib.analyze.{method}", *_SALIB).analyze
     problem = {"num_vars": len(paths), "names": list(paths), "bounds": [[0.0, 1.0]] * len(paths)}
@@ -159,7 +157,7 @@ def _sensitivity(  # noqa: PLR0917  what a sensitivity is made of
     group: Mapping[str, Any],
     runs: Sequence[RunResult],
     output: str,
-    values: Array,
+    values: Floats,
     indices: Sequence[Index],
 ) -> Sensitivity:
     quantity = required_output(runs[0], output)
@@ -229,7 +227,7 @@ def fit_surrogate(runs: Sequence[RunResult], output: str) -> Surrogate:
     unit = required_output(runs[0], output).unit
     pairs = [(encode(inputs, varied_values(run)), required_output(run, output).value) for run in runs]
     valued = [(columns, value) for columns, value in pairs if value is not None]
-    distinct: dict[bytes, tuple[Array, float]] = {}
+    distinct: dict[bytes, tuple[Floats, float]] = {}
     for columns, value in valued:
         distinct.setdefault(columns.tobytes(), (columns, value))
     if len(distinct) < _LEAST_RUNS:
@@ -246,7 +244,7 @@ def fit_surrogate(runs: Sequence[RunResult], output: str) -> Surrogate:
     return Surrogate(output, unit, inputs, validation, process)
 
 
-def fit_process(columns: Array, values: Array, start: Any) -> Any:
+def fit_process(columns: Floats, values: Floats, start: Any) -> Any:
     """Return a process fitted to values (n,) at columns (n, n_columns); `start` is a fitted one to begin from."""
     processes = optional_module("sklearn.gaussian_process", *_SKLEARN)
     kernels = optional_module("sklearn.gaussian_process.kernels", *_SKLEARN)
@@ -259,7 +257,7 @@ def fit_process(columns: Array, values: Array, start: Any) -> Any:
         return process.fit(columns, values)
 
 
-def _validate(columns: Array, values: Array, process: Any) -> Validation:
+def _validate(columns: Floats, values: Floats, process: Any) -> Validation:
     fold = np.random.default_rng(_SEED).permutation(values.size) % _FOLDS
     mean, deviation = np.empty_like(values), np.empty_like(values)
     for number in range(_FOLDS):

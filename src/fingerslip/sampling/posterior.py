@@ -17,13 +17,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.errors import InputError, optional_module
 from fingerslip.sampling.curves import Measurement
 from fingerslip.sampling.indices import fit_process
-
-Array = NDArray[np.float64]
 
 _LEFT_OUT, _MOST_COMPONENTS = 0.1, 12  # standard deviations that components may leave out, and how many there are
 _UNPREDICTED = 0.5  # share of the variance of an output
@@ -38,15 +36,15 @@ EMCEE = ("emcee", "fit", "fit", "the posterior needs it")
 class Processes:
     """Gaussian processes of some outputs at the same points."""
 
-    points: Array  # (n, dim), shares of the ranges
-    scales: Array  # (n_outputs, dim), one over the squared length in each direction
-    variances: Array  # (n_outputs,), of the kernel
-    weights: Array  # (n_outputs, n)
-    roots: Array  # (n_outputs, n, n), inverses of the Cholesky factors of the kernel's matrix
-    errors: Array  # (n_outputs, n), of each run in a process without it
-    noises: Array  # (n_outputs,), variance that is not of the points
+    points: Floats  # (n, dim), shares of the ranges
+    scales: Floats  # (n_outputs, dim), one over the squared length in each direction
+    variances: Floats  # (n_outputs,), of the kernel
+    weights: Floats  # (n_outputs, n)
+    roots: Floats  # (n_outputs, n, n), inverses of the Cholesky factors of the kernel's matrix
+    errors: Floats  # (n_outputs, n), of each run in a process without it
+    noises: Floats  # (n_outputs,), variance that is not of the points
 
-    def predict(self, points: Array) -> tuple[Array, Array]:
+    def predict(self, points: Floats) -> tuple[Floats, Floats]:
         """Return means and variances at points (m, dim), both (m, n_outputs).
 
         No variance is less than the mean square of the errors: else a likelihood has modes beside the runs.
@@ -59,7 +57,7 @@ class Processes:
         return mean, np.maximum(variance, (self.errors**2).mean(axis=1))
 
 
-def fit_processes(points: Array, outputs: Array) -> Processes:
+def fit_processes(points: Floats, outputs: Floats) -> Processes:
     """Fit a process to each of some outputs (n, n_outputs), of mean 0 and variance 1, at points (n, dim)."""
     columns = []
     for values in outputs.T:
@@ -81,8 +79,8 @@ def fit_processes(points: Array, outputs: Array) -> Processes:
 class Emulator:
     """Curves between the runs of a study, in standard deviations of the measurement."""
 
-    mean: Array  # (m,)
-    components: Array  # (n_components, m), each times the standard deviation of its score
+    mean: Floats  # (m,)
+    components: Floats  # (n_components, m), each times the standard deviation of its score
     processes: Processes  # of the scores, which have mean 0 and variance 1
     left_out: float  # mean square of what the components leave out
 
@@ -92,14 +90,14 @@ class Emulator:
         squares = (self.processes.errors**2).mean(axis=1) @ (self.components**2).mean(axis=1)
         return float(np.sqrt(squares + self.left_out))
 
-    def draw(self, points: Array, generator: np.random.Generator, most: int | None = None) -> Array:
+    def draw(self, points: Floats, generator: np.random.Generator, most: int | None = None) -> Floats:
         """Draw a curve at each of some points, (n, m); of m numbers the first ones."""
         mean, variance = self.processes.predict(points)
         scores = mean + np.sqrt(variance) * generator.standard_normal(mean.shape)
         return np.asarray(self.mean[:most] + scores @ self.components[:, :most])
 
 
-def fit_emulator(points: Array, curves: Array) -> Emulator:
+def fit_emulator(points: Floats, curves: Floats) -> Emulator:
     """Fit an emulator to curves (n, m) of runs at points (n, dim)."""
     mean = curves.mean(axis=0)
     left, sizes, right = np.linalg.svd(curves - mean, full_matrices=False)
@@ -129,7 +127,7 @@ class Likelihood:
         self._products = np.einsum("acj,bcj->jab", both, both)
         self._columns = len(measurement.columns)
 
-    def __call__(self, points: Array) -> Array:
+    def __call__(self, points: Floats) -> Floats:
         """Return the logarithm of the density, up to a constant."""
         shares, size = points[:, :-1], points[:, -1]
         inside = ((shares >= 0.0) & (shares <= 1.0)).all(axis=1) & (size >= 0.0)
@@ -152,7 +150,7 @@ class Likelihood:
         return density
 
 
-def discrepancy(positions: Array) -> Array:
+def discrepancy(positions: Floats) -> Floats:
     """Return K, the correlation of the discrepancy between positions (n,) along a curve, (n, n)."""
     distances = (positions[:, None] - positions) / (_LENGTH * np.ptp(positions))
     return np.asarray(np.exp(-0.5 * distances**2))
@@ -162,9 +160,9 @@ def discrepancy(positions: Array) -> Array:
 class Chain:
     """Samples of a posterior."""
 
-    samples: Array  # (n, dim + 1), shares of the ranges and the discrepancy
-    r_hat: Array  # (dim + 1,), of halves of the walkers
-    times: Array  # (dim + 1,), autocorrelation times [steps]
+    samples: Floats  # (n, dim + 1), shares of the ranges and the discrepancy
+    r_hat: Floats  # (dim + 1,), of halves of the walkers
+    times: Floats  # (dim + 1,), autocorrelation times [steps]
 
 
 def sample_posterior(density: Likelihood, dim: int, seed: int = 1) -> Chain:
@@ -192,7 +190,7 @@ def sample_posterior(density: Likelihood, dim: int, seed: int = 1) -> Chain:
     raise InputError("posterior", fault, allowed, repair)
 
 
-def _r_hat(chain: Array) -> Array:
+def _r_hat(chain: Floats) -> Floats:
     """Return Gelman and Rubin's R-hat of the halves of all walkers of a chain (n_steps, n_walkers, n)."""
     half = len(chain) // 2
     halves = np.concatenate((chain[:half], chain[half : 2 * half]), axis=1)

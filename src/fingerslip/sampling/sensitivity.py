@@ -17,8 +17,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.published import PublishedSet, PublishedValue
 from fingerslip.results import REPEAT, SAMPLE, RunResult, StudyResult
 from fingerslip.slip.windows import READINGS, TIMES, defines_time
@@ -99,9 +99,6 @@ def published_intervals(runs: Sequence[RunResult], references: Sequence[Publishe
                 key = (value.quantity, reading, value.value, *sorted(map(str, value.conditions.items())))
                 intervals.setdefault(key, PublishedInterval(value, reading, interval, len(members)))
     return tuple(intervals.values())
-
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -203,7 +200,7 @@ def fit_samples(
     return Fit(dict(group or {}), reading, time, float(coefficients[0]), *quality, interval, ordered)
 
 
-def _regression(columns: Array, observed: Array) -> tuple[Array, Array, tuple[float, float, float]]:
+def _regression(columns: Floats, observed: Floats) -> tuple[Floats, Floats, tuple[float, float, float]]:
     """Fit `observed` (n,) by a constant and the `columns` (n, p).
 
     Return the coefficients and their standard errors, (p + 1,), and residual, R^2 and predicted R^2.

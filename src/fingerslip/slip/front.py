@@ -13,13 +13,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.arrays import Flags, Floats
 from fingerslip.contact.states import OPEN
 from fingerslip.history import is_solid, site_rows, sites_of_kinds
 from fingerslip.sites import Site
 from fingerslip.slip import windows
 from fingerslip.slip.events import SlipEvents, events_of_leaving
 from fingerslip.slip.settings import EventSettings
-from fingerslip.slip.windows import Floats, contact_forces, lags, slide_window, sustained_crossings
+from fingerslip.slip.windows import contact_forces, lags, slide_window, sustained_crossings
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -213,7 +214,7 @@ def skin_marker_slips(history: xr.Dataset) -> tuple[NDArray[np.intp], Floats]:
     return rows, np.array(crossings, dtype=float)
 
 
-def touching_markers(history: xr.Dataset) -> NDArray[np.bool_]:
+def touching_markers(history: xr.Dataset) -> Flags:
     """Tell of each marker of the skin, in the order of the sites, whether it touches when the first slide begins.
 
     It is at, or on quadratic facets beside, a node that is in contact then.

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats, Integers
 from fingerslip.contact.states import OPEN, SLIP
 from fingerslip.errors import InputError
 from fingerslip.history import is_solid
 from fingerslip.slip import windows
-from fingerslip.slip.windows import Floats
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,9 +27,9 @@ _STRAINS = ("along", "across", "shear")
 class Patch:
     """The contact candidates of a plate, joined by triangles."""
 
-    nodes: NDArray[np.int64]  # (n,), rows of the contact candidates in the history
+    nodes: Integers  # (n,), rows of the contact candidates in the history
     points: Floats  # (n, 2), reference coordinates along and across the slide [m]
-    triangles: NDArray[np.int64]  # (m, 3), corners as rows of `points`
+    triangles: Integers  # (m, 3), corners as rows of `points`
     axes: Floats  # (2, 3), unit vectors along and across the slide, in the plate
 
 

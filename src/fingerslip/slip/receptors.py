@@ -15,11 +15,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.contact.states import OPEN
 from fingerslip.history import site_kinds, site_rows, sites_of_kinds
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip.settings import PeakSettings
-from fingerslip.slip.windows import Floats, SlideWindow, record_at, slide_tangent, slide_window
+from fingerslip.slip.windows import SlideWindow, record_at, slide_tangent, slide_window
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -7,16 +7,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fingerslip.arrays import Flags, Floats
 from fingerslip.contact.states import OPEN, SLIP
 from fingerslip.errors import InputError
 from fingerslip.history import phase_times
 
 if TYPE_CHECKING:
     import xarray as xr
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -255,7 +254,7 @@ def slipped_steps(history: xr.Dataset, window: SlideWindow, tolerance: float) ->
     share = np.divide(before, before - after, out=np.ones_like(before), where=(before <= 0.0) != (after <= 0.0))
     moments, order = np.unique(times[rows] + share * (times[rows + 1] - times[rows]), return_inverse=True)
 
-    def totals(signal: NDArray[np.bool_], weights: Floats) -> Floats:
+    def totals(signal: Flags, weights: Floats) -> Floats:
         changes = np.diff(signal.astype(float), axis=0)[rows, nodes] * weights[nodes]
         first = np.atleast_1d(signal[0] @ weights)
         return np.cumsum(np.append(first, np.bincount(order, changes, moments.size)))
@@ -289,7 +288,7 @@ def lags(history: xr.Dataset, window: SlideWindow, moved: Floats, counterface: A
     return np.asarray(np.linalg.norm(tangential, axis=-1), dtype=float)
 
 
-def area_fraction(part: NDArray[np.bool_], whole: NDArray[np.bool_], areas: Floats) -> Floats:
+def area_fraction(part: Flags, whole: Flags, areas: Floats) -> Floats:
     """Return the area of `part` (n_times, n_nodes) over that of `whole` at each time, NaN where `whole` is empty."""
     total = whole @ areas
     fraction = np.full(total.shape, np.nan)

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.errors import InputError, Mistakes, errors_at, optional_module
 from fingerslip.history import read_history
 from fingerslip.parameters.schema import require_kind
@@ -38,7 +38,6 @@ from fingerslip.tables.table import Cell, Column, Missing, Table, to_csv
 if TYPE_CHECKING:
     import pandas as pd
 
-Array = NDArray[np.float64]
 
 #: Folder of a fit in the results of its study, and its table of values in it.
 FOLDER = "fit"
@@ -203,7 +202,7 @@ def _write(study: StudyResult, measurement: Measurement, settings: FitSettings) 
     return Posterior(study.folder / FOLDER, tables)
 
 
-def _refuse_far(measurement: Measurement, curves: Array) -> None:
+def _refuse_far(measurement: Measurement, curves: Floats) -> None:
     """Refuse a measurement whose unit or sign cannot be that of the runs, curves (n_runs, n_columns, n) [SI]."""
     mistakes = Mistakes()
     rows = zip(measurement.columns, measurement.values, measurement.deviations[:, 0], strict=True)
@@ -225,7 +224,7 @@ def _refuse_far(measurement: Measurement, curves: Array) -> None:
     mistakes.raise_all()
 
 
-def _refuse_leaning(samples: Array, study: StudyResult, bounds: Sequence[str]) -> None:
+def _refuse_leaning(samples: Floats, study: StudyResult, bounds: Sequence[str]) -> None:
     """Refuse ranges whose ends cut the posterior off, samples (n, dim) as shares of the ranges."""
     mistakes = Mistakes()
     for (path, ends), shares in zip(study.ranges.items(), samples.T, strict=True):
@@ -240,7 +239,7 @@ def _refuse_leaning(samples: Array, study: StudyResult, bounds: Sequence[str]) -
 
 
 def _summary(
-    values: Array, chain: Chain, ranges: tuple[Array, Array], names: tuple[Sequence[str], Sequence[str]], note: str
+    values: Floats, chain: Chain, ranges: tuple[Floats, Floats], names: tuple[Sequence[str], Sequence[str]], note: str
 ) -> Table:
     """Show what the posterior says of each value, and what the measurement cannot tell."""
     intervals = np.percentile(values, _PERCENTS, axis=0).T
@@ -261,7 +260,7 @@ def _summary(
     return Table("What the measurement says", (*columns, *more), rows, note.strip())
 
 
-def _predictions(runs: Sequence[RunResult], points: Array, samples: Array, generator: np.random.Generator) -> Table:
+def _predictions(runs: Sequence[RunResult], points: Floats, samples: Floats, generator: np.random.Generator) -> Table:
     """Show slip times and derived quantities with intervals, which contain the emulator's error."""
     rows: list[tuple[Cell, ...]] = []
     for name in (*_EVENTS, *runs[0].derived):

@@ -8,14 +8,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fingerslip.arrays import Floats
 from fingerslip.validation.evidence import FINGERPRINT, FRICTION, TABLE2, VARIANTS, Evidence
 from fingerslip.validation.measures import Densities, Measures
 from fingerslip.validation.rows import Outcome
 
-Numbers = NDArray[np.float64]
-Check = Callable[[Evidence], Numbers | float | tuple[int, int]]
+Check = Callable[[Evidence], Floats | float | tuple[int, int]]
 
 _FRICTIONS = (0.2, 0.4, 0.6, 0.8)
 _LARGER_IN_B = ("FA-I", "FA-II", "SA-II")
@@ -46,20 +46,20 @@ def _fingerprint(evidence: Evidence, enabled: bool) -> tuple[Measures, ...]:
     return evidence.phalanges("wang2014_fingerprint", {FINGERPRINT: enabled})
 
 
-def _times(runs: Sequence[Measures], event: str) -> Numbers:
+def _times(runs: Sequence[Measures], event: str) -> Floats:
     return np.array([run.run.events.slip.time(event) for run in runs], dtype=np.float64)
 
 
-def _heights(runs: Sequence[Measures]) -> Numbers:
+def _heights(runs: Sequence[Measures]) -> Floats:
     """Return the heights of the peaks of overall slip [m/s^2]."""
     return np.array([np.nan if run.overall_peak is None else run.overall_peak.height for run in runs])
 
 
-def _numbers(runs: Sequence[Measures], name: str) -> Numbers:
+def _numbers(runs: Sequence[Measures], name: str) -> Floats:
     return np.array([getattr(run, name) for run in runs], dtype=np.float64)
 
 
-def _ratio(part: ArrayLike, whole: ArrayLike) -> Numbers:
+def _ratio(part: ArrayLike, whole: ArrayLike) -> Floats:
     return np.asarray(part) / np.where(np.asarray(whole) == 0.0, np.nan, whole)
 
 
@@ -73,12 +73,12 @@ def _straightness(evidence: Evidence) -> float:
     return float(np.array([determination(_FRICTIONS, moments) for moments in times], dtype=np.float64).min())
 
 
-def _flattening(evidence: Evidence) -> Numbers:
+def _flattening(evidence: Evidence) -> Floats:
     first, _, third, last = _times(_frictions(evidence), "latency")
     return _ratio(last - third, (third - first) / 2.0)
 
 
-def _surface_over_deep(evidence: Evidence) -> Numbers:
+def _surface_over_deep(evidence: Evidence) -> Floats:
     largest = [_phalanges(evidence)[0].largest_acceleration.get(kind) for kind in ("FA-I", "SA-I", "FA-II", "SA-II")]
     values = np.array(largest, dtype=np.float64)
     return _ratio(values[:2].min(), values[2:].max())
@@ -124,7 +124,7 @@ def _noise(evidence: Evidence) -> float:
     return float(_ratio(*floors).min())
 
 
-def _flattened_over_others(evidence: Evidence) -> Numbers:
+def _flattened_over_others(evidence: Evidence) -> Floats:
     original, flattened, scaled = _heights(_fingerprint(evidence, True))
     return _ratio(flattened, np.maximum(original, scaled))
 
@@ -140,8 +140,8 @@ def _scaled_vibration(evidence: Evidence) -> float:
 
 
 def _friction_ratio(
-    numbers: Callable[[Sequence[Measures]], Numbers], first: float, second: float
-) -> Callable[[Evidence], Numbers]:
+    numbers: Callable[[Sequence[Measures]], Floats], first: float, second: float
+) -> Callable[[Evidence], Floats]:
     """Return a number at one friction over that at another."""
     rows = [_FRICTIONS.index(first), _FRICTIONS.index(second)]
     return lambda evidence: _ratio(*numbers(_frictions(evidence))[rows])

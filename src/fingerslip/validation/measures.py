@@ -10,8 +10,8 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.contact.states import OPEN
 from fingerslip.results import RunResult
 from fingerslip.sites import RECEPTOR_KINDS
@@ -204,7 +204,7 @@ def travel_over_friction_depth(history: xr.Dataset, window: SlideWindow, time: f
 
 def _accelerations(
     history: xr.Dataset, window: SlideWindow, kinds: tuple[str, ...], start: float, end: float = math.inf
-) -> NDArray[np.float64]:
+) -> Floats:
     """Return the tangential acceleration of receptors from `start` to `end` of the slide, (n_times, n_sites)."""
     times = history["time"].values
     rows = receptor_rows(history, kinds, EventSettings().peaks.per_area, float(times[window.first]))

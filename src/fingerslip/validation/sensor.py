@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.detect.evaluation.scores import Estimate
 from fingerslip.detect.labels import NO_SLIP, LabelSettings
 from fingerslip.errors import InputError
@@ -40,8 +40,6 @@ if TYPE_CHECKING:
 SENSOR = "ridged_vs_smooth"
 _RIDGED = "tactip.skin.ridges.enabled"
 _DEPTH = "programme.0.press.depth"
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.contact.counterfaces import Plane
 from fingerslip.contact.friction import Coulomb, FrictionLaw, StaticKinetic
 from fingerslip.materials.elastic import Elastic, RayleighDamping
@@ -23,15 +23,13 @@ from fingerslip.sites import Site
 from fingerslip.verification.meshes import axes_of, box, components, dimension, formulation_of
 from fingerslip.verification.problem import Check, Problem, absolute, each, largest, relative, solve_problem
 
-Array = NDArray[np.float64]
-
 _HEIGHT, _MODULUS, _PENALTY, _DEPTH, _MU = 4e-3, 34e3, 1e8, 20e-6, 0.5
 PRESSURE = _PENALTY * _DEPTH
 # Of the block's shear H / G and of the penalty 1 / k_t; nu = 0, so G = E / 2.
 SHEAR_STIFFNESS = 1.0 / (_HEIGHT / (_MODULUS / 2) + 1.0 / _PENALTY)
 
 
-def block_on_plate(element: str, *grids: Array, material: Elastic, plate: Mapping[str, Any], **values: Any) -> Model:
+def block_on_plate(element: str, *grids: Floats, material: Elastic, plate: Mapping[str, Any], **values: Any) -> Model:
     """Return a block of one material between ascending coordinates [m], its lower side `bottom` on a flat plate.
 
     `plate` holds what its contact has beside boundary and counterface, `values` what the model has besides.
@@ -144,7 +142,7 @@ def coulomb_oscillator(element: str) -> xr.Dataset:
     return _on_spring(element, Coulomb(_MU), (Hold(5 * period),), period / 500, START_SPEED)
 
 
-def _extremes(times: Array, values: Array) -> tuple[Array, Array]:
+def _extremes(times: Floats, values: Floats) -> tuple[Floats, Floats]:
     """Return times and values of the extremes of a curve, from a parabola through three points each."""
     inner = np.flatnonzero((values[1:-1] - values[:-2]) * (values[2:] - values[1:-1]) < 0) + 1
     before, at, after = values[inner - 1], values[inner], values[inner + 1]

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 import skfem
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse import linalg
 from skfem.helpers import ddot, dot, grad
 
+from fingerslip.arrays import Floats
 from fingerslip.fe.cell_materials import cell_materials
 from fingerslip.fe.forms import stiffness_matrix
 from fingerslip.fe.integration import Integration
@@ -22,8 +22,6 @@ from fingerslip.model.model import Component, Model, Recording
 from fingerslip.model.timing import QuasiStatic
 from fingerslip.verification.meshes import SIDES, axes_of, box, dimension, formulation_of, jiggle, ring, split_boundary
 from fingerslip.verification.problem import Check, Problem, absolute, each, solve_problem
-
-Array = NDArray[np.float64]
 
 # Rounding of a small linear solution: condition number 1e3 to 1e4 times 1e-16, with a thousandfold reserve.
 _ROUNDING = 1e-9
@@ -42,7 +40,7 @@ def _distort(element: str) -> Any:
 
 def _static(
     mesh: Any, integration: Integration, supports: Mapping[str, tuple[Component, ...]], tractions: Mapping[str, Any]
-) -> tuple[Array, Array]:
+) -> tuple[Floats, Floats]:
     """Return nodes' positions and displacements (n, dim) under loads, through a quasi-static step."""
     model = Model(
         mesh=mesh,
@@ -76,7 +74,7 @@ def _patch(case: str) -> Iterator[Check]:
     yield absolute("error / displacement", 0.0, float(max(normal, shear)), _ROUNDING)
 
 
-def _rigid_modes(positions: Array) -> Array:
+def _rigid_modes(positions: Floats) -> Floats:
     """Return translations and infinitesimal rotations, (modes, n, dim)."""
     dim = positions.shape[1]
     turns = []
@@ -107,29 +105,29 @@ def _rigid(case: str) -> Iterator[Check]:
     yield absolute("number of modes without energy", len(modes), int(np.sum(values < 1e-9 * values[-1])), 0.0)
 
 
-def _exact(x: Array) -> Array:
+def _exact(x: Floats) -> Floats:
     """Return the manufactured displacement: a bubble in the first, minus half of it in the second component."""
     wave = np.prod(np.sin(np.pi * x), axis=0)
     return np.stack([wave, -0.5 * wave, *([0.0 * wave] * (len(x) - 2))])
 
 
-def _slopes(x: Array) -> Array:
+def _slopes(x: Floats) -> Floats:
     """Return the gradient of the bubble."""
     sines, cosines = np.sin(np.pi * x), np.cos(np.pi * x)
     rows = [np.pi * np.prod([cosines[j] if j == i else sines[j] for j in range(len(x))], axis=0) for i in range(len(x))]
     return np.stack(rows)
 
 
-def _exact_gradient(x: Array) -> Array:
+def _exact_gradient(x: Floats) -> Floats:
     slopes = _slopes(x)
     return np.stack([slopes, -0.5 * slopes, *([0.0 * slopes] * (len(x) - 2))])
 
 
-def _body_force(x: Array, first_lame: float, shear_modulus: float) -> Array:
+def _body_force(x: Floats, first_lame: float, shear_modulus: float) -> Floats:
     """Return -(G laplace u + (lambda + G) grad div u) of the manufactured displacement."""
     dim, sines, cosines = len(x), np.sin(np.pi * x), np.cos(np.pi * x)
 
-    def second(i: int, j: int) -> Array:
+    def second(i: int, j: int) -> Floats:
         """Return the second derivative of the bubble."""
         if i == j:
             return -(np.pi**2) * np.prod(sines, axis=0)  # type: ignore[no-any-return]
@@ -145,7 +143,7 @@ def _body_force(x: Array, first_lame: float, shear_modulus: float) -> Array:
     return np.stack(rows)
 
 
-def _bent(points: Array) -> Array:
+def _bent(points: Floats) -> Floats:
     """Bend the inside smoothly, so that no cell is regular."""
     bump = 0.08 * np.prod(np.sin(np.pi * points), axis=0)
     return np.asarray(points + bump * np.array([1.0, -0.7, 0.5])[: len(points), None])

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy import integrate, optimize, special
 
+from fingerslip.arrays import Floats
 from fingerslip.fe.cell_materials import finite_cell_materials
 from fingerslip.fe.finite.bulk import large_strain
 from fingerslip.fe.integration import Integration
@@ -22,8 +22,6 @@ from fingerslip.model.timing import QuasiStatic
 from fingerslip.sites import Site
 from fingerslip.verification.meshes import axes_of, box, components, dimension, ring, split_boundary
 from fingerslip.verification.problem import Check, Problem, absolute, relative, solve_problem
-
-Array = NDArray[np.float64]
 
 _RAMP = Ramp((0.0, 1.0), (0.0, 1.0))
 
@@ -194,7 +192,7 @@ def _cook(element: str, integration: Integration, cells: int, allowed: float) ->
         yield absolute("locks, tip displacement (0 to 0.8)", 0.4, share, 0.4)
 
 
-def _panel(points: Array) -> Array:
+def _panel(points: Floats) -> Floats:
     along, up = points[:2]
     low, high = 44.0 * along, 44.0 + 16.0 * along
     return np.stack([48.0 * along, low + (high - low) * up])

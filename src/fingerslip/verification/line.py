@@ -19,8 +19,8 @@ from functools import cache
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.contact.counterfaces import Counterface, Cylinder, Plane
 from fingerslip.contact.friction import Coulomb
 from fingerslip.materials.elastic import Elastic
@@ -31,8 +31,6 @@ from fingerslip.model.timing import QuasiStatic
 from fingerslip.verification.meshes import axes_of, box, components, dimension, formulation_of, grade, mirror
 from fingerslip.verification.problem import Check, Problem, absolute, relative, solve_problem
 
-Array = NDArray[np.float64]
-
 MODULUS, RATIO, RADIUS, MU = 1e5, 0.4999, 200e-3, 0.5
 PLANE_MODULUS = MODULUS / (1 - RATIO**2)
 HALF_WIDTH = 0.5e-3
@@ -40,11 +38,11 @@ OUTER = 120 * HALF_WIDTH
 STEPS = 40
 
 
-def _flat(x: Array) -> Array:
+def _flat(x: Floats) -> Floats:
     return 0.0 * x
 
 
-def flattened(x: Array) -> Array:
+def flattened(x: Floats) -> Floats:
     """Return the lower side of a body that is flat in its middle: a quartic, and straight from 2 half widths on."""
     edge = 2 * HALF_WIDTH
     near = np.minimum(np.abs(x), edge)
@@ -54,7 +52,7 @@ def flattened(x: Array) -> Array:
 
 def line_model(
     element: str,
-    profile: Callable[[Array], Array],
+    profile: Callable[[Floats], Floats],
     counterface: Counterface,
     programme: tuple[Phase, ...],
     *,
@@ -67,7 +65,7 @@ def line_model(
     xs = mirror(grade(1.6 * HALF_WIDTH, size, OUTER, 1.15))
     heights = grade(2 * HALF_WIDTH, size, OUTER, 1.15)
 
-    def shift(points: Array) -> Array:
+    def shift(points: Floats) -> Floats:
         moved = points.copy()
         moved[-1] += profile(points[0]) * np.exp(-points[-1] / (4 * HALF_WIDTH))
         return moved
@@ -111,19 +109,19 @@ def closed_form(force: float) -> tuple[float, float]:
     return half_width, 2 * force / (np.pi * half_width)
 
 
-def semicircle(x: Array, half_width: float) -> Array:
+def semicircle(x: Floats, half_width: float) -> Floats:
     """Return sqrt(1 - x^2 / a^2) [-] at x (n,) [m], zero outside."""
     return np.asarray(np.sqrt(np.maximum(1 - (x / half_width) ** 2, 0.0)))
 
 
-def order_nodes(history: xr.Dataset) -> tuple[Array, Array, Array, Array]:
+def order_nodes(history: xr.Dataset) -> tuple[Floats, Floats, Floats, Floats]:
     """Return x of the contact nodes (n,) [m], and along it pressure, friction traction [Pa] and state (n_times, n)."""
     order = np.argsort(history["contact_position"].values[:, 0], kind="stable")
     x, shear = history["contact_position"].values[order, 0], history["tangential_traction"].values[:, order, 0]
     return x, history["normal_traction"].values[:, order], shear, history["contact_state"].values[:, order]
 
 
-def _away_from(x: Array, *edges: float) -> Array:
+def _away_from(x: Floats, *edges: float) -> Floats:
     return np.asarray(np.all([np.abs(np.abs(x) - edge) > HALF_WIDTH / 8 for edge in edges], axis=0))
 
 
@@ -196,7 +194,7 @@ def _cattaneo() -> Iterator[Check]:
     yield drift_check(history)
 
 
-def _rms(values: Array) -> float:
+def _rms(values: Floats) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 

@@ -7,14 +7,14 @@ from typing import Any, TypeVar
 
 import numpy as np
 import skfem
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fingerslip.arrays import Floats
 from fingerslip.materials.material import Formulation
 from fingerslip.mesh.facets import outward_normals
 from fingerslip.model.model import Component
 
-Array = NDArray[np.float64]
-Shift = Callable[[Array], Array]
+Shift = Callable[[Floats], Floats]
 Value = TypeVar("Value")
 
 _KINDS: Mapping[str, tuple[Any, Any]] = {
@@ -53,7 +53,7 @@ def box(
     element: str,
     *axes: ArrayLike,
     shift: Shift | None = None,
-    regions: Mapping[str, Callable[[Array], Any]] | None = None,
+    regions: Mapping[str, Callable[[Floats], Any]] | None = None,
 ) -> Any:
     """Return a meshed rectangle or box.
 
@@ -79,7 +79,7 @@ def box(
     return moved.with_subdomains(subdomains).with_boundaries(boundaries)
 
 
-def split_boundary(mesh: Any, name: str) -> tuple[Any, tuple[str, ...], Array]:
+def split_boundary(mesh: Any, name: str) -> tuple[Any, tuple[str, ...], Floats]:
     """Name every facet of a boundary by itself, so that each can carry its own traction; normals (n, dim)."""
     facets = np.asarray(mesh.boundaries[name])
     names = tuple(f"{name}-{number}" for number in range(facets.size))
@@ -88,7 +88,7 @@ def split_boundary(mesh: Any, name: str) -> tuple[Any, tuple[str, ...], Array]:
     return mesh.with_boundaries(boundaries), names, np.ascontiguousarray(normals.T)
 
 
-def ring(points: Array) -> Array:
+def ring(points: Floats) -> Floats:
     """Return points (dim, n) whose first coordinate is the radius [m] and whose second is the angle [rad]."""
     radius, angle = points[0], points[1]
     return np.stack([radius * np.cos(angle), radius * np.sin(angle), *points[2:]])
@@ -97,7 +97,7 @@ def ring(points: Array) -> Array:
 def jiggle(amount: float) -> Shift:
     """Return a shift of the inner vertices, at random by up to `amount` times the mean cell size."""
 
-    def shift(points: Array) -> Array:
+    def shift(points: Floats) -> Floats:
         low, high = points.min(axis=1, keepdims=True), points.max(axis=1, keepdims=True)
         inner = ((points > low + 1e-9) & (points < high - 1e-9)).all(axis=0)
         size = float(np.prod(high - low) / points.shape[1]) ** (1.0 / len(points))
@@ -107,7 +107,7 @@ def jiggle(amount: float) -> Shift:
     return shift
 
 
-def grade(fine: float, size: float, outer: float, ratio: float) -> Array:
+def grade(fine: float, size: float, outer: float, ratio: float) -> Floats:
     """Return coordinates (n,) [m] from 0, of one size in the fine zone and growing by `ratio` up to `outer` [m]."""
     inner = np.linspace(0.0, fine, round(fine / size) + 1)
     reach = np.cumsum(size * ratio ** np.arange(1, 200))
@@ -115,6 +115,6 @@ def grade(fine: float, size: float, outer: float, ratio: float) -> Array:
     return np.concatenate([inner, fine + reach[:count] * (outer - fine) / reach[count - 1]])
 
 
-def mirror(coordinates: Array) -> Array:
+def mirror(coordinates: Floats) -> Floats:
     """Return coordinates (n,) [m] from 0 on, mirrored to both sides, shape (2 n - 1,) [m]."""
     return np.concatenate([-coordinates[:0:-1], coordinates])

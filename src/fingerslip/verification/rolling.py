@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.contact.counterfaces import Counterface, Cylinder, Plane, Sphere
 from fingerslip.contact.friction import Coulomb
 from fingerslip.materials.elastic import Elastic
@@ -26,14 +26,12 @@ from fingerslip.model.timing import QuasiStatic, TimeStepping
 from fingerslip.verification.meshes import axes_of, box, components, formulation_of
 from fingerslip.verification.problem import Check, Problem, relative, solve_problem
 
-Array = NDArray[np.float64]
-
 _RADIUS, _WIDTH, _HEIGHT, _MASS, _GRAVITY = 10e-3, 10e-3, 2e-3, 0.05, 9.81
 _INERTIA = 0.5 * _MASS * _RADIUS**2
 _PENALTY = 1e10
 
 
-def _pad(element: str, strain: str, along: Array, *, modulus: float = 1e6, low: float = -_HEIGHT) -> Any:
+def _pad(element: str, strain: str, along: Floats, *, modulus: float = 1e6, low: float = -_HEIGHT) -> Any:
     """Return what a model of a pad of columns between heights `low` and `low` + 2 mm consists of."""
     across = np.linspace(-_WIDTH / 2, _WIDTH / 2, 3)
     return {
@@ -75,7 +73,7 @@ def _end(history: xr.Dataset, element: str) -> tuple[float, float]:
     return float(history["rigid_body_displacement"].values[-1, 0, 0]), float(_turn(history, element)[-1])
 
 
-def _turn(history: xr.Dataset, element: str) -> Array:
+def _turn(history: xr.Dataset, element: str) -> Floats:
     about, sign = _rolling(element)
     return np.asarray(sign * history["rigid_body_rotation"].sel(rotation_axis=about[1]).values[:, 0])
 

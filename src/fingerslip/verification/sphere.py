@@ -17,8 +17,8 @@ from functools import cache
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.contact.counterfaces import Sphere
 from fingerslip.contact.friction import Coulomb
 from fingerslip.materials.elastic import Elastic
@@ -27,8 +27,6 @@ from fingerslip.model.programme import Phase, Press, Slide
 from fingerslip.model.timing import QuasiStatic
 from fingerslip.verification.meshes import box, grade, mirror
 from fingerslip.verification.problem import Check, Problem, absolute, relative, solve_problem
-
-Array = NDArray[np.float64]
 
 MODULUS, RATIO, MU = 1e5, 0.48, 0.5
 SHEAR_MODULUS = MODULUS / (2 * (1 + RATIO))
@@ -90,13 +88,13 @@ def press_and_cycle() -> xr.Dataset:
     return solve_problem(_model(programme, _SLIDE_STEPS), penetration=0.02 * APPROACH)
 
 
-def _forces(history: xr.Dataset) -> tuple[Array, Array]:
+def _forces(history: xr.Dataset) -> tuple[Floats, Floats]:
     """Return the normal and the tangential force on the whole body, two halves, over time [N]."""
     force = 2 * history["counterface_force"].values[:, 0]
     return force[:, 2], force[:, 0]
 
 
-def radii(history: xr.Dataset) -> Array:
+def radii(history: xr.Dataset) -> Floats:
     """Return the distances of the contact nodes from the axis, shape (n_c,) [m]."""
     return np.asarray(np.linalg.norm(history["contact_position"].values[:, :2], axis=1))
 
@@ -105,7 +103,7 @@ def _contact_radius(force: float) -> float:
     return float((3 * force * RADIUS / (4 * PLANE_MODULUS)) ** (1 / 3))
 
 
-def mindlin_displacement(force: Array | float, normal: float) -> Array:
+def mindlin_displacement(force: Floats | float, normal: float) -> Floats:
     """Return Mindlin's displacement (n,) [m] under growing tangential forces (n,) and a constant normal one [N]."""
     factor = 3 * MU * normal * (2 - RATIO) / (16 * _contact_radius(normal) * SHEAR_MODULUS)
     return np.asarray(factor * (1 - (1 - np.asarray(force) / (MU * normal)) ** (2 / 3)))
@@ -154,7 +152,7 @@ def _mindlin() -> Iterator[Check]:
 _ROLLING = 1e-3
 
 
-def _stick_checks(history: xr.Dataset, ratio: Array) -> Iterator[Check]:
+def _stick_checks(history: xr.Dataset, ratio: Floats) -> Iterator[Check]:
     distance, area, normal_force = radii(history), history["contact_area"].values, _forces(history)[0]
     for wanted in (0.3, 0.6, 0.9):
         step = _PRESS_STEPS + int(np.argmin(np.abs(ratio[_PRESS_STEPS:] - wanted)))

@@ -16,8 +16,8 @@ from typing import get_args
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.contact.counterfaces import Cylinder
 from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.material import Formulation
@@ -30,8 +30,6 @@ from fingerslip.verification.line import line_model
 from fingerslip.verification.meshes import axes_of, box, components
 from fingerslip.verification.problem import Check, Problem, absolute, largest, relative, solve_problem
 
-Array = NDArray[np.float64]
-
 _SIZE, _SHIFT = 10e-3, 0.1e-3
 _TERMS: Prony = (PronyTerm(0.3, 0.02), PronyTerm(0.2, 0.2), PronyTerm(0.2, 2.0))
 _ONE: Prony = (PronyTerm(0.6, 0.1),)
@@ -39,7 +37,7 @@ _MODULUS, _RATIO, _DENSITY = 100e3, 0.4, 1000.0
 _SHEAR = _MODULUS / (2 * (1 + _RATIO))
 
 
-def response_integral(terms: Prony, time: Array) -> Array:
+def response_integral(terms: Prony, time: Floats) -> Floats:
     """Return the integral of the stress over G after a strain of 1, from 0 to times (n,) [s], shape (n,) [s]."""
     result = time.copy()
     for term in terms:
@@ -47,7 +45,7 @@ def response_integral(terms: Prony, time: Array) -> Array:
     return result
 
 
-def ramp_response(terms: Prony, duration: float, time: Array) -> Array:
+def ramp_response(terms: Prony, duration: float, time: Floats) -> Floats:
     """Return the stress over G of a strain that rises to 1 within a duration [s] and stays, at times (n,) [s]."""
     before, after = (response_integral(terms, past) for past in (np.maximum(time - duration, 0.0), time))
     return np.asarray((after - before) / duration)
@@ -93,7 +91,7 @@ def _block(
     return solve_problem(model)
 
 
-def _force(history: xr.Dataset, support: str) -> Array:
+def _force(history: xr.Dataset, support: str) -> Floats:
     """Return the force of a support along x over time [N]."""
     return np.asarray(history["support_force"].sel(support=support).values[:, 0])
 
@@ -156,7 +154,7 @@ def _creep() -> Iterator[Check]:
         t = history["time"].values
         retarded = time / left
 
-        def integral(t: Array, retarded: float = retarded) -> Array:
+        def integral(t: Floats, retarded: float = retarded) -> Floats:
             return np.asarray(t + share / left * (t + retarded * np.expm1(-t / retarded)))
 
         expected = elastic * (integral(t) - integral(np.maximum(t - duration, 0.0))) / duration
@@ -212,7 +210,7 @@ def _vibration() -> Iterator[Check]:
     yield relative("viscous dissipation / energy at the start", 1.0, float(energy), 0.01)
 
 
-def _swing(square: float, term: PronyTerm, times: Array) -> Array:
+def _swing(square: float, term: PronyTerm, times: Floats) -> Floats:
     """Return the displacement over the velocity at the start [s]."""
     left = 1.0 - term.share
     polynomial = np.array([term.time, 1.0, square * term.time, square * left])

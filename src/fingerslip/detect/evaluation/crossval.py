@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
+from fingerslip.arrays import Floats
 from fingerslip.detect.classifiers import Candidate, describe, fit, optional, probabilities, union_of_sets
 from fingerslip.detect.evaluation.scores import (
     EventScores,
@@ -44,7 +45,6 @@ from fingerslip.errors import InputError
 from fingerslip.storage.files import check_folder, clean_stale, digest, new_file, writing
 from fingerslip.version import __version__
 
-Floats = NDArray[np.float64]
 Arrays = Mapping[str, NDArray[Any]]
 Groups = Sequence[Sequence[str]]
 

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
+from fingerslip.arrays import Floats, Singles
 from fingerslip.detect.classifiers import Candidate, probabilities, union_of_sets
 from fingerslip.detect.evaluation.crossval import Evaluation, begin_evaluation, parts_beside
 from fingerslip.detect.evaluation.scores import (
@@ -91,7 +92,7 @@ def importance_by_ring(
     values, classes = samples.features(rows, candidate.sets), samples.classes[rows]
     _, trial = np.unique(samples.trial[rows], return_inverse=True)
 
-    def right(values: NDArray[np.float32]) -> NDArray[np.float64]:
+    def right(values: Singles) -> Floats:
         """Return how many samples of each trial are right."""
         return np.bincount(trial, weights=probabilities(estimator, values).argmax(axis=1) == classes).astype(float)
 

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
+from fingerslip.arrays import Flags, Floats
 from fingerslip.detect.classifiers import optional
 from fingerslip.detect.evaluation.crossval import UNREADABLE, read_arrays
 from fingerslip.detect.folders import JUDGED
@@ -25,8 +26,6 @@ from fingerslip.storage.files import new_file
 from fingerslip.tables.table import Table
 from fingerslip.version import __version__
 
-Floats = NDArray[np.float64]
-
 _COLOURS = (BLUE, ORANGE, GREEN, VERMILLION, PURPLE, SKY, BLACK, GREY)
 _WORDS = ("no slip", "incipient", "gross")
 _TRIALS = 24  # that the timelines show
@@ -38,7 +37,7 @@ class Judged:
 
     matrix: NDArray[np.intp]  # (3, 3), frames by true class (rows) and predicted class (columns)
     slip: Floats  # (n_samples,), probability of slip of each sampled frame
-    slips: NDArray[np.bool_]  # (n_samples,), whether it does
+    slips: Flags  # (n_samples,), whether it does
     events: Mapping[str, Onsets]  # onsets found, by trial
 
 

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.detect.labels import CLASSES, Onsets, read_onsets, times_of
 from fingerslip.detect.samples import benchmark_test_trials
 from fingerslip.detect.training import lead_bound, least_trials
@@ -18,7 +19,6 @@ from fingerslip.errors import InputError, Mistakes
 from fingerslip.storage.files import write_text, writing
 from fingerslip.tables.table import Cell, Column, Interval, Missing, Table, to_csv, to_page
 
-Floats = NDArray[np.float64]
 _COUNT = len(CLASSES)
 _DRAWS, _BINS = 1000, 10  # of the bootstrap, and of the calibration error
 

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
+from fingerslip.arrays import Flags, Floats
 from fingerslip.detect.classifiers import CLASSIFIERS, optional
 from fingerslip.detect.evaluation.scores import INTERVALS, output_tables, ratio_estimate, table_of
 from fingerslip.detect.features import FeatureSettings, MotionSettings, features_of, motion_of
@@ -25,7 +25,6 @@ from fingerslip.tables.table import Column, Table
 if TYPE_CHECKING:
     import xarray as xr
 
-Floats = NDArray[np.float64]
 
 #: What says of a trial whether there is slip in it: the classifier, and the columns of features that it sees.
 _SEEN = {
@@ -95,7 +94,7 @@ def _columns(tracks: xr.Dataset, motion: MotionSettings) -> dict[str, Floats]:
     return {"field": np.concatenate(statistics), "length": moved.time[[-1]] - moved.time[[0]], "ships": ships}
 
 
-def _shares(true: NDArray[np.bool_], said: NDArray[np.bool_], seed: int) -> list[object]:
+def _shares(true: Flags, said: Flags, seed: int) -> list[object]:
     """Return the shares of trials that are right, of those with slip that are found, and of the others said to slip."""
     pairs = ((true == said, np.ones(len(true))), (true & said, true), (~true & said, ~true))
     return [ratio_estimate(part.astype(float), whole.astype(float), seed) for part, whole in pairs]

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.contact.interface import InterfaceState, conditions
 from fingerslip.contact.solve.newton import solve_friction
 from fingerslip.contact.solve.partition import first_partition
@@ -23,7 +24,6 @@ from fingerslip.dynamics.system.system import System
 
 __all__ = ["Compact", "is_compact"]
 
-Array = NDArray[np.float64]
 
 # What of a state stands in what is carried.
 _CARRIED = ("inertia", "load", "unbalance", "unbalance_before", "moved", "contact_forces_before")
@@ -63,7 +63,7 @@ class Compact(BodyIntegrator):
     def advance(
         self,
         states: Mapping[int, State],
-        ends: Array,
+        ends: Floats,
         length: float | None = None,  # noqa: ARG002
     ) -> dict[int, tuple[State, list[State]]]:
         """Take steps to times (k,) [s]; see :meth:`fingerslip.dynamics.loop.Integrator.advance`."""
@@ -107,19 +107,19 @@ class _Steps:
             tolerance=TOLERANCE,
         )
         self._has_constant_friction = all(getattr(law, "is_constant", False) for law in system.counterfaces.friction)
-        self._friction: Array | None = None
+        self._friction: Floats | None = None
 
     def steer(self, stepper: Stepper) -> None:
         """Go on with a stepper whose counterfaces or loads are others from now on."""
         self.stepper = stepper
         self._body = self._body._replace(loads=self._loads())
 
-    def _loads(self) -> Array:
+    def _loads(self) -> Floats:
         """Return the loads on the coordinates at factor one, (k, m)."""
         loads = [self._on_coordinates(load.forces) for load in _loads_of(self.stepper)]
         return np.array(loads).reshape(len(loads), self._interface.shape[1])
 
-    def _on_coordinates(self, forces: Array) -> Array:
+    def _on_coordinates(self, forces: Floats) -> Floats:
         """Return forces (m + p,) on coordinates and interface as forces on the coordinates, (m,)."""
         size = self._interface.shape[1]
         behind = forces[size:]
@@ -145,7 +145,7 @@ class _Steps:
         inverse = (getattr(self._open, name).copy() for name in Inverse._fields)
         return replace(state, **_NOT_KEPT, carried=(*motion, *inverse))
 
-    def advance(self, state: State, times: Array) -> tuple[State, list[State]]:
+    def advance(self, state: State, times: Floats) -> tuple[State, list[State]]:
         """Take steps to times (k,) [s]; return the state at the last, and what is recorded of all, some at a time."""
         blocks: list[State] = []
         taken = 0
@@ -157,7 +157,7 @@ class _Steps:
             blocks.append(block)
         return state, blocks
 
-    def _advance(self, before: State, times: Array) -> tuple[State, State]:
+    def _advance(self, before: State, times: Floats) -> tuple[State, State]:
         """Take steps with the same friction coefficients; return what :meth:`_states` does of those that are solved."""
         system, count = self.stepper.system, times.size
         if self._friction is None or not self._has_constant_friction:
@@ -195,7 +195,7 @@ class _Steps:
             solutions = np.concatenate([solutions, solution.forces[None]])
 
     def _states(
-        self, before: State, times: Array, travel: Array, records: Records, carried: tuple[NDArray[Any], ...]
+        self, before: State, times: Floats, travel: Floats, records: Records, carried: tuple[NDArray[Any], ...]
     ) -> tuple[State, State]:
         """Return the state at the end of steps, and what is recorded of all of them, time first."""
         size = self._interface.shape[1]

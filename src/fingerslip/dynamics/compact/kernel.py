@@ -17,6 +17,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats, Integers
 from fingerslip.contact.interface import compiled_settle, contact_problem, flat_motion, in_components
 from fingerslip.contact.solve.compliance import active_product
 from fingerslip.contact.solve.partition import solve_partitions
@@ -25,7 +26,6 @@ from fingerslip.linear.symmetric import weighted_rows
 
 __all__ = ["ENERGIES", "Body", "Driving", "Inverse", "Motion", "Records", "take_steps"]
 
-Array = NDArray[np.float64]
 
 #: What :attr:`Motion.energies` holds: stored, and dissipated or put in since the start.
 ENERGIES = ("kinetic", "strain", "contact", "friction", "damping", "numerical", "external_work")
@@ -35,20 +35,20 @@ _FADED = 1e-16
 class Body(NamedTuple):
     """What stays the same from step to step, with m coordinates and n candidates."""
 
-    stiffness: Array  # (m,) [1/s^2]
-    damping: Array  # (m,) [1/s]
-    effective: Array  # (m,), A
-    local: Array  # (n * 2, m), displacement of the candidates per coordinate, L
-    loads: Array  # (k, m), loads on the coordinates at factor one
-    frames: Array  # (n, 2, 2), normals and tangents of the candidates [-]
-    gaps: Array  # (n,), gaps at the start [m]
-    counterface: NDArray[np.int64]  # (n,), counterface of each candidate
-    springs: tuple[Array, Array]  # normal and tangential penalties times area, (n,) each [N/m]
-    compliance: Array  # (n * 2, n * 2), W [m/N]
-    penalty: Array  # (n, 2), compliance of the penalties [m/N]
-    scale: Array  # (n, 2), step lengths of the projection [N/m]
+    stiffness: Floats  # (m,) [1/s^2]
+    damping: Floats  # (m,) [1/s]
+    effective: Floats  # (m,), A
+    local: Floats  # (n * 2, m), displacement of the candidates per coordinate, L
+    loads: Floats  # (k, m), loads on the coordinates at factor one
+    frames: Floats  # (n, 2, 2), normals and tangents of the candidates [-]
+    gaps: Floats  # (n,), gaps at the start [m]
+    counterface: Integers  # (n,), counterface of each candidate
+    springs: tuple[Floats, Floats]  # normal and tangential penalties times area, (n,) each [N/m]
+    compliance: Floats  # (n * 2, n * 2), W [m/N]
+    penalty: Floats  # (n, 2), compliance of the penalties [m/N]
+    scale: Floats  # (n, 2), step lengths of the projection [N/m]
     factors: tuple[float, float, float, float, float]  # c_u, c_v, c_a, w_0, w_1 of the scheme
-    prediction: Array  # (2, 3), displacement and velocity without unknown from the state at the start
+    prediction: Floats  # (2, 3), displacement and velocity without unknown from the state at the start
     remainder: float  # s of a release [-]
     # of da.dv and da.dz, and of dz with the unbalances of three times: the energy that the scheme dissipates
     dissipation: tuple[float, float, float, float, float]
@@ -59,45 +59,45 @@ class Body(NamedTuple):
 class Inverse(NamedTuple):
     """The arrays of :class:`fingerslip.contact.solve.partition.Partition`, changed in place."""
 
-    inverse: Array
+    inverse: Floats
     states: NDArray[np.int8]
-    slopes: Array
-    updates: NDArray[np.int64]
+    slopes: Floats
+    updates: Integers
 
 
 class Motion(NamedTuple):
     """The state of a motion, changed in place."""
 
-    fields: Array  # (5, m), displacement, velocity, acceleration, unbalance now and one step before
-    load: Array  # (m,) [m/s^2]
-    forces: Array  # (4, n, 2), contact forces in frames, W times them [m], in components, and these one step before
-    relative: Array  # (2, n, 2), gap and tangential displacement in frames, and displacement in components [m]
-    release: Array  # (2, n, 2), fading and cancelled forces [N]
-    largest: Array  # (1,), the largest force that was dropped [N]; 0 where nothing is left of a release
-    slips: Array  # (4, n), slip of the whole motion, since contact, of the last step [m], friction limit [N]
+    fields: Floats  # (5, m), displacement, velocity, acceleration, unbalance now and one step before
+    load: Floats  # (m,) [m/s^2]
+    forces: Floats  # (4, n, 2), contact forces in frames, W times them [m], in components, and these one step before
+    relative: Floats  # (2, n, 2), gap and tangential displacement in frames, and displacement in components [m]
+    release: Floats  # (2, n, 2), fading and cancelled forces [N]
+    largest: Floats  # (1,), the largest force that was dropped [N]; 0 where nothing is left of a release
+    slips: Floats  # (4, n), slip of the whole motion, since contact, of the last step [m], friction limit [N]
     states: NDArray[np.int8]  # (n,)
-    energies: Array  # (7,), see ENERGIES [J]
+    energies: Floats  # (7,), see ENERGIES [J]
 
 
 class Driving(NamedTuple):
     """What drives k steps."""
 
-    counterfaces: Array  # (k + 1, n_counterfaces, 2), their displacement, that at the start included [m]
-    factors: Array  # (k, n_loads), of the loads
-    friction: Array  # (n,), coefficients [-]
+    counterfaces: Floats  # (k + 1, n_counterfaces, 2), their displacement, that at the start included [m]
+    factors: Floats  # (k, n_loads), of the loads
+    friction: Floats  # (n,), coefficients [-]
 
 
 class Records(NamedTuple):
     """What steps leave, step by step, the first axis of all arrays."""
 
-    fields: Array  # (k, 3, m), displacement, velocity, acceleration
-    forces: Array  # (k, 2, n, 2), in frames and in components [N]
-    relative: Array  # (k, n, 2), gap and tangential displacement [m]
-    slips: Array  # (k, 4, n)
+    fields: Floats  # (k, 3, m), displacement, velocity, acceleration
+    forces: Floats  # (k, 2, n, 2), in frames and in components [N]
+    relative: Floats  # (k, n, 2), gap and tangential displacement [m]
+    slips: Floats  # (k, 4, n)
     states: NDArray[np.int8]  # (k, n)
-    energies: Array  # (k, 7) [J]
-    iterations: NDArray[np.int64]  # (k,)
-    residuals: Array  # (k,)
+    energies: Floats  # (k, 7) [J]
+    iterations: Integers  # (k,)
+    residuals: Floats  # (k,)
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")

@@ -17,19 +17,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial.transform import Rotation
 
+from fingerslip.arrays import Floats, Integers, Reals
 from fingerslip.dynamics.system.operators import Unknowns
 from fingerslip.fe.finite.bulk import LargeStrain
 from fingerslip.fe.finite.history import Deformed
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -37,11 +34,11 @@ class BodyState:
     """A body at one displacement."""
 
     deformed: Deformed  # strains and stresses at its quadrature points
-    nodal: Array  # (n_dofs,), elastic forces on all degrees of freedom of the mesh [N]
-    force: Array  # (n,), elastic forces on the unknowns [N]
-    displacement: Array  # (n,), displacement of the unknowns [m]
+    nodal: Floats  # (n_dofs,), elastic forces on all degrees of freedom of the mesh [N]
+    force: Floats  # (n,), elastic forces on the unknowns [N]
+    displacement: Floats  # (n,), displacement of the unknowns [m]
     energy: float = 0.0  # strain energy [J]
-    change: Array | None = None  # (n,), what the last step added to the displacement [m]
+    change: Floats | None = None  # (n,), what the last step added to the displacement [m]
 
 
 @dataclass(frozen=True)
@@ -50,7 +47,7 @@ class Body:
 
     bulk: LargeStrain  # mesh and laws
     unknowns: Unknowns  # what they are
-    springs: Array  # (n,), stiffness of the springs at rigid bodies [N/m], zero for all other unknowns
+    springs: Floats  # (n,), stiffness of the springs at rigid bodies [N/m], zero for all other unknowns
 
     @property
     def relaxes(self) -> bool:
@@ -72,7 +69,7 @@ class Body:
         ended = replace(state, deformed=self.bulk.ended(state.deformed)) if self.relaxes else state
         return replace(ended, energy=self.energy(ended))
 
-    def at(self, displacement: Array, near: BodyState | None = None) -> BodyState:
+    def at(self, displacement: Floats, near: BodyState | None = None) -> BodyState:
         """Return the body at a displacement (n,) [m], searched from a state near it; refuse cells turned inside out."""
         guess = None if near is None else near.deformed
         deformed = self.bulk.deformed(self.unknowns.on_mesh(displacement), guess)
@@ -92,8 +89,6 @@ class Body:
         return sparse.csr_matrix(unknowns.expansion.T @ of_mesh @ unknowns.expansion + sparse.diags(self.springs))
 
 
-Indices = NDArray[np.int64]
-
 # Stiffness over that of the softest material from which cells are stiff.
 _STIFF = 1e3
 
@@ -106,12 +101,12 @@ class Local:
     for what the step adds.
     """
 
-    values: Array  # (n,), the displacement since the predictor; of inclusions it does not count [m]
-    strained: Array  # (m, 3), the displacements d that deform inclusions [m]
-    shift: Array  # (k, 3), mean displacements t of inclusions [m]
-    turn: Array  # (k, 3), their rotation vectors phi since R_0 [rad]
+    values: Floats  # (n,), the displacement since the predictor; of inclusions it does not count [m]
+    strained: Floats  # (m, 3), the displacements d that deform inclusions [m]
+    shift: Floats  # (k, 3), mean displacements t of inclusions [m]
+    turn: Floats  # (k, 3), their rotation vectors phi since R_0 [rad]
 
-    def flat(self) -> Array:
+    def flat(self) -> Floats:
         """Return all coordinates in one row, shape (n + 3 m + 6 k,)."""
         return np.concatenate([self.values, self.strained.ravel(), self.shift.ravel(), self.turn.ravel()])
 
@@ -120,19 +115,19 @@ class Local:
 class Inclusions:
     """The stiff inclusions of a body, k with m nodes in all, among the n unknowns."""
 
-    rows: Indices  # (m, dim), the unknowns of their nodes; n where a support holds them
-    owner: Indices  # (m,), the inclusion of each node
+    rows: Integers  # (m, dim), the unknowns of their nodes; n where a support holds them
+    owner: Integers  # (m,), the inclusion of each node
     means: sparse.csr_matrix  # (k, m), means over the nodes of each
-    arms: Array  # (m, 3), a, their places at rest about the mean of their inclusion [m]
+    arms: Floats  # (m, 3), a, their places at rest about the mean of their inclusion [m]
 
     @cached_property
-    def _inertia(self) -> Array:
+    def _inertia(self) -> Floats:
         """Means of |a|^2 I - a a^T at rest, shape (k, 3, 3) [m^2]."""
         squares = self._outer(self.arms, self.arms)
-        inertia: Array = np.trace(squares, axis1=1, axis2=2)[:, None, None] * np.eye(3) - squares
+        inertia: Floats = np.trace(squares, axis1=1, axis2=2)[:, None, None] * np.eye(3) - squares
         return inertia
 
-    def rotations(self, displacement: Array) -> Array:
+    def rotations(self, displacement: Floats) -> Floats:
         """Return how inclusions have turned at a displacement (n,) [m], shape (k, 3, 3)."""
         positions = self.arms + self._read(displacement)
         # That of the nodes about their mean; arms have none.
@@ -140,7 +135,7 @@ class Inclusions:
         left[:, :, 2] *= np.linalg.det(left @ right)[:, None]
         return np.asarray(left @ right)
 
-    def local(self, since: Array, predictor: Array, start: Array) -> Local:
+    def local(self, since: Floats, predictor: Floats, start: Floats) -> Local:
         """Return the coordinates of a displacement since a predictor, both (n,) [m], from rotations R_0 (k, 3, 3)."""
         if not self.owner.size:
             return Local(since, *np.zeros((3, 0, 3)))
@@ -150,7 +145,7 @@ class Inclusions:
         strained = _turned_back(turn[self.owner], positions - shift[self.owner]) - self.arms
         return Local(since, strained, shift, self._vectors(turn @ np.swapaxes(start, 1, 2)))
 
-    def since(self, flat: Array, predictor: Array, start: Array) -> Array:
+    def since(self, flat: Floats, predictor: Floats, start: Floats) -> Floats:
         """Return the displacement since a predictor, both (n,) [m], of coordinates (n + 3 m + 6 k,)."""
         if not self.owner.size:
             return flat
@@ -160,7 +155,7 @@ class Inclusions:
         arms = _turned((self._matrices(turn) @ start)[self.owner], self.arms + strained)
         return self._written(values, arms + shift[self.owner] - self.arms - self._read(predictor))
 
-    def moved(self, local: Local, change: Array, start: Array) -> Array:
+    def moved(self, local: Local, change: Floats, start: Floats) -> Floats:
         """Return the coordinates (n + 3 m + 6 k,) after a linear change of displacements (n,) [m]."""
         if not self.owner.size:
             return local.values + change
@@ -172,7 +167,7 @@ class Inclusions:
         turns = self._vectors(self._matrices(turn) @ since)
         return Local(local.values + change, strained, local.shift + shift, turns).flat()
 
-    def motion(self, values: Array, local: Local, start: Array) -> Array:
+    def motion(self, values: Floats, local: Local, start: Floats) -> Floats:
         """Return T x of a motion x (n,), from rotations R_0 (k, 3, 3) to where inclusions are."""
         if not self.owner.size:
             return values
@@ -181,7 +176,7 @@ class Inclusions:
         across = np.cross(turn[owner], _turned((since @ start)[owner], self.arms))
         return self._written(values, shift[owner] + across + _turned(since[owner], rest))
 
-    def forces(self, values: Array, local: Local, start: Array) -> Array:
+    def forces(self, values: Floats, local: Local, start: Floats) -> Floats:
         """Return T^T f of forces f (n,); see :meth:`motion`."""
         if not self.owner.size:
             return values
@@ -192,55 +187,55 @@ class Inclusions:
         across = np.cross(turn[owner], _turned(start[owner], self.arms))
         return self._written(values, _turned_back(since[owner], forces) + mean[owner] + across)
 
-    def _matrices(self, vectors: Array) -> Array:
+    def _matrices(self, vectors: Floats) -> Floats:
         """Return the rotations (k, 3, 3) of rotation vectors (k, 3) [rad]."""
         return np.asarray(Rotation.from_rotvec(vectors).as_matrix())
 
-    def _vectors(self, matrices: Array) -> Array:
+    def _vectors(self, matrices: Floats) -> Floats:
         """Return the rotation vectors (k, 3) [rad] of rotations (k, 3, 3)."""
         return np.asarray(Rotation.from_matrix(matrices).as_rotvec())
 
-    def _split(self, change: Array, turn: Array) -> tuple[Array, Array, Array]:
+    def _split(self, change: Floats, turn: Floats) -> tuple[Floats, Floats, Floats]:
         """Return the mean shifts (k, 3) and rotations (k, 3) of changes (m, 3), and what is left of these (m, 3)."""
         arms, shift = _turned(turn[self.owner], self.arms), self.means @ change
         rest = change - shift[self.owner]
         rotation = self._per_moment(self.means @ np.cross(arms, rest), turn)
         return shift, rotation, rest - np.cross(rotation[self.owner], arms)
 
-    def _per_moment(self, moments: Array, turn: Array) -> Array:
+    def _per_moment(self, moments: Floats, turn: Floats) -> Floats:
         """Return what moments (k, 3) turn inclusions by that have turned (k, 3, 3)."""
         back = _turned_back(turn, moments)
         return _turned(turn, np.linalg.solve(self._inertia, back[:, :, None])[:, :, 0])
 
-    def _outer(self, left: Array, right: Array) -> Array:
+    def _outer(self, left: Floats, right: Floats) -> Floats:
         """Return the means of products (m, 3) by (m, 3) of each inclusion, shape (k, 3, 3)."""
         return np.asarray(self.means @ (left[:, :, None] * right[:, None, :]).reshape(-1, 9)).reshape(-1, 3, 3)
 
-    def _read(self, values: Array) -> Array:
+    def _read(self, values: Floats) -> Floats:
         """Return the components of nodes of inclusions among values (n,) of the unknowns, shape (m, 3)."""
         padded = np.zeros((len(self.rows), 3))
         padded[:, : self.rows.shape[1]] = np.append(values, 0.0)[self.rows]
         return padded
 
-    def _written(self, values: Array, components: Array) -> Array:
+    def _written(self, values: Floats, components: Floats) -> Floats:
         """Return values (n,) of the unknowns with the components (m, 3) of nodes of inclusions."""
         padded = np.append(values, 0.0)
         padded[self.rows] = components[:, : self.rows.shape[1]]
         return padded[:-1]
 
 
-def _turned(matrices: Array, vectors: NDArray[np.floating[Any]]) -> Array:
+def _turned(matrices: Floats, vectors: Reals) -> Floats:
     """Return vectors (k, 3) turned by matrices (k, 3, 3)."""
     return np.asarray(np.einsum("kij,kj->ki", matrices, vectors))
 
 
-def _turned_back(matrices: Array, vectors: Array) -> Array:
+def _turned_back(matrices: Floats, vectors: Floats) -> Floats:
     """Return vectors (k, 3) turned back by matrices (k, 3, 3)."""
     return np.asarray(np.einsum("kji,kj->ki", matrices, vectors))
 
 
 def find_inclusions(
-    positions: Array, cells: Indices, stiffness: Array, unknowns: Unknowns, touching: Indices
+    positions: Floats, cells: Integers, stiffness: Floats, unknowns: Unknowns, touching: Integers
 ) -> Inclusions:
     """Return what is stiff [Pa] beside the softest cells, wholly inside, not supported and not `touching`."""
     stiff = cells[stiffness > _STIFF * stiffness.min()]

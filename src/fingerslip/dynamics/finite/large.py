@@ -6,9 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from fingerslip.arrays import Floats
 from fingerslip.dynamics.finite.newton import Factors, advance_finite
 from fingerslip.dynamics.loop import BodyIntegrator, ByLength
 from fingerslip.dynamics.step.state import State, first_state
@@ -20,8 +18,6 @@ from fingerslip.linear.solver import LinearSolver
 from fingerslip.materials.elastic import RayleighDamping
 from fingerslip.model.model import Model
 from fingerslip.model.timing import Adaptive, QuasiStatic, TimeStepping
-
-Array = NDArray[np.float64]
 
 # How often a step may be halved.
 _DEEPEST = 6
@@ -65,7 +61,7 @@ class Large(BodyIntegrator):
         return {0: first_state(self._last.renew(self._system.require_body().at_rest(self._step)))}
 
     def advance(
-        self, states: Mapping[int, State], ends: Array, length: float | None = None
+        self, states: Mapping[int, State], ends: Floats, length: float | None = None
     ) -> dict[int, tuple[State, list[State]]]:
         """Take the next step."""
         end = float(ends[0])

@@ -21,8 +21,8 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.dynamics.finite.body import BodyState, Inclusions, Local, find_inclusions
 from fingerslip.dynamics.step.contact_step import ContactStep, solve_step, turn, weighted_forces
 from fingerslip.dynamics.step.finish import Strained, finish
@@ -36,8 +36,6 @@ from fingerslip.dynamics.system.system import System
 from fingerslip.errors import ConvergenceError, FingerslipError, InvertedCellError
 from fingerslip.linear.solver import LinearSolver
 from fingerslip.materials.elastic import RayleighDamping
-
-Array = NDArray[np.float64]
 
 # What new factors cost, in iterations of a step, by the dimension of space: tangent, factorisation and compliance of
 # the contact. By the processor time of these parts it is about 35 in 2D and 50 to 70 in 3D, with factors of
@@ -76,11 +74,11 @@ class Factors:
         self._exact, self._rough = solver.series(), solver.rough()
         self._stepper: Stepper | None = None
         # (k, 3, 3), rotations R_0 of the inclusions of what they are made of [-]
-        self.rotations: Array = np.zeros((0, 3, 3))
+        self.rotations: Floats = np.zeros((0, 3, 3))
         self._made_of: MadeOf | None = None
         self.count = self._least = self._excess = self._served = 0
 
-    def at(self, state: BodyState, velocity: Array) -> Stepper:
+    def at(self, state: BodyState, velocity: Floats) -> Stepper:
         """Return the stepper of a step that begins with a body; new where old factors have cost more than these.
 
         With its velocity (n,) [m/s], new factors are those of where the body will be in the middle of their time: they
@@ -195,14 +193,14 @@ _PROBLEM = "motion at large strain"
 class _Iterate:
     """An iterate, evaluated."""
 
-    unknown: Array  # (n,)
-    displacement: Array  # (n,) [m]
+    unknown: Floats  # (n,)
+    displacement: Floats  # (n,) [m]
     local: Local  # coordinates of the displacement
-    velocity: Array  # (n,) [m/s]
-    moved: Array  # (n_c, dim), motion of the candidates [m]
+    velocity: Floats  # (n,) [m/s]
+    moved: Floats  # (n_c, dim), motion of the candidates [m]
     pose: Pose | None  # the candidates as bodies see them that turn
     body: BodyState
-    residual: Array  # (n,), that of the equation of motion without contact forces [N]
+    residual: Floats  # (n,), that of the equation of motion without contact forces [N]
     size: float  # the scale of its forces [N]
 
 
@@ -211,9 +209,9 @@ class _Linearised:
     """The step linearised about an iterate, and solved."""
 
     contact: ContactStep
-    force: Array  # (n_c, dim), that of contact as the equation of motion counts it [N]
-    end: Array  # (m,), where the iterate goes
-    residual: Array  # (n,), that of the iterate with these forces [N]
+    force: Floats  # (n_c, dim), that of contact as the equation of motion counts it [N]
+    end: Floats  # (m,), where the iterate goes
+    residual: Floats  # (n,), that of the iterate with these forces [N]
     error: float  # its norm over the size [-]
     contraction: float  # that over the error of the iteration before [-]
 
@@ -353,7 +351,7 @@ def _goal(error: float, contraction: float) -> float:
     return min(max(_OF_ERROR * error, _AT_END), _COARSEST)
 
 
-def _with_contact(stepper: Stepper, iterate: _Iterate, force: Array) -> tuple[Array, float]:
+def _with_contact(stepper: Stepper, iterate: _Iterate, force: Floats) -> tuple[Floats, float]:
     """Return the residual (n,) of an iterate with contact forces (n_c, dim), and the scale of all forces [N]."""
     system = stepper.system
     pushed = system.push(force, iterate.pose)
@@ -362,7 +360,7 @@ def _with_contact(stepper: Stepper, iterate: _Iterate, force: Array) -> tuple[Ar
     return residual, max(iterate.size, float(np.linalg.norm(pushed)))
 
 
-def _towards(factors: Factors, start: Prediction, iterate: _Iterate, aim: Array) -> tuple[_Iterate, bool]:
+def _towards(factors: Factors, start: Prediction, iterate: _Iterate, aim: Floats) -> tuple[_Iterate, bool]:
     """Return the iterate at some coordinates (m,), or as near as cells let it go, and whether it was reached."""
     here = iterate.local.flat()
     for halved in range(_HALVINGS):
@@ -375,7 +373,7 @@ def _towards(factors: Factors, start: Prediction, iterate: _Iterate, aim: Array)
     raise _failure(factors.current, start, iterate, None, too_far)
 
 
-def _at(factors: Factors, start: Prediction, since: Array, near: BodyState) -> _Iterate:
+def _at(factors: Factors, start: Prediction, since: Floats, near: BodyState) -> _Iterate:
     """Evaluate the equation of motion without contact forces at a displacement since the predictor (n,) [m]."""
     stepper = factors.current
     system, scheme = stepper.system, stepper.scheme

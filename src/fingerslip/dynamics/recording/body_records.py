@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.viscoelastic import Viscous, relaxed_force
 from fingerslip.dynamics.system.bodies import body_centres, faces_of
@@ -15,8 +15,6 @@ from fingerslip.dynamics.system.scheme import Scheme, start_push, starts_damped
 from fingerslip.dynamics.system.system import System
 from fingerslip.materials.elastic import RayleighDamping
 from fingerslip.model.model import Model
-
-Array = NDArray[np.float64]
 
 # Variables of translations and of rotations: displacement, velocity and acceleration.
 _SHIFTS = ("rigid_body_displacement", "rigid_body_velocity", "rigid_body_acceleration")
@@ -60,7 +58,7 @@ class BodyRecords:
                 values[f"rigid_body_{name}"][:, number] = -of_faces.sum(axis=1)
 
 
-def moments(arms: Array, forces: Array) -> Array:
+def moments(arms: Floats, forces: Floats) -> Floats:
     """Return the moments of forces at the end of arms, (..., 3) in 3D and (..., 1) in 2D [N m].
 
     Examples
@@ -70,7 +68,7 @@ def moments(arms: Array, forces: Array) -> Array:
     """
     if arms.shape[-1] == 3:
         return np.cross(arms, forces)
-    about_z: Array = arms[..., :1] * forces[..., 1:] - arms[..., 1:] * forces[..., :1]
+    about_z: Floats = arms[..., :1] * forces[..., 1:] - arms[..., 1:] * forces[..., :1]
     return about_z
 
 
@@ -85,12 +83,12 @@ class SupportRecords:
         self._near_maps = self._supports.stiffness[:, self.near], self._supports.mass[:, self.near]
         self.count = self._supports.contact.shape[0]
         self._touches = self._supports.contact.nnz > 0
-        self._passed: dict[int, list[Array]] = {}
+        self._passed: dict[int, list[Floats]] = {}
         # What a damped start takes up on what is held; see :mod:`fingerslip.dynamics.step.state`.
         self._taken_up = np.zeros(self.count)
         self._starts_damped = starts_damped(scheme, damping, system.dampers)
 
-    def record(self, held: Array, state: State) -> None:
+    def record(self, held: Floats, state: State) -> None:
         """Keep the loads and contact forces on what is held, (3, count) of a state or (k, 3, count) of several."""
         supports, others = self._supports, held[..., 2, :]
         if self._starts_damped and not state.step:
@@ -114,10 +112,10 @@ class SupportRecords:
         """Take note of a state before that of a step: the inertia of what is held goes on from it."""
         if self._scheme.start_weight and self.count:
             acceleration = np.take(state.acceleration, self.near, mode="clip")
-            inertia: Array = self._scheme.inertia_factor * (self._near_maps[1] @ acceleration)
+            inertia: Floats = self._scheme.inertia_factor * (self._near_maps[1] @ acceleration)
             self._passed.setdefault(step, []).append(inertia)
 
-    def follow(self, held: Array, near: Array) -> None:
+    def follow(self, held: Floats, near: Floats) -> None:
         """Compute elastic forces and inertia of steps (n, 3, count) [N] from the motion of unknowns near (3, n, k)."""
         displacement, velocity, acceleration = (field.T for field in near)
         stiffness, mass = self._near_maps

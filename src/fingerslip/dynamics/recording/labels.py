@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.contact.outlines import counterface_outlines
 from fingerslip.contact.states import OPEN
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
@@ -29,10 +30,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-Array = NDArray[np.float64]
-
-
-def record_coordinates(model: Model, system: System, times: Array, snapshot_times: Array) -> dict[str, Any]:
+def record_coordinates(model: Model, system: System, times: Floats, snapshot_times: Floats) -> dict[str, Any]:
     """Return the coordinates of a history, by their names in :data:`fingerslip.history.COORDINATES`."""
     kinds, knots = phase_table(model.programmes[0] or model.programme)
     sites, counterfaces = model.record.sites, [contact.counterface for contact in model.contacts]
@@ -84,7 +82,7 @@ def _regions(model: Model) -> NDArray[np.int8]:
     return regions
 
 
-def _edge_distances(model: Model, system: System) -> Array:
+def _edge_distances(model: Model, system: System) -> Floats:
     """Return how far each contact candidate is from a free edge of its boundary [m]."""
     candidates = system.candidates
     held = np.ones(system.space.n_dofs, dtype=bool)
@@ -183,5 +181,5 @@ def _provenance(stepper: Stepper, attributes: Mapping[str, object], watch: Stopw
     }
 
 
-def _mean_penalty(stiffness: Array, area: Array) -> float:
+def _mean_penalty(stiffness: Floats, area: Floats) -> float:
     return float(stiffness.sum() / area.sum()) if area.size else 0.0

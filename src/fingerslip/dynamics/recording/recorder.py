@@ -11,8 +11,8 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats, Integers
 from fingerslip.dynamics.recording.body_records import BodyRecords, SupportRecords, moments
 from fingerslip.dynamics.recording.labels import record_coordinates
 from fingerslip.dynamics.recording.snapshots import Recoveries, SnapshotRecords, of_state
@@ -29,8 +29,6 @@ from fingerslip.materials.viscoelastic import Relaxed, follow_strains
 from fingerslip.model.model import Model
 from fingerslip.model.timing import Adaptive
 from fingerslip.units import coordinates
-
-Array = NDArray[np.float64]
 
 _logger = logging.getLogger("fingerslip.dynamics")
 
@@ -65,7 +63,7 @@ _STEPS_AT_ONCE, _AT_ONCE = 64, 50_000
 class Recorder:
     """Arrays of a history, filled step by step."""
 
-    def __init__(self, model: Model, system: System, times: Array, recoveries: Recoveries) -> None:
+    def __init__(self, model: Model, system: System, times: Floats, recoveries: Recoveries) -> None:
         self._system, self._size, self._next = system, times.size, 0
         space, dim = system.space, system.space.dim
         regions = [site.region for site in model.record.sites]
@@ -76,7 +74,7 @@ class Recorder:
         formulation, length = system.materials.formulation, scheme.step
 
         # Not a method: a recorder in a ring would keep all factors until Python looks for rings.
-        def histories(material: Elastic, strains: Array, _: NDArray[np.int64]) -> Relaxed:
+        def histories(material: Elastic, strains: Floats, _: Integers) -> Relaxed:
             return follow_strains(material, strains, formulation, length)
 
         self._sites = replace(self._at_sites.recovery, relax=histories)
@@ -170,7 +168,7 @@ class Recorder:
             last = state.displacement if count == 1 else state.displacement[-1]
             self._warn_of_inverted_cells(self._system.coordinates.on_mesh(np.ravel(last)))
 
-    def _warn_of_inverted_cells(self, displacement: Array) -> None:
+    def _warn_of_inverted_cells(self, displacement: Floats) -> None:
         """Warn where small strain does not hold: cells are turned inside out (n_dofs,) [m]."""
         space = self._system.space
         inverted = np.flatnonzero(inverted_cells(space, displacement))
@@ -302,7 +300,7 @@ class Recorder:
         normal /= candidates.area
 
 
-def _write_utilisation(friction: Array, limits: Array, whole: Array, largest: Array) -> None:
+def _write_utilisation(friction: Floats, limits: Floats, whole: Floats, largest: Floats) -> None:
     """Compare friction forces (n_steps, k, dim) [N] on a counterface with their limits (n_steps, k) [N], (n_steps,)."""
     nodal, total = np.linalg.norm(friction, axis=-1), limits.sum(axis=1)
     np.divide(np.linalg.norm(friction.sum(axis=1), axis=-1), total, out=whole, where=total > 0.0)

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from fingerslip.arrays import Floats, Integers
 from fingerslip.contact.candidates import node_operator
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.viscoelastic import Viscous
@@ -22,8 +22,6 @@ from fingerslip.history import VARIABLES
 from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.viscoelastic import Relaxed, with_across
 
-Array = NDArray[np.float64]
-
 
 @dataclass(frozen=True)
 class AtSites:
@@ -31,8 +29,8 @@ class AtSites:
 
     recovery: Recovery  # strains at the sites, as a map of the mesh's displacement, with the materials there
     near: NodalComponents  # what of a field in the coordinates is taken, k numbers
-    motion: Array | sparse.csr_matrix  # (n_sites * dim, k), the field at the sites, as a map of these
-    strain: Array | sparse.csr_matrix  # (n_strains, k), the strains, as a map of these [1/m]
+    motion: Floats | sparse.csr_matrix  # (n_sites * dim, k), the field at the sites, as a map of these
+    strain: Floats | sparse.csr_matrix  # (n_strains, k), the strains, as a map of these [1/m]
 
     @property
     def strain_shape(self) -> tuple[int, int]:
@@ -57,7 +55,7 @@ class Recoveries:
         """The stresses of all cells at large strain."""
         return finite_cell_recovery(self._system.require_body().bulk)
 
-    def at_sites(self, nodes: NDArray[np.int64], regions: Sequence[str | None]) -> AtSites:
+    def at_sites(self, nodes: Integers, regions: Sequence[str | None]) -> AtSites:
         """Return how displacement and strain at the nodes of sites are read."""
         key, system = (nodes.tobytes(), tuple(regions)), self._system
         if key in self._at_sites:
@@ -74,11 +72,11 @@ class Recoveries:
 def _dashpots_reader(system: System, viscous: Sequence[Viscous], state: State, recovery: Recovery) -> Relax:
     """Return what gives the dashpots of materials at the points of a recovery from what a state remembers."""
 
-    def read(field: Array, points: NDArray[np.int64]) -> Array:
-        strains: Array = recovery.strains(system.coordinates.on_mesh(field))[points]
+    def read(field: Floats, points: Integers) -> Floats:
+        strains: Floats = recovery.strains(system.coordinates.on_mesh(field))[points]
         return strains
 
-    def relax(material: Elastic, strains: Array, points: NDArray[np.int64]) -> Relaxed:
+    def relax(material: Elastic, strains: Floats, points: Integers) -> Relaxed:
         pairs = zip(viscous, state.history_variables, strict=True)
         variables = next(variables for layer, variables in pairs if layer.layers.belongs_to(material))
         dashpots = np.stack([read(field, points) for field in variables.dashpots[:, 0]])
@@ -118,7 +116,7 @@ class SnapshotRecords:
     ) -> None:
         self._system, self._recoveries, self._viscous = system, recoveries, viscous
         self._numbers = {step: number for number, step in enumerate(steps)}
-        self._waiting: list[tuple[int, Array, Array]] = []
+        self._waiting: list[tuple[int, Floats, Floats]] = []
         # Of large strain and of viscoelastic materials, stresses follow from more than what is kept of a state.
         self._of_states = system.body is not None or bool(viscous)
 

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from itertools import compress, pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.errors import InputError
 from fingerslip.history import VARIABLES
 from fingerslip.linear.resources import available_memory
@@ -23,8 +23,6 @@ from fingerslip.materials.material import STRAIN_COMPONENTS
 from fingerslip.model.model import Model, Traction
 from fingerslip.model.programme import Hold, phase_duration
 from fingerslip.model.timing import Adaptive
-
-Array = NDArray[np.float64]
 
 # Of the length of the simulation: knots that are nearer are one.
 _ROUNDING = 1e-9
@@ -49,10 +47,10 @@ class Span:
             position += length
             yield length
 
-    def record_times(self) -> Array:
+    def record_times(self) -> Floats:
         """Return the times of the records, that at the start excluded, shape (count,) [s]."""
         places = np.cumsum(np.fromiter(self.intervals(), np.float64, self.count))
-        times: Array = self.start + self.unit * places
+        times: Floats = self.start + self.unit * places
         times[-1] = self.end
         return times
 
@@ -120,17 +118,17 @@ def step_count(model: Model) -> int:
     return math.ceil(steps - 1e-9)
 
 
-def step_times(model: Model) -> Array:
+def step_times(model: Model) -> Floats:
     """Return the times of the steps that are recorded, start included, shape (n_steps + 1,) [s]."""
     count = step_count(model) + 1
     require_record_memory(model, count * np.dtype(np.float64).itemsize)
     if isinstance(model.time, Adaptive):
         return np.concatenate([[0.0], *(span.record_times() for span in spans_of(model, model.time))])
-    times: Array = model.time.step * np.arange(count, dtype=np.float64)
+    times: Floats = model.time.step * np.arange(count, dtype=np.float64)
     return times
 
 
-def snapshot_steps(times: Array, interval: float) -> list[int]:
+def snapshot_steps(times: Floats, interval: float) -> list[int]:
     """Return the steps nearest to multiples of an interval [s], first and last included; none for an interval of 0."""
     if interval <= 0.0:
         return []

@@ -10,9 +10,9 @@ from functools import cached_property
 from typing import Any, Protocol, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg
 
+from fingerslip.arrays import Floats, Integers
 from fingerslip.dynamics.motions import Motions, Outcome, compute
 from fingerslip.dynamics.reduced.reduction import (
     further_shapes,
@@ -42,7 +42,6 @@ from fingerslip.storage.files import digest
 __all__ = ["BasisStore", "compute_in_basis", "in_basis"]
 
 T = TypeVar("T")
-Array = NDArray[np.float64]
 
 # Normal modes of the first basis and of the largest one, and how many times as many the next one has at most. There are
 # as many responses at sites.
@@ -68,10 +67,10 @@ _logger = logging.getLogger("fingerslip.dynamics")
 class BasisStore(Protocol):
     """Where bases are kept."""
 
-    def load(self, key: str) -> Mapping[str, Array] | None:
+    def load(self, key: str) -> Mapping[str, Floats] | None:
         """Return the arrays that were kept under a key, or None."""
 
-    def save(self, key: str, arrays: Mapping[str, Array]) -> None:
+    def save(self, key: str, arrays: Mapping[str, Floats]) -> None:
         """Keep arrays under a key."""
 
     def alone(self, key: str) -> AbstractContextManager[None]:
@@ -88,7 +87,7 @@ class _Maker:
 
     motions: Motions
     body: ConstraintModes
-    rows: NDArray[np.int64]
+    rows: Integers
     store: BasisStore | None
 
     def alone(self) -> AbstractContextManager[None]:
@@ -127,17 +126,17 @@ class _Maker:
         return craig_bampton(self.body, self._responses, modes, self.rows, [*further, *at_sites.T])
 
     @cached_property
-    def _responses(self) -> tuple[Array, Array]:
+    def _responses(self) -> tuple[Floats, Floats]:
         return constraint_modes(self.body, self.rows)
 
     @cached_property
-    def _site_responses(self) -> Array:
+    def _site_responses(self) -> Floats:
         """Responses at sites (n, k) [m], in the order of their inertia."""
         if _is_coarse(self.motions):
             return np.zeros((self.body.stiffness.shape[0], 0))
         fields = site_responses(self.body, self.motions.systems)
         _, vectors = linalg.eigh(fields.T @ (self.body.mass @ fields))
-        ordered: Array = fields @ vectors[:, ::-1]
+        ordered: Floats = fields @ vectors[:, ::-1]
         return ordered
 
     @cached_property
@@ -173,7 +172,7 @@ def _where_suitable(motions: Motions, store: BasisStore | None, compute_with: Ca
         return None
 
 
-def _suitable_unknowns(motions: Motions) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _suitable_unknowns(motions: Motions) -> tuple[Integers, Integers]:
     """Return the unknowns of the interface and those that are read beside it; refuse motions that are better without.
 
     Arrays: returns (p,), (r,).

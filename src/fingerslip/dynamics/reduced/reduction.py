@@ -19,9 +19,9 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from fingerslip.arrays import Flags, Floats, Integers
 from fingerslip.dynamics.step.condensation import Halfway
 from fingerslip.dynamics.system.operators import NodalComponents
 from fingerslip.dynamics.system.system import System
@@ -43,8 +43,6 @@ __all__ = [
     "site_unknowns",
 ]
 
-Array = NDArray[np.float64]
-
 
 @dataclass(frozen=True)
 class ByModes:
@@ -53,12 +51,12 @@ class ByModes:
     Halfway there are the coordinates alone: of the interface, contact needs the local displacements only.
     """
 
-    diagonal: Array  # (m,), D
-    interface: Array  # (p, m), E, displacement of the interface per coordinate
-    local: Array  # (c, m), local displacements of the candidates per coordinate, B [1
+    diagonal: Floats  # (m,), D
+    interface: Floats  # (p, m), E, displacement of the interface per coordinate
+    local: Floats  # (c, m), local displacements of the candidates per coordinate, B [1
     description: ClassVar[str] = "reduced basis, two products a step"
 
-    def forward(self, right_hand_side: Array) -> Halfway:
+    def forward(self, right_hand_side: Floats) -> Halfway:
         """Solve for b, shape (m + p,) or (m + p, k) [N], without contact forces."""
         coordinates, outside = np.split(right_hand_side, [self.diagonal.size])
         if right_hand_side.ndim == 1:
@@ -70,18 +68,16 @@ class ByModes:
         coordinates = self._divide(coordinates)
         return Halfway(coordinates, self.local @ coordinates)
 
-    def backward(self, halfway: Halfway, forces: Array, moved: Array | None = None) -> Array:  # noqa: ARG002
+    def backward(self, halfway: Halfway, forces: Floats, moved: Floats | None = None) -> Floats:  # noqa: ARG002
         """Return x for contact forces r, shape (c,) or (c, k) [N]."""
         added = weighted_rows(self.local, forces) if forces.ndim == 1 else self.local.T @ forces
         coordinates = halfway.vector + self._divide(added)
         return np.concatenate([coordinates, self.interface @ coordinates])
 
-    def _divide(self, forces: Array) -> Array:
+    def _divide(self, forces: Floats) -> Floats:
         """Return D^-1 b for forces on the coordinates, (m,) or (m, k)."""
         return (forces.T / self.diagonal).T
 
-
-Indices = NDArray[np.int64]
 
 _MOST_RESPONSES = 500  # forces at sites
 
@@ -95,31 +91,31 @@ class ReducedCoordinates:
     basis: CraigBampton  # the reduced basis
 
     @property
-    def rigid(self) -> Indices:
+    def rigid(self) -> Integers:
         """Where the free directions of rigid bodies stand: they are of the interface."""
         return self._at(self.system.unknowns.rigid)
 
-    def components(self, dofs: Indices) -> NodalComponents:
+    def components(self, dofs: Integers) -> NodalComponents:
         """Find degrees of freedom (k,) of the interface."""
         on_mesh = self.system.coordinates.components(dofs)
         return NodalComponents(np.where(on_mesh.held, 0, self._at(on_mesh.rows, skip=on_mesh.held)), on_mesh.held)
 
-    def apply_map(self, matrix: sparse.csr_matrix) -> tuple[NodalComponents, Array]:
+    def apply_map(self, matrix: sparse.csr_matrix) -> tuple[NodalComponents, Floats]:
         """Return the coordinates of the basis, and a map (k, n_dofs) of the mesh's displacement as one of these."""
         every = np.arange(self.basis.eigenvalues.size)
         none = sparse.csr_matrix((matrix.shape[0], len(self.system.unknowns.freedoms)))
         of_unknowns = sparse.csr_matrix(sparse.hstack([matrix[:, self.system.free], none]))
         return NodalComponents(every, np.zeros(every.size, dtype=bool)), self.restrict(of_unknowns)
 
-    def on_mesh(self, field: Array) -> Array:
+    def on_mesh(self, field: Floats) -> Floats:
         """Return a field (m + p,) or (m + p, k) at all degrees of freedom of the mesh, (n_dofs,) or (n_dofs, k)."""
         return self.system.coordinates.on_mesh(self.lift(field))
 
-    def lift(self, field: Array) -> Array:
+    def lift(self, field: Floats) -> Floats:
         """Return a field (m + p,) or (m + p, k) on the unknowns of the mesh, (n,) or (n, k)."""
         return self.basis.field(self.body, field[: self.basis.eigenvalues.size])
 
-    def solve(self, matrix: sparse.csr_matrix, right_hand_side: Array, solver: LinearSolver) -> Array:
+    def solve(self, matrix: sparse.csr_matrix, right_hand_side: Floats, solver: LinearSolver) -> Floats:
         """Solve with a matrix, which is diagonal."""
         condensed, _ = self.condense(matrix, sparse.csr_matrix((0, matrix.shape[0])), solver, 0)
         return condensed.backward(condensed.forward(right_hand_side), np.zeros(0))
@@ -130,23 +126,23 @@ class ReducedCoordinates:
         local: sparse.csr_matrix,
         solver: LinearSolver,  # noqa: ARG002
         reserved_bytes: int,  # noqa: ARG002
-    ) -> tuple[ByModes, Array]:
+    ) -> tuple[ByModes, Floats]:
         """Condense a matrix, which is diagonal."""
         diagonal, interface = matrix.diagonal()[: self.basis.eigenvalues.size], self.basis.at_interface
         moved = np.asarray(local[:, diagonal.size :] @ interface)
         scaled = moved / np.sqrt(diagonal)
         return ByModes(diagonal, interface, moved), scaled @ scaled.T
 
-    def restrict(self, matrix: sparse.csr_matrix) -> Array:
+    def restrict(self, matrix: sparse.csr_matrix) -> Floats:
         """Return a map (k, n) of the mesh's unknowns as a map of the coordinates, shape (k, m).
 
         It may read the interface and the further rows of the basis alone.
         """
-        product: Array = matrix[:, self.basis.interface] @ self.basis.at_interface
+        product: Floats = matrix[:, self.basis.interface] @ self.basis.at_interface
         product += matrix[:, self.basis.rows] @ self.basis.at_rows
         return product
 
-    def _at(self, unknowns: Indices, skip: NDArray[np.bool_] | None = None) -> Indices:
+    def _at(self, unknowns: Integers, skip: Flags | None = None) -> Integers:
         """Return where unknowns (k,) of the mesh stand among the interface, but for some that are skipped."""
         interface = self.basis.interface
         position = np.minimum(np.searchsorted(interface, unknowns), interface.size - 1)
@@ -155,13 +151,13 @@ class ReducedCoordinates:
         return self.basis.eigenvalues.size + position
 
 
-def interface_unknowns(systems: Sequence[System]) -> Indices:
+def interface_unknowns(systems: Sequence[System]) -> Integers:
     """Return the unknowns of contact candidates and rigid bodies of systems, ascending, shape (p,)."""
     unknowns = [system.relative.indices for system in systems]
     return np.unique(np.concatenate([*unknowns, systems[0].coordinates.rigid])).astype(np.int64)
 
 
-def observed_unknowns(models: Sequence[Model], systems: Sequence[System]) -> Indices:
+def observed_unknowns(models: Sequence[Model], systems: Sequence[System]) -> Integers:
     """Return the unknowns that sites and checks of the other boundary nodes read, ascending, shape (r,)."""
     outside = [sparse.csr_matrix(outsider.relative).indices for system in systems for outsider in system.outsiders]
     regions = [tuple(site.region for site in model.record.sites) for model in models]
@@ -178,7 +174,7 @@ def observed_unknowns(models: Sequence[Model], systems: Sequence[System]) -> Ind
     return np.setdiff1d(np.concatenate([*outside, *at_sites]), interface_unknowns(systems)).astype(np.int64)
 
 
-def further_shapes(body: ConstraintModes, systems: Sequence[System]) -> list[Array]:
+def further_shapes(body: ConstraintModes, systems: Sequence[System]) -> list[Floats]:
     """Return what a basis has to hold beside contact and normal modes: responses to loads, and how motions start."""
     forces = {load.forces.tobytes(): load.forces for system in systems for load in system.loads if load.forces.any()}
     velocities = {
@@ -194,7 +190,7 @@ def further_shapes(body: ConstraintModes, systems: Sequence[System]) -> list[Arr
     return responses + [field - body.follow(field[body.interface]) for field in fields]
 
 
-def site_unknowns(systems: Sequence[System]) -> Indices:
+def site_unknowns(systems: Sequence[System]) -> Integers:
     """Return the unknowns of sites that are none of the interface, (k,); of very many, some that are evenly spread."""
     nodes = np.unique(np.concatenate([system.site_nodes for system in systems]))
     components = systems[0].coordinates.components(vector_dofs(nodes, systems[0].space.dim).ravel())
@@ -202,7 +198,7 @@ def site_unknowns(systems: Sequence[System]) -> Indices:
     return unknowns[:: 1 + unknowns.size // _MOST_RESPONSES]
 
 
-def site_responses(body: ConstraintModes, systems: Sequence[System]) -> Array:
+def site_responses(body: ConstraintModes, systems: Sequence[System]) -> Floats:
     """Return the displacements (n, k) [m] under a unit force at each site while the interface is held.
 
     A motion is read at a site as well as its response to a force there is held by the basis.
@@ -221,7 +217,7 @@ def reduced_system(system: System, body: ConstraintModes, basis: CraigBampton, t
     coordinates, velocity = ReducedCoordinates(system, body, basis), system.initial_velocity
     size, behind = basis.eigenvalues.size, np.zeros(basis.interface.size)
 
-    def project(forces: Array) -> Array:
+    def project(forces: Floats) -> Floats:
         return basis.project(body, forces) if forces.any() else np.zeros((size, *forces.shape[1:]))
 
     if twin is None:

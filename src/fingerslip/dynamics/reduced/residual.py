@@ -19,9 +19,9 @@ from typing import Any
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from fingerslip.arrays import Floats
 from fingerslip.dynamics.loop import Check, Steps
 from fingerslip.dynamics.reduced.reduction import ReducedCoordinates
 from fingerslip.dynamics.system.bodies import Load
@@ -34,7 +34,6 @@ from fingerslip.model.model import Model, ReducedBasis
 
 __all__ = ["ResidualCheck"]
 
-Array = NDArray[np.float64]
 
 # The share of steps whose errors are compared with the motion.
 _ONE_OF = 4
@@ -96,7 +95,7 @@ class ResidualCheck:
 class _Oscillators:
     """Oscillators of mass one in a scheme, from rest: squares (m,) of their frequencies [1/s^2]."""
 
-    def __init__(self, squares: Array, scheme: Scheme, damping: RayleighDamping) -> None:
+    def __init__(self, squares: Floats, scheme: Scheme, damping: RayleighDamping) -> None:
         viscous = damping.mass + damping.stiffness * squares
         resistance = scheme.displacement_factor * squares + scheme.velocity_factor * viscous
         compliance = 1.0 / (scheme.inertia_factor + scheme.end_weight * resistance)
@@ -104,9 +103,9 @@ class _Oscillators:
         self._constants = squares, viscous, compliance, np.array(scheme.prediction)
         self.fields = np.zeros((3, squares.size))
 
-    def step(self, forces: Array) -> Array:
+    def step(self, forces: Floats) -> Floats:
         """Take a step under each of the forces (k, m) [m/s^2]; return what :func:`_oscillate` does."""
-        fields: Array = _oscillate(*self._constants, self._factors, self.fields, forces)
+        fields: Floats = _oscillate(*self._constants, self._factors, self.fields, forces)
         self.fields = fields[:3, -1].copy()
         return fields
 
@@ -155,7 +154,7 @@ class _MotionError(Check):
         self._following_at_sites = np.ascontiguousarray((at_sites @ basis.following).T)
         # Of both: largest error and displacement [m], sums of squares of the accelerations' error and of them.
         self._sizes = np.zeros((2, 4))
-        self._last: tuple[Array, Array] | None = None
+        self._last: tuple[Floats, Floats] | None = None
 
     @property
     def error(self) -> float:
@@ -171,7 +170,9 @@ class _MotionError(Check):
         """Return what :meth:`restore` needs, as plain data and arrays."""
         return self._following.fields, self._inside.fields, self._sizes.copy(), *(self._last or (None, None))
 
-    def restore(self, following: Array, inside: Array, sizes: Array, times: Array | None, rows: Array | None) -> None:
+    def restore(
+        self, following: Floats, inside: Floats, sizes: Floats, times: Floats | None, rows: Floats | None
+    ) -> None:
         """Go on where :meth:`saved_state` was called."""
         self._following.fields, self._inside.fields, self._sizes = following, inside, sizes.copy()
         self._last = None if times is None or rows is None else (times, rows)
@@ -190,7 +191,7 @@ class _MotionError(Check):
             inside, following, motion = (fields[[0, 2], ::-_ONE_OF] for fields in (inside, following, rows[:, 1:]))
             self._compare(inside, following, motion)
 
-    def _compare(self, inside: Array, following: Array, motion: Array) -> None:
+    def _compare(self, inside: Floats, following: Floats, motion: Floats) -> None:
         """Compare errors with the motion, displacement and acceleration (2, k, m) of each."""
         both = np.stack([inside, motion])
         # One product of all rows.
@@ -200,7 +201,7 @@ class _MotionError(Check):
             sizes[:2] = np.maximum(sizes[:2], [np.abs(error[0]).max(initial=0.0), np.abs(whole[0]).max(initial=0.0)])
             sizes[2:] += np.sum(error[1] ** 2), np.sum(whole[1] ** 2)
 
-    def _start(self, motion: Array, time: float) -> None:
+    def _start(self, motion: Floats, time: float) -> None:
         """Take the acceleration that the basis misses at the start."""
         (_, velocity, acceleration), damping, basis = motion, self._damping, self._basis
         force = basis.following_mass @ (acceleration + damping.mass * velocity)
@@ -211,7 +212,7 @@ class _MotionError(Check):
         inside, following = self._inside.fields[[0, 2], None], self._following.fields[[0, 2], None]
         self._compare(inside, following, np.stack([0.0 * acceleration, acceleration])[:, None])
 
-    def _excite(self, times: Array, rows: Array) -> tuple[Array, Array]:
+    def _excite(self, times: Floats, rows: Floats) -> tuple[Floats, Floats]:
         """Return the errors inside the basis and in the shapes that follow, under what steps leave in their equations.
 
         Arrays: times (k + 1,) [s]; rows (3, k + 1, m), the motion; returns what :func:`_oscillate` does.
@@ -228,5 +229,5 @@ class _MotionError(Check):
         forces = -(inertia + damping.mass * velocity) @ mass - (displacement + damping.stiffness * velocity) @ stiffness
         return self._inside.step(forces), following
 
-    def _load(self, time: float) -> Array:
+    def _load(self, time: float) -> Floats:
         return sum((load.ramp.at(time) * load.forces for load in self._loads), np.zeros(len(self._basis.following.T)))

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.spatial import ConvexHull, cKDTree
 
+from fingerslip.arrays import Floats, Integers
 from fingerslip.contact.candidates import node_operator
 from fingerslip.dynamics.system.system import System, build_system
 from fingerslip.errors import InputError
@@ -30,9 +31,6 @@ from fingerslip.fe.space import carrying_nodes, nodal_areas
 from fingerslip.linear.solver import LinearSolver, preferred_solver
 from fingerslip.model.model import Model
 from fingerslip.model.timing import QuasiStatic
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 #: What to do with a model that cannot be condensed.
 REPAIR = "simulate the model step by step"

@@ -21,6 +21,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats, Integers
 from fingerslip.contact.candidates import Candidates, Counterfaces, check_outsiders
 from fingerslip.contact.counterfaces import rotate_compliance
 from fingerslip.contact.interface import InterfaceState, rest_state, settle
@@ -38,8 +39,6 @@ from fingerslip.fe.space import vector_dofs
 from fingerslip.model.model import Contact
 from fingerslip.model.programme import Phase, Press, Ramp, phase_duration
 from fingerslip.model.rigid_bodies import DIRECTIONS, Direction, RigidBody
-
-Floats = NDArray[np.float64]
 
 # Share of the largest displacement that a programme may prescribe along a free axis by rounding.
 _ZERO = 1e-9
@@ -99,8 +98,6 @@ def _check(where: str, plate: RigidBody, direction: Direction, motion: Motion) -
         fault = f"is {direction}, along which contact alone holds the plate"
         raise InputError(where, fault, "needs a spring or a damper", REPAIR)
 
-
-Integers = NDArray[np.int64]
 
 # Candidates are within this many times the approach of the counterface.
 _NEAR = 1.25

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from fingerslip.arrays import Flags, Floats
 from fingerslip.contact.candidates import Candidates
 from fingerslip.contact.interface import InterfaceState, rest_state
 from fingerslip.contact.states import OPEN, STICK
@@ -44,9 +45,6 @@ from fingerslip.materials.elastic import RayleighDamping
 from fingerslip.model.model import Model
 from fingerslip.model.programme import Press
 from fingerslip.model.timing import QuasiStatic
-
-Floats = NDArray[np.float64]
-Marks = NDArray[np.bool_]
 
 _logger = logging.getLogger(__name__)
 
@@ -147,7 +145,7 @@ def _steps(integrator: Large, system: System, state: State, span: tuple[float, f
         yield state
 
 
-def _narrow(system: System, rows: Marks) -> System:
+def _narrow(system: System, rows: Flags) -> System:
     """Return a system of which some candidates (n_c,) alone may touch its only counterface."""
     candidates = Candidates(**{name: values[rows] for name, values in vars(system.candidates).items()})
     nodes = np.union1d(system.outsiders[0].nodes, system.candidates.nodes[~rows])

@@ -5,16 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.dynamics.system.bodies import Load, Motion, faces_of, require_components
 from fingerslip.dynamics.system.system import System
 from fingerslip.errors import InputError
 from fingerslip.model.model import Model
 from fingerslip.model.programme import CONSTANT, Ramp
 from fingerslip.parameters import Force, SignedSpeed, parameters
-
-Array = NDArray[np.float64]
 
 
 @parameters
@@ -82,12 +80,12 @@ def _with_support(system: System, model: Model, command: Command, time: float) -
     return replace(system, moving_supports=tuple(moving))
 
 
-def _components(system: System, values: tuple[float, ...], name: str) -> Array:
+def _components(system: System, values: tuple[float, ...], name: str) -> Floats:
     require_components(f"command.{name}", values, system.space.dim)
     return np.array(values)
 
 
-def _with_motion(system: System, model: Model, faces: tuple[int, ...], velocity: Array, time: float) -> System:
+def _with_motion(system: System, model: Model, faces: tuple[int, ...], velocity: Floats, time: float) -> System:
     for freedom in system.unknowns.freedoms:
         if set(freedom.faces) & set(faces) and abs(float(freedom.shift @ velocity)) > 0.0:
             fault = "moves along a direction in which the body is free"

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.dynamics.motions import Motions, Outcome, prepare
 from fingerslip.dynamics.recording.recorder import Recorder
 from fingerslip.dynamics.recording.steps import require_record_memory, step_times
@@ -37,7 +37,6 @@ from fingerslip.storage.files import digest
 if TYPE_CHECKING:
     import xarray as xr
 
-Array = NDArray[np.float64]
 
 # Raised where saved simulations hold something else than before.
 _FORMAT = 6
@@ -318,7 +317,7 @@ class Simulation:
         self._integrator.steer(self._system)
         self._recorder.steer(self._system)
 
-    def _outside(self) -> Mapping[str, Array]:
+    def _outside(self) -> Mapping[str, Floats]:
         """Return the arrays that states refer to, and that the model gives again."""
         flat = self._system.space.dim == 2 and self._system.counterfaces.are_flat
         return {"compliance": self._integrator.steppers[0].compliance.matrix} if flat else {}

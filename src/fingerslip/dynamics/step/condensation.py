@@ -18,18 +18,15 @@ step changes.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from fingerslip.arrays import Floats, Integers, Reals
 from fingerslip.linear.resources import require_memory
 from fingerslip.linear.solver import LinearSolver, SchurFactor, factorise_around
 from fingerslip.linear.symmetric import symmetric_product, symmetric_products
-
-Array = NDArray[np.float64]
-Reals = NDArray[np.floating[Any]]
 
 # Contact rows times unknowns up to which the memory is not asked.
 _SMALL = 6_000_000
@@ -41,9 +38,9 @@ _COPIES = 3
 class Halfway:
     """A substitution between its halves; k right-hand sides are columns."""
 
-    vector: Array  # (n,), the forward half
-    local: Array  # (m,), local part of the solution without contact forces, B A^-1 b
-    kept: Array | None = None  # (p,), the solution at the kept unknowns without contact forces, where there are any
+    vector: Floats  # (n,), the forward half
+    local: Floats  # (m,), local part of the solution without contact forces, B A^-1 b
+    kept: Floats | None = None  # (p,), the solution at the kept unknowns without contact forces, where there are any
 
 
 class Condensed(Protocol):
@@ -53,10 +50,10 @@ class Condensed(Protocol):
     def description(self) -> str:
         """How it is condensed, and what a step costs."""
 
-    def forward(self, right_hand_side: Array) -> Halfway:
+    def forward(self, right_hand_side: Floats) -> Halfway:
         """Take the forward half for a right-hand side b, shape (n,) or (n, k) [N]."""
 
-    def backward(self, halfway: Halfway, forces: Array, moved: Array | None = None) -> Array:
+    def backward(self, halfway: Halfway, forces: Floats, moved: Floats | None = None) -> Floats:
         """Return x of A x = b + B^T r from the forward half; a known `moved`, B A^-1 B^T r, saves a product."""
 
 
@@ -65,7 +62,7 @@ class BySchur:
     """Condensed by the Schur complement: two products with a matrix of the contact's size beside the substitution."""
 
     factor: SchurFactor  # factors of all unknowns but the kept ones
-    kept: NDArray[np.int64]  # (p,), the unknowns that the local displacements depend on
+    kept: Integers  # (p,), the unknowns that the local displacements depend on
     inverse: Reals  # (p, p), C, symmetric, in the precision of the factors
     rows: sparse.csr_matrix | None  # B on the kept unknowns
 
@@ -76,7 +73,7 @@ class BySchur:
         precision = " in single precision" if self.factor.is_single else ""
         return f"Schur complement, {substitutions} a step{precision}"
 
-    def forward(self, right_hand_side: Array) -> Halfway:
+    def forward(self, right_hand_side: Floats) -> Halfway:
         """Take the forward half for b, shape (n,) or (n, k) [N]; see :class:`Condensed`."""
         vector_copy = right_hand_side.copy(order="K")
         vector_copy[self.kept] = 0.0
@@ -86,7 +83,7 @@ class BySchur:
         interface = _symmetric_times(self.inverse, vector[self.kept])
         return Halfway(vector, interface if self.rows is None else self.rows @ interface, interface)
 
-    def backward(self, halfway: Halfway, forces: Array, moved: Array | None = None) -> Array:
+    def backward(self, halfway: Halfway, forces: Floats, moved: Floats | None = None) -> Floats:
         """Return x for contact forces r, shape (m,) or (m, k) [N]; see :class:`Condensed`."""
         vector = halfway.vector.copy(order="K")
         if moved is not None and self.rows is None:
@@ -99,7 +96,7 @@ class BySchur:
         return self.factor.backward(vector)
 
 
-def _symmetric_times(matrix: Reals, vector: Array) -> Array:
+def _symmetric_times(matrix: Reals, vector: Floats) -> Floats:
     """Return the product of a symmetric matrix (p, p) with a vector, for which half of it is read, or with columns."""
     return symmetric_product(matrix, vector) if vector.ndim == 1 else symmetric_products(matrix, vector)
 

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.contact.candidates import Candidates, Counterfaces
 from fingerslip.contact.counterfaces import in_frames
 from fingerslip.contact.interface import InterfaceState, conditions, contact_problem, flat_motion, in_components
@@ -23,8 +24,6 @@ from fingerslip.dynamics.step.stepper import Stepper
 from fingerslip.dynamics.system.operators import Pose
 from fingerslip.errors import ConvergenceError
 from fingerslip.linear.symmetric import symmetric_product
-
-Array = NDArray[np.float64]
 
 # Relative to the largest contact force. Light nodes answer a residual force with accelerations a hundredfold as
 # large, relative to the largest: at the goal these are those of the full system to 1e-9, even where slip turns in
@@ -43,23 +42,23 @@ POSE_GOAL, _POSE_TOLERANCE, _MOST_POSES = 1e-11, 1e-8, 25
 class ContactStep:
     """The contact problem of a step, and its solution."""
 
-    frames: Array  # (n_c, dim, dim), frames of the candidates [-]
-    coefficients: Array  # (n_c,), friction coefficients [-]
-    relative: Array  # (n_c, dim) [m]
+    frames: Floats  # (n_c, dim, dim), frames of the candidates [-]
+    coefficients: Floats  # (n_c,), friction coefficients [-]
+    relative: Floats  # (n_c, dim) [m]
     solution: ContactSolution  # the forces in the frames
     working_set: WorkingSet | Partition | None  # for the next step
     release: Release | None = None  # of nodes that have left, at the end of the step
-    release_force: Array | None = None  # (n_c, dim) [N]
-    release_response: Array | None = None  # (n_c, dim), what that does to the candidates, in the frames [m]
+    release_force: Floats | None = None  # (n_c, dim) [N]
+    release_response: Floats | None = None  # (n_c, dim), what that does to the candidates, in the frames [m]
     pose: Pose | None = None  # the candidates as bodies that turn see them, with the arms of the forces
 
     @cached_property
-    def forces(self) -> Array:
+    def forces(self) -> Floats:
         """Contact forces in global components, shape (n_c, dim) [N]."""
         return np.asarray(in_components(self.frames, self.solution.forces))
 
     @property
-    def moved(self) -> Array | None:
+    def moved(self) -> Floats | None:
         """What all forces do to the candidates, in global components, shape (n_c, dim) [m]; None if it is not known."""
         response = self.solution.response
         if response is None:
@@ -70,7 +69,7 @@ class ContactStep:
 
 
 def solve_step(
-    stepper: Stepper, start: Prediction, local: Array, *, earlier: ContactStep | None = None, goal: float | None = None
+    stepper: Stepper, start: Prediction, local: Floats, *, earlier: ContactStep | None = None, goal: float | None = None
 ) -> ContactStep:
     """Find the contact forces of a step.
 
@@ -102,16 +101,16 @@ def solve_step(
 
 
 def _solve_about(
-    stepper: Stepper, start: Prediction, local: Array, earlier: ContactStep | None, goal: float | None
+    stepper: Stepper, start: Prediction, local: Floats, earlier: ContactStep | None, goal: float | None
 ) -> ContactStep:
     """Find the contact forces of a step with frames, gaps and arms linear about where it is predicted to end."""
     before, scheme, system = start.before, stepper.scheme, stepper.system
     frames, relative = _free_motion(stepper, start, local.reshape(start.moved.shape))
     compliance = _compliance(stepper, start, frames)
 
-    def solve(relative: Array, earlier: ContactStep | None) -> ContactStep:
+    def solve(relative: Floats, earlier: ContactStep | None) -> ContactStep:
         """Search from an earlier solution of the step, or from the forces at its start."""
-        warm: tuple[Array, WorkingSet | Partition | None] = before.interface.forces, before.working_set
+        warm: tuple[Floats, WorkingSet | Partition | None] = before.interface.forces, before.working_set
         if earlier is not None:
             warm = earlier.solution.forces, earlier.working_set
         surface, over = (system.candidates, system.counterfaces), (before.step, start.time)
@@ -132,21 +131,21 @@ def _solve_about(
     return contact
 
 
-def weighted_forces(stepper: Stepper, contact: ContactStep) -> Array:
+def weighted_forces(stepper: Stepper, contact: ContactStep) -> Floats:
     """Return what contact adds to the equation of motion of a step, in global components, shape (n_c, dim) [N]."""
-    added: Array = stepper.scheme.end_weight * contact.forces
+    added: Floats = stepper.scheme.end_weight * contact.forces
     return added if contact.release_force is None else added + contact.release_force
 
 
-def turn(stepper: Stepper, start: Prediction, contact: ContactStep, unknown: Array) -> None:
+def turn(stepper: Stepper, start: Prediction, contact: ContactStep, unknown: Floats) -> None:
     """Add to the unknown (n,) of a step what contact makes of the rotations of bodies."""
     if contact.pose is not None:
         unknown += stepper.turning @ _moments(stepper, start, contact, contact.pose.columns)
 
 
-def _moments(stepper: Stepper, start: Prediction, contact: ContactStep, arms: Array) -> Array:
+def _moments(stepper: Stepper, start: Prediction, contact: ContactStep, arms: Floats) -> Floats:
     """Return the moments (r,) of contact that the right-hand side of a step lacks, with arms (n_c * dim, r) [N m]."""
-    moments: Array = weighted_forces(stepper, contact).ravel() @ arms
+    moments: Floats = weighted_forces(stepper, contact).ravel() @ arms
     if start.before.release is not None:
         moments += fading_forces(stepper.scheme, start.before.release).ravel() @ (arms - start.arms)
     return moments
@@ -164,12 +163,12 @@ def _changes(stepper: Stepper, start: Prediction, contact: ContactStep) -> NDArr
 def solve_law(
     surface: tuple[Candidates, Counterfaces],
     compliance: Compliance,
-    frames: Array,
-    relative: Array,
+    frames: Floats,
+    relative: Floats,
     before: InterfaceState,
     *,
     over: tuple[float, float],
-    warm: tuple[Array, WorkingSet | Partition | None],
+    warm: tuple[Floats, WorkingSet | Partition | None],
     goal: float | None = None,
     few: int | None = None,
 ) -> ContactStep:
@@ -180,7 +179,7 @@ def solve_law(
     """
     candidates, counterfaces = surface
     coefficients = counterfaces.coefficients(conditions(candidates, before, *over), candidates.counterface)
-    problem: Array = contact_problem(relative, before.forces, before.relative, candidates.tangential_stiffness)
+    problem: Floats = contact_problem(relative, before.forces, before.relative, candidates.tangential_stiffness)
     wanted, accepted = (_GOAL_SINGLE if compliance.is_single else GOAL), TOLERANCE
     if goal is not None:
         wanted, accepted = goal, goal * _MISSED_BY
@@ -202,7 +201,7 @@ def unsolved(candidates: Candidates, worst: int, residual: float, accepted: floa
     return ConvergenceError(time, node, residual, accepted, advice)
 
 
-def _free_motion(stepper: Stepper, start: Prediction, unknown: Array) -> tuple[Array, Array]:
+def _free_motion(stepper: Stepper, start: Prediction, unknown: Floats) -> tuple[Floats, Floats]:
     """Return the frames, and gap and relative displacement in them at the end of the step without contact forces."""
     counterfaces, candidates, moved = stepper.system.counterfaces, stepper.system.candidates, start.moved
     free = moved + stepper.scheme.displacement_factor * unknown
@@ -223,7 +222,7 @@ def _free_motion(stepper: Stepper, start: Prediction, unknown: Array) -> tuple[A
     return frames, relative
 
 
-def _compliance(stepper: Stepper, start: Prediction, frames: Array) -> Compliance:
+def _compliance(stepper: Stepper, start: Prediction, frames: Floats) -> Compliance:
     """Return the compliance of a step in its frames, with that of bodies that turn, whose arms change."""
     compliance = stepper.compliance
     if stepper.constant_frames is not None:

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.contact.counterfaces import tangent_lengths
 from fingerslip.contact.interface import StepOutcome, settle
 from fingerslip.dynamics.finite.body import BodyState
@@ -18,8 +18,6 @@ from fingerslip.dynamics.step.stepper import Stepper
 from fingerslip.dynamics.step.viscoelastic import HistoryVariables, relaxed_force
 from fingerslip.dynamics.system.scheme import start_push
 from fingerslip.linear.symmetric import row_products
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -37,7 +35,7 @@ def finish(
     steppers: Sequence[Stepper],
     starts: Sequence[Prediction],
     contacts: Sequence[ContactStep],
-    unknowns: Array,
+    unknowns: Floats,
     strained: Sequence[Strained] = (),
 ) -> list[State]:
     """Return the states of k motions, which share matrices and scheme, at the end of a step with unknowns (k, n).
@@ -61,7 +59,7 @@ def finish(
     return list(map(_end_state, steppers, starts, contacts, fields, strained))
 
 
-def _small_strain(steppers: Sequence[Stepper], starts: Sequence[Prediction], displacement: Array) -> list[Strained]:
+def _small_strain(steppers: Sequence[Stepper], starts: Sequence[Prediction], displacement: Floats) -> list[Strained]:
     """Return bodies at small strain at displacements (k, n) [m]."""
     # Nothing else in the step forms this product, so the balance of energies checks the substitutions.
     elastic = 0.5 * np.vecdot(displacement, row_products(steppers[0].system.stiffness, displacement))
@@ -138,8 +136,8 @@ def _end_state(
 
 
 def _contact_record(
-    stepper: Stepper, start: Prediction, contact: ContactStep, end: Array
-) -> tuple[Array, Array, float, StepOutcome]:
+    stepper: Stepper, start: Prediction, contact: ContactStep, end: Floats
+) -> tuple[Floats, Floats, float, StepOutcome]:
     """Return what contact has done in a step that ended at displacements (n,) [m].
 
     Motion of the candidates (n_c, dim) [m], moments on rotations (r,) [N m], work on counterfaces [J], the interface.
@@ -170,7 +168,7 @@ def _contact_record(
     return moved, moments, outward, outcome
 
 
-def _support_force(stepper: Stepper, state: State) -> Array:
+def _support_force(stepper: Stepper, state: State) -> Floats:
     """Return the forces of the moving supports on the body, shape (k,) [N]: what their equations lack."""
     system, damping, moving = stepper.system, stepper.damping, stepper.system.unknowns.moving
     if state.body is None:

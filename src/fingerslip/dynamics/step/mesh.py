@@ -13,8 +13,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.dynamics.loop import BodyIntegrator, ByLength
 from fingerslip.dynamics.step.contact_step import POSE_GOAL, ContactStep, solve_step, turn, weighted_forces
 from fingerslip.dynamics.step.finish import finish
@@ -24,8 +24,6 @@ from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
 from fingerslip.dynamics.system.system import System
 from fingerslip.errors import EquilibriumError
 from fingerslip.linear.resources import Mapper
-
-Array = NDArray[np.float64]
 
 # Iterations that are combined: more do not shrink the residual faster, as contact changes meanwhile.
 _KEPT = 5
@@ -47,10 +45,10 @@ class Mixing:
     """
 
     def __init__(self) -> None:
-        self._residuals: list[Array] = []
-        self._ends: list[Array] = []
+        self._residuals: list[Floats] = []
+        self._ends: list[Floats] = []
 
-    def next(self, end: Array, residual: Array) -> Array:
+    def next(self, end: Floats, residual: Floats) -> Floats:
         """Return where the next iterate goes, from where the last leads (n,), and the residual (n,) of its iterate."""
         self._residuals = [*self._residuals[1 - _KEPT :], residual]
         self._ends = [*self._ends[1 - _KEPT :], end]
@@ -73,14 +71,14 @@ class _Lead:
         self._mixing, self._mixes = Mixing(), False
         self._end, self._pull = np.zeros(0), np.inf
 
-    def move(self, stepper: Stepper, start: Prediction, unknown: Array) -> Prediction:
+    def move(self, stepper: Stepper, start: Prediction, unknown: Floats) -> Prediction:
         """Return the step with the anchor where this pass, which went by `unknown` (n,) [m], and those before lead."""
         beyond = self._next(unknown, start.anchor_force(stepper, unknown)) - unknown
         # No farther at once than the body is large: where nothing holds it, mixing would lead to where all is rounding.
         far = float(np.abs(stepper.system.relative @ beyond).max(initial=0.0)) / stepper.system.size
         return start.with_anchor(stepper, unknown + beyond / max(far, 1.0))
 
-    def _next(self, end: Array, pull: Array) -> Array:
+    def _next(self, end: Floats, pull: Floats) -> Floats:
         """Return where the anchor goes (n,) [m] after a pass that ended at `end` (n,) [m] with spring forces (n,) [N].
 
         Where contact has changed, mixing can lead astray: then the last pass before it goes on by itself.
@@ -94,7 +92,7 @@ class _Lead:
         return led
 
 
-def _is_at_rest(stepper: Stepper, start: Prediction, contact: ContactStep, unknown: Array) -> bool:
+def _is_at_rest(stepper: Stepper, start: Prediction, contact: ContactStep, unknown: Floats) -> bool:
     """Tell whether springs to the anchor pull no more, and turned bodies see candidates where they are (n,) [m]."""
     if stepper.anchoring is None:
         return True
@@ -132,7 +130,7 @@ class Mesh(BodyIntegrator):
         return {number: states[kind] for number, kind in enumerate(self._alike)}
 
     def advance(
-        self, states: Mapping[int, State], ends: Array, length: float | None = None
+        self, states: Mapping[int, State], ends: Floats, length: float | None = None
     ) -> dict[int, tuple[State, list[State]]]:
         """Take the next step of some motions; those that are still the same are computed once."""
         if length is not None:
@@ -163,7 +161,7 @@ def advance(
     steppers: Sequence[Stepper],
     states: Sequence[State],
     time: float,
-    counterfaces: Sequence[Array],
+    counterfaces: Sequence[Floats],
     *,
     watch: Stopwatch,
     mapper: Mapper = map,
@@ -195,7 +193,7 @@ def advance(
         return finish(steppers, starts, contacts, unknowns)
 
 
-def _on_joint_rows(steppers: Sequence[Stepper], values: Sequence[Array], local: Array) -> Array:
+def _on_joint_rows(steppers: Sequence[Stepper], values: Sequence[Floats], local: Floats) -> Floats:
     """Return values (n_c, dim) of each motion on the joint rows, shaped as the local displacements there."""
     joint = np.zeros((len(steppers), len(local)))
     for row, stepper, element in zip(joint, steppers, values, strict=True):
@@ -203,7 +201,7 @@ def _on_joint_rows(steppers: Sequence[Stepper], values: Sequence[Array], local: 
     return joint[0] if local.ndim == 1 else joint.T
 
 
-def _joint_motion(steppers: Sequence[Stepper], contacts: Sequence[ContactStep], local: Array) -> Array | None:
+def _joint_motion(steppers: Sequence[Stepper], contacts: Sequence[ContactStep], local: Floats) -> Floats | None:
     """Return what contact forces do to the local unknowns, (m,) or (m, k); None where contact does not tell it."""
     moved = [contact.moved for contact in contacts]
     told = [element for element in moved if element is not None and element.size == len(local)]

@@ -21,9 +21,9 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.dynamics.system.scheme import Scheme
 
-Array = NDArray[np.float64]
 Marks = NDArray[np.int8]
 
 #: Marks of candidates: their friction turns; they leave the counterface, which drops all that turning drops.
@@ -37,12 +37,14 @@ _FADED, _ROUNDING = 1e-16, 1e-9
 class Release:
     """What dropped contact forces leave in the equation of motion, in global components."""
 
-    fading: Array  # (n_c, dim), remainder z [N]
-    cancelled: Array  # (n_c, dim), forces at the start of the last step, weighted, that were dropped in it, w_0 r_0 [N]
+    fading: Floats  # (n_c, dim), remainder z [N]
+    cancelled: (
+        Floats  # (n_c, dim), forces at the start of the last step, weighted, that were dropped in it, w_0 r_0 [N]
+    )
     largest: float  # the largest force that was dropped so far [N]
 
     @property
-    def correction(self) -> Array:
+    def correction(self) -> Floats:
         """Correction e of the contact force in the equation of motion, shape (n_c, dim) [N]."""
         return self.fading + self.cancelled
 
@@ -81,7 +83,7 @@ def mark_changes(forces_before, forces, relative_before, relative, stiffness, fr
     return marks
 
 
-def fading_forces(scheme: Scheme, release: Release) -> Array:
+def fading_forces(scheme: Scheme, release: Release) -> Floats:
     """Return what a release at the start of a step leaves at its end, shape (n_c, dim) [N]."""
     return remainder(scheme) * release.fading
 
@@ -95,8 +97,8 @@ def fade(scheme: Scheme, release: Release) -> Release | None:
 
 
 def drop(
-    scheme: Scheme, forces: tuple[Array, Array], release: Release | None, marks: Marks, frames: Array
-) -> tuple[Release, Array]:
+    scheme: Scheme, forces: tuple[Floats, Floats], release: Release | None, marks: Marks, frames: Floats
+) -> tuple[Release, Floats]:
     """Drop forces (n_c, dim) [N] at the start of the step before and of this one; also return what replaces them."""
     nothing = np.zeros_like(forces[1])
     weights = scheme.start_weight, scheme.end_weight, remainder(scheme)

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.contact.interface import InterfaceState, rest_state
 from fingerslip.contact.solve.partition import Partition
 from fingerslip.contact.solve.working_set import WorkingSet
@@ -28,8 +29,6 @@ from fingerslip.dynamics.step.stepper import Stepper, with_empty
 from fingerslip.dynamics.step.viscoelastic import HistoryVariables, variables_at_rest
 from fingerslip.dynamics.system.operators import Pose
 from fingerslip.dynamics.system.scheme import start_push, starts_damped
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -62,20 +61,20 @@ class State:
     """The motion at one time, on the system's unknowns."""
 
     time: float  # [s]
-    displacement: Array  # (n,) [m]
-    velocity: Array  # (n,) [m/s]
-    acceleration: Array  # (n,) [m/s^2]
-    inertia: Array  # (n,), mass times acceleration [N]
-    load: Array  # (n,), forces of loads, those on rigid bodies included [N]
-    unbalance: Array  # (n,), unbalanced force C v + K u - f [N]
-    unbalance_before: Array  # (n,), that one step earlier [N]
-    counterfaces: Array  # (n_counterfaces, dim), prescribed displacement of the counterfaces [m]
-    moved: Array  # (n_c, dim), displacement of the candidates relative to their counterfaces [m]
-    contact_forces: Array  # (n_c, dim) [N]
-    contact_forces_before: Array  # (n_c, dim) [N]
+    displacement: Floats  # (n,) [m]
+    velocity: Floats  # (n,) [m/s]
+    acceleration: Floats  # (n,) [m/s^2]
+    inertia: Floats  # (n,), mass times acceleration [N]
+    load: Floats  # (n,), forces of loads, those on rigid bodies included [N]
+    unbalance: Floats  # (n,), unbalanced force C v + K u - f [N]
+    unbalance_before: Floats  # (n,), that one step earlier [N]
+    counterfaces: Floats  # (n_counterfaces, dim), prescribed displacement of the counterfaces [m]
+    moved: Floats  # (n_c, dim), displacement of the candidates relative to their counterfaces [m]
+    contact_forces: Floats  # (n_c, dim) [N]
+    contact_forces_before: Floats  # (n_c, dim) [N]
     interface: InterfaceState  # the contact candidates in their frames
     energies: Energies  # the balance so far
-    moments: Array  # (r,) [N m]
+    moments: Floats  # (r,) [N m]
     step: float = 0.0  # length of the last step [s]
     iterations: int = 0  # iterations of the contact solver in the last step
     residual: float = 0.0  # its relative residual [-]
@@ -137,7 +136,7 @@ def first_state(stepper: Stepper) -> State:
     )
 
 
-def _acceleration(stepper: Stepper, forces: Array) -> tuple[Array, Array]:
+def _acceleration(stepper: Stepper, forces: Floats) -> tuple[Floats, Floats]:
     """Return the acceleration (n,) [m/s^2] under forces (n,) [N], and the mass times it; moving supports have none."""
     system, moving = stepper.system, stepper.system.unknowns.moving
     forces_left = forces.copy()
@@ -158,22 +157,22 @@ class Prediction:
 
     before: State  # the state at the start of the step
     time: float  # end of the step [s]
-    counterfaces: Array  # (n_counterfaces, dim), prescribed displacement of the counterfaces at the end [m]
-    load: Array  # (n,), forces of loads at the end, those on rigid bodies included [N]
-    displacement: Array  # (n,), that at the end with no unknown [m]
-    velocity: Array  # (n,), that at the end with no unknown [m/s]
-    moved: Array  # (n_c, dim), displacement of the candidates relative to their counterfaces there [m]
+    counterfaces: Floats  # (n_counterfaces, dim), prescribed displacement of the counterfaces at the end [m]
+    load: Floats  # (n,), forces of loads at the end, those on rigid bodies included [N]
+    displacement: Floats  # (n,), that at the end with no unknown [m]
+    velocity: Floats  # (n,), that at the end with no unknown [m/s]
+    moved: Floats  # (n_c, dim), displacement of the candidates relative to their counterfaces there [m]
     pose: Pose | None  # the candidates there as bodies see them that turn
-    right_hand_side: Array  # (n,), right-hand side of the step without contact forces [N]
-    prescribed: Array | None = None  # (n,), acceleration of moving supports at the end, zero elsewhere [m/s^2]
-    anchor: Array | None = None  # (n,), where the springs of the stepper pull to, relative to `displacement` [m]
+    right_hand_side: Floats  # (n,), right-hand side of the step without contact forces [N]
+    prescribed: Floats | None = None  # (n,), acceleration of moving supports at the end, zero elsewhere [m/s^2]
+    anchor: Floats | None = None  # (n,), where the springs of the stepper pull to, relative to `displacement` [m]
 
     @property
-    def arms(self) -> Array:
+    def arms(self) -> Floats:
         """Displacement of the candidates relative to turning bodies per rotation, shape (n_c * dim, r) [m]."""
         return np.zeros((self.moved.size, 0)) if self.pose is None else self.pose.columns
 
-    def about(self, stepper: Stepper, moved: Array, angles: Array) -> Prediction:
+    def about(self, stepper: Stepper, moved: Floats, angles: Floats) -> Prediction:
         """Return the step predicted to end with candidates (n_c * dim,) and rotations (r,) at these unknowns."""
         system, factor = stepper.system, stepper.scheme.displacement_factor
         displacement, reached = self.displacement.copy(), self.moved + factor * moved.reshape(self.moved.shape)
@@ -187,19 +186,19 @@ class Prediction:
             return 0.0
         return float(np.abs(self.pose.points - pose.points).max()) / stepper.system.size
 
-    def with_anchor(self, stepper: Stepper, anchor: Array) -> Prediction:
+    def with_anchor(self, stepper: Stepper, anchor: Floats) -> Prediction:
         """Return the step with the anchor (n,) [m] of a body that only contact holds, relative to `displacement`."""
         moved = anchor if self.anchor is None else anchor - self.anchor
         right_hand_side = self.right_hand_side + stepper.anchor_force(moved)
         return replace(self, anchor=anchor, right_hand_side=right_hand_side)
 
-    def anchor_force(self, stepper: Stepper, unknown: Array) -> Array:
+    def anchor_force(self, stepper: Stepper, unknown: Floats) -> Floats:
         """Return the force that the anchor exerts on the body at the end of the step, shape (n,) [N]."""
         return stepper.anchor_force((0.0 if self.anchor is None else self.anchor) - unknown)
 
 
 def predict(
-    steppers: Sequence[Stepper], states: Sequence[State], time: float, counterfaces: Sequence[Array]
+    steppers: Sequence[Stepper], states: Sequence[State], time: float, counterfaces: Sequence[Floats]
 ) -> list[Prediction]:
     """Carry states that share their matrices to a time [s] as if no force acted there; counterfaces as prescribed."""
     starts = list(map(predict_ends, steppers, states, repeat(time), counterfaces))
@@ -222,7 +221,7 @@ def predict(
     return predictions
 
 
-def predict_ends(stepper: Stepper, before: State, time: float, counterfaces: Array) -> Prediction:
+def predict_ends(stepper: Stepper, before: State, time: float, counterfaces: Floats) -> Prediction:
     """Return the prediction of one motion without its right-hand side; see :func:`predict`."""
     system, scheme = stepper.system, stepper.scheme
     displacement, velocity = scheme.predict(before.displacement, before.velocity, before.acceleration)

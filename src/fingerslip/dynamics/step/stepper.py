@@ -7,12 +7,11 @@ import time as clock
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from fingerslip.arrays import Floats, Integers, Reals
 from fingerslip.contact.candidates import Candidates
 from fingerslip.contact.counterfaces import tangent_lengths
 from fingerslip.contact.solve.compliance import Compliance
@@ -26,9 +25,6 @@ from fingerslip.linear.solver import LinearSolver, preferred_solver
 from fingerslip.linear.symmetric import row_products
 from fingerslip.materials.elastic import RayleighDamping
 from fingerslip.model.timing import Timing
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 # Stiffness of the springs to an anchor over that of all contact.
 _SOFT = 1e-4
@@ -64,11 +60,11 @@ class Stepper:
     solver: LinearSolver  # what has factorised
     # the effective matrix, factorised and condensed on the candidates of all motions that share it
     condensed: Condensed
-    rows: Indices  # (m,), the rows among these of the system's own candidates
+    rows: Integers  # (m,), the rows among these of the system's own candidates
     compliance: Compliance  # compliance of a step on the own candidates
-    constant_frames: Array | None  # (n_c, dim, dim), frames of the candidates where they never turn
-    turning: Array  # (n, r) [1/(N m)]
-    anchoring: Array | None = None  # (n,), springs [N/m] or [N m] between what only contact holds and an anchor
+    constant_frames: Floats | None  # (n_c, dim, dim), frames of the candidates where they never turn
+    turning: Floats  # (n, r) [1/(N m)]
+    anchoring: Floats | None = None  # (n,), springs [N/m] or [N m] between what only contact holds and an anchor
     viscous: tuple[Viscous, ...] = ()  # the viscoelastic layers
 
     @cached_property
@@ -80,11 +76,11 @@ class Stepper:
         return stiffness
 
     @cached_property
-    def stretch(self) -> Array | None:
+    def stretch(self) -> Floats | None:
         """Lengths of the constant frames' tangents, shape (n_c, dim - 1) [-]; None where frames turn."""
         return None if self.constant_frames is None else tangent_lengths(self.constant_frames)
 
-    def resisting_force(self, displacement: Array, velocity: Array) -> Array:
+    def resisting_force(self, displacement: Floats, velocity: Floats) -> Floats:
         """Return what resists k motions u (k, n) [m] and v [m/s] at the end of a step, K u + C v, (k, n) [N]."""
         damping, system = self.damping, self.system
         if self.viscous or not damping.stiffness:
@@ -99,16 +95,16 @@ class Stepper:
         return force if system.dampers is None else force + system.dampers * velocity
 
     @cached_property
-    def gaps(self) -> Array:
+    def gaps(self) -> Floats:
         """Gaps of the candidates' reference positions, shape (n_c,) [m]."""
         candidates = self.system.candidates
         return self.system.counterfaces.gaps(candidates.positions, candidates.counterface)
 
-    def anchor_force(self, stretch: Array) -> Array:
+    def anchor_force(self, stretch: Floats) -> Floats:
         """Return the force of springs to an anchor that are stretched by (n,) [m], shape (n,) [N]."""
         return np.zeros_like(stretch) if self.anchoring is None else self.anchoring * stretch
 
-    def damping_force(self, velocity: Array) -> Array:
+    def damping_force(self, velocity: Floats) -> Floats:
         """Return the damping force C v at a velocity (n,) [m/s], shape (n,) [N]."""
         total = np.zeros_like(velocity)
         if self.damping.mass:
@@ -173,7 +169,7 @@ def factorised(
 
 
 def _effective_matrix(
-    system: System, scheme: Scheme, damping: RayleighDamping, viscous: Sequence[Viscous], anchoring: Array | None
+    system: System, scheme: Scheme, damping: RayleighDamping, viscous: Sequence[Viscous], anchoring: Floats | None
 ) -> sparse.csr_matrix:
     """Return the matrix A of a step, which the unknown is solved for, shape (n, n)."""
     stiffness_part = scheme.displacement_factor + scheme.velocity_factor * damping.stiffness
@@ -186,7 +182,7 @@ def _effective_matrix(
     return sparse.csr_matrix(effective if anchoring is None else effective + sparse.diags(anchoring))
 
 
-def with_empty(matrix: sparse.csr_matrix, rows: Indices) -> sparse.csr_matrix:
+def with_empty(matrix: sparse.csr_matrix, rows: Integers) -> sparse.csr_matrix:
     """Return a matrix (n, n) in whose equations some unknowns (k,) are zero."""
     if not rows.size:
         return matrix
@@ -195,14 +191,14 @@ def with_empty(matrix: sparse.csr_matrix, rows: Indices) -> sparse.csr_matrix:
     return sparse.csr_matrix(selector @ matrix @ selector + left_out)
 
 
-def _selector(size: int, rows: Indices) -> sparse.dia_matrix:
+def _selector(size: int, rows: Integers) -> sparse.dia_matrix:
     """Return the identity (n, n) without some rows (k,)."""
     is_free = np.ones(size)
     is_free[rows] = 0.0
     return sparse.diags(is_free)
 
 
-def _anchoring(system: System) -> Array | None:
+def _anchoring(system: System) -> Floats | None:
     """Return springs, (n,) [N/m] or [N m], that hold what nothing else does until contact does; None where all is held.
 
     They are soft beside the contact, so that few passes of a step carry the anchor to where they pull no more, and have
@@ -221,7 +217,7 @@ def _anchoring(system: System) -> Array | None:
     return springs
 
 
-def _joint_rows(systems: Sequence[System]) -> tuple[sparse.csr_matrix, list[Indices]]:
+def _joint_rows(systems: Sequence[System]) -> tuple[sparse.csr_matrix, list[Integers]]:
     """Return the local displacements of all candidates of all systems, and the rows of each system's own."""
     dim = systems[0].space.dim
     marks = [
@@ -235,15 +231,13 @@ def _joint_rows(systems: Sequence[System]) -> tuple[sparse.csr_matrix, list[Indi
     return stacked[vector_dofs(first, dim).ravel()], rows
 
 
-def _own_compliance(
-    system: System, joint: NDArray[np.floating[Any]], rows: Indices, factor: float
-) -> tuple[Compliance, Array | None]:
+def _own_compliance(system: System, joint: Reals, rows: Integers, factor: float) -> tuple[Compliance, Floats | None]:
     """Return the compliance of a system's candidates, in their frames where these stay, and these frames."""
     block, frames = joint if rows.size == len(joint) else joint[np.ix_(rows, rows)], system.constant_frames()
     return Compliance(block, penalty_compliance(system.candidates), frames, factor), frames
 
 
-def penalty_compliance(candidates: Candidates) -> Array:
+def penalty_compliance(candidates: Candidates) -> Floats:
     """Return by how much a force moves candidates into their counterfaces, (n_c, dim) [m/N]."""
     tangential = [candidates.tangential_stiffness] * (candidates.dim - 1)
     return np.asarray(1.0 / np.column_stack([candidates.normal_stiffness, *tangential]))

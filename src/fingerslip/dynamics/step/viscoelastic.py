@@ -13,26 +13,24 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from fingerslip.arrays import Floats
 from fingerslip.fe.forms import ViscoelasticLayers
 from fingerslip.materials.prony import Recurrence, recurrence
 from fingerslip.materials.viscoelastic import OutOfPlane
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class HistoryVariables:
     """What viscoelastic layers alike remember; the arrays across have a size of 0 where there is no plane stress."""
 
-    given: Array  # (p, n), displacement u [m] and S u [N], in plane stress also T u [N]
-    dashpots: Array  # (t, p, n), the same of the displacements z_i of t terms
-    relaxed: Array  # (p, n), the same of y = sum s_i z_i
-    across: Array  # (2, n), in plane stress w [m] and T w [N], and the same of its dashpots q_i and of sum s_i q_i
-    across_dashpots: Array  # (2, n) [m]
-    across_relaxed: Array  # (2, n) [m]
+    given: Floats  # (p, n), displacement u [m] and S u [N], in plane stress also T u [N]
+    dashpots: Floats  # (t, p, n), the same of the displacements z_i of t terms
+    relaxed: Floats  # (p, n), the same of y = sum s_i z_i
+    across: Floats  # (2, n), in plane stress w [m] and T w [N], and the same of its dashpots q_i and of sum s_i q_i
+    across_dashpots: Floats  # (2, n) [m]
+    across_relaxed: Floats  # (2, n) [m]
     stored: float = 0.0  # by how much the stored energy differs from that of the elastic stiffness [J]
     of_dashpots: float = 0.0  # sum of s_i z_i.D z_i with the stiffness D of the deviator of the strain [J]
     dissipated: float = 0.0  # energy that was dissipated in the last step [J]
@@ -64,19 +62,19 @@ class Viscous:
             added = added + factor * self.layers.thickness
         return sparse.csr_matrix(added)
 
-    def force(self, variables: HistoryVariables) -> Array:
+    def force(self, variables: HistoryVariables) -> Floats:
         """Return q, by which the force at the end of a step is less than that of its stiffness, shape (n,) [N].
 
         It is S m + T (mu - share (m + 2 mu)), with what of the dashpots along and across follows from the start.
         """
         along = self._from_start(variables.given, variables.dashpots)
-        force: Array = along[1]
+        force: Floats = along[1]
         if self.layers.across is not None:
             across = self._from_start(variables.across, variables.across_dashpots)[1]
             force = force + across - (1.0 - self.share) * self.thickness_shares[1] * (along[2] + 2.0 * across)
         return force
 
-    def after(self, variables: HistoryVariables, displacement: Array) -> HistoryVariables:
+    def after(self, variables: HistoryVariables, displacement: Floats) -> HistoryVariables:
         """Return what is remembered at the end of a step with a displacement u_1 (n,) [m]."""
         if self.layers.across is not None and self.layers.thickness is not None:
             return self._after_in_plane_stress(variables, displacement, self.layers.across, self.layers.thickness)
@@ -91,7 +89,7 @@ class Viscous:
         return HistoryVariables(given, dashpots, relaxed, *across, stored, of_dashpots, dissipated)
 
     def _after_in_plane_stress(
-        self, variables: HistoryVariables, displacement: Array, law: OutOfPlane, thickness: sparse.csr_matrix
+        self, variables: HistoryVariables, displacement: Floats, law: OutOfPlane, thickness: sparse.csr_matrix
     ) -> HistoryVariables:
         """Return what :meth:`after` does in plane stress.
 
@@ -120,12 +118,12 @@ class Viscous:
         fields = given, dashpots, relaxed, across, dashpots_across, relaxed_across
         return HistoryVariables(*fields, float(stored), of_dashpots, float(dissipated))
 
-    def _from_start(self, given: Array, dashpots: Array) -> Array:
+    def _from_start(self, given: Floats, dashpots: Floats) -> Floats:
         """Return what of the sum of s_i z_i at the end of a step follows from its start, (p, n)."""
         shares, follow = self.recurrence.shares, self.recurrence
         return np.asarray((shares @ follow.start) * given + np.tensordot(shares * follow.decay, dashpots, 1))
 
-    def _follow(self, given_before: Array, dashpots_before: Array, given: Array) -> tuple[Array, Array]:
+    def _follow(self, given_before: Floats, dashpots_before: Floats, given: Floats) -> tuple[Floats, Floats]:
         """Return the dashpots (t, p, n) at the end of a step, and the sum of s_i of them, (p, n)."""
         follow = self.recurrence
         end, start, decay = (factors[:, None, None] for factors in (follow.end, follow.start, follow.decay))
@@ -134,7 +132,7 @@ class Viscous:
         dashpots += start * given_before
         return dashpots, np.tensordot(follow.shares, dashpots, 1)
 
-    def elastic_force(self, variables: HistoryVariables) -> tuple[Array, Array | None]:
+    def elastic_force(self, variables: HistoryVariables) -> tuple[Floats, Floats | None]:
         """Return y and, in plane stress, what T is to be multiplied with: the force is K u - S y + T of that."""
         relaxed, law = variables.relaxed[0], self.layers.across
         if law is None:
@@ -149,9 +147,9 @@ def viscous_steps(layers: Sequence[ViscoelasticLayers], step: float) -> tuple[Vi
 
 def relaxed_force(
     rows: Sequence[ViscoelasticLayers], viscous: Sequence[Viscous], history_variables: Sequence[HistoryVariables]
-) -> Array | float:
+) -> Floats | float:
     """Return by how much forces are less than those of the elastic stiffness, shape (k,) [N]; 0 without layers."""
-    total: Array | float = 0.0
+    total: Floats | float = 0.0
     for row, layer, variables in zip(rows, viscous, history_variables, strict=True):
         relaxed, thinned = layer.elastic_force(variables)
         total = total + row.shape @ relaxed

@@ -19,9 +19,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from fingerslip.arrays import Floats, Integers
 from fingerslip.contact.counterfaces import Counterface, sliding_direction
 from fingerslip.dynamics.system.scheme import has_inertia
 from fingerslip.errors import InputError
@@ -34,8 +34,6 @@ from fingerslip.model.model import Contact, Model, SupportMotion, Traction
 from fingerslip.model.programme import CONSTANT, Hold, Lift, Phase, Press, Ramp, Slide, phase_duration
 from fingerslip.model.rigid_bodies import DIRECTIONS, Direction, RigidBody, directions_in
 
-Array = NDArray[np.float64]
-
 
 def require_components(where: str, values: Sequence[float], dim: int) -> None:
     """Refuse a vector of another dimension than the mesh."""
@@ -47,10 +45,10 @@ def require_components(where: str, values: Sequence[float], dim: int) -> None:
 class Load:
     """Nodal forces with a factor over time."""
 
-    forces: Array  # (n,), nodal forces at factor one [N]
+    forces: Floats  # (n,), nodal forces at factor one [N]
     ramp: Ramp  # factor over time
 
-    def at(self, time: float) -> Array:
+    def at(self, time: float) -> Floats:
         """Return the forces at a time [s], shape (n,) [N]."""
         return self.ramp.at(time) * self.forces
 
@@ -68,26 +66,23 @@ def model_loads(model: Model, space: Space, materials: CellMaterials[Material]) 
     return tuple(loads)
 
 
-Indices = NDArray[np.int64]
-
-
 @dataclass(frozen=True)
 class Supports:
     """What acts on the degrees of freedom that m supports hold, summed up over each support and component."""
 
     rows: sparse.csr_matrix  # map that sums up forces on the mesh over each support and component [-]
-    stiffness: sparse.csr_matrix | Array  # (m * dim, n) [N/m]
-    mass: sparse.csr_matrix | Array  # (m * dim, n) [kg]
+    stiffness: sparse.csr_matrix | Floats  # (m * dim, n) [N/m]
+    mass: sparse.csr_matrix | Floats  # (m * dim, n) [kg]
     contact: sparse.csr_matrix  # map from the contact forces to those that act on what is held at once
     loads: tuple[Load, ...]  # loads on what is held, (m * dim,) each [N]
     viscoelastic: tuple[ViscoelasticLayers, ...] = ()  # maps (m * dim, n) of the viscoelastic layers
 
     @property
-    def columns(self) -> Indices:
+    def columns(self) -> Integers:
         """The unknowns that stiffness and mass read, shape (k,): those of the cells next to what is held."""
         return np.union1d(*(np.flatnonzero(abs(matrix).sum(axis=0)) for matrix in (self.stiffness, self.mass)))
 
-    def load(self, time: float) -> Array:
+    def load(self, time: float) -> Floats:
         """Return the loads on what is held at a time [s], shape (m * dim,) [N]."""
         return sum((load.at(time) for load in self.loads), np.zeros(self.contact.shape[0]))
 
@@ -98,7 +93,7 @@ class MovingComponent:
 
     support: str  # its boundary or region
     axis: int  # its component
-    dofs: Indices  # (k,), the mesh's degrees of freedom that move with it
+    dofs: Integers  # (k,), the mesh's degrees of freedom that move with it
     displacement: float  # displacement at factor one [m]
     ramp: Ramp  # factor over time
 
@@ -121,7 +116,7 @@ def moving_components(
     return components
 
 
-def held_rows(held: Mapping[str, Indices], space: Space) -> sparse.csr_matrix:
+def held_rows(held: Mapping[str, Integers], space: Space) -> sparse.csr_matrix:
     """Return the map [-] that sums up forces (n_dofs,) over supports and components, shape (m * dim, n_dofs).
 
     Arrays: held (k,).
@@ -151,14 +146,14 @@ def held_rows(held: Mapping[str, Indices], space: Space) -> sparse.csr_matrix:
 class Motion:
     """Piecewise linear motion of a counterface."""
 
-    knots: Array  # (n_phases + 1,), times at which the velocity changes [s]
-    positions: Array  # (n_phases + 1, dim), displacement at the knots [m]
+    knots: Floats  # (n_phases + 1,), times at which the velocity changes [s]
+    positions: Floats  # (n_phases + 1, dim), displacement at the knots [m]
 
-    def displacement(self, times: Array) -> Array:
+    def displacement(self, times: Floats) -> Floats:
         """Return the displacement [m] at `times` (n,) [s], shape (n, dim); constant after the last knot."""
         return np.column_stack([np.interp(times, self.knots, part) for part in self.positions.T])
 
-    def velocity(self, times: Array) -> Array:
+    def velocity(self, times: Floats) -> Floats:
         """Return the velocity [m/s] at `times` (n,) [s], shape (n, dim); at a knot that of the phase before."""
         if self.knots.size < 2:
             return np.zeros((len(times), self.positions.shape[1]))
@@ -170,7 +165,7 @@ class Motion:
         return rates[np.clip(phase, 0, len(slopes))]
 
 
-def phase_table(programme: Sequence[Phase]) -> tuple[list[str], Array]:
+def phase_table(programme: Sequence[Phase]) -> tuple[list[str], Floats]:
     """Return the kinds of the phases and the times between them, shape (n_phases + 1,) [s]."""
     kinds = [type(phase).__name__.lower() for phase in programme]
     return kinds, np.concatenate([[0.0], np.cumsum([phase_duration(phase) for phase in programme])])
@@ -184,7 +179,7 @@ def counterface_motion(programme: Sequence[Phase], counterface: Counterface, whe
     return Motion(phase_table(programme)[1], positions)
 
 
-def _travel(phase: Phase, normal: Array, where: str) -> Array:
+def _travel(phase: Phase, normal: Floats, where: str) -> Floats:
     """Return how far a phase moves a counterface (dim,) [m]."""
     match phase:
         case Press():
@@ -200,12 +195,12 @@ def _travel(phase: Phase, normal: Array, where: str) -> Array:
     return phase.distance * along + phase.press * normal
 
 
-def _along(given_direction: Sequence[float], normal: Array, where: str) -> Array:
+def _along(given_direction: Sequence[float], normal: Floats, where: str) -> Floats:
     """Return the unit vector along a counterface (dim,) that is nearest to a direction."""
     require_components(where, given_direction, normal.size)
     # Only where it points to counts: components of any size must not overflow.
     direction = np.asarray(given_direction, dtype=float) / (np.abs(given_direction).max() or 1.0)
-    along: Array = direction - (direction @ normal) * normal
+    along: Floats = direction - (direction @ normal) * normal
     if np.linalg.norm(along) <= 1e-6 * np.linalg.norm(direction) or not direction.any():
         raise InputError(where, f"got {list(given_direction)}", "needs a direction along the counterface")
     return along / np.linalg.norm(along)
@@ -226,9 +221,9 @@ class RigidFreedom:
     body: str | None  # name of the body
     direction: Direction | None  # its name
     faces: tuple[int, ...]  # indices of the counterfaces that move with it
-    shift: Array  # (dim,), displacement of the body's centre per unknown [-]
-    turn: Array  # (dim, dim), map from the arm of a point to its displacement per radian [-]
-    centre: Array  # (dim,), centre of the body at the start [m]
+    shift: Floats  # (dim,), displacement of the body's centre per unknown [-]
+    turn: Floats  # (dim, dim), map from the arm of a point to its displacement per radian [-]
+    centre: Floats  # (dim,), centre of the body at the start [m]
     mass: float  # inertia [kg] or [kg m^2]
     stiffness: float = 0.0  # stiffness of the spring [N/m] or [N m]
     damping: float = 0.0  # coefficient of the damper [N s/m] or [N m s]
@@ -250,7 +245,7 @@ class RigidFreedom:
         """Whether it is a rotation."""
         return bool(self.turn.any())
 
-    def displacements(self, points: Array) -> Array:
+    def displacements(self, points: Floats) -> Floats:
         """Return the displacement of points (k, dim) [m] of the body per unknown, same shape."""
         return np.asarray(self.shift + (points - self.centre) @ self.turn.T)
 
@@ -316,7 +311,7 @@ def faces_of(model: Model, name: str) -> tuple[int, ...]:
     return tuple(number for number, contact in enumerate(model.contacts) if contact.rigid_body == name)
 
 
-def body_centres(model: Model) -> tuple[Array, Array]:
+def body_centres(model: Model) -> tuple[Floats, Floats]:
     """Return the centres of the rigid bodies, (n_bodies, dim) [m], and of the body of each contact, else the origin."""
     dim = model.mesh.dim()
     centres = {name: body.centre or (0.0,) * dim for name, body in model.bodies.items()}

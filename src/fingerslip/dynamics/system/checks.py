@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from itertools import repeat
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Flags, Floats, Integers
 from fingerslip.contact.candidates import Candidates, automatic_penalty, find_candidates
 from fingerslip.contact.counterfaces import Counterface, Cylinder
 from fingerslip.dynamics.recording.steps import record_bytes, require_record_memory
@@ -57,8 +57,6 @@ def contact_penalties(model: Model, contact: Contact) -> tuple[float, float]:
     return contact.normal_penalty or automatic, contact.tangential_penalty or automatic
 
 
-Array = NDArray[np.float64]
-
 # Candidates lie within this many times the approach of the counterface: the skin beside the contact bulges towards
 # the counterface and rolls onto it while sliding.
 _SEARCH = 1.5
@@ -82,15 +80,15 @@ class CheckedModel:
     space: Space  # displacement space of the mesh
     materials: CellMaterials[Material]  # material of every cell at small strain
     finite_materials: CellMaterials[FiniteMaterial] | None  # those at large strain
-    held: Mapping[str, NDArray[np.int64]]  # (k,), degrees of freedom that each support holds
-    free: NDArray[np.int64]  # (n_free,), those that none holds
+    held: Mapping[str, Integers]  # (k,), degrees of freedom that each support holds
+    free: Integers  # (n_free,), those that none holds
     # bodies with a rigid motion that inertia, supports and springs leave to the contact, as errors name them
     held_by_contact: tuple[str, ...]
     loads: tuple[Load, ...]  # tractions and gravity on all degrees of freedom of the mesh
     counterfaces: tuple[Counterface, ...]  # the counterfaces, placed at their start
     motions: tuple[Motion, ...]  # prescribed motion of each
     candidates: tuple[Candidates, ...]  # contact candidates of each
-    site_nodes: NDArray[np.int64]  # (n_sites,), mesh nodes of the recorded sites
+    site_nodes: Integers  # (n_sites,), mesh nodes of the recorded sites
 
 
 def inspect_model(model: Model, space: Space | None = None) -> CheckedModel:
@@ -217,7 +215,7 @@ def _check_initial_velocity(model: Model, dim: int) -> None:
             raise InputError("initial_velocity", fault, "needs steps with inertia", repair)
 
 
-def _held_dofs(model: Model, space: Space) -> dict[str, NDArray[np.int64]]:
+def _held_dofs(model: Model, space: Space) -> dict[str, Integers]:
     """Return the degrees of freedom that each support holds, (k,)."""
     held, known_axes = {}, "xyz"[: space.dim]
     for name, components in model.supports.items():
@@ -230,7 +228,7 @@ def _held_dofs(model: Model, space: Space) -> dict[str, NDArray[np.int64]]:
     return held
 
 
-def _supported_nodes(space: Space, name: str) -> NDArray[np.int64]:
+def _supported_nodes(space: Space, name: str) -> Integers:
     """Return the nodes of a boundary, or of a region where no boundary has the name, shape (k,)."""
     is_region = name not in (space.mesh.boundaries or {}) and name in (space.mesh.subdomains or {})
     return region_nodes(space, name) if is_region else boundary_nodes(space, name)
@@ -251,7 +249,7 @@ def _check_support_motions(model: Model, space: Space) -> None:
                 raise InputError(f"{where}.displacement", fault, allowed, repair)
 
 
-def _unheld(model: Model, space: Space, free: NDArray[np.int64], candidates: tuple[Candidates, ...]) -> tuple[str, ...]:
+def _unheld(model: Model, space: Space, free: Integers, candidates: tuple[Candidates, ...]) -> tuple[str, ...]:
     """Return the bodies that only contact holds; refuse pieces of the mesh without contact."""
     pieces = free_pieces(space, free)
     touching = np.concatenate([np.zeros(0, dtype=np.int64), *(candidate.nodes for candidate in candidates)])
@@ -290,7 +288,7 @@ def _candidates(model: Model, space: Space, number: int, counterface: Counterfac
     return candidates
 
 
-def inward_normals(model: Model, boundary: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def inward_normals(model: Model, boundary: str) -> tuple[Floats, Floats]:
     """Return unit normals (k, dim) of the facets of a boundary, into the body, and their corners (dim, ., k) [m]."""
     facets = np.asarray(model.mesh.boundaries[boundary])
     facets = facets[~are_degenerate(model.mesh)[facets]]
@@ -298,7 +296,7 @@ def inward_normals(model: Model, boundary: str) -> tuple[NDArray[np.float64], ND
     return -normals.T, model.mesh.p[:, model.mesh.facets[:, facets]]
 
 
-def direction_text(direction: NDArray[np.float64]) -> str:
+def direction_text(direction: Floats) -> str:
     """Return the unit vector along `direction` (dim,), a mean of unit normals, in words."""
     length = np.linalg.norm(direction)
     if length < _ONE_SIDED:
@@ -337,13 +335,13 @@ def _check_depth(
     space: Space,
     counterfaces: tuple[Counterface, ...],
     motions: tuple[Motion, ...],
-    free: NDArray[np.int64],
+    free: Integers,
 ) -> None:
     """Refuse motion that brings a counterface through what is held, and warn where strains cannot be small."""
     held = ~np.isin(vector_dofs(np.arange(len(space.positions)), space.dim), free)
     for number, (contact, counterface, motion) in enumerate(zip(model.contacts, counterfaces, motions, strict=True)):
         skin = boundary_nodes(space, contact.boundary)
-        stopped: NDArray[np.bool_] = np.all(held[:, np.abs(counterface.unit_normal) > 1e-9], axis=1)
+        stopped: Flags = np.all(held[:, np.abs(counterface.unit_normal) > 1e-9], axis=1)
         lowest = float(counterface.gap(space.positions[skin]).min())
         inner = stopped & ~np.isin(np.arange(len(stopped)), skin)
         behind = space.positions[inner & (counterface.gap(space.positions) > lowest)]

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from itertools import chain
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.contact.counterfaces import Counterface, sliding_direction
 from fingerslip.contact.friction import StaticKinetic
 from fingerslip.contact.rows import nodes_along
@@ -95,7 +95,7 @@ def _contacts(model: Model, checked_model: CheckedModel) -> Iterator[str]:
             )
 
 
-def _turn_where_nearest(counterface: Counterface, inwards: NDArray[np.float64], corners: NDArray[np.float64]) -> float:
+def _turn_where_nearest(counterface: Counterface, inwards: Floats, corners: Floats) -> float:
     """Return the largest angle [degrees] between facets that share the corner nearest to a counterface.
 
     Few nodes of a ridge touch, however many lie above the level to which the counterface comes.
@@ -107,7 +107,7 @@ def _turn_where_nearest(counterface: Counterface, inwards: NDArray[np.float64], 
     return float(np.degrees(np.arccos(np.clip((normals @ normals.T).min(initial=1.0), -1.0, 1.0))))
 
 
-def _along(motion: Motion, counterface: Counterface) -> NDArray[np.float64]:
+def _along(motion: Motion, counterface: Counterface) -> Floats:
     """Return the unit direction (dim,) in which a counterface travels furthest along its surface."""
     normal = counterface.unit_normal
     travel = motion.positions - np.outer(motion.positions @ normal, normal)

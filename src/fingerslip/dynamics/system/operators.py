@@ -5,37 +5,34 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.spatial.transform import Rotation
 
+from fingerslip.arrays import Flags, Floats, Integers, Reals
 from fingerslip.contact.candidates import node_operator
 from fingerslip.dynamics.step.condensation import Condensed, condense
 from fingerslip.dynamics.system.bodies import RigidFreedom
 from fingerslip.fe.space import Space
 from fingerslip.linear.solver import LinearSolver, factorise
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-
 
 @dataclass(frozen=True)
 class NodalComponents:
     """Some displacement components of the mesh, found among the unknowns."""
 
-    rows: Indices  # (k,), their indices among the unknowns
-    held: NDArray[np.bool_]  # (k,), which of them supports hold
+    rows: Integers  # (k,), their indices among the unknowns
+    held: Flags  # (k,), which of them supports hold
 
-    def among(self, nodes_left: Indices) -> NodalComponents:
+    def among(self, nodes_left: Integers) -> NodalComponents:
         """Find them among some of the unknowns, `taken` (m,), ascending."""
         return replace(self, rows=np.searchsorted(nodes_left, self.rows))
 
-    def read(self, fields: Array) -> Array:
+    def read(self, fields: Floats) -> Floats:
         """Return the components (..., k) of fields (..., n) on the unknowns; zero where supports hold them."""
-        values: Array = fields[..., self.rows]
+        values: Floats = fields[..., self.rows]
         values[..., self.held] = 0.0
         return values
 
@@ -44,9 +41,9 @@ class NodalComponents:
 class Outsiders:
     """Nodes of a boundary that are no candidates and must not reach its counterface."""
 
-    nodes: Indices  # (k,), mesh nodes
-    positions: Array  # (k, dim), reference positions [m]
-    relative: sparse.csr_matrix | Array
+    nodes: Integers  # (k,), mesh nodes
+    positions: Floats  # (k, dim), reference positions [m]
+    relative: sparse.csr_matrix | Floats
     searched: float | None = None  # within which distance candidates were looked for, where that is given [m]
 
 
@@ -55,10 +52,10 @@ class Pose:
     """Nodes that may touch counterfaces of bodies that have turned."""
 
     # (k, dim), where they are for whom turns with their counterface, relative to where that started [m]
-    points: Array
-    turned: Array  # (k, dim, dim), rotation of the counterface of each [-]
+    points: Floats
+    turned: Floats  # (k, dim, dim), rotation of the counterface of each [-]
     # (k * dim, r), displacement relative to the counterfaces per rotation of their bodies, in global components [m]
-    columns: Array
+    columns: Floats
 
 
 @dataclass(frozen=True)
@@ -69,24 +66,24 @@ class Rotations:
     sees it at c + R^T a, and a further rotation about e moves the body's point there by e x a.
     """
 
-    at: Indices  # (r,), which of the unknowns they are
-    axes: Array  # (r, n_counterfaces, 3), the axis of each on the counterfaces of its body, zero on others [-]
-    turns: Array  # (r, n_counterfaces, dim, dim), map from an arm to its displacement per radian [-]
-    centres: Array  # (n_counterfaces, dim), centres of the bodies at the start [m]
+    at: Integers  # (r,), which of the unknowns they are
+    axes: Floats  # (r, n_counterfaces, 3), the axis of each on the counterfaces of its body, zero on others [-]
+    turns: Floats  # (r, n_counterfaces, dim, dim), map from an arm to its displacement per radian [-]
+    centres: Floats  # (n_counterfaces, dim), centres of the bodies at the start [m]
 
-    def matrices(self, angles: Array) -> Array:
+    def matrices(self, angles: Floats) -> Floats:
         """Return the rotation of every counterface for angles (..., r), shape (..., n_counterfaces, dim, dim) [-]."""
         vectors = np.tensordot(angles, self.axes, axes=1)
         dim = self.centres.shape[1]
         result = Rotation.from_rotvec(vectors.reshape(-1, 3)).as_matrix()[:, :dim, :dim]
         return np.asarray(result.reshape(*vectors.shape[:-1], dim, dim))
 
-    def seen(self, turned: Array, points: Array, counterface: Indices) -> Array:
+    def seen(self, turned: Floats, points: Floats, counterface: Integers) -> Floats:
         """Return points (..., k, dim) [m], relative to the centres' motion, as counterfaces see them in rotations."""
         centres = self.centres[counterface]
         return np.asarray(centres + np.einsum("...ij,...i->...j", turned, points - centres))
 
-    def pose(self, angles: Array, points: Array, counterface: Indices) -> Pose:
+    def pose(self, angles: Floats, points: Floats, counterface: Integers) -> Pose:
         """Return the pose for angles (r,) of points (k, dim) [m], which are relative to the motion of the centres."""
         turned = self.matrices(angles)[counterface]
         arms = points - self.centres[counterface]
@@ -94,7 +91,7 @@ class Rotations:
         return Pose(self.seen(turned, points, counterface), turned, columns)
 
 
-def rotations_of(rigid: Sequence[RigidFreedom], at: Indices, n_counterfaces: int) -> Rotations | None:
+def rotations_of(rigid: Sequence[RigidFreedom], at: Integers, n_counterfaces: int) -> Rotations | None:
     """Return the rotations among free directions of rigid bodies, which are the unknowns `at`; None without any."""
     turning = [
         (unknown, freedom) for unknown, freedom in zip(at, rigid, strict=True) if freedom.turns and freedom.faces
@@ -110,7 +107,7 @@ def rotations_of(rigid: Sequence[RigidFreedom], at: Indices, n_counterfaces: int
     return Rotations(np.array([int(unknown) for unknown, _ in turning]), axes, turns, centres)
 
 
-def relative_operator(space: Space, unknowns: Unknowns, nodes: Indices, counterface: Indices) -> sparse.csr_matrix:
+def relative_operator(space: Space, unknowns: Unknowns, nodes: Integers, counterface: Integers) -> sparse.csr_matrix:
     """Return the map from the unknowns to displacements of nodes relative to their counterfaces on free rigid bodies.
 
     Rotations, which do not move the centres, are left out: see :class:`Rotations`.
@@ -125,26 +122,23 @@ def relative_operator(space: Space, unknowns: Unknowns, nodes: Indices, counterf
     return sparse.csr_matrix(sparse.hstack([first, *(sparse.csr_matrix(column) for column in columns), last]))
 
 
-Reals = NDArray[np.floating[Any]]
-
-
 class Coordinates(Protocol):
     """Coordinates of a system: n numbers for each field."""
 
     @property
-    def rigid(self) -> Indices:
+    def rigid(self) -> Integers:
         """Where the free directions of rigid bodies stand among them, shape (n_rigid,)."""
 
-    def components(self, dofs: Indices) -> NodalComponents:
+    def components(self, dofs: Integers) -> NodalComponents:
         """Find degrees of freedom of the mesh, such as those of sites and candidates, shape (k,)."""
 
-    def apply_map(self, matrix: sparse.csr_matrix) -> tuple[NodalComponents, Array | sparse.csr_matrix]:
+    def apply_map(self, matrix: sparse.csr_matrix) -> tuple[NodalComponents, Floats | sparse.csr_matrix]:
         """Return what a linear map (k, n_dofs) of the mesh's displacement takes, and the map of that."""
 
-    def on_mesh(self, field: Array) -> Array:
+    def on_mesh(self, field: Floats) -> Floats:
         """Return a field (n,) or k of them (n, k) at all degrees of freedom of the mesh, zero where it is held."""
 
-    def solve(self, matrix: sparse.csr_matrix, right_hand_side: Array, solver: LinearSolver) -> Array:
+    def solve(self, matrix: sparse.csr_matrix, right_hand_side: Floats, solver: LinearSolver) -> Floats:
         """Solve with a matrix (n, n) for a right-hand side (n,)."""
 
     def condense(
@@ -157,10 +151,12 @@ class Coordinates(Protocol):
 class Unknowns:
     """The unknowns of a mesh, which are its :class:`Coordinates`: n in all."""
 
-    free: Indices  # (n_free,), free degrees of freedom among all of the mesh; they come first
+    free: Integers  # (n_free,), free degrees of freedom among all of the mesh; they come first
     n_dofs: int  # degrees of freedom of the mesh
     freedoms: tuple[RigidFreedom, ...] = ()  # free directions of rigid bodies, driven counterfaces included
-    carried: tuple[Indices, ...] = ()  # (k,), degrees of freedom of each component of supports that move; they are last
+    carried: tuple[
+        Integers, ...
+    ] = ()  # (k,), degrees of freedom of each component of supports that move; they are last
 
     @property
     def count(self) -> int:
@@ -168,17 +164,17 @@ class Unknowns:
         return self.free.size + len(self.freedoms) + len(self.carried)
 
     @cached_property
-    def rigid(self) -> Indices:
+    def rigid(self) -> Integers:
         """Where the free directions of rigid bodies stand among them."""
         return self.free.size + np.arange(len(self.freedoms))
 
     @cached_property
-    def moving(self) -> Indices:
+    def moving(self) -> Integers:
         """Where the moving supports stand among them."""
         return self.free.size + len(self.freedoms) + np.arange(len(self.carried))
 
     @cached_property
-    def rows(self) -> Indices:
+    def rows(self) -> Integers:
         """The unknown of each of the mesh's degrees of freedom, shape (n_dofs,); -1 for those at rest."""
         rows = np.full(self.n_dofs, -1, dtype=np.int64)
         rows[self.free] = np.arange(self.free.size)
@@ -192,12 +188,12 @@ class Unknowns:
         moving = np.flatnonzero(self.rows >= 0)
         return sparse.csr_matrix((np.ones(moving.size), (moving, self.rows[moving])), shape=(self.n_dofs, self.count))
 
-    def restrict(self, forces: Array) -> Array:
+    def restrict(self, forces: Floats) -> Floats:
         """Return nodal forces (n_dofs,) [N] on the unknowns, shape (n,): zero for rigid bodies, sums for supports."""
         sums = [forces[dofs].sum() for dofs in self.carried]
         return np.concatenate([forces[self.free], np.zeros(len(self.freedoms)), sums])
 
-    def components(self, dofs: Indices) -> NodalComponents:
+    def components(self, dofs: Integers) -> NodalComponents:
         """Find degrees of freedom (k,) among the unknowns."""
         rows = self.rows[dofs]
         return NodalComponents(np.maximum(rows, 0), rows < 0)
@@ -207,7 +203,7 @@ class Unknowns:
         columns = np.unique(matrix.indices)
         return self.components(columns), matrix[:, columns]
 
-    def on_mesh(self, field: Array) -> Array:
+    def on_mesh(self, field: Floats) -> Floats:
         """Return a field (n,) or (n, k) on all of the mesh, shape (n_dofs,) or (n_dofs, k)."""
         full = np.zeros((self.n_dofs, *field.shape[1:]), order="F")
         # Column by column: memory is read and written in its order.
@@ -217,7 +213,7 @@ class Unknowns:
                 column[dofs] = of_field[unknown]
         return full
 
-    def solve(self, matrix: sparse.csr_matrix, right_hand_side: Array, solver: LinearSolver) -> Array:
+    def solve(self, matrix: sparse.csr_matrix, right_hand_side: Floats, solver: LinearSolver) -> Floats:
         """Solve with a sparse matrix (n, n) for a right-hand side (n,)."""
         factor = factorise(matrix, solver)
         return factor.backward(factor.forward(right_hand_side))

@@ -13,15 +13,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from fingerslip.arrays import Floats
 from fingerslip.materials.elastic import RayleighDamping
 from fingerslip.model.model import Model
 from fingerslip.model.timing import Adaptive, QuasiStatic, TimeStepping, Timing
 from fingerslip.parameters.schema import require_kind
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -48,13 +44,13 @@ class Scheme:
         changes = self.displacement_factor, self.velocity_factor, self.inertia_factor
         return (*changes, self.start_weight, self.end_weight)
 
-    def predict(self, displacement: Array, velocity: Array, acceleration: Array) -> tuple[Array, Array]:
+    def predict(self, displacement: Floats, velocity: Floats, acceleration: Floats) -> tuple[Floats, Floats]:
         """Return u~ [m] and v~ [m/s], the end of a step with no unknown, from (n,) arrays at its start."""
         moved, moving = (a * displacement + b * velocity + c * acceleration for a, b, c in self.prediction)
         return moved, moving
 
     def dissipation(
-        self, displacement: Array, velocity: Array, inertia: Array, unbalances: tuple[Array, Array, Array]
+        self, displacement: Floats, velocity: Floats, inertia: Floats, unbalances: tuple[Floats, Floats, Floats]
     ) -> float:
         """Return the energy that the scheme takes out in a step [J], from du, dv, M da and unbalanced forces (n,)."""
         of_rates, of_moves, *of_unbalance = self.losses
@@ -129,7 +125,7 @@ def start_push(scheme: Scheme) -> float:
     return 0.5 + alpha + alpha**2 / (4.0 * scheme.end_share * (1.0 + alpha))
 
 
-def starts_damped(scheme: Scheme, damping: RayleighDamping, dampers: Array | None) -> bool:
+def starts_damped(scheme: Scheme, damping: RayleighDamping, dampers: Floats | None) -> bool:
     """Tell whether damping may end the acceleration at the start within a step that would remember it.
 
     That is where alpha is below 0 and damping grows with frequency: a step then carries on a share of alpha^2 of an

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from fingerslip.arrays import Floats, Integers
 from fingerslip.contact.candidates import Candidates, Counterfaces, join_candidates
 from fingerslip.dynamics.finite.body import Body
 from fingerslip.dynamics.system.bodies import (
@@ -40,8 +40,6 @@ from fingerslip.fe.space import Space, carrying_nodes, vector_dofs
 from fingerslip.materials.material import Material
 from fingerslip.model.model import Model
 
-Array = NDArray[np.float64]
-
 _logger = logging.getLogger("fingerslip.dynamics")
 
 # Rounding of forces, relative to the largest stiffness times the size of the body.
@@ -61,19 +59,19 @@ class System:
     stiffness: sparse.csr_matrix  # (n, n) [N/m]
     mass: sparse.csr_matrix  # (n, n) [kg]
     loads: tuple[Load, ...]  # forces with their factors over time
-    initial_velocity: Array  # (n,), [m/s]
+    initial_velocity: Floats  # (n,), [m/s]
     candidates: Candidates  # contact candidates of all counterfaces
     counterfaces: Counterfaces  # the counterfaces and the friction on them
     relative: sparse.csr_matrix  # map (n_c * dim, n) to displacements of the candidates relative to their counterfaces
     outsiders: tuple[Outsiders, ...]  # for each counterface, the nodes of its boundary that are no candidates
     motions: tuple[Motion, ...]  # prescribed motion of each counterface
-    site_nodes: NDArray[np.int64]  # (n_sites,), mesh nodes of the recorded sites
+    site_nodes: Integers  # (n_sites,), mesh nodes of the recorded sites
     supports: Supports  # what acts on what supports hold
     # the components of supports that move as prescribed, the last unknowns
     moving_supports: tuple[MovingComponent, ...] = ()
     viscoelastic: tuple[ViscoelasticLayers, ...] = ()  # matrices (n, n) of the viscoelastic layers
     body: Body | None = None  # the deformable body at large strain
-    dampers: Array | None = None  # (n,) [N s/m]
+    dampers: Floats | None = None  # (n,) [N s/m]
     commanded: tuple[Load, ...] = ()  # forces that commands have added to the loads
 
     @cached_property
@@ -82,7 +80,7 @@ class System:
         return sparse.csr_matrix(self.relative.T)
 
     @property
-    def free(self) -> NDArray[np.int64]:
+    def free(self) -> Integers:
         """Free degrees of freedom of the mesh, shape (n_free,)."""
         return self.unknowns.free
 
@@ -102,32 +100,32 @@ class System:
             raise ValueError("a system at small strain")
         return self.body
 
-    def load(self, time: float) -> Array:
+    def load(self, time: float) -> Floats:
         """Return the forces at a time [s], shape (n,) [N]."""
         return sum((load.at(time) for load in (*self.loads, *self.commanded)), np.zeros(self.mass.shape[0]))
 
-    def displacements(self, time: float) -> Array:
+    def displacements(self, time: float) -> Floats:
         """Return the prescribed displacement of every counterface at a time [s], shape (n_counterfaces, dim) [m]."""
         if not self.motions:
             return np.zeros((0, self.space.dim))
         return np.stack([motion.displacement(np.array([time]))[0] for motion in self.motions])
 
-    def support_values(self, time: float) -> Array:
+    def support_values(self, time: float) -> Floats:
         """Return the displacements of the moving supports at a time [s], the last unknowns, shape (k,) [m]."""
         return np.array([component.at(time) for component in self.moving_supports])
 
-    def constant_frames(self) -> Array | None:
+    def constant_frames(self) -> Floats | None:
         """Return the candidates' frames (n_c, dim, dim) [-] where they never turn; None where they do."""
         if not self.counterfaces.are_flat or self.rotations is not None:
             return None
         return self.counterfaces.frames(self.candidates.positions, self.candidates.counterface)
 
-    def moved(self, displacement: Array, counterfaces: Array) -> Array:
+    def moved(self, displacement: Floats, counterfaces: Floats) -> Floats:
         """Return the displacement of the candidates relative to counterfaces (n_counterfaces, dim) [m], (n_c, dim) [m].
 
         Counterfaces of bodies that turn count as if they did not: :meth:`pose` has what rotations do.
         """
-        moved: Array = (self.relative @ displacement).reshape(-1, self.space.dim)
+        moved: Floats = (self.relative @ displacement).reshape(-1, self.space.dim)
         return moved - counterfaces[self.candidates.counterface]
 
     @cached_property
@@ -135,7 +133,7 @@ class System:
         """The rotations of rigid bodies with counterfaces; None where none turns."""
         return rotations_of(self.unknowns.freedoms, self.coordinates.rigid, len(self.counterfaces.shapes))
 
-    def pose(self, displacement: Array, moved: Array) -> Pose | None:
+    def pose(self, displacement: Floats, moved: Floats) -> Pose | None:
         """Return candidates that have moved by (n_c, dim) [m] as turned bodies see them; None where none turns."""
         if self.rotations is None:
             return None
@@ -144,9 +142,9 @@ class System:
             displacement[self.rotations.at], candidates.positions + moved, candidates.counterface
         )
 
-    def push(self, forces: Array, pose: Pose | None) -> Array:
+    def push(self, forces: Floats, pose: Pose | None) -> Floats:
         """Return forces (n_c, dim) on the candidates as forces on the unknowns, shape (n,) [N]."""
-        nodal_forces: Array = self.at_candidates @ forces.ravel()
+        nodal_forces: Floats = self.at_candidates @ forces.ravel()
         if self.rotations is not None and pose is not None:
             nodal_forces[self.rotations.at] = forces.ravel() @ pose.columns
         return nodal_forces
@@ -207,7 +205,7 @@ def build_system(model: Model, twin: System | None = None) -> System:
 
 
 #: Stiffness, mass and viscoelastic layers.
-_Matrices = tuple[sparse.csr_matrix | Array, sparse.csr_matrix | Array, tuple[ViscoelasticLayers, ...]]
+_Matrices = tuple[sparse.csr_matrix | Floats, sparse.csr_matrix | Floats, tuple[ViscoelasticLayers, ...]]
 
 
 def _assemble(
@@ -254,7 +252,7 @@ def _loads(checked_model: CheckedModel, unknowns: Unknowns) -> tuple[Load, ...]:
     return (*on_mesh, *on_bodies)
 
 
-def _initial_velocity(model: Model, space: Space, unknowns: Unknowns) -> Array:
+def _initial_velocity(model: Model, space: Space, unknowns: Unknowns) -> Floats:
     velocity = np.tile(model.initial_velocity or (0.0,) * space.dim, len(space.positions))
     of_rigid = [freedom.velocity for freedom in unknowns.freedoms]
     return np.concatenate([velocity[unknowns.free], of_rigid, np.zeros(len(unknowns.carried))])

@@ -19,9 +19,9 @@ from typing import TYPE_CHECKING, Any, NotRequired
 
 import numpy as np
 import pydantic
-from numpy.typing import NDArray
 from typing_extensions import TypedDict
 
+from fingerslip.arrays import Floats
 from fingerslip.errors import DamagedError, ResultError
 from fingerslip.history import write_history
 from fingerslip.parameters.dotted import flatten
@@ -149,7 +149,7 @@ class BasisFolder:
     folder: Path  # the folder, which is made when the first basis is kept
     most: int = _MOST_BASES  # how many are kept
 
-    def load(self, key: str) -> Mapping[str, NDArray[np.float64]] | None:
+    def load(self, key: str) -> Mapping[str, Floats] | None:
         """Return the arrays of a basis; None where there is none, or where its file is damaged, which the log says."""
         path = self.folder / f"{key}.basis"
         try:
@@ -165,7 +165,7 @@ class BasisFolder:
         with np.load(io.BytesIO(content[_CHECKSUM:]), allow_pickle=False) as arrays:
             return {name: arrays[name] for name in arrays.files}
 
-    def save(self, key: str, arrays: Mapping[str, NDArray[np.float64]]) -> None:
+    def save(self, key: str, arrays: Mapping[str, Floats]) -> None:
         """Keep the arrays of a basis and remove the oldest of too many; the log says where that is not possible."""
         file = io.BytesIO()
         np.savez(file, **arrays)  # type: ignore[arg-type]

@@ -20,8 +20,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.contact.counterfaces import Plane
 from fingerslip.contact.friction import Conditions, Coulomb
 from fingerslip.dynamics.statics.body import StaticBody, static_body
@@ -39,8 +39,6 @@ from fingerslip.study.definition.settings import TrialSettings
 from fingerslip.study.definition.spec import Study
 from fingerslip.study.running.build import build_mesh, build_model, name_errors
 from fingerslip.study.storage.store import BasisFolder
-
-Floats = NDArray[np.float64]
 
 _VERSION = 6
 # How far above the plate skin is watched, over the deepest press; and searched for contact at large strain.

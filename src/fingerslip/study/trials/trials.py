@@ -10,8 +10,8 @@ from importlib import resources
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.contact.states import OPEN
 from fingerslip.detect.labels import LabelSettings, labels_from_contact, labels_from_external_markers, labels_from_plate
 from fingerslip.detect.trials import Trial
@@ -34,7 +34,6 @@ from fingerslip.vision.tracks import make_tracks
 if TYPE_CHECKING:
     import xarray as xr
 
-Floats = NDArray[np.float64]
 
 #: Groups of sites that a study of trials records, in this order.
 RECORDED = ("internal_markers", "external_markers")

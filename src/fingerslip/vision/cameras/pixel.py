@@ -13,7 +13,7 @@ import numpy as np
 import pydantic
 from numpy.typing import NDArray
 
-from fingerslip.arrays import Floats
+from fingerslip.arrays import Floats, Singles
 from fingerslip.parameters import Angle, Fraction, NonNegativeNumber, Number, PositiveLength, Rate, parameters
 from fingerslip.units import Unit
 from fingerslip.vision.cameras.camera import (
@@ -224,7 +224,6 @@ class PixelCamera:
     seed: Annotated[int, pydantic.Field(ge=0, lt=2**63)] = 0
 
 
-Picture = NDArray[np.float32]
 _REACH = 4.0  # standard deviations of the edge, beyond which a spot covers 3e-5 of a pixel
 _RIM = 3.0  # standard deviations of the bright ring from its line to what is outside
 _STEEPEST = 0.95  # largest sine of the slope of a dome
@@ -239,18 +238,18 @@ _MASK = np.uint64(2**_BITS - 1)
 
 
 @functools.cache
-def normal_table() -> Picture:
+def normal_table() -> Singles:
     """Return 65,536 equally likely values of a normal distribution of mean 0 and variance 1, rising."""
     from scipy.special import ndtri
 
     values = ndtri((np.arange(2**_BITS) + 0.5) / 2**_BITS)
-    table: Picture = (values / values.std()).astype(np.float32)
+    table: Singles = (values / values.std()).astype(np.float32)
     return table
 
 
 @numba.njit(cache=True, nogil=True)
 def draw_spots(  # noqa: PLR0917  numba takes them in order
-    picture: Picture, top: Picture, middles: Floats, halves: Floats, radii: Floats, tilts: Floats, softness: float
+    picture: Singles, top: Singles, middles: Floats, halves: Floats, radii: Floats, tilts: Floats, softness: float
 ) -> None:
     """Lay spots over a picture, in place.
 
@@ -310,7 +309,7 @@ def _mix(state: np.uint64) -> np.uint64:
 
 @numba.njit(cache=True, nogil=True)
 def expose(  # noqa: PLR0917  numba takes them in order
-    picture: Picture, factor: float, read: float, shot: float, seed: int, number: int, table: Picture
+    picture: Singles, factor: float, read: float, shot: float, seed: int, number: int, table: Singles
 ) -> NDArray[np.uint8]:
     """Return what a sensor makes of light: noise added, and whole grey levels from 0 to 255.
 
@@ -333,7 +332,7 @@ def expose(  # noqa: PLR0917  numba takes them in order
     return frame
 
 
-def pictures(pixel_camera: PixelCamera) -> tuple[Picture, Picture]:
+def pictures(pixel_camera: PixelCamera) -> tuple[Singles, Singles]:
     """Return grey levels (height, width) without markers, noise and changes over time, and of markers everywhere."""
     look, lighting = pixel_camera.look, pixel_camera.lighting
     lens, ring = pixel_camera.camera.intrinsics, lighting.ring
