@@ -95,13 +95,16 @@ def read_rows(path: str | Path) -> tuple[list[str], list[dict[str | None, Any]]]
 
 
 def read_onsets(path: str | Path, key: str = "trial") -> dict[str, Onsets]:
-    """Read onsets from a CSV file as :func:`write_onsets` writes it; ``gross_s`` may be missing."""
+    """Read onsets from a CSV file as :func:`write_onsets` writes it; of trials, ``gross_s`` may be missing."""
     needed, (names, records) = (key, *_COLUMNS), read_rows(path)
-    if set(names) - set(needed) or not set(needed[:2]) <= set(names) or len(set(names)) < len(names):
+    required = needed if key == "source" else needed[:2]
+    if set(names) - set(needed) or not set(required) <= set(names) or len(set(names)) < len(names):
         fault = shorten(f"has the columns {', '.join(map(str, names)) or 'none'}")
         raise InputError(str(path), fault, f"needs {', '.join(needed)}", "write a first line with these names")
     onsets: dict[str, Onsets] = {}
     for line, row in enumerate(records, start=2):
+        if None in row or None in row.values():
+            raise InputError(str(path), "a row has another number of cells", f"needs {len(names)}", line=line)
         name = plain_cell((row[key] or "").strip())
         if not name or name in onsets:
             problem = f"{key} {name!r} stands twice" if name else f"a row has no {key}"

@@ -327,7 +327,8 @@ def run_detector(
             tracker = _tracker(trained, tracking, rest_frames or 10, frames.name)
             lens = lens_of(tracking.get("calibration"), frames)
             rows, broken = follow_video(frames, tracker)
-            tracks, note = tracks_of(tracker, rows, frames.frame_rate, lens, broken), "Latency with the tracker."
+            tracks = tracks_of(tracker, rows, frames.frame_rate, lens, broken, rest_frames=rest_frames)
+            note = "Latency with the tracker."
             seconds = np.array([row.seconds for row in rows])
         if trained:
             if frames is None:

@@ -191,10 +191,11 @@ def write_trials(trials: Iterable[Trial | Path], folder: str | Path, title: str,
             if trial.name in entries:
                 raise InputError(f"trial {trial.name}", "stands twice", "needs each name once")
             with writing(folder):
+                (unfinished / trial.name).mkdir()
                 if isinstance(source, Path):
-                    shutil.copytree(source, unfinished / trial.name, copy_function=_link)
+                    for file in FILES:
+                        _link(source / file, unfinished / trial.name / file)
                 else:
-                    (unfinished / trial.name).mkdir()
                     write_trial(trial, unfinished / trial.name)
             entries[trial.name] = {
                 "conditions": dict(trial.conditions),
@@ -218,7 +219,7 @@ def write_trials(trials: Iterable[Trial | Path], folder: str | Path, title: str,
     return open_trials(folder)
 
 
-def _link(source: str, target: str) -> None:
+def _link(source: Path, target: Path) -> None:
     try:
         os.link(source, target)
     except OSError:  # not every file system can
@@ -305,12 +306,12 @@ def write_parquet(trials: TrialSet, path: str | Path) -> None:
     labels, texts = trials.onsets(), {"trial": arrow.string(), "class": arrow.string()}
     kinds = {}
     for condition in dict.fromkeys(name for values in trials.conditions.values() for name in values):
-        try:
-            kind = arrow.array([values.get(condition) for values in trials.conditions.values()]).type
-        except (arrow.ArrowInvalid, arrow.ArrowTypeError):
-            where = f"{trials.folder}: condition {condition}"
-            raise InputError(where, "mixes text and numbers", "needs one kind in all trials") from None
-        kinds[condition] = kind if kind in (arrow.string(), arrow.bool_()) else arrow.float64()
+        python = {type(values.get(condition)) for values in trials.conditions.values()} - {type(None)}
+        of_arrow = {"float": arrow.float64(), "int": arrow.float64(), "str": arrow.string(), "bool": arrow.bool_()}
+        of_trials = {of_arrow[entry.__name__] for entry in python}
+        if len(of_trials) > 1:
+            raise InputError(f"{trials.folder}: condition {condition}", "mixes kinds", "needs one kind in all trials")
+        kinds[condition] = of_trials.pop() if of_trials else arrow.float64()
     types = texts | {f"condition_{condition}": kind for condition, kind in kinds.items()}
     with new_file(Path(path)) as unfinished, contextlib.ExitStack() as stack:
         writer: Any = None

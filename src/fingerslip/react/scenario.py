@@ -12,6 +12,7 @@ lies on a rigid body that only moves along the grip, and sticks to that whatever
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Annotated, Any, Literal
@@ -169,7 +170,8 @@ class HeldObject(ObjectSettings):
         return float(times[last - 1] - excess[last - 1] * np.diff(times)[last - 1] / np.diff(excess)[last - 1])
 
 
-ObjectSettings.__doc__ = (HeldObject.__doc__ or "").partition("\n    Examples")[0]
+# From Python 3.13 on docstrings have no indent.
+ObjectSettings.__doc__ = re.split(r"\n\s*Examples\n", HeldObject.__doc__ or "")[0]
 
 
 def holder_of(

@@ -77,7 +77,7 @@ def _markers_name(image: str) -> str:
 def _read_markers(path: Path) -> Floats:
     try:
         array = np.load(path, allow_pickle=False)
-    except FileNotFoundError:
+    except OSError:
         raise InputError(str(path), "there is no such file", "needs the markers of every image") from None
     except (ValueError, EOFError) as error:
         raise InputError(str(path), f"is no array ({shorten(str(error))})", "needs x and y of markers") from None

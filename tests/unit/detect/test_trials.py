@@ -1,5 +1,6 @@
 """Trials on disk, data sets of them, and one table of all frames."""
 
+import errno
 import inspect
 from dataclasses import replace
 
@@ -9,7 +10,7 @@ import pytest
 
 from fingerslip.commands import detect as commands
 from fingerslip.detect.features import MotionSettings
-from fingerslip.detect.labels import CLASSES, LabelSettings, Onsets, classes_at
+from fingerslip.detect.labels import CLASSES, LabelSettings, Onsets, classes_at, read_onsets
 from fingerslip.detect.recordings import (
     read_any_tracks,
     read_conditions,
@@ -173,11 +174,36 @@ def test_the_table_has_a_row_for_each_frame_and_nothing_for_what_was_not_seen(tr
     assert pd.read_parquet(tmp_path / "a.parquet")["external_2_x"].isna().to_numpy().nonzero()[0].tolist() == [3]
 
 
-def test_conditions_of_two_kinds_leave_no_file(tmp_path):
-    made = [replace(TRIAL, name=name, conditions={"wet": value}) for name, value in (("a", True), ("b", "very"))]
-    with pytest.raises(InputError, match="condition wet: mixes text and numbers"):
+@pytest.mark.parametrize("values", [(True, "very"), (1.5, True), (True, 1.5), (1, "1")])
+def test_conditions_of_two_kinds_leave_no_file(tmp_path, values):
+    made = [replace(TRIAL, name=name, conditions={"wet": value}) for name, value in zip("ab", values, strict=True)]
+    with pytest.raises(InputError, match="condition wet: mixes kinds, needs one kind in all trials"):
         write_parquet(write_trials(made, tmp_path / "set", "Two"), tmp_path / "a.parquet")
     assert [path.name for path in tmp_path.iterdir()] == ["set"]
+
+
+def test_a_full_disk_is_told_where_trials_are_put_together(tmp_path, monkeypatch):
+    (tmp_path / "a").mkdir()
+    write_trial(TRIAL, tmp_path / "a")
+
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("os.link", full)
+    monkeypatch.setattr("shutil.copy2", full)
+    with pytest.raises(ResultError, match=r"No space left on device.*; free some space"):
+        write_trials([tmp_path / "a"], tmp_path / "set", "One")
+    assert [path.name for path in tmp_path.iterdir()] == ["a"]
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["source,incipient_s\nx,1.0\n", "source,incipient_s,gross_s\nx,1.0\n", "source,incipient_s,gross_s\nx,1,2,3\n"],
+)
+def test_labels_of_a_trial_that_were_cut_are_refused(tmp_path, text):
+    (tmp_path / "labels.csv").write_text(text)
+    with pytest.raises(InputError, match=r"labels.csv.*needs"):
+        read_onsets(tmp_path / "labels.csv", "source")
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ import pytest
 from matplotlib.colors import to_rgb
 
 from fingerslip.report import colours
-from fingerslip.report.labels import run_title
+from fingerslip.report.labels import path_labels, run_title, swept_text
 from fingerslip.results import RunResult
 from fingerslip.slip import Events
 from places import ROOT
@@ -31,6 +31,13 @@ from places import ROOT
 def test_a_run_is_called_by_its_swept_values_or_else_like_its_study(swept, title):
     assert run_title(RunResult("folder", swept, Events()), "A study") == title
     assert run_title(RunResult("run", {}, Events()), "") == "run"
+
+
+def test_paths_become_words_that_tell_them_apart_and_values_those_of_the_study_file():
+    paths = {"a.fingerprint.enabled": "fingerprint", "fingertip.phalanx.variant": "phalanx", "time.step": "step"}
+    assert path_labels(list(paths)) == paths
+    assert list(path_labels(["a.speed", "b.speed"]).values()) == ["a.speed", "b.speed"]
+    assert [swept_text(value) for value in (0.6, "8 mm", True, None, [1, 0])] == [0.6, "8 mm", True, None, "1, 0"]
 
 
 # Simulated deuteranopia and protanopia, acting on linear RGB: Vienot, Brettel and Mollon's projection.

@@ -15,6 +15,7 @@ from fingerslip.vision.fields import (
     contact_centroid,
     fit_rigid_motions,
     green_strain,
+    larger_principal,
     marker_fields,
     marker_means,
     marker_triangles,
@@ -226,3 +227,8 @@ def test_lost_corners_take_their_triangles_with_them_and_means_do_without_and_we
     rest = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [-3.0, 0.0]])
     means = marker_means(np.array([[1.0, 5.0]]), rest, np.array([[0, 1, 2], [0, 2, 3]]))
     np.testing.assert_allclose(means, [[4.0, 1.0, 4.0, 5.0]])
+
+
+def test_the_larger_principal_strain_keeps_its_sign():
+    strain = np.array([[0.1, -0.3, 0.0], [0.2, 0.2, 0.1], [-0.1, -0.1, -0.3]])
+    np.testing.assert_allclose(larger_principal(strain), [-0.3, 0.3, -0.4], rtol=1e-14)

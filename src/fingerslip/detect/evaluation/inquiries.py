@@ -69,8 +69,11 @@ def learning_curve(run: Evaluation, candidate: Candidate, tests: Sequence[str]) 
     """Return how well a classifier does on test trials after it learned from more and more others, by their number."""
     rest, rows = run.samples.trials_without(tests), run.samples.rows
     order = held_out(rest, len(rest), run.seed)
-    fits = {size: run.fit_rows(candidate, rows(order[:size]), rows(tests)) for size in curve_sizes(len(rest))}
-    return {size: run.scores([frames]) for size, (_, frames) in fits.items()}
+    # One fitted classifier at a time.
+    return {
+        size: run.scores([run.fit_rows(candidate, rows(order[:size]), rows(tests))[1]])
+        for size in curve_sizes(len(rest))
+    }
 
 
 def importance_by_ring(
@@ -376,8 +379,9 @@ def vary(
 
     The trials in the folder `dataset` stay as they are: they are labelled by their external markers, and their motion
     is read, with other values. Accuracies are listed by each of the `conditions`, too; the trials of each value, or
-    combination of values, of the conditions `each` are learned from and tested on alone. What is finished is kept in
-    ``OUTPUT.unfinished`` until tables and figure are in the folder `output`, and what was interrupted goes on with it.
+    combination of values, of the conditions `each` are learned from and tested on alone. Fits are kept in
+    ``OUTPUT.unfinished`` until tables and figure are in the folder `output`, and what was interrupted goes on with
+    them, after it has read the trials again.
     """
     trials, candidates = open_trials(dataset), [candidate_of_name(name) for name in classifiers]
     # A condition that is not there is told before anything is computed.

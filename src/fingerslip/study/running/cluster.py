@@ -73,7 +73,7 @@ def compute_task(task: Task, mesh: Any) -> _Outcome:
     with _ONE_AT_A_TIME, alone, tempfile.TemporaryDirectory(prefix="fingerslip-") as name:
         pairs = zip(task.runs, task.identities, strict=True)
         jobs = [Job(run, build_model(run, mesh), identity, Path(name) / run.name) for run, identity in pairs]
-        failures, _ = compute_group(jobs, lambda *_: None, 1)
+        failures = compute_group(jobs, lambda *_: None, 1)
         return {job.run.name: failures.get(job.run.name) or _files(job.folder) for job in jobs}
 
 

@@ -64,11 +64,15 @@ class Finished:
 
 
 def compute_group(
-    jobs: Sequence[Job], tell: Callable[[str, float], None], threads: int
-) -> tuple[dict[str, Exception], list[Finished]]:
-    """Compute jobs together, or in halves where that fails; return what went wrong, by run, and what is finished.
+    jobs: Sequence[Job],
+    tell: Callable[[str, float], None],
+    threads: int,
+    show: Callable[[Finished], None] = lambda _: None,
+) -> dict[str, Exception]:
+    """Compute jobs together, or in halves where that fails; return what went wrong, by run.
 
-    `tell` receives the name of a run and how much of it is done.
+    `tell` receives the name of a run and how much of it is done, `show` every finished run before others are computed:
+    none is held where there was no memory for all.
     """
 
     def tell_all(fraction: float) -> None:
@@ -76,14 +80,15 @@ def compute_group(
             tell(job.run.name, fraction)
 
     try:
-        return {}, compute(jobs, tell_all, threads)
+        finished = compute(jobs, tell_all, threads)
     except (FingerslipError, MemoryError) as error:
         if len(jobs) == 1:
-            return {jobs[0].run.name: error}, []
-    (errors, finished), (others, more) = (
-        compute_group(half, tell, threads) for half in (jobs[: len(jobs) // 2], jobs[len(jobs) // 2 :])
-    )
-    return errors | others, finished + more
+            return {jobs[0].run.name: error}
+        halves = jobs[: len(jobs) // 2], jobs[len(jobs) // 2 :]
+        return {name: error for half in halves for name, error in compute_group(half, tell, threads, show).items()}
+    for run in finished:
+        show(run)
+    return {}
 
 
 def compute(jobs: Sequence[Job], progress: Callable[[float], None], threads: int | None = None) -> list[Finished]:
@@ -188,14 +193,15 @@ def _compute_and_draw(
 ) -> tuple[Mapping[str, Exception], Mapping[str, RunPictures]]:
     """Return what went wrong in jobs, and what was drawn of the others."""
     pictures: dict[str, RunPictures] = {}
-    errors, finished = compute_group(jobs, tell, threads)
-    for run in finished:
+
+    def draw(run: Finished) -> None:
         drawing = drawings.get(run.result.name)
         if drawing is not None and not (_stop and _stop.is_set()):
             # Whatever goes wrong here goes wrong in the report too, which tells the user.
             with contextlib.suppress(Exception):
                 pictures[run.result.name] = draw_run(run, drawing)
-    return errors, pictures
+
+    return compute_group(jobs, tell, threads, draw), pictures
 
 
 def _compute_apart(

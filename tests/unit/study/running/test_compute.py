@@ -155,8 +155,9 @@ def test_where_a_group_fails_its_halves_are_computed(monkeypatch, error):
 
     monkeypatch.setattr(compute, "compute", failing)
     told, jobs = [], [job_of(name) for name in "abc"]
-    assert compute_group(jobs, lambda *news: told.append(news), 1) == ({"b": error}, ["a", "c"])
-    assert tried == ["abc", "a", "bc", "b", "c"]
+    errors = compute_group(jobs, lambda *news: told.append(news), 1, lambda run: tried.append(f"{run} shown"))
+    assert errors == {"b": error}
+    assert tried == ["abc", "a", "a shown", "bc", "b", "c", "c shown"], "what is finished is let go before the next"
     assert told == [("a", 1.0), ("b", 1.0), ("c", 1.0)]
 
 
@@ -370,7 +371,7 @@ def test_workers_that_cannot_compute_are_named_before_anything_is_sent():
 def test_threads_of_a_worker_compute_one_after_the_other(plan, monkeypatch):
     (job, *_) = prepare(plan, plan.runs)
     begun = threading.Event()
-    monkeypatch.setattr(cluster, "compute_group", lambda *_: begun.set() or ({job.run.name: ResultError("no")}, []))
+    monkeypatch.setattr(cluster, "compute_group", lambda *_: begun.set() or {job.run.name: ResultError("no")})
     thread = threading.Thread(target=cluster.compute_task, args=(cluster._task([job]), job.model.mesh))
     with cluster._ONE_AT_A_TIME:
         thread.start()

@@ -9,6 +9,7 @@ import shutil
 import subprocess
 import threading
 import unittest.mock
+import xml.etree.ElementTree as ET
 from importlib import metadata
 
 import meshio
@@ -239,6 +240,9 @@ def test_snapshots_are_the_mesh_with_its_values_and_there_is_none_without_any(el
     assert list(tmp_path.iterdir()) == []
     write_snapshots(history, tmp_path)
     assert sorted(path.name for path in tmp_path.iterdir())[0::3] == ["snapshot_0000.vtu", "snapshots.pvd"]
+    entries = list(ET.parse(tmp_path / "snapshots.pvd").getroot().iter("DataSet"))
+    assert [float(entry.get("timestep")) for entry in entries] == history["snapshot_time"].values.tolist()
+    assert [entry.get("file") for entry in entries] == [f"snapshot_{number:04d}.vtu" for number in range(3)]
     grid = meshio.read(tmp_path / "snapshot_0002.vtu")
     (block,) = grid.cells
     assert block.type == kind
