@@ -99,7 +99,7 @@ def prepare(
     driven: BodyIntegrator | Controlled = integrator
     if isinstance(model.time, Adaptive):
         driven = Controlled(integrator, model, systems[0].mass, observers[0].pass_by)
-    with single_dense_thread():
+    with watch.part("stepping"), single_dense_thread():
         return Loop(driven, observers, motions.times, watch), integrator, recorders
 
 

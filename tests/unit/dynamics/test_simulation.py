@@ -12,6 +12,7 @@ from fingerslip.contact.friction import ISOTROPIC
 from fingerslip.contact.states import OPEN, SLIP
 from fingerslip.dynamics import simulation
 from fingerslip.dynamics.recording.steps import step_times
+from fingerslip.dynamics.system.bodies import body_centres
 from fingerslip.verification.meshes import box
 from problems.pushed import pad, push_and_slide
 from problems.reduced import REDUCED, fine_pad
@@ -32,6 +33,18 @@ def test_provenance_says_solver_sizes_penalties_and_seconds(history):
     stiff = contact(normal_penalty=3e7, tangential_penalty=5e6)
     attrs = fs.simulate(push_and_slide(contacts=stiff, programme=(fs.Press(0.02e-3, 1e-3),))).attrs
     assert (attrs["normal_penalty"], attrs["tangential_penalty"]) == pytest.approx((3e7, 5e6), rel=1e-12)
+
+
+def test_a_body_that_touches_nothing_may_have_a_programme():
+    """Its slide lasts as long as one on a counterface."""
+    history = fs.simulate(push_and_slide(contacts=(), programme=(fs.Slide(1e-3, 20e-3),)))
+    assert history["time"].values[-1] == pytest.approx(0.05)
+
+
+def test_a_body_without_a_name_is_one_of_its_own():
+    model = push_and_slide(bodies={"": fs.RigidBody(1.0, centre=(1.0, 1.0))})
+    of_bodies, of_contacts = body_centres(model)
+    assert (of_bodies.tolist(), of_contacts.tolist()) == ([[1.0, 1.0]], [[0.0, 0.0]])
 
 
 def test_progress_is_told_after_every_step_and_a_bar_goes_to_standard_error(capsys):

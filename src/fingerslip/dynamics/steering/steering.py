@@ -200,7 +200,8 @@ class Simulation:
             raise InputError("end", fault, "is where a simulation ends", repair)
         for command_of_step in (command,) if isinstance(command, Command) else tuple(command):
             self._follow(command_of_step, self._loop.taken)
-        self._loop.step()
+        with self._watch.part("stepping"):
+            self._loop.step()
         return self.observation
 
     @property

@@ -315,7 +315,8 @@ def body_centres(model: Model) -> tuple[Floats, Floats]:
     """Return the centres of the rigid bodies, (n_bodies, dim) [m], and of the body of each contact, else the origin."""
     dim = model.mesh.dim()
     centres = {name: body.centre or (0.0,) * dim for name, body in model.bodies.items()}
-    of_contacts = [centres.get(contact.rigid_body or "", (0.0,) * dim) for contact in model.contacts]
+    bodies = (contact.rigid_body for contact in model.contacts)
+    of_contacts = [(0.0,) * dim if name is None else centres[name] for name in bodies]
     of_bodies = np.reshape(list(centres.values()), (-1, dim))
     return of_bodies.astype(float), np.reshape(of_contacts, (-1, dim)).astype(float)
 

@@ -313,7 +313,7 @@ def _check_order(
         next((number for number, phase in enumerate(programme) if isinstance(phase, Slide)), None)
         for programme in model.programmes
     ]
-    if model.is_loaded or all(number is None for number in first):
+    if not model.contacts or model.is_loaded or all(number is None for number in first):
         return
     for number, programme, counterface, motion, candidate in zip(
         first, model.programmes, counterfaces, motions, candidates, strict=True

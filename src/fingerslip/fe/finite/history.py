@@ -36,6 +36,8 @@ from fingerslip.materials.viscoelastic import across_of
 
 # Strain up to which a spring is guessed to be linear.
 _LINEAR = 0.5
+# What saved simulations name.
+Terms = Recurrence
 #: Components of a packed tensor, by the dimension of space.
 PACKED = {2: 4, 3: 6}
 

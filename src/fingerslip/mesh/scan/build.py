@@ -172,7 +172,7 @@ def mesh_scan(settings: SurfaceMesh) -> ScanMesh:
         Where a file cannot be read, is of the wrong size for its unit or open beyond repair, the phalanx is not inside
         the skin, or no mesh comes out.
     """
-    files = [file for file in (settings.skin, settings.phalanx) if file]
+    files = [settings.skin, *([settings.phalanx] if settings.phalanx else [])]
     if settings.phalanx == settings.skin:
         raise InputError("phalanx", f"got '{settings.phalanx}', the file of the skin", "needs a file of its own")
     done = {file: repair_surface(read_surface(file, settings.unit), settings.largest_hole) for file in files}
