@@ -7,6 +7,7 @@ import itertools
 import os
 import queue
 import re
+import sys
 import threading
 import time as clock
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -61,12 +62,13 @@ def stated_rate(path: Path) -> float | None:
         raise DamagedError(str(path / _RATE_FILE), f"has the frame rate {shorten(repr(content))}", repair) from error
 
 
-def _check_rate(rate: float | None, name: str = "") -> float:
+def _check_rate(rate: float | None, name: str = "", fastest: float = _FASTEST) -> float:
     """Return the frames a second [1/s] of the video of a name; refuse what is none."""
     if rate is None:
         raise InputError(name, "states no frame rate", "needs one", "give frame_rate, such as 30 frames a second")
-    if not 0 < rate <= _FASTEST:
-        raise InputError("frame_rate", f"got {rate}", f"needs a number of frames a second above 0, up to {_FASTEST:g}")
+    if not 0 < rate <= fastest:
+        limit = f", up to {fastest:g}" * (fastest == _FASTEST)
+        raise InputError("frame_rate", f"got {rate}", f"needs a number of frames a second above 0{limit}")
     return float(rate)
 
 
@@ -240,7 +242,7 @@ def open_frames(video: VideoInput, frame_rate: float | None = None, channel: Cha
         return Frames(name, rate, lambda: (grey_frame(frame, channel, name) for frame in read_frames(video, colour)))
     if len(video) == 0:
         raise InputError("video", "has no frames", "needs at least one")
-    rate = _check_rate(frame_rate, "video")
+    rate = _check_rate(frame_rate, "video", sys.float_info.max)
     return Frames("video", rate, lambda: (grey_frame(np.asarray(frame), channel, "video") for frame in video))
 
 

@@ -271,3 +271,10 @@ def test_what_gives_no_frames_is_refused():
 def test_dropped_frames_are_counted():
     cases = [0, 1, 2, 5, 6], [0, 1, 2, 3], [0.0], [0, 1, 2, 3.4]
     assert [video.dropped_frames(times) for times in cases] == [2, 0, 0, 0]
+
+
+def test_frames_in_memory_may_be_those_of_a_fast_camera():
+    frames = [np.zeros((4, 4), dtype=np.uint8)]
+    assert open_frames(frames, 25e3).frame_rate == 25e3
+    with pytest.raises(InputError, match=r"frame_rate: got inf, needs a number of frames a second above 0$"):
+        open_frames(frames, np.inf)
