@@ -41,6 +41,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 from setups import (
     ROOT,
     Figures,
@@ -302,6 +303,18 @@ def growth():
     return figures | {f"{part}: power over nodes": float(power) for part, power in powers.items()}
 
 
+def draw_growth(figures, path):
+    """Draw the costs of the case growth over the nodes, with the power of each."""
+    axes = Figure(figsize=(6.3, 4.2), layout="constrained").add_subplot(xlabel="nodes", ylabel="CPU seconds (60 steps)")
+    powers = {name.partition(":")[0]: value for name, value in figures.items() if name.endswith("power over nodes")}
+    for (part, power), marker in zip(powers.items(), "osD^v", strict=True):
+        costs = {int(name.split()[-2]): value for name, value in figures.items() if name.startswith(f"{part}, ")}
+        axes.loglog(*zip(*costs.items(), strict=True), marker=marker, markersize=4, label=f"{part}: {power:.2f}")
+    axes.grid(which="both", linewidth=0.3)
+    axes.legend(title="part: power of the nodes", fontsize=8)
+    axes.figure.savefig(path, dpi=150)
+
+
 def of(make, *arguments, **options):
     """Return the case that compares the variants that a function makes."""
     return partial(compared, partial(make, *arguments, **options))
@@ -355,6 +368,7 @@ def main():
     parser = options_of(__doc__, writes=True)
     named = [name for name, case in CASES.items() if case.goals]
     parser.add_argument("--cases", nargs="+", choices=CASES, default=named)
+    parser.add_argument("--figure", metavar="FILE", help="draw the case growth, as in docs/figures/solid-scaling.png")
     options = parser.parse_args()
     stored, results = reference("benchmark"), {}
     table("case", "figure [s]", "now", "goal", "before", "before, at this speed")
@@ -369,6 +383,8 @@ def main():
             is_ratio = " over " in figure or figure not in before
             line(name, figure, value, goal, earlier, earlier if is_ratio else earlier * scale, digits=3)
     write(options.write, results)
+    if options.figure and "growth" in results:
+        draw_growth(results["growth"], options.figure)
 
 
 if __name__ == "__main__":
