@@ -244,11 +244,10 @@ def stored_result(folder: Path, *, is_whole: bool = False) -> RunResult:
 
     Its other files are checked unless they are known to be whole.
     """
-    fault, repair = ("holds no finished run", _REPAIR) if folder.is_dir() else ("is not there", other_folders(folder))
-    missing = ResultError(f"{folder}: {fault}; {repair}")
+    missing = ResultError(f"{folder}: {without_results(folder, f'holds no finished run; {_REPAIR}')}")
     try:
         values = read_json(folder / RESULT, _REPAIR, _STORED)
-    except (FileNotFoundError, NotADirectoryError):
+    except FileNotFoundError:
         raise missing from None
     if not (folder / HISTORY).exists():
         raise missing
@@ -266,11 +265,15 @@ def stored_result(folder: Path, *, is_whole: bool = False) -> RunResult:
     return result
 
 
-def other_folders(folder: Path) -> str:
-    """Say what to do where a folder of results is not there: which folders beside it have a similar name."""
+def without_results(folder: Path, lacks: str) -> str:
+    """Say why a path has no results: what the folder lacks, that it is a file, or what has a similar name."""
+    if folder.is_dir():
+        return lacks
+    if folder.exists():
+        return "is a file; needs a folder that fingerslip run wrote"
     beside = [str(other) for other in folder.parent.glob("*") if other.is_dir()]
     near = difflib.get_close_matches(str(folder), beside, 3)
-    return f"{_REPAIR}, or name {' or '.join(near)}" if near else _REPAIR
+    return f"is not there; {_REPAIR}" + (f", or name {' or '.join(near)}" if near else "")
 
 
 def write_result(result: RunResult, folder: Path) -> None:

@@ -273,8 +273,8 @@ def read_json(path: Path, repair: str, kind: pydantic.TypeAdapter[Any] | None = 
     try:
         text = path.read_text(encoding="utf-8")
         values = json.loads(text)
-    except FileNotFoundError:
-        raise
+    except (FileNotFoundError, NotADirectoryError):
+        raise FileNotFoundError(str(path)) from None
     except OSError as error:
         raise DamagedError(str(path), f"cannot be read ({error.strerror})", repair) from None
     except (ValueError, RecursionError):

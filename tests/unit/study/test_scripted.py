@@ -105,6 +105,7 @@ def test_studies_show_themselves_and_are_found_by_name(write_study):
         (lambda _: fs.Study("nothing").check(), "nothing: is not there"),
         (lambda _: fs.open_study(3), "open_study: got 3, needs the path of a folder"),
         (lambda _: fs.open_study("nothing"), "nothing: is not there; run the study again"),
+        (lambda _: fs.open_study(__file__), "py: is a file; needs a folder that fingerslip run wrote"),
     ],
 )
 def test_what_is_no_study_is_refused(write_study, ask, message):

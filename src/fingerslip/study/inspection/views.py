@@ -19,7 +19,7 @@ from fingerslip.report.content import MOST_RUNS, OF_RUNS, OF_STUDIES, STYLES, Ru
 from fingerslip.report.labels import run_title
 from fingerslip.report.scene.options import SceneOptions, Served, require_free
 from fingerslip.report.tables.runs import swept_paths
-from fingerslip.results import HISTORY, RESULT, other_folders, stored_result
+from fingerslip.results import HISTORY, RESULT, stored_result, without_results
 from fingerslip.slip import find_events
 from fingerslip.slip.windows import LATENCY
 from fingerslip.study.inspection.show import sensitivities
@@ -180,9 +180,8 @@ def _detector_figure(subject: RunSubject) -> Figure:
 
 def _study_subject(target: Path, choice: FigureChoice) -> StudySubject:
     if not read_manifest(target).get("runs"):
-        needed = "this figure needs the folder of a study that fingerslip run wrote"
-        fault = f"holds no study; {needed}" if target.is_dir() else f"is not there; {other_folders(target)}"
-        raise ResultError(f"{target}: {fault}")
+        lacks = "holds no study; this figure needs the folder of a study that fingerslip run wrote"
+        raise ResultError(f"{target}: {without_results(target, lacks)}")
     study = read_results(target)
     paths = [path for path in swept_paths(study.runs) if len({str(run.swept.get(path)) for run in study.runs}) > 1]
     if choice.path and choice.path not in paths:

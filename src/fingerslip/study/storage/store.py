@@ -35,9 +35,9 @@ from fingerslip.results import (
     RefusedRun,
     RunResult,
     StudyResult,
-    other_folders,
     result_of,
     stored_result,
+    without_results,
     write_result,
 )
 from fingerslip.sampling.sensitivity import fits_of
@@ -310,12 +310,10 @@ def read_manifest(folder: Path) -> dict[str, Any]:
 
 def stored_manifest(folder: Path) -> dict[str, Any]:
     """Return what made the results of a study."""
-    said = "holds no results of a study; needs a folder that fingerslip run wrote"
-    if not folder.is_dir():
-        said = f"is not there; {other_folders(folder)}"
+    said = without_results(folder, "holds no results of a study; needs a folder that fingerslip run wrote")
     try:
         return read_json(folder / MANIFEST, _REPAIR, _STORED)
-    except (FileNotFoundError, NotADirectoryError):
+    except FileNotFoundError:
         raise ResultError(f"{folder}: {said}") from None
     except DamagedError as error:
         raise ResultError(f"{folder}: {said}: {error}") from None
@@ -356,7 +354,7 @@ def read_convergences(folder: Path, identities: Mapping[str, str]) -> dict[str, 
     """Read back the convergence of the runs with these inputs."""
     try:
         stored = read_json(folder / CONVERGENCE / _CONVERGENCE_FILE, "run fingerslip converge again")
-    except (FileNotFoundError, NotADirectoryError):
+    except FileNotFoundError:
         return {}
     except DamagedError as error:
         _warn_once("%s; without it no uncertainties are known", str(error))

@@ -174,3 +174,6 @@ def test_tolerances_are_those_of_the_solvers_and_what_is_no_result_is_refused(tm
     assert cite._TOLERANCE_FINITE == newton._TOLERANCE
     with pytest.raises(ResultError, match="holds no finished run"):
         methods_and_papers(tmp_path)
+    (tmp_path / "study.yaml").write_text("")
+    with pytest.raises(ResultError, match=r"study\.yaml: is a file; needs a folder that fingerslip run wrote$"):
+        methods_and_papers(tmp_path / "study.yaml")
