@@ -304,14 +304,13 @@ def write_parquet(trials: TrialSet, path: str | Path) -> None:
     """
     arrow, parquet = optional("pyarrow"), optional("pyarrow.parquet")
     labels, texts = trials.onsets(), {"trial": arrow.string(), "class": arrow.string()}
+    of_arrow: Any = {float: arrow.float64(), int: arrow.float64(), str: arrow.string(), bool: arrow.bool_()}
     kinds = {}
     for condition in dict.fromkeys(name for values in trials.conditions.values() for name in values):
         python = {type(values.get(condition)) for values in trials.conditions.values()} - {type(None)}
-        of_arrow = {"float": arrow.float64(), "int": arrow.float64(), "str": arrow.string(), "bool": arrow.bool_()}
-        of_trials = {of_arrow[entry.__name__] for entry in python}
-        if len(of_trials) > 1:
+        kinds[condition], *others = {of_arrow[entry] for entry in python} or {arrow.float64()}
+        if others:
             raise InputError(f"{trials.folder}: condition {condition}", "mixes kinds", "needs one kind in all trials")
-        kinds[condition] = of_trials.pop() if of_trials else arrow.float64()
     types = texts | {f"condition_{condition}": kind for condition, kind in kinds.items()}
     with new_file(Path(path)) as unfinished, contextlib.ExitStack() as stack:
         writer: Any = None
