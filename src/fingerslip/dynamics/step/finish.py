@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TypeAlias
 
 import numpy as np
 
@@ -59,6 +59,10 @@ def finish(
     return list(map(_end_state, steppers, starts, contacts, fields, strained))
 
 
+# Unknown, displacement [m], velocity [m/s], acceleration [m/s^2] and mass times it [N], (n,) each; kinetic energy [J].
+_Fields: TypeAlias = tuple[Floats, Floats, Floats, Floats, Floats, float]
+
+
 def _small_strain(steppers: Sequence[Stepper], starts: Sequence[Prediction], displacement: Floats) -> list[Strained]:
     """Return bodies at small strain at displacements (k, n) [m]."""
     # Nothing else in the step forms this product, so the balance of energies checks the substitutions.
@@ -72,9 +76,7 @@ def _small_strain(steppers: Sequence[Stepper], starts: Sequence[Prediction], dis
     return bodies
 
 
-def _end_state(
-    stepper: Stepper, start: Prediction, contact: ContactStep, fields: tuple[Any, ...], strained: Strained
-) -> State:
+def _end_state(stepper: Stepper, start: Prediction, contact: ContactStep, fields: _Fields, strained: Strained) -> State:
     """Return the state of a motion at the end of a step."""
     before, scheme, system = start.before, stepper.scheme, stepper.system
     unknown, displacement, velocity, acceleration, inertia, kinetic = fields
