@@ -148,8 +148,8 @@ _NUMBERS, _STATEMENTS = "bulens2023_pouring-numbers", "bulens2023_pouring-statem
 _SCORES: Mapping[str, tuple[str, float | None]] = {
     "pouring-onset-error": ("error", 1e-3),
     "pouring-onset-error-spread": ("error_spread", None),
-    "pouring-lead": ("lead", 10e-3),
-    "pouring-lead-spread": ("lead_spread", None),
+    "pouring-lead": ("lead_of_all", 10e-3),
+    "pouring-lead-spread": ("lead_of_all_spread", None),
     "pouring-before-gross": ("before_gross", 0.0),
 }
 

@@ -121,17 +121,17 @@ def calibration_figure(judged: Mapping[str, Judged]) -> Figure:
 
 @with_style
 def leads_figure(judged: Mapping[str, Judged], labels: Mapping[str, Onsets]) -> Figure:
-    """Draw the share of the trials with gross slip in which slip was found at least so long before it."""
+    """Draw the share of the trials with gross slip in which slip was found, not early, so long before it or longer."""
     figure, (axes,) = figure_grid(1, 1, (6.0, 2.8), "Lead before gross slip", ("lead [s]", "share of trials"))
     keys: dict[str, Artist] = {}
     slips = [name for name, onsets in labels.items() if onsets.gross is not None]
+    incipient, gross = times_of(labels[name] for name in slips).T
     for name, colour in _keys(judged).items():
-        pairs = [(labels[trial].gross, judged[name].events[trial].first) for trial in slips]
-        leads = np.sort([gross - first for gross, first in pairs if gross is not None and first is not None])
+        first = np.fmin(*times_of(judged[name].events[trial] for trial in slips).T)
+        leads = np.sort((gross - first)[~(first < incipient) & np.isfinite(first)])
         if len(leads):
-            (keys[_words(name)],) = axes.step(
-                leads, 1.0 - np.arange(len(leads)) / len(pairs), where="pre", color=colour
-            )
+            shares = 1.0 - np.arange(len(leads)) / len(slips)
+            (keys[_words(name)],) = axes.step(leads, shares, where="pre", color=colour)
     if not keys:
         say(axes, "no trial with gross slip in which slip was found")
     axes.set_ylim(0.0, 1.03)
@@ -178,7 +178,7 @@ FIGURES: Mapping[str, tuple[str, Draw]] = {
         lambda judged, _: roc_figure(judged),
     ),
     "calibration": ("How often frames slip that are said to.", lambda judged, _: calibration_figure(judged)),
-    "leads": ("Share of the trials that had at least this lead.", leads_figure),
+    "leads": ("Share of the trials that had at least this lead; early alarms have none.", leads_figure),
     "trials": ("Onsets of slip found in each trial, beside the labels.", trials_figure),
 }
 

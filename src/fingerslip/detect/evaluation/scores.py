@@ -136,16 +136,18 @@ class EventScores:
 
     trials: int  # trials with incipient slip
     missed: int  # of them, those in which no slip was found
-    before_gross: Estimate  # share of the trials with gross slip in which slip was found before it
+    before_gross: Estimate  # share of the trials with gross slip that had an alarm before it, early or not
     error: Estimate
     absolute_error: Estimate
     error_spread: float | None  # standard deviation [s]
     delay_frames: float | None  # median error in frames
-    early: Estimate  # share of the trials in which slip was found before its label
+    early: Estimate  # share of the trials with an alarm before the label of slip: a false one
     at_rest: Estimate  # share of all trials in which slip was found at rest, or where there is none
-    lead: Estimate  # mean time from the slip found to the label of gross slip [s]
+    lead: Estimate  # mean time from alarms that are neither early nor at rest to the label of gross slip [s]
     lead_spread: float | None  # its standard deviation [s]
-    bound: float | None  # lead that a new trial has with 95 % [s]
+    bound: float | None  # lead that a new trial has with 95 % [s]; an early alarm has none
+    lead_of_all: Estimate  # the same mean over all alarms, as papers count it [s]
+    lead_of_all_spread: float | None  # its standard deviation [s]
     gross_error: Estimate
     gross_found: Estimate  # share of the trials with gross slip in which gross slip was found at all
 
@@ -163,27 +165,34 @@ def event_scores_of(
     def mean(values: Floats) -> Estimate:
         return ratio_estimate(np.nan_to_num(values), np.isfinite(values).astype(float), seed)
 
+    def spread(values: Floats) -> float | None:
+        finite = values[np.isfinite(values)]
+        return float(finite.std(ddof=1)) if len(finite) > 1 else None
+
     found, true = times_of(predicted.values()), times_of(labels[name] for name in predicted)
     # The earlier of both onsets; NaN where there is none.
     first, first_true = np.fmin(*found.T), np.fmin(*true.T)
     is_false = np.isfinite(first) & (np.isnan(first_true) | (first <= [rest_end[name] for name in predicted]))
     slips, gross_slips = np.isfinite(true).T
-    error, lead = (first - true[:, 0])[slips], (true[:, 1] - first)[gross_slips]
+    error, lead_of_all = (first - true[:, 0])[slips], (true[:, 1] - first)[gross_slips]
+    lead = np.where((is_false | (first < true[:, 0]))[gross_slips], np.nan, lead_of_all)
     gross = (found[:, 1] - true[:, 1])[gross_slips]
-    delays, leads = error[np.isfinite(error)], lead[np.isfinite(lead)]
+    delays = error[np.isfinite(error)]
     return EventScores(
         trials=len(error),
         missed=len(error) - len(delays),
-        before_gross=mean((lead > 0.0).astype(float)),
+        before_gross=mean((lead_of_all > 0.0).astype(float)),
         error=mean(error),
         absolute_error=mean(np.abs(error)),
-        error_spread=float(delays.std(ddof=1)) if len(delays) > 1 else None,
+        error_spread=spread(error),
         delay_frames=float(np.median(delays / frame)) if len(delays) and np.isfinite(frame) else None,
         early=mean((error < 0.0).astype(float)),
         at_rest=mean(is_false.astype(float)),
         lead=mean(lead),
-        lead_spread=float(leads.std(ddof=1)) if len(leads) > 1 else None,
+        lead_spread=spread(lead),
         bound=lead_bound(np.where(np.isnan(lead), -np.inf, lead).tolist()) if len(lead) >= least_trials() else None,
+        lead_of_all=mean(lead_of_all),
+        lead_of_all_spread=spread(lead_of_all),
         gross_error=mean(gross),
         gross_found=mean(np.isfinite(gross).astype(float)),
     )
@@ -288,7 +297,7 @@ def frame_tables(by_trial: Mapping[str, FrameScores]) -> list[Table]:
 _EVENTS: tuple[tuple[str, str], ...] = (
     ("missed", "missed"),
     ("found before gross slip", "before_gross"),
-    ("found before the label", "early"),
+    ("early alarm", "early"),
     ("false alarm", "at_rest"),
     ("onset error [s]", "error"),
     ("absolute error [s]", "absolute_error"),
@@ -301,7 +310,8 @@ _EVENTS: tuple[tuple[str, str], ...] = (
     ("gross onset error [s]", "gross_error"),
 )
 _EVENT_NOTE = (
-    "Errors are time found less label: negative is early. False alarm: at rest, or where there is no slip. "
+    "Errors are time found less label. Early alarm: before the label of slip. False alarm: at rest, or where there is "
+    "no slip. Leads are those of other alarms. "
     f"Lead of 95 %: conformal bound, needs 19 trials. {INTERVALS}"
 )
 

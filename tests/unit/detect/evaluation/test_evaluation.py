@@ -14,13 +14,14 @@ from sklearn.metrics import brier_score_loss, confusion_matrix, precision_recall
 
 from fingerslip.detect.classifiers import CLASSIFIERS
 from fingerslip.detect.evaluation.crossval import Evaluation, Parts, begin_evaluation, parts_beside
-from fingerslip.detect.evaluation.page import FIGURES, Judged, read_judged, write_evaluation, write_judged
+from fingerslip.detect.evaluation.page import FIGURES, Judged, leads_figure, read_judged, write_evaluation, write_judged
 from fingerslip.detect.evaluation.scores import (
     Estimate,
     bootstrap_estimates,
     check_submission,
     confusion_by_trial,
     event_scores_of,
+    event_table,
     frame_scores_of,
     precision_recall_f1,
     reliability_of,
@@ -36,7 +37,7 @@ from fingerslip.detect.synthetic import SyntheticSensor, SyntheticSlide, synthet
 from fingerslip.detect.trials import TrialSet, write_trials
 from fingerslip.errors import DamagedError, InputError
 from fingerslip.study.inspection.views import FigureChoice, kinds_text, write_figure
-from fingerslip.tables.table import Column, Table
+from fingerslip.tables.table import Column, Missing, Table
 from unit.detect.conftest import MOTION, SAMPLING
 
 CANDIDATES = [CLASSIFIERS[name] for name in ("time_threshold", "displacement_threshold")]
@@ -248,11 +249,19 @@ def test_events_are_scored_and_the_bound_needs_19_trials():
     scores = event_scores_of(onsets, LABELS, REST, frame=0.1)
     assert (scores.trials, scores.missed) == (3, 1)
     values = {name: value.value for name, value in vars(scores).items() if isinstance(value, Estimate)}
-    wanted = {"error": 0.1, "absolute_error": 0.4, "early": 1 / 3, "before_gross": 2 / 3, "lead": (1.5 + 2.3) / 2}
+    wanted = {
+        "error": 0.1,
+        "absolute_error": 0.4,
+        "early": 1 / 3,
+        "before_gross": 2 / 3,
+        "lead": 1.5,
+        "lead_of_all": 1.9,
+    }
     assert values == pytest.approx(wanted | {"at_rest": 0.0, "gross_error": -0.25, "gross_found": 2 / 3})
     assert scores.error_spread == pytest.approx(0.8 / 2**0.5)
     assert scores.delay_frames == pytest.approx(1.0)
-    assert scores.bound is None
+    assert (scores.bound, scores.lead_spread) == (None, None)
+    assert scores.lead_of_all_spread == pytest.approx(0.8 / 2**0.5)
     onsets = {"a": Onsets(0.5, None), "b": Onsets(2.0, None), "c": Onsets(2.0, None), "held": Onsets(3.0, None)}
     assert event_scores_of(onsets, LABELS, REST).at_rest.value == 0.5
     gross = event_scores_of({"a": Onsets(None, 2.2)}, LABELS, REST)
@@ -260,6 +269,19 @@ def test_events_are_scored_and_the_bound_needs_19_trials():
     labels = {f"t{number}": Onsets(1.0, 3.0) for number in range(19)}
     onsets = {name: Onsets(1.0 + 0.1 * number, None) for number, name in enumerate(labels)}
     assert event_scores_of(onsets, labels, dict.fromkeys(labels, 0.5)).bound == pytest.approx(0.2)
+
+
+def test_an_alarm_before_the_label_is_early_and_has_no_lead():
+    labels = {f"t{number}": Onsets(5.0, 6.0) for number in range(19)}
+    always = {name: Onsets(1.5, None) for name in labels}  # which would have a lead of 4.5 s in a window of 1 s
+    scores = event_scores_of(always, labels, dict.fromkeys(labels, 1.0))
+    assert (scores.early.value, scores.lead.value, scores.bound) == (1.0, None, None)
+    rows = {row[0]: row[1] for row in event_table({"always": scores}).rows}
+    assert (rows["early alarm"].value, rows["lead before gross slip [s]"]) == (1.0, Missing.NOT_DEFINED)
+    judged = {"always": Judged(np.eye(3, dtype=int), np.zeros(1), np.zeros(1, dtype=bool), always)}
+    assert not leads_figure(judged, labels).axes[0].lines[:-1]
+    unlabelled = event_scores_of({"t": Onsets(1.5, None)}, {"t": Onsets(None, 6.0)}, {"t": 1.0})
+    assert unlabelled.lead.value == 4.5  # where slip begins is not labelled there
 
 
 def test_the_labels_are_a_perfect_submission_rest_ends_with_its_last_frame_and_others_have_to_fit(trials, tmp_path):
