@@ -18,6 +18,7 @@ from fingerslip.errors import MeshError, shorten
 from fingerslip.mesh.decks.abaqus import read_abaqus
 from fingerslip.mesh.decks.deck import Deck
 from fingerslip.mesh.decks.febio import read_febio
+from fingerslip.mesh.mixed import turn_prisms
 from fingerslip.storage.files import new_files
 
 if TYPE_CHECKING:
@@ -28,6 +29,7 @@ _AGAIN = "look whether it is whole, and export it again"
 _FARTHEST = 1e9
 # How often in a row a reader may ask for what comes after the end of its file.
 _ENDS = 1000
+_VTK = (".vtu", ".vtk")
 # What meshio has to be told of some formats.
 _OPTIONS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
     {".msh": MappingProxyType({"file_format": "gmsh22"}), ".stl": MappingProxyType({"binary": True})}
@@ -53,6 +55,8 @@ def read_file(file: Path, needed: str) -> Deck:
             cause = str(error) if isinstance(error, Exception) else "unknown or damaged format"
             raise MeshError(str(file), f"cannot be read ({shorten(cause)})", needed, _AGAIN) from error
     _check_numbers(file, deck.data)
+    if file.suffix.lower() in _VTK:
+        turn_prisms(deck.data, -1)
     return deck
 
 
@@ -65,6 +69,8 @@ def write_file(file: Path, data: meshio.Mesh, suffixes: str) -> None:
 
     if not file.parent.is_dir():
         raise MeshError(str(file), "the folder does not exist", "needs an existing folder")
+    if file.suffix in _VTK:
+        turn_prisms(data, 1)
     try:
         with _silence(), new_files(file) as partial:
             meshio.write(partial, data, **_OPTIONS.get(file.suffix, {}))

@@ -35,8 +35,9 @@ _TURNED = {4: [1, 2, 3, 0], 8: [1, 2, 3, 0, 5, 6, 7, 4]}
 #: What triangles and prisms are where they stand alone: their kind, and their corners in the wider cells.
 NARROWER = {"quad": ("triangle", [0, 1, 2]), "hexahedron": ("wedge", [0, 1, 2, 4, 5, 6])}
 # The same by the numbers of VTK, which gives prisms in this order a volume above zero. Its manual, and with it meshio,
-# turn the triangles.
+# turn the triangles of prisms.
 _NARROWER_IN_VTK = {9: (5, [0, 1, 2]), 12: (13, [0, 1, 2, 4, 5, 6])}
+_TURNED_PRISM = [0, 2, 1, 3, 5, 4]
 
 
 def is_degenerate(cells: NDArray[np.integer]) -> Flags:
@@ -56,6 +57,15 @@ def vtk_cells(cells: NDArray[np.integer[Any]], kind: int) -> tuple[NDArray[np.in
         cells[few, : len(corners)] = cells[few][:, corners]
         is_corner[few, len(corners) :] = False
     return cells[is_corner], np.cumsum(is_corner.sum(axis=1), dtype=cells.dtype), kinds
+
+
+def turn_prisms(data: meshio.Mesh, sign: float) -> None:
+    """Turn prisms round whose volume has this sign: -1 what meshio read of a file of VTK, 1 what it is to write."""
+    for block in data.cells:
+        if block.type == "wedge" and data.points.shape[1] == 3:
+            corners = data.points[block.data]
+            turned = sign * np.linalg.det(corners[:, [1, 2, 3]] - corners[:, :1]) > 0.0
+            block.data = np.where(turned[:, None], block.data[:, _TURNED_PRISM], block.data)
 
 
 def join_kinds(data: meshio.Mesh) -> None:

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import meshio
 import numpy as np
 import pytest
+import pyvista
 import skfem
 from scipy.sparse.linalg import spsolve
 
@@ -145,6 +146,21 @@ def test_mixed_meshes_are_read_and_written_with_their_names(tmp_path, dim, suffi
         edge = space.positions[free_edge_nodes(space, "top", held)]
         assert len(edge) == {2: 2, 3: 4 * SIZE}[dim]
         assert ((edge[:, :-1] == 0.0) | (edge[:, :-1] == 1.0)).any(axis=1).all()
+
+
+def test_prisms_have_a_volume_above_zero_where_vtk_measures_it_and_are_read_in_either_order(tmp_path):
+    mesh = read_mesh(saved(tmp_path / "a.msh", 3))
+    write_mesh(mesh, tmp_path / "b.vtu")
+    volumes = pyvista.read(tmp_path / "b.vtu").compute_cell_sizes()["Volume"]
+    assert (volumes.min() > 0.0, volumes.sum()) == (True, pytest.approx(1.0))
+    # meshio, and what follows the manual of VTK, write the triangles of prisms the other way round.
+    data = meshio.read(tmp_path / "b.vtu")
+    prisms = next(block for block in data.cells if block.type == "wedge")
+    prisms.data = prisms.data[:, [0, 2, 1, 3, 5, 4]]
+    meshio.write(tmp_path / "c.vtu", data)
+    assert pyvista.read(tmp_path / "c.vtu").compute_cell_sizes()["Volume"].min() < 0.0
+    for name in ("b", "c"):
+        np.testing.assert_array_equal(read_mesh(tmp_path / f"{name}.vtu").t, mesh.t)
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -132,7 +132,7 @@ def save_mesh(target: str, path: Path | None = None, unit: LengthUnit | None = N
         inspected = specimen.default_mesh.inspect(specimen)
     elif Path(target).is_file():
         metres(unit or "m")
-        name, inspected, suffix = Path(target).stem, MeshFile(target, unit).inspect(), _PICTURES[0]
+        name, inspected, suffix = Path(target).stem, MeshFile(target, unit).inspect(), f"{Path(target).suffix}.png"
     else:
         near = difflib.get_close_matches(name, names, n=1)
         repair = f"did you mean '{near[0]}'?" if near else f"presets: {', '.join(names)}"

@@ -117,7 +117,7 @@ def test_a_deck_is_drawn_and_what_it_has_besides_a_mesh_is_told(write_study, tmp
     monkeypatch.chdir(tmp_path)
     Path("pad.feb").write_text(FEBIO, encoding="latin-1")
     quality, materials, rest = save_mesh("pad.feb", unit="mm")
-    assert quality.title == str(Path("meshes") / "pad.png")
+    assert quality.title == str(Path("meshes") / "pad.feb.png")
     assert "metres" not in quality.note
     weightless = "1000 kg/m^3 for Tissue, whose density is none of a tissue"
     said = save_mesh("pad.feb", tmp_path / "pad.vtu")
