@@ -32,7 +32,7 @@ _WIDE = 4.6  # inch
 _MOST_TICKS = 8
 _MOST_PANELS = 12
 _PUBLISHED: Any = {"marker": "D", "linestyle": "", "markerfacecolor": "none"}
-# Readings and events stand beside each other, in shares of what is between two values on the axis.
+# Readings and events stand beside each other on an axis of categories, in shares of what is between two of them.
 _READINGS_APART, _EVENTS_APART = 0.16, 0.05
 
 
@@ -70,8 +70,9 @@ def event_times_figure(
 
 def _mark(reading: str, colour: str, *, line: bool = False) -> dict[str, Any]:
     """Return how the times of events in a reading look."""
-    face = "none" if reading == "displacement" else colour
-    look = {"color": colour, "markerfacecolor": face, "markersize": 5.5}
+    # What is open is larger, so that it surrounds a mark that has the same value.
+    face, size = ("none", 8.5) if reading == "displacement" else (colour, 5.5)
+    look = {"color": colour, "markerfacecolor": face, "markersize": size}
     return {**look, "marker": _READING_MARKS[reading], "linestyle": "-" if line else ""}
 
 
@@ -85,18 +86,12 @@ def latency_figure(
     figure, panels = _group_panels(runs, path, (2.8, 2.9), title, (words, "latency [ms]"))
     published: dict[str, Artist] = {}
     for axes, members in panels:
-        for reading, mark in _READING_MARKS.items():
-            look: dict[str, Any] = {"color": READING_COLOURS[reading], "marker": mark, "markersize": 6.5}
-            look["linestyle"] = "-" if axis.numeric else ""
-            _draw_times(axes, axis, members, (reading, LATENCY), scale=1e3, **look)
+        for reading, colour in READING_COLOURS.items():
+            _draw_times(axes, axis, members, (reading, LATENCY), scale=1e3, **_mark(reading, colour, line=axis.numeric))
         published |= _draw_published(axes, axis, members, reference, {LATENCY: BLACK}, scale=1e3)
         axis.apply(axes)
     panels[0][0].set_ylim(bottom=0.0)
-    keys: dict[str, Artist] = {
-        READINGS[name]: Line2D([], [], linestyle="", marker=mark, color=READING_COLOURS[name], markersize=6)
-        for name, mark in _READING_MARKS.items()
-        if name in axis.readings
-    }
+    keys = {READINGS[reading]: Line2D([], [], **_mark(reading, READING_COLOURS[reading])) for reading in axis.readings}
     add_legend(figure, keys | published)
     return figure
 
@@ -164,19 +159,18 @@ class _Axis:
             value: numbers[value][0] if self.numeric else float(number) for number, value in enumerate(values)
         }
         self.readings = [name for name in READINGS if _has_times(runs, name, times)]
-        places = sorted(self._positions.values())
-        distances = np.diff(places).tolist() or [1.0]
-        self._distance = min(*distances, 0.3 * (places[-1] - places[0])) if self.numeric and places else 1.0
 
     def position(self, run: RunResult) -> float:
         """Return where a run stands on the axis."""
         return self._positions[swept_text(run.swept[self._path])]
 
     def beside(self, run: RunResult, reading: str, event: str = LATENCY) -> float:
-        """Return where a time of a run is drawn, so that none hides another of its run."""
+        """Return where a time of a run is drawn: at its number, or where no category hides another time of it."""
+        if self.numeric:
+            return self.position(run)
         column = list(EVENTS).index(event) - 1.5 if event in EVENTS else 0.0
         row = self.readings.index(reading) - 0.5 * (len(self.readings) - 1) if reading in self.readings else 0.0
-        return self.position(run) + self._distance * (_READINGS_APART * row + _EVENTS_APART * column)
+        return self.position(run) + _READINGS_APART * row + _EVENTS_APART * column
 
     def apply(self, axes: Axes) -> None:
         """Give a panel the ticks of the axis."""

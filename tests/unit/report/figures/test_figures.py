@@ -510,9 +510,11 @@ def test_events_and_latency_over_a_swept_value_stand_beside_the_published_values
     assert diamonds(second) == [(0.6, 1.48), (0.6, 1.77)], "those of the scaled phalanx at 0.6, and no latency"
     overall = first.lines[9]
     assert list(first.get_xticks()) == [0.2, 0.6, 0.8]
-    assert [round(float(place), 1) for place in overall.get_xdata()] == [0.2, 0.6, 0.8]
-    starts = [float(curve.get_xdata()[0]) for curve in first.lines[:12]]
-    assert len(set(starts)) == len(starts), "no event hides another"
+    for curve in (*first.lines[:12], *panels(study.latency_figure(swept_runs(), FRICTION))[0].lines):
+        assert curve.get_xdata().tolist() == [0.2, 0.6, 0.8], "points stand at their value"
+    slip, displacement = first.lines[9:11]
+    assert displacement.get_markersize() > slip.get_markersize()
+    assert displacement.get_markerfacecolor() == "none", "one is seen around the other"
     assert overall.get_ydata()[1] == pytest.approx(1.71)
     axes = panels(study.latency_figure(swept_runs(), reference=TABLE2))[1]
     slip, _, acceleration = axes.lines[:3]
@@ -535,6 +537,8 @@ def test_events_and_latency_over_a_swept_value_stand_beside_the_published_values
 def test_the_axis_has_numbers_to_scale_where_all_have_one_unit_and_else_words_in_order():
     axes = panels(study.event_times_figure(swept_runs(), VARIANT))[0]
     assert (ticks(axes), list(axes.get_xticks())) == (["original", "scaled"], [0, 1])
+    starts = [float(curve.get_xdata()[0]) for curve in axes.lines[:12]]
+    assert len(set(starts)) == len(starts), "no event hides another"
     angle = "fingertip.bodies.angle"
     axes = panels(study.event_times_figure(runs_over(angle, "30 deg", "-15 deg", "15 deg"), angle))[0]
     assert (ticks(axes), list(axes.get_xticks())) == (["30 deg", "-15 deg", "15 deg"], [30.0, -15.0, 15.0])
