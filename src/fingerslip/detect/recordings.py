@@ -28,6 +28,7 @@ SLIP, SLIP_WORD, NO_SLIP_WORD = "slip", "yes", "no"
 # Recordings of two cameras that end farther apart than this [s] are not of one trial; they have to begin together.
 _APART = 0.1
 _NO_RING = -1
+_SHOWN = {"m": "mm", "m/s": "mm/s", "rad": "deg", "Pa": "kPa"}  # units in which people write some others
 _KEPT = ("frame_rate", "image_width", "image_height", "source", "warnings")
 _HEADING = re.compile(r"\s*(?P<name>[^\[\]]+?)\s*(?:\[(?P<unit>[^\[\]]+)\])?\s*")
 #: Endings of the names of files that hold tracks.
@@ -69,7 +70,13 @@ def _row(row: Mapping[str | None, Any], path: str, line: int) -> dict[str, Any]:
 def _value(name: str, unit: str | None, cell: str, where: str) -> Any:
     si = CONDITIONS.get(name, "")
     if si not in ("", "1"):
-        return parse_quantity(f"{cell} {unit or ''}".strip(), si, where=f"{where}: {name}")
+        try:
+            return parse_quantity(f"{cell} {unit or ''}".strip(), si, where=f"{where}: {name}")
+        except InputError as error:
+            if not error.found.endswith("has no unit"):
+                raise
+            repair = f"write it in the first line, as in {name} [{_SHOWN.get(si, si)}]"
+            raise InputError(error.where, error.found, error.allowed, repair) from None
     if unit is not None:
         allowed = ", ".join(condition for condition, its in CONDITIONS.items() if its not in ("", "1"))
         raise InputError(f"{where}: {name}", f"has the unit {unit}", f"takes none; units are known of {allowed}")

@@ -64,7 +64,12 @@ class Location:
 
     path: tuple[str, ...] = ()  # keys and numbers of items that lead to it
     owner: type | None = None  # the parameter set whose field the last key names
-    unit: Unit | None = None  # the unit of the quantity that stands there
+    hint: Any = None  # the annotation of what stands there
+
+    @property
+    def unit(self) -> Unit | None:
+        """The unit of the quantity that stands there."""
+        return next(_marks_in(self.hint, Unit), None)
 
     @property
     def keys(self) -> list[str]:
@@ -115,7 +120,7 @@ def locate(cls: type, location: Sequence[int | str]) -> Location:
             continue
         owner, name, hint = _inside(hint, part)
         path.append(name)
-    return Location(tuple(path), owner, next(_marks_in(hint, Unit), None))
+    return Location(tuple(path), owner, hint)
 
 
 def _inside(hint: Any, part: int | str) -> tuple[type | None, str, Any]:
@@ -227,7 +232,8 @@ def _mistakes(detail: _Detail, location: Location) -> Iterator[InputError]:
     if isinstance(cause, InputError):
         yield from (mistake.moved(lambda inner: join_path(where, inner)) for mistake in cause.all)
     elif detail["type"] == "missing":
-        yield InputError(where, "is missing", "needs a value")
+        example = _example(location.hint)
+        yield InputError(where, "is missing", f"needs a value such as {example}" if example else "needs a value")
     elif detail["type"] in _UNKNOWN:
         near = _nearest_key(location)
         repair = f"did you mean '{near}'?" if near else ""
@@ -241,6 +247,18 @@ def _mistakes(detail: _Detail, location: Location) -> Iterator[InputError]:
             needed = needed.replace(words, f"a {'value' if unit else 'number'} {sign}")
         fault = "is empty" if value is None else f"got {text}"
         yield InputError(where, fault, _PLAIN_NEEDS.get(detail["type"], f"needs {needed}"))
+
+
+def _example(hint: Any) -> str:
+    """Return a value that an annotation allows, as files write it: a quantity, or a group that needs only such."""
+    plain, marks = _plain(hint)
+    if isinstance(plain, type) and dataclasses.is_dataclass(plain):
+        required = [field.name for field in dataclasses.fields(plain) if field.default is field.default_factory]
+        values = {name: _example(type_hints(plain)[name]) for name in required}
+        return f"{{{', '.join(f'{name}: {value}' for name, value in values.items())}}}" if all(values.values()) else ""
+    if _union(plain):
+        return _example(_union(plain)[0])
+    return next((f"1.5 {mark.shown}" for mark in marks if isinstance(mark, Unit)), "")
 
 
 def _nearest_key(location: Location) -> str:

@@ -247,7 +247,11 @@ def test_missing_recordings_and_labels_are_named(folder):
         ("name\na\n", "a row has no file, needs a column 'file'"),
         ("file\na\na\n", "'a' stands twice"),
         ("file\n", "has no rows"),
-        ("file,indentation\na,3\n", r"line 2: indentation: .*unit"),
+        (
+            "file,indentation\na,3.5\n",
+            r"line 2: indentation: '3.5' has no unit, .*\[m\]; write it in the first line, as in indentation \[mm\]$",
+        ),
+        ("file,indentation\na,deep\n", "'deep' is not a quantity"),
         ("file,indentation [s]\na,3\n", r"line 2: indentation"),
         ("file,surface [mm]\na,3\n", "has the unit mm, takes none; units are known of indentation"),
         ("file,x\na,1,2\n", "more cells than there are names"),

@@ -37,7 +37,7 @@ STEPS = "got 0.001 s where the shortest step is"
         (fs.Press, {"depth": -1e-3, "speed": 1e-3}, "Press.depth: got -1 mm, needs a value > 0"),
         (fs.Press, {"depth": 1e-3, "speed": 0.0}, "Press.speed: got 0 mm/s, needs a value > 0"),
         (fs.Hold, {"duration": 0.0}, "Hold.duration"),
-        (fs.Slide, {"distance": 1e-3}, "Slide.speed: is missing, needs a value"),
+        (fs.Slide, {"distance": 1e-3}, "Slide.speed: is missing, needs a value such as 1.5 mm/s"),
         (fs.Slide, {"distance": 1e-3, "speed": 1e-3, "velocity": 1.0}, "Slide.velocity: is not known"),
         (fs.Lift, {"distance": 0.0, "speed": 1e-3}, "Lift.distance"),
         (fs.TimeStepping, {"step": 0.0}, "TimeStepping.step"),

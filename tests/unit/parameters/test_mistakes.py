@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from fingerslip.errors import InputError
 from fingerslip.materials.elastic import Elastic
 from fingerslip.model.programme import Press, Slide
-from fingerslip.parameters import PositiveLength, from_mapping, parameters
+from fingerslip.parameters import PositiveDuration, PositiveLength, from_mapping, parameters
 from fingerslip.parameters.fields import in_order, locate, mistakes_in, type_hints, unit_of
 from fingerslip.study.definition.settings import ContactSettings
 from fingerslip.study.definition.spec import Study
@@ -24,6 +24,23 @@ def found(cls, values):
     with pytest.raises(InputError) as caught:
         from_mapping(cls, values)
     return str(caught.value).splitlines()
+
+
+@parameters
+class Step:
+    """A group that needs a quantity alone."""
+
+    step: PositiveDuration
+    alpha: float = 0.0
+
+
+@parameters
+class Timed:
+    """Groups and lists."""
+
+    time: Step
+    times: tuple[Step, ...]
+    named: Mapping[str, Step]
 
 
 MISTAKES = {
@@ -39,15 +56,30 @@ MISTAKES = {
     "a misspelt key and a missing one": (
         Press,
         {"dept": "1 mm"},
-        ["dept: is not known, may be one of depth, speed; did you mean 'depth'?", "speed: is missing, needs a value"],
+        [
+            "dept: is not known, may be one of depth, speed; did you mean 'depth'?",
+            "speed: is missing, needs a value such as 1.5 mm/s",
+        ],
     ),
     "several of one check": (
         ContactSettings,
         {"boundary": 3, "normal": ["x"], "programme": [{"press": {}}], "friction_coefficient": float("inf")},
         [
             *("boundary: got 3, needs text", "normal.0: got 'x', needs a number"),
-            *(f"programme.0.press.{name}: is missing, needs a value" for name in ("depth", "speed")),
+            *(
+                f"programme.0.press.{name}: is missing, needs a value such as 1.5 {unit}"
+                for name, unit in (("depth", "mm"), ("speed", "mm/s"))
+            ),
             "friction_coefficient: got inf, needs a finite number",
+        ],
+    ),
+    "groups, of which some need quantities alone": (
+        Timed,
+        {},
+        [
+            "time: is missing, needs a value such as {step: 1.5 ms}",
+            "times: is missing, needs a value",
+            "named: is missing, needs a value",
         ],
     ),
     "a mapping": (ContactSettings, {"friction_coefficient": {}}, ["friction_coefficient: got {}, needs a number"]),

@@ -74,7 +74,7 @@ def test_python_passes_si_numbers_or_text_and_sets_are_frozen_and_go_to_worker_p
     ("values", "message"),
     [
         ({"inner": {"width": "-1 mm"}}, "f: inner.width: got '-1 mm', needs a value > 0"),
-        ({"inner": {}}, "f: inner.width: is missing, needs a value"),
+        ({"inner": {}}, "f: inner.width: is missing, needs a value such as 1.5 mm"),
         ({"inner": 3}, "f: inner: got 3, needs keys and values"),
         ({"inner": None}, "f: inner: is empty, needs keys and values"),
         ({"inner": {"width": True}}, "f: inner.width: got true, needs a quantity such as '1.5 mm'"),

@@ -33,18 +33,25 @@ def write_mapping(mapping: Mapping[str, Any], path: Path, *, comment: str = "") 
 
 
 @contextlib.contextmanager
-def line_numbers(path: Path) -> Iterator[None]:
-    """Give the mistakes that are raised in the block their lines in a file, and the order in which they stand there."""
+def line_numbers(path: Path, where: str = "") -> Iterator[None]:
+    """Give the mistakes that are raised in the block their lines in a file, and the order in which they stand there.
+
+    Their places begin with the path of the file, or with the name of a run of it, whose swept values are in the sweep.
+    """
     try:
         yield
     except InputError as error:
-        front = f"{path}: "
+        front = f"{where or path}: "
         try:
             lines = _document(_read_text(path), str(path)).lines
         except InputError:  # what cannot be read has no lines
             raise error from None
+
+        def line_of(place: str) -> int | None:
+            return lines.get(f"sweep.{place}", lines.get(known_part(place, lines)))
+
         raise Mistakes(
-            mistake.moved(lambda where: where, lines.get(known_part(mistake.where.removeprefix(front), lines)))
+            mistake.moved(str, line_of(mistake.where.removeprefix(front)))
             for mistake in in_order(error.all, lines, front)
         ).error() from None
 

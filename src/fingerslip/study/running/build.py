@@ -30,6 +30,7 @@ from fingerslip.react.moment import require_sites
 from fingerslip.react.scenario import held_model
 from fingerslip.results import RefusedRun
 from fingerslip.specimens.choice import SPECIMENS
+from fingerslip.study.definition.file import line_numbers
 from fingerslip.study.definition.runs import Plan, Run
 from fingerslip.study.definition.spec import Study
 from fingerslip.study.running.cost import basis_saves, most_together, require_mesh_memory
@@ -98,7 +99,7 @@ def build_model(run: Run, mesh: Any = None) -> Model:
 
 @contextlib.contextmanager
 def name_errors(run: Run) -> Iterator[None]:
-    """Name the run in errors that do not name its file yet, and their places as the study file calls them."""
+    """Name the run in errors that do not name its file yet, with places and lines of the study file."""
     source = run.where.partition(" (")[0]
 
     def place(where: str) -> str:
@@ -107,15 +108,19 @@ def name_errors(run: Run) -> Iterator[None]:
         inside = _study_place(re.sub(r"^Model\.?", "", where), run.study)
         return f"{run.where}: {inside}" if inside else run.where
 
-    try:
-        yield
-    except InputError as error:
-        raise error.moved(place) from None
+    with line_numbers(Path(source), run.where):
+        try:
+            yield
+        except InputError as error:
+            raise error.moved(place) from None
 
 
 def _study_place(where: str, study: Study) -> str:
     """Return how a study file calls a place of its model or of its specimen."""
     match = _CONTACT_PLACE.match(where)
+    for number, site in enumerate(study.record.sites):
+        if where == f"site {site.name}":
+            return f"record.sites.{number}"
     if match is None:
         return f"{study.specimen_kind}.{where}" if _is_of_specimen(where, study) else where
     settings, inside = study.all_contacts[int(match[1])], match[2] or ""

@@ -72,6 +72,27 @@ def test_time_is_that_of_what_is_to_do_and_the_first_mistake_of_any_study_is_tol
         check_plans(plan_studies([good, bad]))
 
 
+@pytest.mark.parametrize(
+    ("path", "value", "message", "key"),
+    [
+        ("contact.boundary", "pulp", "contact.boundary: boundary 'pulp' not in mesh, it has: bottom, top", "boundary"),
+        ("supports", {"nail": ["x"]}, "supports.nail: boundary 'nail' not in mesh, it has: bottom, top", "nail"),
+        ("tractions", {"nail": ["0 Pa", "1 Pa"]}, "tractions.nail: boundary 'nail' not in mesh, it has", "nail"),
+        ("materials", {"nail": block_values()["materials"]["block"]},
+         "materials.nail: no such region in the mesh, it has: block", "nail"),
+        ("record", {"sites": [{"kind": "b", "name": "a", "position": ["0 mm", "0 mm"], "region": "nail"}]},
+         "record.sites.0: region 'nail' is not in the mesh, it has: block", "- kind"),
+        ("sweep", {"contact.boundary": ["pulp"]}, r"= pulp\): contact.boundary: .*'pulp' not", "sweep"),
+    ],
+)  # fmt: skip
+def test_a_name_that_the_mesh_lacks_is_refused_with_its_place_and_line(path, value, message, key, write_study):
+    study = write_study(changed(path, value))
+    lines = study.read_text(encoding="utf-8").splitlines()
+    line = next(number for number, text in enumerate(lines, start=1) if text.strip().startswith(key))
+    with pytest.raises(fs.InputError, match=rf"{message}.*\(line {line + (path == 'sweep')}\)$"):
+        check_plans(plan_studies([study]))
+
+
 def test_meshes_of_studies_and_presets_are_written_under_the_names_that_are_asked_or_their_own(
     write_study, tmp_path, monkeypatch
 ):
