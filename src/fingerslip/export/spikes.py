@@ -2,16 +2,27 @@
 
 from __future__ import annotations
 
+import dataclasses
 import datetime as dt
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fingerslip.afferents.model import Spikes, resolved_spikes, spike_notes, spike_places
-from fingerslip.afferents.signals import record_bandwidth
+from fingerslip.afferents.model import (
+    AFFERENTS,
+    ASSUMED,
+    AfferentModel,
+    Spikes,
+    human_afferents,
+    resolved_spikes,
+    spike_notes,
+    spike_places,
+)
+from fingerslip.afferents.signals import STIMULI, record_bandwidth
 from fingerslip.errors import InputError, optional_module
+from fingerslip.parameters import walk_values
 from fingerslip.slip.events import find_events
 from fingerslip.slip.windows import EVENTS, slide_window
 from fingerslip.snapshot import in_space
@@ -24,8 +35,7 @@ if TYPE_CHECKING:
 
 _NWB = ("neural", "spikes", "files of NWB need it")
 _KEYWORDS = "simulation, fingertip, slip, tactile afferents"
-_MODELS = "models of afferents whose thresholds are assumed: counts are no result"
-_HUMAN = f"leaky integrate-and-fire {_MODELS}; time constants of Saal et al. (2017)"
+_MODELS = f"models of afferents whose {ASSUMED}"
 _ABOUT = f"Simulated by fingerslip {__version__}: a finite-element model and models of afferents, not a recording."
 
 
@@ -80,7 +90,7 @@ def write_nwb(
     history: xr.Dataset | None = None,
     *,
     start: dt.datetime | None = None,
-    models: str = _MODELS,
+    models: str | Mapping[str, AfferentModel] = _MODELS,
 ) -> Path:
     """Write spikes as a file of Neurodata Without Borders, whole or not at all.
 
@@ -95,8 +105,9 @@ def write_nwb(
         epochs, and each unit has the place of its receptor.
     start : datetime, optional
         What the file calls the start of the session, which it must; without it the time at which it is written.
-    models : str, optional
-        What the file says of the models of afferents.
+    models : mapping of str to AfferentModel or str, optional
+        The models that the spikes are of, by type: their parameters, with units and where they are from, become a
+        table `models` under ``processing["afferents"]``. Or what the file says of them.
 
     Returns
     -------
@@ -111,14 +122,18 @@ def write_nwb(
     pynwb = optional_module("pynwb", *_NWB)
     if not spikes.names:
         raise InputError("spikes", "have no afferents", "need one or more")
+    said = models if isinstance(models, str) else _MODELS
     file = pynwb.NWBFile(
         session_description=_ABOUT,
         identifier=digest(list(spikes.names), *spikes.times),
         session_start_time=start or dt.datetime.now(dt.UTC),
         # Keywords proper are a list, which Neo cannot read.
-        data_collection=f"No tissue was recorded from. Spikes come from {models}. Keywords: {_KEYWORDS}.",
+        data_collection=f"No tissue was recorded from. Spikes come from {said}. Keywords: {_KEYWORDS}.",
         **({} if history is None else _about_run(spikes, history)),
     )
+    file.units = pynwb.misc.Units(name="units", description=f"Simulated spikes [s] of {said}.")
+    if not isinstance(models, str):
+        _add_models(file, spikes.kinds, models)
     places = None if history is None else in_space(spike_places(spikes, history))
     file.add_unit_column("site", "name of the receptor")
     file.add_unit_column("kind", "type of afferent")
@@ -140,6 +155,45 @@ def write_nwb(
     with new_file(Path(path)) as partial, pynwb.NWBHDF5IO(str(partial), "w") as stream:
         stream.write(file)
     return Path(path)
+
+
+_COLUMNS = {
+    "kind": "type of afferent",
+    "parameter": "its name",
+    "value": "in the unit beside",
+    "unit": "SI unit; empty for words and pure numbers",
+    "source": "key of a paper, 'assumed' where nobody published the value, empty where the caller set it",
+    "note": "what the value rests on",
+}
+
+
+def _add_models(file: Any, kinds: Iterable[str], models: Mapping[str, AfferentModel]) -> None:
+    """Add a table of the parameters of models to a file of NWB."""
+    import pynwb
+
+    rows = [row for kind in dict.fromkeys(kinds) for row in _model_parameters(kind, models[kind])]
+    assumed = dict.fromkeys(f"{kind} {parameter}" for kind, parameter, _, _, source, _ in rows if source == "assumed")
+    caveat = f" Assumed, so that counts of spikes are no result: {', '.join(assumed)}." if assumed else ""
+    table = pynwb.core.DynamicTable(name="models", description=f"Parameters of the models of afferents.{caveat}")
+    for name, description in _COLUMNS.items():
+        table.add_column(name, description)
+    for row in rows:
+        table.add_row(**dict(zip(_COLUMNS, row, strict=True)))
+    file.create_processing_module("afferents", "Models that spikes are computed with.").add(table)
+
+
+def _model_parameters(kind: str, model: AfferentModel) -> Iterator[tuple[str, ...]]:
+    """Yield type, parameter, value, unit, source and note of each parameter of a model."""
+    name, stimulus = kind.lower(), STIMULI[model.stimulus.removesuffix("_rate")][0]
+    ships = name in AFFERENTS.names and model == AFFERENTS.read(name)
+    sources = {value.path: (value.source, value.note) for value in (AFFERENTS.table(name) if ships else ())}
+    values = {"stimulus": (model.stimulus, ""), "highest_frequency": (str(model.highest_frequency), "1/s")}
+    if dataclasses.is_dataclass(model):
+        values |= {leaf.path: (str(leaf.value), leaf.unit.si if leaf.unit else "") for leaf in walk_values(model)}
+    steady = f"{stimulus}/s" if model.stimulus.endswith("_rate") else stimulus
+    units = {"least_steady": steady, "least_rate": f"{steady}/s".replace("/s/s", "/s^2")}
+    for parameter, (value, unit) in values.items():
+        yield kind, parameter, value, units.get(parameter, unit), *sources.get(parameter, ("", ""))
 
 
 _AXES = "x, y (in 3D z); the description of the experiment says which way the counterface slides"
@@ -177,7 +231,7 @@ def _phases(history: xr.Dataset) -> Iterator[tuple[Any, ...]]:
 def write_history_nwb(history: xr.Dataset, folder: Path) -> None:
     """Write the spikes that the human afferents of a history whose stimulus it resolves have into ``spikes.nwb``."""
     optional_module("pynwb", *_NWB)
-    write_nwb(resolved_spikes(history), folder / "spikes.nwb", history, models=_HUMAN)
+    write_nwb(resolved_spikes(history), folder / "spikes.nwb", history, models=human_afferents())
 
 
 def _signals(history: xr.Dataset) -> Iterator[tuple[str, str, Any]]:

@@ -57,6 +57,22 @@ def test_a_file_of_nwb_has_units_stimuli_phases_and_partial_slip(felt, tmp_path)
         assert epochs[["start_time", "stop_time"]].to_numpy()[-1].tolist() == [slip.incipient, slip.overall]
 
 
+def test_a_file_of_nwb_has_the_parameters_of_the_models_with_units_and_what_is_assumed(felt, tmp_path):
+    pynwb = pytest.importorskip("pynwb")
+    models = {**fs.human_afferents(), "SA-I": fs.IntegrateAndFire("pressure_rate", 100.0, 0.05, least_rate=2.0)}
+    path = fs.write_nwb(SPIKES, tmp_path / "spikes.nwb", felt, start=START, models=models)
+    with pynwb.NWBHDF5IO(str(path), "r") as stream:
+        file = stream.read()
+        table = file.processing["afferents"]["models"]
+        rows = table.to_dataframe().set_index(["kind", "parameter"])
+        assert set(rows.index.get_level_values("kind")) == set(SPIKES.kinds)
+        assert rows.loc["FA-I", "membrane_time"][["value", "unit", "source"]].tolist() == ["0.0046", "s", "saal2017"]
+        assert rows.loc["FA-I", "least_rate"][["value", "unit", "source"]].tolist() == ["0.1", "1/s", "assumed"]
+        assert rows.loc["SA-I", "least_rate"][["value", "unit", "source"]].tolist() == ["2.0", "Pa/s^2", ""]
+        assert "counts of spikes are no result: FA-I stimulus, FA-I least_rate." in table.description
+        assert "thresholds are assumed: counts are no result" in file.units.description
+
+
 def test_spikes_alone_are_a_file_too_and_the_same_ones_have_the_same_identifier(felt, tmp_path):
     pynwb = pytest.importorskip("pynwb")
     identifiers = []
