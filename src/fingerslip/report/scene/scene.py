@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import contextlib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextvars import ContextVar
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -54,9 +57,13 @@ _OUTSIDE = 0.12
 _STILL = 1e-9
 # What VTK fits is the box around everything, which leaves wide margins.
 _ZOOM = 1.35
+# A wider picture than what moves has room for the scale bar.
+_AROUND = 1.2
 # Width over height of windows in which it fits.
 _WIDE = 4 / 3
 _PERCENTILE = 99.0
+# The ends of the colours of several runs, by field and hidden regions.
+_tops: ContextVar[Mapping[tuple[str, tuple[str, ...]], float]] = ContextVar("_tops", default=MappingProxyType({}))
 # Letters of the scale bar across a picture.
 _LETTERS = 34.0
 # Without light, and without moving the camera.
@@ -180,23 +187,52 @@ def middle_cut(history: xr.Dataset) -> Cut:
     return "y" if _is_z_up(history) else "z"
 
 
-def aim(plotter: Any, history: xr.Dataset, options: SceneOptions) -> None:
-    """Point the camera at the whole scene, without perspective: a scale bar holds everywhere."""
+def aim(plotter: Any, history: xr.Dataset, options: SceneOptions, numbers: Sequence[int] = ()) -> None:
+    """Point the camera at the whole scene, and at the body and its plates in some snapshots.
+
+    There is no perspective: a scale bar holds everywhere.
+    """
     plotter.enable_parallel_projection()
     plotter.view_vector(*_directions(history, options.camera if is_solid(history) else "side"))
     plotter.reset_camera()
     width, height = plotter.window_size
     plotter.camera.zoom(_ZOOM * min(1.0, width / (_WIDE * height)))
+    camera, axes = plotter.camera, _axes(plotter)[:2]
+    half = camera.parallel_scale * np.array([width / height, 1.0])
+    corners = [np.empty((0, 2))]
+    for number in numbers:
+        seen = (_drawn_points(history, options, number) - camera.focal_point) @ axes.T
+        corners += [seen.min(axis=0, keepdims=True), seen.max(axis=0, keepdims=True)]
+    moving = np.concatenate(corners)
+    # What moves out of the picture is followed by a wider one.
+    if (np.abs(moving) > half).any():
+        low, high = moving.min(axis=0), moving.max(axis=0)
+        shift = 0.5 * (low + high) @ axes
+        camera.focal_point, camera.position = camera.focal_point + shift, camera.position + shift
+        camera.parallel_scale = _AROUND * 0.5 * max(high[1] - low[1], (high[0] - low[0]) * height / width)
+
+
+def _drawn_points(history: xr.Dataset, options: SceneOptions, number: int) -> Floats:
+    """Return points (n, 3) [mm] of the body, and of its plates where they are drawn whole, in a snapshot."""
+    points = in_space(history["node_position"].values + history["snapshot_displacement"].values[number])
+    half_side = 0.5 * _PLATE * float(np.ptp(points, axis=0).max())
+    faces = faces_at(history, number, half_side) if options.plate and is_solid(history) else ()
+    return 1e3 * np.concatenate([points, *(face.surface.reshape(-1, 3) for face in faces)])
+
+
+def _axes(plotter: Any) -> Floats:
+    """Return the directions (3, 3) to the right, up and to the viewer, as the camera sees them."""
+    view = np.array(plotter.camera.direction)
+    right = np.cross(view, plotter.camera.up)
+    right /= np.linalg.norm(right)
+    return np.array([right, np.cross(right, view), -view])
 
 
 def draw_scale(plotter: Any, points: Floats) -> None:
     """Draw a bar of a round length below points (n, 3) [mm] at the right, as the camera sees them, with its length."""
     import pyvista
 
-    view = np.array(plotter.camera.direction)
-    right = np.cross(view, plotter.camera.up)
-    right /= np.linalg.norm(right)
-    axes = np.array([right, up := np.cross(right, view), -view])
+    axes = _axes(plotter)
     low, high = (points @ axes.T).min(axis=0), (points @ axes.T).max(axis=0)
     length, size = scale_length(high[0] - low[0]), float((high - low).max())
     # Before everything, and clear of the plate.
@@ -204,7 +240,7 @@ def draw_scale(plotter: Any, points: Floats) -> None:
     plotter.add_mesh(pyvista.Line(*ends), name="scale", color=palette.BLACK, line_width=4.0, **_FLAT)
     look: dict[str, Any] = {"shape": None, "show_points": False, "always_visible": True, "reset_camera": False}
     letters = {"font_size": max(round(plotter.window_size[0] / _LETTERS), 8), "bold": False}
-    middle = [ends.mean(axis=0) + 0.01 * size * up]
+    middle = [ends.mean(axis=0) + 0.01 * size * axes[1]]
     look |= {"justification_horizontal": "center", "text_color": palette.BLACK}
     plotter.add_point_labels(middle, [f"{length:g} mm"], **look, **letters)
     plotter.reset_camera_clipping_range()
@@ -242,6 +278,25 @@ def _label_bars(plotter: Any, top: float) -> None:
         bar.SetTitle(f"{bar.GetTitle().rstrip()}\n ")
 
 
+@contextlib.contextmanager
+def one_scale(histories: Iterable[xr.Dataset], *chosen: SceneOptions) -> Iterator[None]:
+    """Give pictures with some options, and with those of :class:`SceneOptions`, one range of colours for several runs.
+
+    It holds as long as the context lasts.
+    """
+    tops: dict[tuple[str, tuple[str, ...]], float] = {}
+    for history in histories:
+        for options in {SceneOptions(), *chosen}:
+            if history.sizes.get("snapshot_time", 0):
+                key = (options.scalar, options.hidden)
+                tops[key] = max(tops.get(key, 0.0), field_limits(history, options)[1])
+    token = _tops.set(tops)
+    try:
+        yield
+    finally:
+        _tops.reset(token)
+
+
 def field_limits(history: xr.Dataset, options: SceneOptions) -> tuple[float, float]:
     """Return the range of colours, the same for all snapshots: to a high percentile, as corners have any stress.
 
@@ -249,6 +304,8 @@ def field_limits(history: xr.Dataset, options: SceneOptions) -> tuple[float, flo
     """
     if options.scalar == "region":
         return 0.0, 1.0
+    if (options.scalar, options.hidden) in _tops.get():
+        return 0.0, _tops.get()[options.scalar, options.hidden]
     values = history[f"snapshot_{options.scalar}"].values
     if options.scalar in {"displacement", "velocity"}:
         values = np.linalg.norm(values, axis=-1)

@@ -148,10 +148,11 @@ def stills(
         for index, number in enumerate(numbers):
             draw_scene(plotter, history, number, options)
             if index == 0:
-                aim(plotter, history, options)
+                aim(plotter, history, options, numbers)
                 draw_scale(plotter, snapshot_grid(history, number).points)
                 if options.written:
                     _add_names(plotter, history, options)
+            plotter.reset_camera_clipping_range()
             yield picture_of(plotter)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import functools
 from collections.abc import Callable, Mapping, Sequence
@@ -106,9 +107,24 @@ def write_figure(target: Path, choice: FigureChoice, output: Path | None = None)
         study = _study_subject(target, choice)
         return _save(lambda: _figure_of(study, choice.kind), path, choice)
     run = _run_subject(_run_folder(target, choice.run), choice)
-    if choice.kind == FILM:
-        return _write_film(run, path, choice)
-    return _save(lambda: _figure_of(run, choice.kind), path, choice)
+    with _one_scale(target, choice, run):
+        if choice.kind == FILM:
+            return _write_film(run, path, choice)
+        return _save(lambda: _figure_of(run, choice.kind), path, choice)
+
+
+#: Kinds whose colours show a field; of the runs of a study they have one scale.
+_OF_FIELDS = ("composed", "deformed", "cut", "forces", FILM)
+
+
+def _one_scale(target: Path, choice: FigureChoice, run: RunSubject) -> contextlib.AbstractContextManager[None]:
+    """Give the colours of a field the same range for all runs of a study, the first of many."""
+    from fingerslip.report.scene.scene import one_scale
+
+    folder = target if choice.run else target.parent
+    names = dict.fromkeys([choice.run or target.name, *list(read_manifest(folder).get("runs", {}))[:MOST_RUNS]])
+    paths = [folder / name / HISTORY for name in names if choice.kind in _OF_FIELDS]
+    return one_scale((read_history(path) for path in paths if path.is_file()), run.options)
 
 
 def _save(draw_figure: Callable[[], Figure], path: Path, choice: FigureChoice) -> Path:

@@ -7,7 +7,15 @@ import zlib
 import numpy as np
 import pytest
 
-from fingerslip.report.page.motion import language, pack_arrays, quantise, run_motion, solid_surface, triangles_of
+from fingerslip.report.page.motion import (
+    language,
+    pack_arrays,
+    quantise,
+    run_motion,
+    run_motions,
+    solid_surface,
+    triangles_of,
+)
 from fingerslip.report.scene.scene import upright
 from fingerslip.slip import Events, SlipEvents
 from unit.report.scenes import block_history
@@ -48,6 +56,9 @@ def test_section_moves_as_its_snapshots_do_and_those_nearest_to_events_are_among
     assert body["travels"] == 1.0
     assert len(body["plates"][0]) == 1
     json.dumps(motion)
+    weak = plane.assign(snapshot_von_mises=0.5 * plane["snapshot_von_mises"])
+    motions = run_motions((history, Events(), "t") for history in (weak, plane))
+    assert [each["body"]["top"] for each in motions] == [body["top"]] * 2, "runs compare by their colours"
     monkeypatch.setattr("fingerslip.report.page.motion._FRAMES", 2)
     assert run_motion(plane, Events(), "t")["body"]["frames"] == [0.05, 0.1]
     motion = run_motion(plane, Events(slip=SlipEvents(incipient=0.01)), "t")

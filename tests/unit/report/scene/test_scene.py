@@ -15,6 +15,7 @@ from fingerslip.parameters import from_mapping
 from fingerslip.report.scene import scene
 from fingerslip.report.scene.names import CAMERAS, CUTS, FIELDS, alternatives
 from fingerslip.report.scene.options import LOCAL, SCALARS, SceneOptions, Served, require_free
+from fingerslip.report.scene.viewer import stills
 from fingerslip.slip import contact_patch
 from fingerslip.snapshot import CELL_TYPES, in_space, read_snapshot
 from unit.report.scenes import block_history
@@ -86,6 +87,32 @@ def test_colours_are_scaled_to_what_is_shown_and_not_to_the_bone(history):
     bone = stressed.assign_attrs(regions=f"{names[0]}, phalanx")
     assert scene.field_limits(bone, SceneOptions()) == pytest.approx((0.0, 1.0))
     assert scene.field_limits(bone, SceneOptions(hidden=names[:1])) == pytest.approx((0.0, 9e3))
+
+
+def test_colours_of_several_runs_have_one_scale(history):
+    weak = history.assign(snapshot_von_mises=0.5 * history["snapshot_von_mises"])
+    unlike = SceneOptions(scalar="displacement")
+    alone = [scene.field_limits(run, SceneOptions()) for run in (weak, history)]
+    assert alone[0][1] == pytest.approx(0.5 * alone[1][1])
+    with scene.one_scale([weak, history.drop_dims("snapshot_time"), history], SceneOptions(hidden=("skin",))):
+        assert [scene.field_limits(run, SceneOptions()) for run in (weak, history)] == [alone[1]] * 2
+        hidden = [scene.field_limits(run, SceneOptions(hidden=("skin",))) for run in (weak, history)]
+        assert hidden[0] == hidden[1]
+        assert scene.field_limits(weak, SceneOptions(scalar="region")) == (0.0, 1.0)
+        assert scene.field_limits(weak, unlike) == scene.field_limits(history, unlike)
+    assert scene.field_limits(weak, SceneOptions()) == alone[0]
+
+
+@pytest.mark.parametrize("camera", ["side", "below"])
+def test_a_film_shows_the_body_wherever_it_is_dragged(history, camera):
+    count = history.sizes["snapshot_time"]
+    drag = np.linspace(0.0, 0.04, count)[:, None, None] * np.array([1.0, 0.0, 0.0])
+    dragged = history.assign(snapshot_displacement=history["snapshot_displacement"] + drag)
+    options = SceneOptions(camera=camera, written=False, plate=False, receptors=False)
+    pictures = [picture < 250 for picture in stills(dragged, range(count), options, (240, 160))]
+    edges = [np.concatenate([seen[0], seen[-1], seen[:, 0], seen[:, -1]]).any() for seen in pictures]
+    assert [seen.any() for seen in pictures] == [True] * count
+    assert edges == [False] * count
 
 
 def test_a_cut_leaves_half_of_the_body_and_the_plate_is_where_it_touches(history):

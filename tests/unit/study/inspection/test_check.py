@@ -14,6 +14,8 @@ from fingerslip.parameters import from_mapping
 from fingerslip.report.colours import EVENT_COLOURS
 from fingerslip.report.content import RunSubject
 from fingerslip.report.scene import viewer
+from fingerslip.report.scene.options import SceneOptions
+from fingerslip.report.scene.scene import field_limits
 from fingerslip.results import result_of, write_result
 from fingerslip.study.definition.runs import plan_studies
 from fingerslip.study.inspection import views
@@ -214,6 +216,25 @@ def test_a_figure_of_a_study_or_of_a_run_stands_beside_its_results(finished, for
     assert written.read_bytes().startswith(start)
     if form == "pdf":
         assert write_figure(finished, FigureChoice("forces", run=RUN, style="slides")).name == f"forces-{RUN}.pdf"
+
+
+def test_the_colours_of_fields_have_one_scale_over_the_runs_of_a_study(tmp_path, monkeypatch):
+    history, tops = block_history("Q4"), []
+    for name, factor in (("a", 0.5), ("b", 1.0)):
+        (tmp_path / name).mkdir()
+        run = history.assign(snapshot_von_mises=factor * history["snapshot_von_mises"])
+        fs.write_history(run, tmp_path / name / "history.nc")
+        (tmp_path / name / "run.yaml").write_text("title: block\n", encoding="utf-8")
+        write_result(result_of(run, name, {}), tmp_path / name)
+    monkeypatch.setattr(
+        views, "read_manifest", lambda folder: {"runs": {"a": {}, "b": {}}} if folder == tmp_path else {}
+    )
+    monkeypatch.setattr(views, "_save", lambda *_: tops.append(field_limits(run, SceneOptions())[1]))
+    run = history.assign(snapshot_von_mises=0.5 * history["snapshot_von_mises"])
+    for target, choice in ((tmp_path, FigureChoice("deformed", run="a")), (tmp_path / "a", FigureChoice("deformed"))):
+        write_figure(target, choice)
+    write_figure(tmp_path, FigureChoice("energy", run="a"))
+    assert tops == pytest.approx([2.0 * tops[2]] * 2 + [tops[2]])
 
 
 def test_a_composed_figure_of_a_study_with_several_runs_says_which_it_shows(finished, monkeypatch):
