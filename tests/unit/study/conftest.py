@@ -16,7 +16,7 @@ from fingerslip.dynamics import simulation
 from fingerslip.errors import ConvergenceError
 from fingerslip.mesh.io import write_mesh
 from fingerslip.model.model import Model
-from fingerslip.study.inspection.check import compiling_seconds
+from fingerslip.study.inspection.check import kinds_to_compile
 from fingerslip.study.running import compute, runner
 from fingerslip.study.storage import store
 from unit import synthetic
@@ -25,7 +25,7 @@ from unit.study.block import block_mesh, block_values
 
 def all_is_compiled(patch: pytest.MonkeyPatch) -> None:
     """Leave out what a fresh clone does first, with a simulation that may be replaced."""
-    patch.setitem(compiling_seconds.__globals__, "_has_cache", lambda _: True)
+    patch.setitem(kinds_to_compile.__globals__, "_has_cache", lambda _: True)
 
 
 def draw_nothing(patch: pytest.MonkeyPatch, write_report: Callable[..., None] = lambda *_: None) -> None:

@@ -23,7 +23,7 @@ from fingerslip.storage.files import writing
 from fingerslip.study.convergence import refinement_warnings
 from fingerslip.study.definition.runs import Plan, plan_study
 from fingerslip.study.running.build import Job, groups, inspect_mesh, prepare_samples
-from fingerslip.study.running.cost import compiling_seconds, estimated_seconds, process_bytes
+from fingerslip.study.running.cost import compiling_words, estimated_seconds, kinds_to_compile, process_bytes
 from fingerslip.tables.table import Column, Table
 from fingerslip.units import LengthUnit, metres
 
@@ -87,9 +87,12 @@ def _note(rows: Sequence[_Row], job_groups: Sequence[Sequence[Job]]) -> str:
     controlled, seconds = any(isinstance(row[-2], str) for row in rows), sum(row[-1] for row in to_do)
     about = "at least" if any(isinstance(row[-2], str) for row in to_do) else "about"
     runs = f"{len(rows)} run{'s' * (len(rows) != 1)}"
+    models = [job.model for jobs in job_groups for job in jobs]
+    more = "Meshing, reduced bases" if any(model.basis for model in models) else "Meshing"
     note = f"{runs}, {about} {max(seconds / 60, 0.1):.1f} min of computing in one process."
-    compiling = compiling_seconds(job.model for jobs in job_groups for job in jobs)
-    note += f" Compiling comes first, once on this machine: about {compiling:.0f} s." * bool(compiling)
+    note += f" {more} and the report come on top."
+    if compiling := compiling_words(kinds_to_compile(models)):
+        note += f" Before the first run: {compiling}."
     shared = [len(part) for part in job_groups if len(part) > 1]
     if shared:
         matrices = f"{len(shared)} group{'s' * (len(shared) != 1)}"

@@ -1,4 +1,4 @@
-"""What a run costs before it is computed: memory for its mesh, time, and compiling once on a machine.
+"""What a run costs before it is computed: memory for its mesh, time, and compiling once for each kind of model.
 
 Numba makes machine code of fingerslip's loops once, then keeps it. A block of a few cells, pressed and slid, compiles
 nearly all that a model of its kind needs.
@@ -10,7 +10,7 @@ import contextlib
 import logging
 import os
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -126,7 +126,7 @@ def require_mesh_memory(source: MeshSource, specimen: Any) -> None:
         require_memory({name: int(estimated_bytes(cells, element))})
 
 
-_NAME = "compiling, once on this machine"
+_NAME = "compiling, once for each kind of model"
 
 #: Dimension, and how motions are computed: on the mesh at small strain, in a basis, or at large strain.
 Kind = tuple[int, Literal["small", "reduced", "finite"]]
@@ -134,6 +134,12 @@ Kind = tuple[int, Literal["small", "reduced", "finite"]]
 # Functions and CPU seconds of each kind, those of which it makes use included. Measured on an empty cache.
 _FUNCTIONS: Mapping[Kind, int] = {(2, "small"): 124, (2, "reduced"): 70, (2, "finite"): 24, (3, "finite"): 18}
 _SECONDS: Mapping[Kind, float] = {(2, "small"): 21.0, (2, "reduced"): 20.0, (2, "finite"): 4.5, (3, "finite"): 3.0}
+_IN_WORDS: Mapping[Kind, str] = {
+    (2, "small"): "small strain",
+    (2, "reduced"): "reduced basis in 2D",
+    (2, "finite"): "large strain in 2D",
+    (3, "finite"): "large strain in 3D",
+}
 
 # A function that each kind needs: its file and its name.
 _SAMPLES = {
@@ -153,9 +159,10 @@ def kinds_to_compile(models: Iterable[Model]) -> tuple[Kind, ...]:
     return tuple(kind for kind in needed if kind in _FUNCTIONS and not _has_cache(kind))
 
 
-def compiling_seconds(models: Iterable[Model]) -> float:
-    """Estimate how long compiling takes before models can be computed here [s]; 0 where that was done before."""
-    return sum(_SECONDS[kind] for kind in kinds_to_compile(models))
+def compiling_words(kinds: Sequence[Kind]) -> str:
+    """Say for what is compiled and how long that takes; nothing where all was compiled before."""
+    seconds, words = sum(_SECONDS[kind] for kind in kinds), ", ".join(_IN_WORDS[kind] for kind in kinds)
+    return f"{_NAME} ({words}): takes about {seconds:.0f} s" if kinds else ""
 
 
 def compile_ahead(models: Iterable[Model], progress: StudyProgress) -> None:
@@ -168,7 +175,7 @@ def compile_ahead(models: Iterable[Model], progress: StudyProgress) -> None:
     from fingerslip.dynamics.simulation import simulate
 
     total = sum(_FUNCTIONS[kind] for kind in kinds)
-    progress.say(f"{_NAME}: takes about {sum(_SECONDS[kind] for kind in kinds):.0f} s")
+    progress.say(compiling_words(kinds))
     progress.begin([_NAME])
     progress.advance(_NAME, 0.0)
 

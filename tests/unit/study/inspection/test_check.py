@@ -37,7 +37,8 @@ def test_every_run_is_counted_with_its_size_and_what_is_too_coarse_is_said(write
     assert [row[:6] for row in table.rows] == [("block.yaml", name, "to do", 90, 30, 30) for name in NAMES]
     assert [row[6] for row in table.rows] == [estimated_seconds(90, 30)] * 3
     assert table.note.startswith(
-        "3 runs, about 0.1 min of computing in one process. Each process takes about 0.4 GB.\nWARNING: "
+        "3 runs, about 0.1 min of computing in one process. Meshing and the report come on top. "
+        "Each process takes about 0.4 GB.\nWARNING: "
     )
     assert table.title == "Checked: no mistakes found, 3 warnings"
     assert "block.yaml: programme.0: the press takes 10 steps, and fewer than 25 are too coarse" in table.note
@@ -45,6 +46,8 @@ def test_every_run_is_counted_with_its_size_and_what_is_too_coarse_is_said(write
     fine = check_plans(plan_studies([write_study(block_values() | {"time": {"step": "0.5 ms"}})]))
     assert "steps" not in fine.note
     assert "3 of those to do are computed in 1 group with one matrix each." in fine.note
+    reduced = check_plans(plan_studies([write_study(block_values() | {"dynamics": {"reduced": {}}})]))
+    assert ". Meshing, reduced bases and the report come on top." in reduced.note
 
 
 @pytest.mark.parametrize(("scheme", "fewest"), [("hht_alpha", 30), ("quasi_static", 60)])
@@ -54,7 +57,8 @@ def test_steps_that_control_their_error_are_told_from_records(write_study, schem
     assert [row[4:6] for row in table.rows] == [(30, f"at least {fewest}")] * 3
     assert [row[6] for row in table.rows] == [estimated_seconds(90, fewest)] * 3
     assert table.note.startswith(
-        "3 runs, at least 0.1 min of computing in one process. Each process takes about 0.4 GB. With step: auto"
+        "3 runs, at least 0.1 min of computing in one process. Meshing and the report come on top. "
+        "Each process takes about 0.4 GB. With step: auto"
     )
 
 

@@ -102,13 +102,16 @@ def test_compiling_comes_before_the_runs_with_an_estimate_and_where_all_is_compi
     heard = Told()
     cost.compile_ahead([push_and_slide()], heard)
     assert heard.told == []
-    assert cost.compiling_seconds([push_and_slide()]) == 0.0
+    assert cost.compiling_words(cost.kinds_to_compile([push_and_slide()])) == ""
     study = write_study(block_values() | {"sweep": {}})
     monkeypatch.setattr(cost, "_has_cache", lambda _: False)
-    assert "Compiling comes first, once on this machine: about 21 s." in check_plans(plan_studies([study])).note
-    heard, name = Told(), "compiling, once on this machine"
+    heard, name = Told(), "compiling, once for each kind of model"
+    takes = f"{name} (small strain): takes about 21 s"
+    assert f"on top. Before the first run: {takes}." in check_plans(plan_studies([study])).note
+    at_large_strain = cost.compiling_words([(2, "small"), (3, "finite")])
+    assert at_large_strain == f"{name} (small strain, large strain in 3D): takes about 24 s"
     run_study(study, results_dir=tmp_path / "results", workers=1, progress=heard)
-    assert heard.messages[0] == f"{name}: takes about 21 s"
+    assert heard.messages[0] == takes
     assert [entry for entry in heard.told if entry[0] in ("begin", name)][:2] == [("begin", name), (name, 0.0)]
     for file, name in cost._SAMPLES.values():
         assert f"\ndef {name}(" in (ROOT / "src" / "fingerslip" / file).read_text(), "it tells of caches"
