@@ -46,7 +46,7 @@ def test_every_run_is_counted_with_its_size_and_what_is_too_coarse_is_said(write
     fine = check_plans(plan_studies([write_study(block_values() | {"time": {"step": "0.5 ms"}})]))
     assert "steps" not in fine.note
     assert "3 of those to do are computed in 1 group with one matrix each." in fine.note
-    reduced = check_plans(plan_studies([write_study(block_values() | {"dynamics": {"reduced": {}}})]))
+    reduced = check_plans(plan_studies([write_study(block_values() | {"dynamics": {"basis": "reduced"}})]))
     assert ". Meshing, reduced bases and the report come on top." in reduced.note
 
 
