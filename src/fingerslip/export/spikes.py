@@ -171,14 +171,17 @@ def _add_models(file: Any, kinds: Iterable[str], models: Mapping[str, AfferentMo
     """Add a table of the parameters of models to a file of NWB."""
     import pynwb
 
+    if absent := [kind for kind in kinds if kind not in models]:
+        raise InputError("models", f"have none of {absent[0]}", "need one for each type of afferent")
     rows = [row for kind in dict.fromkeys(kinds) for row in _model_parameters(kind, models[kind])]
     assumed = dict.fromkeys(f"{kind} {parameter}" for kind, parameter, _, _, source, _ in rows if source == "assumed")
     caveat = f" Assumed, so that counts of spikes are no result: {', '.join(assumed)}." if assumed else ""
-    table = pynwb.core.DynamicTable(name="models", description=f"Parameters of the models of afferents.{caveat}")
-    for name, description in _COLUMNS.items():
-        table.add_column(name, description)
-    for row in rows:
-        table.add_row(**dict(zip(_COLUMNS, row, strict=True)))
+    columns = [
+        pynwb.core.VectorData(name=name, description=about, data=list(values))
+        for (name, about), values in zip(_COLUMNS.items(), zip(*rows, strict=True), strict=True)
+    ]
+    words = f"Parameters of the models of afferents.{caveat}"
+    table = pynwb.core.DynamicTable(name="models", description=words, columns=columns)
     file.create_processing_module("afferents", "Models that spikes are computed with.").add(table)
 
 

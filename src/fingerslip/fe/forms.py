@@ -162,7 +162,7 @@ def traction_load(space: Space, tractions: Mapping[str, tuple[float, ...]], dept
     for name, traction in tractions.items():
         if len(traction) != space.dim:
             raise InputError(f"tractions.{name}", f"got {len(traction)} components", f"needs {space.dim}")
-        load += nodal_areas(space, name, depth)[:, None] * np.asarray(traction)
+        load += nodal_areas(space, name, depth, f"tractions.{name}")[:, None] * np.asarray(traction)
     return load.ravel()
 
 

@@ -130,10 +130,10 @@ def cell_nodes(space: Space) -> NDArray[np.int32]:
     return np.ascontiguousarray(nodes)
 
 
-def boundary_nodes(space: Space, name: str) -> Integers:
-    """Return the sorted nodes of a named boundary, shape (k,)."""
+def boundary_nodes(space: Space, name: str, where: str = "mesh") -> Integers:
+    """Return the sorted nodes of a boundary, shape (k,), that a model names at some place."""
     if name not in space.nodes_by_boundary:
-        facets = _group_facets(space.mesh.boundaries, name, "boundary")
+        facets = _group_facets(space.mesh.boundaries, name, "boundary", where)
         space.nodes_by_boundary[name] = np.unique(space.full.get_dofs(facets=np.asarray(facets)).all()).astype(np.int64)
     return space.nodes_by_boundary[name].copy()
 
@@ -159,10 +159,10 @@ class _Mapping(skfem.MappingIsoparametric):  # type: ignore[misc]
         return super().invF(x, tind, newton_max_iters, max(newton_tol, _ROUNDINGS * rounding))
 
 
-def nodal_areas(space: Space, name: str, depth: float) -> Floats:
+def nodal_areas(space: Space, name: str, depth: float, where: str = "mesh") -> Floats:
     """Return the tributary area [m^2] of every node on a boundary, shape (n_nodes,): integrals of shape functions."""
     if name not in space.areas_by_boundary:
-        facets, mesh = _group_facets(space.mesh.boundaries, name, "boundary"), space.mesh
+        facets, mesh = _group_facets(space.mesh.boundaries, name, "boundary", where), space.mesh
         facets = facets[~are_degenerate(mesh)[facets]]
         mapping = mesh.mapping() if mesh.affine else _Mapping(mesh, mesh.elem(), mesh.bndelem)
         basis = skfem.FacetBasis(mesh, space.scalar_element, mapping, facets=facets)
@@ -170,14 +170,14 @@ def nodal_areas(space: Space, name: str, depth: float) -> Floats:
     return depth * space.areas_by_boundary[name]
 
 
-def _group_facets(table: dict[str, Any] | None, name: str, kind: str) -> Integers:
+def _group_facets(table: dict[str, Any] | None, name: str, kind: str, where: str = "mesh") -> Integers:
     sets = table or {}
     if name not in sets:
         names = sorted(sets)
         allowed = f"it has: {', '.join(names) or 'none'}"
-        raise MeshError("mesh", f"{kind} '{name}' not in mesh", allowed, did_you_mean(name, names))
+        raise MeshError(where, f"{kind} '{name}' not in mesh", allowed, did_you_mean(name, names))
     if not len(sets[name]):
-        raise MeshError("mesh", f"{kind} '{name}' is empty", "needs at least one facet or cell")
+        raise MeshError(where, f"{kind} '{name}' is empty", "needs at least one facet or cell")
     return np.asarray(sets[name])
 
 

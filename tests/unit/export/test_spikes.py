@@ -71,6 +71,8 @@ def test_a_file_of_nwb_has_the_parameters_of_the_models_with_units_and_what_is_a
         assert rows.loc["SA-I", "least_rate"][["value", "unit", "source"]].tolist() == ["2.0", "Pa/s^2", ""]
         assert "counts of spikes are no result: FA-I stimulus, FA-I least_rate." in table.description
         assert "thresholds are assumed: counts are no result" in file.units.description
+    with pytest.raises(InputError, match="models: have none of SA-I, need one for each type of afferent"):
+        fs.write_nwb(SPIKES, tmp_path / "more.nwb", models={"FA-I": models["FA-I"]})
 
 
 def test_spikes_alone_are_a_file_too_and_the_same_ones_have_the_same_identifier(felt, tmp_path):

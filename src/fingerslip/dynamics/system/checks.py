@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import contextlib
 import logging
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import repeat
 
@@ -27,7 +26,7 @@ from fingerslip.dynamics.system.bodies import (
     unheld_bodies,
 )
 from fingerslip.dynamics.system.scheme import has_inertia
-from fingerslip.errors import InputError, MeshError, Mistakes
+from fingerslip.errors import InputError, Mistakes
 from fingerslip.fe.cell_materials import CellMaterials, cell_materials, finite_cell_materials, small_strain_law
 from fingerslip.fe.space import Space, boundary_nodes, build_space, free_pieces, nodal_areas, region_nodes, vector_dofs
 from fingerslip.materials.large_strain import FiniteMaterial
@@ -92,37 +91,19 @@ class CheckedModel:
     site_nodes: Integers  # (n_sites,), mesh nodes of the recorded sites
 
 
-def _check_groups(model: Model, space: Space, mistakes: Mistakes) -> None:
-    """Collect names of groups that the mesh lacks, and contacts inside the body."""
-    for number, contact in enumerate(model.contacts):
-        with mistakes.collect():
-            with _named_at(f"contacts.{number}.boundary"):
-                boundary_nodes(space, contact.boundary)
-            _require_outside(model, number)
-    for name in model.supports:
-        with mistakes.collect(), _named_at(f"supports.{name}"):
-            _supported_nodes(space, name)
-    for name in model.tractions:
-        with mistakes.collect(), _named_at(f"tractions.{name}"):
-            boundary_nodes(space, name)
-
-
-@contextlib.contextmanager
-def _named_at(place: str) -> Iterator[None]:
-    """Put the refusal of a group that the mesh lacks where the model names it."""
-    try:
-        yield
-    except MeshError as error:
-        raise error.moved(lambda _: place) from None
-
-
 def inspect_model(model: Model, space: Space | None = None) -> CheckedModel:
     """Find out whether a model can be computed, with the space of its mesh where that is known."""
     space = space or build_space(model.mesh)
     mistakes = Mistakes()
     with mistakes.collect():
         materials = cell_materials(space, model.materials, model.formulation)
-    _check_groups(model, space, mistakes)
+    for number, contact in enumerate(model.contacts):
+        with mistakes.collect():
+            boundary_nodes(space, contact.boundary, f"contacts.{number}.boundary")
+            _require_outside(model, number)
+    for name in model.supports:
+        with mistakes.collect():
+            _supported_nodes(space, name)
     mistakes.raise_all()
     finite = finite_cell_materials(space, model.materials, model.formulation) if model.is_finite else None
     for name, material in model.materials.items():
@@ -250,7 +231,7 @@ def _held_dofs(model: Model, space: Space) -> dict[str, Integers]:
 def _supported_nodes(space: Space, name: str) -> Integers:
     """Return the nodes of a boundary, or of a region where no boundary has the name, shape (k,)."""
     is_region = name not in (space.mesh.boundaries or {}) and name in (space.mesh.subdomains or {})
-    return region_nodes(space, name) if is_region else boundary_nodes(space, name)
+    return region_nodes(space, name) if is_region else boundary_nodes(space, name, f"supports.{name}")
 
 
 def _check_support_motions(model: Model, space: Space) -> None:

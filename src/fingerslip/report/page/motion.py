@@ -22,16 +22,9 @@ from fingerslip.report.figures.bodies import extent
 from fingerslip.report.figures.signals import HAS_SLIPPED, PRESSED, SLIPS, slipped_share
 from fingerslip.report.figures.style import event_times
 from fingerslip.report.labels import of_histories
+from fingerslip.report.scene import scene
 from fingerslip.report.scene.options import SCALARS, SceneOptions
-from fingerslip.report.scene.scene import (
-    CORNERS,
-    field_limits,
-    one_scale,
-    region_names,
-    soft_regions,
-    upright,
-    vtk_grid,
-)
+from fingerslip.report.scene.scene import CORNERS, field_limits, region_names, soft_regions, upright, vtk_grid
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import Events, contact_forces, receptor_signals, slide_tangent, slide_window, slipping_fraction
 from fingerslip.slip.windows import EVENTS
@@ -72,7 +65,7 @@ def run_motions(runs: Iterable[tuple[xr.Dataset, Events, str]]) -> tuple[dict[st
     """Return runs in motion, the first and as many more as keep the page small; their colours have one scale."""
     motions: list[dict[str, Any]] = []
     size, touched = 0, [run for run in runs if run[0].sizes.get("counterface", 0)]
-    with one_scale(history for history, *_ in touched):
+    with scene.one_scale(history for history, *_ in touched):
         for history, events, title in touched:
             motion = run_motion(history, events, title)
             size += len(motion["data"])

@@ -58,7 +58,7 @@ _STILL = 1e-9
 # What VTK fits is the box around everything, which leaves wide margins.
 _ZOOM = 1.35
 # A wider picture than what moves has room for the scale bar.
-_AROUND = 1.2
+_AROUND = 1.12
 # Width over height of windows in which it fits.
 _WIDE = 4 / 3
 _PERCENTILE = 99.0
@@ -188,10 +188,7 @@ def middle_cut(history: xr.Dataset) -> Cut:
 
 
 def aim(plotter: Any, history: xr.Dataset, options: SceneOptions, numbers: Sequence[int] = ()) -> None:
-    """Point the camera at the whole scene, and at the body and its plates in some snapshots.
-
-    There is no perspective: a scale bar holds everywhere.
-    """
+    """Point the camera at the scene and all that moves in some snapshots, without perspective: scale bars hold."""
     plotter.enable_parallel_projection()
     plotter.view_vector(*_directions(history, options.camera if is_solid(history) else "side"))
     plotter.reset_camera()
@@ -199,14 +196,10 @@ def aim(plotter: Any, history: xr.Dataset, options: SceneOptions, numbers: Seque
     plotter.camera.zoom(_ZOOM * min(1.0, width / (_WIDE * height)))
     camera, axes = plotter.camera, _axes(plotter)[:2]
     half = camera.parallel_scale * np.array([width / height, 1.0])
-    corners = [np.empty((0, 2))]
-    for number in numbers:
-        seen = (_drawn_points(history, options, number) - camera.focal_point) @ axes.T
-        corners += [seen.min(axis=0, keepdims=True), seen.max(axis=0, keepdims=True)]
-    moving = np.concatenate(corners)
+    seen = [(_drawn_points(history, options, number) - camera.focal_point) @ axes.T for number in numbers]
+    low, high = (end([end(points, axis=0) for points in (*seen, np.zeros((1, 2)))], axis=0) for end in (np.min, np.max))
     # What moves out of the picture is followed by a wider one.
-    if (np.abs(moving) > half).any():
-        low, high = moving.min(axis=0), moving.max(axis=0)
+    if (low < -half).any() or (high > half).any():
         shift = 0.5 * (low + high) @ axes
         camera.focal_point, camera.position = camera.focal_point + shift, camera.position + shift
         camera.parallel_scale = _AROUND * 0.5 * max(high[1] - low[1], (high[0] - low[0]) * height / width)
@@ -280,16 +273,12 @@ def _label_bars(plotter: Any, top: float) -> None:
 
 @contextlib.contextmanager
 def one_scale(histories: Iterable[xr.Dataset], *chosen: SceneOptions) -> Iterator[None]:
-    """Give pictures with some options, and with those of :class:`SceneOptions`, one range of colours for several runs.
-
-    It holds as long as the context lasts.
-    """
+    """Give all pictures of several runs, with some options or none, one range of colours while the context lasts."""
     tops: dict[tuple[str, tuple[str, ...]], float] = {}
-    for history in histories:
+    for history in (history for history in histories if history.sizes.get("snapshot_time", 0)):
         for options in {SceneOptions(), *chosen}:
-            if history.sizes.get("snapshot_time", 0):
-                key = (options.scalar, options.hidden)
-                tops[key] = max(tops.get(key, 0.0), field_limits(history, options)[1])
+            key = (options.scalar, options.hidden)
+            tops[key] = max(tops.get(key, 0.0), field_limits(history, options)[1])
     token = _tops.set(tops)
     try:
         yield

@@ -34,10 +34,7 @@ def write_mapping(mapping: Mapping[str, Any], path: Path, *, comment: str = "") 
 
 @contextlib.contextmanager
 def line_numbers(path: Path, where: str = "") -> Iterator[None]:
-    """Give the mistakes that are raised in the block their lines in a file, and the order in which they stand there.
-
-    Their places begin with the path of the file, or with the name of a run of it, whose swept values are in the sweep.
-    """
+    """Give mistakes that begin with a file's path, or the name of a run of it, its lines and the order of these."""
     try:
         yield
     except InputError as error:

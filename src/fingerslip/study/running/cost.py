@@ -131,14 +131,12 @@ _NAME = "compiling, once for each kind of model"
 #: Dimension, and how motions are computed: on the mesh at small strain, in a basis, or at large strain.
 Kind = tuple[int, Literal["small", "reduced", "finite"]]
 
-# Functions and CPU seconds of each kind, those of which it makes use included. Measured on an empty cache.
-_FUNCTIONS: Mapping[Kind, int] = {(2, "small"): 124, (2, "reduced"): 70, (2, "finite"): 24, (3, "finite"): 18}
-_SECONDS: Mapping[Kind, float] = {(2, "small"): 21.0, (2, "reduced"): 20.0, (2, "finite"): 4.5, (3, "finite"): 3.0}
-_IN_WORDS: Mapping[Kind, str] = {
-    (2, "small"): "small strain",
-    (2, "reduced"): "reduced basis in 2D",
-    (2, "finite"): "large strain in 2D",
-    (3, "finite"): "large strain in 3D",
+# Each kind in words, its functions and CPU seconds, those of which it makes use included. Measured on an empty cache.
+_COMPILED: Mapping[Kind, tuple[str, int, float]] = {
+    (2, "small"): ("small strain", 124, 21.0),
+    (2, "reduced"): ("reduced basis in 2D", 70, 20.0),
+    (2, "finite"): ("large strain in 2D", 24, 4.5),
+    (3, "finite"): ("large strain in 3D", 18, 3.0),
 }
 
 # A function that each kind needs: its file and its name.
@@ -156,13 +154,13 @@ def kinds_to_compile(models: Iterable[Model]) -> tuple[Kind, ...]:
         kind: Kind = (model.mesh.dim(), model.kinematics if model.basis is None else "reduced")
         # All but the steps of a reduced body in 2D make use of what a body on the mesh in 2D does.
         needed |= dict.fromkeys((kind,) if kind == (2, "reduced") else ((2, "small"), kind))
-    return tuple(kind for kind in needed if kind in _FUNCTIONS and not _has_cache(kind))
+    return tuple(kind for kind in needed if kind in _COMPILED and not _has_cache(kind))
 
 
 def compiling_words(kinds: Sequence[Kind]) -> str:
     """Say for what is compiled and how long that takes; nothing where all was compiled before."""
-    seconds, words = sum(_SECONDS[kind] for kind in kinds), ", ".join(_IN_WORDS[kind] for kind in kinds)
-    return f"{_NAME} ({words}): takes about {seconds:.0f} s" if kinds else ""
+    words, _, seconds = zip(*(_COMPILED[kind] for kind in kinds), strict=True) if kinds else ((), (), ())
+    return f"{_NAME} ({', '.join(words)}): takes about {sum(seconds):.0f} s" if kinds else ""
 
 
 def compile_ahead(models: Iterable[Model], progress: StudyProgress) -> None:
@@ -174,7 +172,7 @@ def compile_ahead(models: Iterable[Model], progress: StudyProgress) -> None:
 
     from fingerslip.dynamics.simulation import simulate
 
-    total = sum(_FUNCTIONS[kind] for kind in kinds)
+    total = sum(_COMPILED[kind][1] for kind in kinds)
     progress.say(compiling_words(kinds))
     progress.begin([_NAME])
     progress.advance(_NAME, 0.0)
