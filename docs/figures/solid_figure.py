@@ -14,7 +14,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch as Swatch
 
-from fingerslip.history import read_history
+from fingerslip.history import nearest_record, read_history
 from fingerslip.report.colours import FIELD_MAP, STATE_COLOURS, STATE_NAMES
 from fingerslip.report.figures.bodies import draw_contact
 from fingerslip.report.figures.patches import slip_onset_figure
@@ -56,7 +56,7 @@ def draw_finger(run: Path) -> None:
     left.set_axis_off()
     colours = ScalarMappable(Normalize(*field_limits(history, options)), FIELD_MAP)
     figure.colorbar(colours, cax=bar, label=SCALARS[options.scalar][0], orientation="horizontal", extend="max")
-    draw_contact(right, history, TIME)
+    draw_contact(right, history, nearest_record(history, TIME))
     right.set_title(f"contact from below, t = {TIME:g} s", fontsize=10)
     keys = [Swatch(color=colour, label=STATE_NAMES[state]) for state, colour in STATE_COLOURS.items()]
     right.legend(handles=keys, ncols=3, fontsize=8, loc="upper left", bbox_to_anchor=(0.0, 0.0), frameon=False)

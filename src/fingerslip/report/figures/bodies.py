@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import matplotlib as mpl
@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import ResultError
-from fingerslip.history import is_solid, nearest_record, nearest_snapshot, site_kinds, sites_of_kinds
+from fingerslip.history import is_solid, nearest_record, site_kinds, sites_of_kinds
 from fingerslip.report import colours as palette
 from fingerslip.report.figures import style
 from fingerslip.report.figures.patches import fill_states, slide_moments
@@ -46,14 +46,18 @@ def has_pictures(history: xr.Dataset) -> bool:
     return is_solid(history) or history.sizes.get("snapshot_time", 0) > 0
 
 
-def draw_contact(axes: Axes, history: xr.Dataset, moment: float, *, scaled: bool = True) -> None:
-    """Draw the contact at about a time [s]: the section that is pressed in 2D, in 3D what sticks, from below."""
+def picture_axis(history: xr.Dataset) -> str:
+    """Return the times at which :func:`draw_contact` can: of records in 3D, of snapshots in 2D."""
+    return "time" if is_solid(history) else "snapshot_time"
+
+
+def draw_contact(axes: Axes, history: xr.Dataset, number: int, *, scaled: bool = True) -> None:
+    """Draw the contact at one of its times: the section that is pressed in 2D, in 3D what sticks, from below."""
     if is_solid(history):
-        fill_states(axes, contact_patch(history), history, nearest_record(history, moment))
+        fill_states(axes, contact_patch(history), history, number)
         axes.set_axis_off()
     else:
-        limits = scene.field_limits(history, SceneOptions())
-        draw_section(axes, history, nearest_snapshot(history, moment), "von_mises", limits, scaled=False)
+        draw_section(axes, history, number, "von_mises", scene.field_limits(history, SceneOptions()), scaled=False)
     if scaled:
         _draw_scale(axes, above=True)
 
@@ -77,16 +81,9 @@ def frame_times(history: xr.Dataset, events: Events, names: Sequence[str] = MAIN
     return {} if window is None else {window.start: "start of slide", **{times[name]: EVENTS[name] for name in times}}
 
 
-def snapshots_at(history: xr.Dataset, moments: Mapping[float, str]) -> dict[int, str]:
-    """Return the snapshots nearest to times [s], each once: their own times, how far from what happens."""
-    titles: dict[int, str] = {}
-    for moment, words in moments.items():
-        number = nearest_snapshot(history, float(moment))
-        time = float(history["snapshot_time"][number])
-        apart = round(1e3 * (time - moment))
-        away = f"{abs(apart)} ms {'before' if apart < 0 else 'after'} " if apart else ""
-        titles[number] = ", ".join(filter(None, (titles.get(number, f"{time:.3f} s"), words and away + words)))
-    return titles
+def picture_keys(history: xr.Dataset) -> dict[str, Artist]:
+    """Return keys of the states that :func:`draw_contact` shows, for a legend."""
+    return style.state_keys((STICK, SLIP, OPEN) if is_solid(history) else (STICK, SLIP))
 
 
 @style.with_style
@@ -106,7 +103,7 @@ def deformed_figure(
         even = every[-1:] if solid else np.linspace(every[0], every[-1], min(4, every.size))
         named = ("incipient", "overall") if solid else MAIN_EVENTS
         moments = frame_times(history, events, named) or {float(time): "" for time in even}
-    numbers, field = snapshots_at(history, moments), SCALARS[options.scalar][0]
+    numbers, field = style.titles_at(history, moments, "snapshot_time"), SCALARS[options.scalar][0]
     words = f"Deformed {'body' if solid else 'section'}, {field.partition(' [')[0]}"
     columns = style.columns_for(len(numbers))
     pictures = style.crop(stills(history, list(numbers), options, (1200, 900))) if solid else []
@@ -253,7 +250,8 @@ def cut_frames_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, tit
     """Draw the inside of the finger at six snapshots from the end of the press to after overall slip."""
     options = SceneOptions(cut=scene.middle_cut(history), camera="side", receptors=False, written=False)
     heading = style.join_title("Stress on a cut along the finger", title)
-    return deformed_figure(history, events, options, slide_moments(history, events, _CUT_FRAMES), heading)
+    moments = style.times_near(history, slide_moments(history, events, _CUT_FRAMES), "snapshot_time")
+    return deformed_figure(history, events, options, moments, heading)
 
 
 def scene_figure(history: xr.Dataset, title: str) -> Figure:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,20 +15,19 @@ from numpy.typing import NDArray
 
 from fingerslip.afferents.model import ASSUMED, Spikes, spike_notes, spike_places
 from fingerslip.contact.states import OPEN, SLIP, STICK
-from fingerslip.history import is_solid, nearest_record, nearest_snapshot
+from fingerslip.history import is_solid
 from fingerslip.report import colours as palette
 from fingerslip.report.figures import style
-from fingerslip.report.figures.bodies import add_stress_bar, draw_contact, has_pictures
+from fingerslip.report.figures.bodies import add_stress_bar, draw_contact, has_pictures, picture_axis, picture_keys
 from fingerslip.report.figures.patches import slide_moments
 from fingerslip.report.figures.signals import draw_forces, draw_ratios, draw_states
 from fingerslip.report.labels import of_histories
-from fingerslip.slip import Events, slide_tangent, slide_window
+from fingerslip.slip import Events, slide_tangent
 from fingerslip.slip.windows import split_along
 
 _STIMULUS, _PICTURES, _STATES, _RASTER, _SERIES = 0.7, 1.7, 1.0, 0.8, 1.0  # inch
 _WIDTH = 6.8  # inch
 _PICTURES_SHOWN = 5
-_LETTERS = 10  # of the label beside the stimulus, which is low
 _KEYS_ROOM = 1.75  # of the largest value, so that keys above lines cover none
 # Windows in which spikes are counted: their length [s], and at least so many records.
 _WINDOW, _RECORDS_A_WINDOW = 0.01, 10.0
@@ -47,7 +46,7 @@ def composed_figure(
     """Draw stimulus, pictures of the contact, stick and slip, rasters and forces, all over the same time."""
     times, is_flat = history["time"].values, not is_solid(history)
     kinds = tuple(dict.fromkeys(spikes.kinds)) if spikes else ()
-    moments = picture_times(history, events, times_shown) if has_pictures(history) else []
+    moments = _picture_titles(history, events, times_shown) if has_pictures(history) else {}
     heights = [_STIMULUS, _PICTURES, *[_STATES] * is_flat, *[_RASTER] * len(kinds), _SERIES, _SERIES]
     heights = [height for height in heights if moments or height != _PICTURES]
     heading = style.join_title(f"Stimulus, contact{', afferents' if kinds else ''} and forces", title)
@@ -78,13 +77,12 @@ def composed_figure(
             axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.97), borderaxespad=0.0, ncols=3)
         else:  # what leads from the pictures to their times is there
             style.add_keys_inside(axes, ncols=2)
-    ratios.set_xlim(times[0], times[-1])
-    limit_to_slide(ratios, history)
+    _limit_to_programme(ratios, history, shown=(float(history[picture_axis(history)][number]) for number in moments))
     seen = times <= ratios.get_xlim()[1]
     draw_stimulus(stimulus, history.isel(time=seen), times[seen])
     style.mark_panels([stimulus, *others, forces, ratios], history, events.slip)
     style.letter_panels([*lettered, *others, forces, ratios])
-    style.add_legend(figure, {} if is_flat else style.state_keys((STICK, SLIP)))
+    style.add_legend(figure, {} if is_flat else picture_keys(history))
     if spikes and kinds:
         add_spike_notes(ratios, spikes, history, assumed=assumed)
     return figure
@@ -96,31 +94,32 @@ def draw_stimulus(axes: Axes, history: xr.Dataset, times: NDArray[np.float64]) -
     towards, along = split_along(displacement, normal)
     axes.plot(times, 1e3 * towards, color=palette.BLACK, label="press")
     axes.plot(times, 1e3 * np.linalg.norm(along, axis=1), color=palette.BLACK, linestyle="--", label="slide")
-    label = of_histories("plate [mm]", [history])
-    axes.set_ylabel(label if len(label) <= _LETTERS else label.replace(" ", "\n"))
+    axes.set_ylabel(of_histories("plate\n[mm]", [history]))
     axes.set_ylim(top=_KEYS_ROOM * axes.get_ylim()[1])
     axes.yaxis.set_major_locator(MaxNLocator(4))
     style.add_keys_inside(axes, loc="upper left", ncols=2)
 
 
-def picture_times(history: xr.Dataset, events: Events, wanted: Sequence[float] = ()) -> list[float]:
-    """Return the times of pictures [s]: those wanted, or mid press and evenly from the slide's start on."""
-    moments = slide_moments(history, events, _PICTURES_SHOWN - 1)
-    nearest, name = (nearest_record, "time") if is_solid(history) else (nearest_snapshot, "snapshot_time")
-    numbers = [nearest(history, float(moment)) for moment in wanted or (0.5 * moments[0], *moments)]
-    return [float(history[name].values[number]) for number in dict.fromkeys(numbers)]
+def _picture_titles(history: xr.Dataset, events: Events, wanted: Sequence[float]) -> dict[int, str]:
+    """Return the titles of pictures: at times that are wanted [s], or mid press and evenly from the slide's start."""
+    moments, axis = slide_moments(history, events, _PICTURES_SHOWN - 1), picture_axis(history)
+    times = wanted or style.times_near(history, (0.5 * moments[0], *moments), axis)
+    return style.titles_at(history, dict.fromkeys(times, ""), axis)
 
 
-def _draw_pictures(figure: Figure, row: Axes, history: xr.Dataset, moments: Sequence[float], below: Axes) -> list[Axes]:
+def _draw_pictures(
+    figure: Figure, row: Axes, history: xr.Dataset, moments: Mapping[int, str], below: Axes
+) -> list[Axes]:
     """Draw pictures of the contact beside each other in the place of a panel, each led to its time below."""
     cell = row.get_subplotspec()
     assert cell is not None  # panels are made with one
     grid: Any = cell.subgridspec(1, len(moments))
     row.remove()
     pictures: list[Axes] = [figure.add_subplot(entry) for entry in grid]
-    for axes, moment in zip(pictures, moments, strict=True):
-        draw_contact(axes, history, moment, scaled=axes is pictures[-1])
-        axes.set_title(f"{moment:.2f} s")
+    for axes, (number, title) in zip(pictures, moments.items(), strict=True):
+        draw_contact(axes, history, number, scaled=axes is pictures[-1])
+        style.name_panel(axes, title)
+        moment = float(history[picture_axis(history)][number])
         ends = (0.5, 0.0), (moment, 1.0), axes.transAxes, below.get_xaxis_transform()
         line = ConnectionPatch(*ends, color=palette.GREY, linewidth=0.7, zorder=1)
         line.set_in_layout(False)
@@ -153,16 +152,17 @@ def spike_figure(
     add_spike_notes(rate, spikes, history, assumed=assumed)
     rate.set_ylabel("mean rate\n[1/s]")
     rate.set_ylim(bottom=0.0)
-    stimulus.set_xlim(spikes.start, spikes.end)
-    limit_to_slide(stimulus, history)
+    _limit_to_programme(stimulus, history)
     style.mark_panels(panels, history, events.slip)
     return figure
 
 
-def limit_to_slide(axes: Axes, history: xr.Dataset) -> None:
-    """Show a run from its start to the end of its slide; all of a run without one."""
-    window, times = slide_window(history), history["time"].values
-    axes.set_xlim(times[0], window.end if window else times[-1])
+def _limit_to_programme(axes: Axes, history: xr.Dataset, shown: Iterable[float] = ()) -> None:
+    """Show a run until it is only lifted any more, and all times that are `shown` [s]."""
+    times, kinds = history["time"].values, history["phase_kind"].values
+    ends = history["phase_end"].values[kinds != "lift"]
+    end = ends[-1] if ends.size and kinds[-1] == "lift" else times[-1]
+    axes.set_xlim(times[0], max(end, *shown, times[0]))
 
 
 def add_spike_notes(axes: Axes, spikes: Spikes, history: xr.Dataset, *, assumed: bool) -> None:

@@ -11,6 +11,8 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from matplotlib.tri import Triangulation
 from numpy.typing import NDArray
 
@@ -20,7 +22,16 @@ from fingerslip.history import nearest_record
 from fingerslip.report import colours as palette
 from fingerslip.report.figures import style
 from fingerslip.report.scene.scene import contact_levels
-from fingerslip.slip import Events, contact_patch, patch_series, slide_window, surface_strain_rates, surface_strains
+from fingerslip.slip import (
+    Events,
+    EventSettings,
+    contact_patch,
+    patch_series,
+    slide_window,
+    slipped_fraction,
+    surface_strain_rates,
+    surface_strains,
+)
 from fingerslip.slip.patch import Patch as ContactPatch
 from fingerslip.slip.patch import triangle_states
 from fingerslip.slip.windows import EVENTS, counterface_normal
@@ -32,23 +43,30 @@ _LABELS = ("along the slide [mm]", "across the slide [mm]")
 _FRAMES = 9
 _STRAIN_FRAMES = 4
 _AROUND = 0.8  # mm
+#: What has slipped as the events count it, of which their lines are levels.
+HAS_SLIPPED = f"has slipped by more than {1e6 * EventSettings().slip_tolerance:g} \N{MICRO SIGN}m"
 
 
 @style.with_style
 def slip_frames_figure(
     history: xr.Dataset, events: Events = style.NO_EVENTS, times: Sequence[float] | None = None, title: str = ""
 ) -> Figure:
-    """Draw where the contact sticks and slips, in frames over time [s]."""
-    patch = contact_patch(history)
-    moments = _moments_with_events(history, events) if times is None else np.asarray(times, dtype=float)
+    """Draw where the contact sticks and slips at times [s], and say how much of it has slipped, as events count it."""
+    patch, share = contact_patch(history), slipped_share(history)
+    moments = _moments_with_events(history, events) if times is None else times
+    frames = style.titles_at(history, dict.fromkeys(map(float, moments), ""), "time")
     heading = style.join_title("Stick and slip of the contact, seen from below", title)
-    figure, panels = style.figure_grid(len(moments), 3, _panel_size(history, patch, 2.6), heading, _LABELS)
-    events_read = style.event_times(events.slip)
-    for axes, moment, before in zip(panels, moments, [np.inf, *moments[:-1]], strict=True):
-        fill_states(axes, patch, history, nearest_record(history, moment))
-        passed = ", ".join(EVENTS[name] for name, time in events_read.items() if before < time <= moment)
-        axes.set_title(f"{moment:.3f} s{f', after {passed}' if passed else ''}")
-    style.add_legend(figure, style.state_keys((STICK, SLIP, OPEN)))
+    figure, panels = style.figure_grid(len(frames), 3, _panel_size(history, patch, 2.6), heading, _LABELS)
+    events_read, before = style.event_times(events.slip), np.inf
+    for axes, (step, words) in zip(panels, frames.items(), strict=True):
+        fill_states(axes, patch, history, step)
+        now = float(history["time"][step])
+        passed = ", ".join(EVENTS[name] for name, time in events_read.items() if before < time <= now)
+        slipped = "" if np.isnan(share[step]) else f": {100.0 * share[step]:.0f} % has slipped"
+        style.name_panel(axes, f"{words}{slipped}{f', after {passed}' if passed else ''}")
+        before = now
+    keys = style.state_keys((STICK, SLIP, OPEN))
+    style.add_legend(figure, keys | {f"%: {HAS_SLIPPED}": Line2D([], [], linestyle="none")})
     return figure
 
 
@@ -73,39 +91,47 @@ def surface_strain_figure(history: xr.Dataset, events: Events = style.NO_EVENTS,
         for axes, moment, step in zip(row_panels, moments, steps, strict=True):
             paint = colours.to_rgba(shares[step])
             paint[~touching[step]] = _APART
-            _fill_patch(axes, patch, history, paint)
+            _fill_triangles(axes, patch.points[patch.triangles], paint, _touched_frame(history, patch, patch.points))
             axes.set_title(f"{moment:.3f} s")
         figure.colorbar(colours, ax=list(row_panels), label=label, shrink=0.9, extend="both")
+    style.add_legend(figure, {"not in contact": Patch(facecolor=_APART)})
     return figure
 
 
 def fill_states(axes: Axes, patch: ContactPatch, history: xr.Dataset, step: int) -> None:
-    """Fill what is open, slips and sticks; the edges are where pressure ends and the tractions reach their limit."""
+    """Fill what sticks, slips and is open; the edges are where the tractions reach their limit and pressure ends."""
     touch, stick = contact_levels(history, patch, step)
-    _fill_patch(axes, patch, history, palette.STATE_COLOURS[OPEN])
-    for state, level in ((SLIP, touch), (STICK, stick)):
-        if level.max() > 0.0:
-            levels, colour = [0.0, level.max()], palette.STATE_COLOURS[state]
-            mesh = Triangulation(1e3 * patch.points[:, 0], 1e3 * patch.points[:, 1], patch.triangles)
+    mesh = Triangulation(1e3 * patch.points[:, 0], 1e3 * patch.points[:, 1], patch.triangles)
+    for state, level in ((STICK, np.full_like(stick, -1.0)), (SLIP, stick), (OPEN, touch)):
+        if level.min() < 0.0:
+            levels, colour = [2.0 * float(level.min()), 0.0], palette.STATE_COLOURS[state]
             axes.tricontourf(mesh, level, levels=levels, colors=[colour])
+    _set_frame(axes, _touched_frame(history, patch, patch.points))
 
 
-def _fill_patch(axes: Axes, patch: ContactPatch, history: xr.Dataset, colours: str | Floats) -> None:
-    """Fill the triangles of the patch and frame what ever touches."""
-    _fill_triangles(axes, patch.points[patch.triangles], colours, _touched_frame(history, patch, patch.points))
+def slipped_share(history: xr.Dataset) -> Floats:
+    """Return the share of the contact (n_times,) that has slipped, of which events are levels; NaN before the slide."""
+    share, window = np.full(history.sizes["time"], np.nan), slide_window(history)
+    if window is not None:
+        share[window.records] = slipped_fraction(history, window, EventSettings().slip_tolerance).values
+    return share
 
 
-def _fill_triangles(axes: Axes, corners: Floats, colours: str | Floats, frame: tuple[Floats, Floats]) -> None:
+def _fill_triangles(axes: Axes, corners: Floats, colours: Floats, frame: tuple[Floats, Floats]) -> None:
     """Fill triangles (n, 3, 2) [m] without borders between them, in a frame of two corners (2,) [mm]."""
     axes.add_collection(PolyCollection(list(1e3 * corners), facecolors=colours, edgecolors="face", linewidths=0.2))
+    _set_frame(axes, frame)
+
+
+def _set_frame(axes: Axes, frame: tuple[Floats, Floats]) -> None:
     axes.grid(visible=False)
     axes.set(xlim=(frame[0][0], frame[1][0]), ylim=(frame[0][1], frame[1][1]), aspect="equal")
 
 
 def _touched_frame(history: xr.Dataset, patch: ContactPatch, points: Floats) -> tuple[Floats, Floats]:
-    """Return two corners (2,) [mm] around all points (n, 2) [m] that ever touch, or around all where none does."""
-    ever = (history["contact_state"].values[:, patch.nodes] != OPEN).any(axis=0)
-    framed = 1e3 * (points[ever] if ever.any() else points)
+    """Return two corners (2,) [mm] around all triangles of points (n, 2) [m] that ever touch, or all if none does."""
+    ever = (history["contact_state"].values[:, patch.nodes] != OPEN).any(axis=0)[patch.triangles].any(axis=1)
+    framed = 1e3 * points[patch.triangles[ever] if ever.any() else patch.triangles].reshape(-1, 2)
     return framed.min(axis=0) - _AROUND, framed.max(axis=0) + _AROUND
 
 
@@ -134,7 +160,9 @@ def _moments_with_events(history: xr.Dataset, events: Events) -> Floats:
         if not moments[0] < event <= moments[-1] or free.size == 0:
             continue
         record = times[min(int(np.searchsorted(times, event)), times.size - 1)]
-        chosen = free[np.abs(moments[free] - record).argmin()]
+        chosen = (
+            np.abs(moments - record).argmin() if record in moments else free[np.abs(moments[free] - record).argmin()]
+        )
         moments[chosen] = record
         free = free[free != chosen]
     return np.sort(moments)

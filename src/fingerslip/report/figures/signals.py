@@ -23,7 +23,15 @@ from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.history import sites_of_kinds
 from fingerslip.report import colours as palette
 from fingerslip.report.figures import style
-from fingerslip.report.figures.bodies import add_stress_bar, draw_contact, frame_times, has_pictures
+from fingerslip.report.figures.bodies import (
+    add_stress_bar,
+    draw_contact,
+    frame_times,
+    has_pictures,
+    picture_axis,
+    picture_keys,
+)
+from fingerslip.report.figures.patches import HAS_SLIPPED, slipped_share
 from fingerslip.report.labels import of_histories
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.units import millimetres
@@ -35,9 +43,7 @@ _ROUNDING = 1e-16
 PRESSED = 0.02
 # Width and height of a panel by the number of columns [inch].
 _PANELS = {1: (6.6, 3.0), 2: (3.8, 2.3), 3: (3.3, 2.3)}
-#: What slips, and what has slipped as the events count it, of which their lines are levels.
 SLIPS = "slips now"
-HAS_SLIPPED = f"has slipped by more than {1e6 * slip.EventSettings().slip_tolerance:g} \N{MICRO SIGN}m"
 _LARGE_ENERGIES: Mapping[str, tuple[str, str]] = {
     "external_work": ("work of the plate", palette.BLACK),
     "strain_energy": ("strain energy", palette.BLUE),
@@ -57,8 +63,10 @@ _SMALL_ENERGIES: Mapping[str, tuple[str, str]] = {
 def force_figure(history: xr.Dataset, events: slip.Events = style.NO_EVENTS, title: str = "") -> Figure:
     """Draw normal and tangential force, their ratio and the area that has slipped, and the body beside."""
     time = style.shown_time(history)
-    moments = frame_times(history, events, ("overall",)) if has_pictures(history) else {}
-    columns, heading = 2 if moments else 1, style.join_title("Forces and slipped area", title)
+    numbers: dict[int, str] = {}
+    if has_pictures(history):
+        numbers = style.titles_at(history, frame_times(history, events, ("overall",)), picture_axis(history))
+    columns, heading = 2 if numbers else 1, style.join_title("Forces and slipped area", title)
     size, labels = (6.6 / columns, 2.1), (time.label, "")
     figure, every = style.figure_grid(2 * columns, columns, size, heading, labels, share="none")
     panels = every[::columns]
@@ -68,16 +76,16 @@ def force_figure(history: xr.Dataset, events: slip.Events = style.NO_EVENTS, tit
     for axes in panels:
         time.fit(axes)
     style.mark_panels(panels, history, events.slip)
-    pictures = every[1::2] if moments else []
-    for axes, (moment, words) in zip(pictures, moments.items(), strict=False):
-        draw_contact(axes, history, moment)
-        style.name_panel(axes, f"{moment:.3f} s, {words}")
-    for unused in pictures[len(moments) :]:
+    pictures = every[1::2] if numbers else []
+    for axes, (number, words) in zip(pictures, numbers.items(), strict=False):
+        draw_contact(axes, history, number, scaled=axes is pictures[0])
+        style.name_panel(axes, words)
+    for unused in pictures[len(numbers) :]:
         unused.set_visible(False)
-    if moments:
-        add_stress_bar(figure, pictures[: len(moments)], history)
+    if numbers:
+        add_stress_bar(figure, pictures[: len(numbers)], history)
     # Below the panels, where keys cover no line.
-    style.add_legend(figure, _drawn_keys(panels) | (style.state_keys((STICK, SLIP)) if moments else {}))
+    style.add_legend(figure, _drawn_keys(panels) | (picture_keys(history) if numbers else {}))
     return figure
 
 
@@ -168,14 +176,6 @@ def draw_ratios(axes: Axes, history: xr.Dataset, time: style.ShownTime) -> None:
     axes.plot(time.values, ratio, color=palette.BLACK, label="tangential / normal force")
     axes.axhline(friction, color=palette.BLACK, linewidth=0.9, linestyle=(0, (1, 1.5)), label="friction coefficient")
     axes.set_ylim(-0.03, max(1.05, 1.1 * friction))
-
-
-def slipped_share(history: xr.Dataset) -> Floats:
-    """Return the share of the contact (n_times,) that has slipped, of which events are levels; NaN before the slide."""
-    share, window = np.full(history.sizes["time"], np.nan), slip.slide_window(history)
-    if window is not None:
-        share[window.records] = slip.slipped_fraction(history, window, slip.EventSettings().slip_tolerance).values
-    return share
 
 
 def _scale(largest: float, unit: str) -> tuple[float, str]:

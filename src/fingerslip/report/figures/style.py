@@ -380,6 +380,23 @@ def event_times(events: SlipEvents, names: Iterable[str] = tuple(EVENTS)) -> dic
     return {name: time for name in names if (time := events.time(name)) is not None}
 
 
+def times_near(history: xr.Dataset, moments: Iterable[float], axis: str) -> list[float]:
+    """Return the times [s] of records or snapshots nearest to times [s], each once."""
+    times = history[axis].values
+    return list(dict.fromkeys(float(times[np.abs(times - moment).argmin()]) for moment in moments))
+
+
+def titles_at(history: xr.Dataset, moments: Mapping[float, str], axis: str) -> dict[int, str]:
+    """Return the records or snapshots nearest to times [s], each once: their own times, how far from what happens."""
+    times, titles = history[axis].values, dict[int, str]()
+    for moment, words in moments.items():
+        number = int(np.abs(times - moment).argmin())
+        time, apart = times[number], round(1e3 * float(times[number] - moment))
+        away = f"{abs(apart)} ms {'before' if apart < 0 else 'after'} {words or f'{moment:.3f} s'}" if apart else words
+        titles[number] = ", ".join(filter(None, (titles.get(number, f"{time:.3f} s"), away)))
+    return titles
+
+
 def mark_panels(panels: Sequence[Axes], history: xr.Dataset | None, events: SlipEvents, named: int = 1) -> None:
     """Draw lines at events, and at the start of a history's slide, in panels over time; name them above the first."""
     window = None if history is None else slide_window(history)

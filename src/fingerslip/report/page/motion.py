@@ -19,7 +19,8 @@ from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.history import is_solid, nearest_record, sites_of_kinds
 from fingerslip.report import colours as palette
 from fingerslip.report.figures.bodies import extent
-from fingerslip.report.figures.signals import HAS_SLIPPED, PRESSED, SLIPS, slipped_share
+from fingerslip.report.figures.patches import HAS_SLIPPED, slipped_share
+from fingerslip.report.figures.signals import PRESSED, SLIPS
 from fingerslip.report.figures.style import event_times
 from fingerslip.report.labels import of_histories
 from fingerslip.report.scene import scene

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextvars import ContextVar
 from types import MappingProxyType
@@ -343,6 +344,7 @@ def contact_levels(history: xr.Dataset, patch: ContactPatch, step: int) -> tuple
 
     Both are positive within and negative outside, so that their zero is a smooth edge: pressure against gap, and what
     the tractions' ratio lacks to the limit against the speed of slip, each as a share of its median along the edge.
+    Between what sticks and what is open the stick zone goes at least as far as the contact: nothing slips there.
     """
     state = history["contact_state"].values[step, patch.nodes]
     pressure, gap = (history[name].values[step, patch.nodes] for name in ("normal_traction", "gap"))
@@ -353,7 +355,10 @@ def contact_levels(history: xr.Dataset, patch: ContactPatch, step: int) -> tuple
     left = 1.0 - tangential / np.maximum(friction * pressure, np.finfo(float).tiny)
     touch = _level(state != OPEN, pressure, gap, patch.triangles)
     stick = _level(state == STICK, left, speed, patch.triangles)
-    return touch, np.where(state == OPEN, np.minimum(touch, stick), stick)
+    share = np.full(state.size, np.inf)
+    for nodes, others in itertools.permutations(patch.triangles.T, 2):
+        np.minimum.at(share, nodes, np.where(state[others] == STICK, stick[others] / touch[others], np.inf))
+    return touch, np.where(state == OPEN, touch * np.where(np.isfinite(share), share, 1.0), stick)
 
 
 def _level(inside: NDArray[np.bool_], rise: Floats, fall: Floats, triangles: NDArray[np.int64]) -> Floats:

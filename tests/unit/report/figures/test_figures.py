@@ -188,10 +188,12 @@ FIGURES = {
         {"von Mises stress [kPa]", "Stress on a cut along the finger: a"}),
     "slip-frames": (
         of_run("slip-frames", block_history, LATER, times=(0.05, 0.07, 0.1)),
-        ["0.050 s", "0.070 s, after incipient", "0.100 s, after overall"],
-        {"along the slide [mm]", "stick", "slip", "open"}),
+        ["0.050 s: 0 % has slipped", "0.070 s: 0 % has slipped, after incipient",
+         "0.100 s: 100 % has slipped, after overall"],
+        {"along the slide [mm]", "stick", "slip", "open", f"%: {patches.HAS_SLIPPED}"}),
     "surface-strain": (
-        of_run("surface-strain", block_history, Events()), [], {"strain along the slide [%]", "its rate [%/s]"}),
+        of_run("surface-strain", block_history, Events()), [],
+        {"strain along the slide [%]", "its rate [%/s]", "not in contact"}),
     "reference-nodes": (
         of_run("reference-nodes", reference_nodes, Events(SlipEvents(overall=0.09))),
         ["h1, skin", "h2, skin", "v1, tissue"], {"displacement", "plate", "overall"}, [0.05, 0.09]),
@@ -224,15 +226,15 @@ FIGURES = {
         {"x [mm]", "z [mm]", "epidermis", "phalanx"}),
     "composed": (
         of_run("composed", lambda: block_history("Q4"), AT_EVENTS, afferents=STRAIN_MODELS),
-        ["0.00 s", "0.05 s", "0.10 s"],
-        {"plate [mm]", "contact\n[mm]", "1 FA-II\nby place x", "force of 1000 mm\ndepth [N]", "ratio,\nfraction",
+        ["0.000 s", "0.050 s", "0.100 s"],
+        {"plate\n[mm]", "contact\n[mm]", "1 FA-II\nby place x", "force of 1000 mm\ndepth [N]", "ratio,\nfraction",
          STRESS_BAR}),
     "composed in 3D": (
-        of_run("composed", block_history, LATER), ["0.03 s", "0.05 s", "0.06 s", "0.08 s", "0.09 s"],
-        {"plate [mm]", "force [mN]", "ratio,\nfraction"}),
+        of_run("composed", block_history, LATER), ["0.030 s", "0.050 s", "0.060 s", "0.080 s", "0.090 s"],
+        {"plate\n[mm]", "force [mN]", "ratio,\nfraction", "open"}),
     "spikes": (
         of_run("spikes", lambda: block_history("Q4"), AT_EVENTS, afferents=STRAIN_MODELS), [],
-        {"plate [mm]", "1 FA-II\nby place x", "mean rate\n[1/s]"}, [0.05, 0.06, 0.07, 0.1]),
+        {"plate\n[mm]", "1 FA-II\nby place x", "mean rate\n[1/s]"}, [0.05, 0.06, 0.07, 0.1]),
     "mesh": (
         of_run("mesh", lambda: block_history("Q4")), ["close view of the framed part"], {"skin", "tissue", "FA-II"}),
     "sensitivity": (
@@ -319,6 +321,18 @@ def test_the_stimulus_of_a_composed_figure_ends_where_its_axis_of_time_does():
     assert last == pytest.approx(plate.get_xlim()[1]) == slide_window(HISTORY).end, "no shorter than the slide"
 
 
+@pytest.mark.parametrize(
+    ("last", "times", "end"), [("hold", (), 0.1), ("press", (), 0.1), ("lift", (), 0.05), ("lift", (0.1,), 0.1)]
+)
+def test_a_composed_figure_has_the_whole_programme_until_it_only_lifts_and_all_its_pictures(last, times, end):
+    history = block_history("Q4")
+    history = history.assign_coords(
+        phase_kind=("phase", ["slide", last]), phase_start=("phase", [0.0, 0.05]), phase_end=("phase", [0.05, 0.1])
+    )
+    figure = draw_of_run("composed", RunSubject(history, AT_EVENTS, times=times))
+    assert panels(figure)[0].get_xlim() == pytest.approx((0.0, end))
+
+
 def test_keys_of_ratios_cover_no_curve():
     figure = signals.force_figure(block_history("Q4"), AT_EVENTS)
     figure.draw_without_rendering()
@@ -334,10 +348,13 @@ def test_forces_have_the_body_beside_at_the_start_of_the_slide_and_at_overall_sl
     for element, has_bar in (("Q4", True), ("T4", False)):
         figure = signals.force_figure(block_history(element), AT_EVENTS)
         assert titles(figure) == expected
-        assert [text.get_text() for text in figure.legends[0].get_texts()][-2:] == ["stick", "slip"]
+        states = ["stick", "slip"] if has_bar else ["stick", "slip", "open"]
+        assert [text.get_text() for text in figure.legends[0].get_texts()][-len(states) :] == states
         assert (STRESS_BAR in words(figure)) == has_bar
     assert titles(signals.force_figure(block_history("Q4"))) == expected[:1]
     assert titles(signals.force_figure(HISTORY, EVENTS)) == [], "without snapshots there is none"
+    late = signals.force_figure(block_history("Q4"), LATER)
+    assert titles(late)[1] == "0.100 s, 15 ms after overall", "the snapshot's own time, not that of the event"
 
 
 def test_plates_have_an_arrow_from_when_they_slide():
@@ -654,18 +671,21 @@ def test_every_snapshot_is_cut_once_and_white_margins_go_at_the_same_place_of_al
 @pytest.mark.slow
 def test_frames_end_after_overall_slip_and_strains_and_stick_ratios_have_their_rows_and_scales():
     history = block_history()
-    (triangles,) = panels(patches.slip_frames_figure(history, times=[0.0]))[0].collections
-    assert len(triangles.get_paths()) == 32
-    assert len({tuple(colour) for colour in triangles.get_facecolor()}) == 1, "all open before the press"
-    _, slips, sticks = panels(patches.slip_frames_figure(history, times=[0.06]))[0].collections
-    assert [to_hex(zone.get_facecolor()[0]) for zone in (slips, sticks)] == [STATE_COLOURS[SLIP], STATE_COLOURS[STICK]]
-    assert len(titles(patches.slip_frames_figure(history))) == 9
+    for time, states in ((0.0, [STICK, SLIP, OPEN]), (0.06, [STICK, SLIP])):
+        zones = panels(patches.slip_frames_figure(history, times=[time]))[0].collections
+        assert [to_hex(zone.get_facecolor()[0]) for zone in zones] == [STATE_COLOURS[state] for state in states]
+    assert len(titles(patches.slip_frames_figure(history))) == 6, "records of the slide, each once"
     until = titles(patches.slip_frames_figure(history, Events(SlipEvents(overall=0.07))))
-    assert (len(until), until[0][:7], until[-1][:7]) == (9, "0.050 s", "0.070 s")
+    assert (len(until), until[0][:7], until[-1][:7]) == (3, "0.050 s", "0.070 s")
     times = history["time"].values
     events = SlipEvents(incipient=times[-4] - 1e-6, overall=times[-2] - 1e-6)
-    expected = {f"{times[-4]:.3f} s, after incipient", f"{times[-2]:.3f} s, after overall"}
-    assert expected <= set(titles(patches.slip_frames_figure(history, Events(events))))
+    after = [title.partition(" after ")[::2] for title in titles(patches.slip_frames_figure(history, Events(events)))]
+    happened = {words: title[:7] for title, words in after if words}
+    assert happened == {"incipient": f"{times[-4]:.3f} s", "overall": f"{times[-2]:.3f} s"}
+    together = SlipEvents(incipient=times[-3] - 2e-6, noticed=times[-3] - 1e-6, overall=times[-1])
+    frames = titles(patches.slip_frames_figure(history, Events(together)))
+    assert len({title[:7] for title in frames}) == len(frames), "no frame twice"
+    assert sum("after incipient, 48 %" in title for title in frames) == 1
     scales = [axes for axes in panels(drawn("surface-strain")) if "[" in axes.get_ylabel()]
     assert [axes.get_ylabel() for axes in scales] == ["strain along the slide [%]", "its rate [%/s]"]
     assert all(axes.get_ylim()[0] == pytest.approx(-axes.get_ylim()[1]) for axes in scales)
@@ -675,7 +695,7 @@ def test_frames_end_after_overall_slip_and_strains_and_stick_ratios_have_their_r
     assert [text.get_text() for text in axes.get_legend().get_texts()] == ["one", "other"]
 
 
-def test_the_frame_holds_what_ever_touches_or_all_where_nothing_does():
+def test_the_frame_holds_whole_triangles_that_ever_touch_or_all_where_nothing_does():
     history = block_history()
     patch = contact_patch(history)
     low, high = patches._touched_frame(history, patch, patch.points)
@@ -685,7 +705,8 @@ def test_the_frame_holds_what_ever_touches_or_all_where_nothing_does():
     corner = 0 * history["contact_state"]
     corner[-1, patch.nodes[0]] = 1
     low, high = patches._touched_frame(history.assign(contact_state=corner), patch, patch.points)
-    np.testing.assert_allclose(0.5 * (low + high), 1e3 * patch.points[0], atol=1e-9)
+    near = 1e3 * patch.points[patch.triangles[(patch.triangles == 0).any(axis=1)]].reshape(-1, 2)
+    np.testing.assert_allclose((low + 0.8, high - 0.8), (near.min(axis=0), near.max(axis=0)), atol=1e-9)
 
 
 def with_states(before, after, switch):

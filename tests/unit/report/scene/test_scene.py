@@ -1,5 +1,6 @@
 """What a scene is made of, snapshots as VTK has them, and where a browser finds it."""
 
+import itertools
 import socket
 from unittest.mock import Mock
 
@@ -152,6 +153,28 @@ def test_within_the_contact_and_its_stick_zone_levels_are_above_zero_and_nowhere
     pressed, speed = np.array([2.0, 1.0, 0.0, 0.0]), np.array([0.0, 0.0, 3.0, 6.0])
     row = np.array([[0, 1, 2], [1, 2, 3]])
     assert scene._level(pressed > 0.0, pressed, speed, row).tolist() == pytest.approx([4 / 3, 2 / 3, -2 / 3, -4 / 3])
+
+
+def test_no_slip_is_drawn_between_what_sticks_and_what_is_open(history):
+    patch = contact_patch(history)
+    x, y, _ = history["contact_position"].values.T
+    sticks = x < 4e-3
+
+    def everywhere(name, values):
+        return history[name].copy(data=np.broadcast_to(values, history[name].shape))
+
+    # What is open slides faster the nearer it is to the plate.
+    fields = {"contact_state": np.where(sticks, STICK, OPEN), "gap": np.where(sticks, -1e-6, 1e-5 + y)}
+    fields["contact_velocity"] = np.where(sticks, 0.0, 1e-6 / (1e-3 + y))[:, None] * (1.0, 0.0, 0.0)
+    changed = history.assign({name: everywhere(name, values) for name, values in fields.items()})
+    states = changed["contact_state"]
+    touch, stick = scene.contact_levels(changed, patch, 8)
+    corners = states.values[8, patch.nodes][patch.triangles]
+    for first, second in itertools.permutations(range(3), 2):
+        edge = (corners[:, first] == STICK) & (corners[:, second] == OPEN)
+        start, end = patch.triangles[edge][:, [first, second]].T
+        touching, sticking = (level[start] / (level[start] - level[end]) for level in (touch, stick))
+        assert np.all(sticking >= touching * (1.0 - 1e-12))
 
 
 def test_what_sticks_at_the_limit_of_friction_is_at_the_edge_of_the_stick_zone(history):
