@@ -64,12 +64,8 @@ class Location:
 
     path: tuple[str, ...] = ()  # keys and numbers of items that lead to it
     owner: type | None = None  # the parameter set whose field the last key names
-    hint: Any = None  # the annotation of what stands there
-
-    @property
-    def unit(self) -> Unit | None:
-        """The unit of the quantity that stands there."""
-        return next(_marks_in(self.hint, Unit), None)
+    unit: Unit | None = None  # the unit of the quantity that stands there
+    hint: Any = None  # the annotation of that
 
     @property
     def keys(self) -> list[str]:
@@ -120,7 +116,7 @@ def locate(cls: type, location: Sequence[int | str]) -> Location:
             continue
         owner, name, hint = _inside(hint, part)
         path.append(name)
-    return Location(tuple(path), owner, hint)
+    return Location(tuple(path), owner, next(_marks_in(hint, Unit), None), hint)
 
 
 def _inside(hint: Any, part: int | str) -> tuple[type | None, str, Any]:

@@ -18,6 +18,7 @@ from matplotlib.lines import Line2D
 from matplotlib.tri import Triangulation
 from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import ResultError
 from fingerslip.history import is_solid, nearest_record, site_kinds, sites_of_kinds
@@ -32,8 +33,6 @@ from fingerslip.report.scene.viewer import stills
 from fingerslip.slip import Events, contact_patch, slide_tangent, slide_window
 from fingerslip.slip.windows import EVENTS, MAIN_EVENTS
 from fingerslip.snapshot import curved_points, faces_at
-
-Floats = NDArray[np.float64]
 
 _SKIN_WIDTH = 3.2
 _MARGIN = 0.06

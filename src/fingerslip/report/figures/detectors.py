@@ -10,12 +10,10 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.report.colours import BLACK, BLUE, GREEN, GREY, ORANGE
 from fingerslip.report.figures.style import add_legend, figure_grid, join_title, say, with_style
-
-Floats = NDArray[np.float64]
 
 #: What the amount of a disturbance of tracks means, by its name.
 _AMOUNTS = {

@@ -17,6 +17,7 @@ from matplotlib.tri import Triangulation
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from fingerslip.arrays import Floats
 from fingerslip.history import nearest_snapshot
 from fingerslip.report.colours import BLACK, BLUE, GREY, ORANGE, SKY, VERMILLION
 from fingerslip.report.figures.style import add_legend, crop, figure_grid, join_title, say, show_picture, with_style
@@ -26,8 +27,6 @@ from fingerslip.report.scene.viewer import stills
 from fingerslip.slip import slide_window
 from fingerslip.vision.fields import larger_principal
 from fingerslip.vision.video import FINE
-
-Floats = NDArray[np.float64]
 
 _MIDDLE = 1e-9  # as far from x = 0 a marker counts as in the middle
 #: How a length of tracks is shown: its unit, and the factor to it.

@@ -14,12 +14,10 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from fingerslip.arrays import Integers
 from fingerslip.report.colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, region_colours
 from fingerslip.report.figures import style
 from fingerslip.report.scene.viewer import off_screen, picture_of
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 _BOUNDARY_COLOURS = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, BLACK)
 _HATCHES = ("///", "...", "\\\\\\", "xx", "ooo")

@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.tri import Triangulation
-from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.contact.counterfaces import sliding_direction
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.history import nearest_record
@@ -35,8 +35,6 @@ from fingerslip.slip import (
 from fingerslip.slip.patch import Patch as ContactPatch
 from fingerslip.slip.patch import triangle_states
 from fingerslip.slip.windows import EVENTS, counterface_normal
-
-Floats = NDArray[np.float64]
 
 _APART = (0.92, 0.93, 0.94, 1.0)
 _LABELS = ("along the slide [mm]", "across the slide [mm]")

@@ -16,9 +16,9 @@ from matplotlib.colors import BoundaryNorm, ListedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
 from fingerslip import slip
+from fingerslip.arrays import Floats
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.history import sites_of_kinds
 from fingerslip.report import colours as palette
@@ -35,8 +35,6 @@ from fingerslip.report.figures.patches import HAS_SLIPPED, slipped_share
 from fingerslip.report.labels import of_histories
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.units import millimetres
-
-Floats = NDArray[np.float64]
 
 _ROUNDING = 1e-16
 # Below this share of the largest normal force the ratio of the forces is rounding.

@@ -19,6 +19,7 @@ from mpl_toolkits.mplot3d import Axes3D
 from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
 
+from fingerslip.arrays import Floats
 from fingerslip.history import sites_of_kinds
 from fingerslip.report.colours import BLACK, GREY, RECEPTOR_COLOURS, RECEPTOR_MARKS, REGION_COLOURS, region_colours
 from fingerslip.report.figures.markers import ring_colours
@@ -36,8 +37,6 @@ from fingerslip.specimens.gel_pad.gel_pad import GelPad
 from fingerslip.specimens.tactip.numbers import modelled_places, points_at
 from fingerslip.specimens.tactip.parts import skin_lines
 from fingerslip.specimens.tactip.tactip import TacTip
-
-Floats = NDArray[np.float64]
 
 _MILLIMETRES = 1e3
 _EDGE = "#7d6b5d"

@@ -15,6 +15,7 @@ from matplotlib import colormaps
 from matplotlib.colors import to_hex
 from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats, Integers
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.history import is_solid, nearest_record, sites_of_kinds
 from fingerslip.report import colours as palette
@@ -36,7 +37,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-Floats = NDArray[np.float64]
 Arrays = dict[str, NDArray[Any]]
 
 # Data of runs in motion on a page; the first run is shown in any case.
@@ -267,8 +267,6 @@ def pack_arrays(arrays: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
         at += len(chunks[-1])
     return {"arrays": header, "data": base64.b64encode(zlib.compress(b"".join(chunks))).decode("ascii")}
 
-
-Integers = NDArray[np.int64]
 
 #: State of a vertex that never may touch.
 NO_CONTACT = 255

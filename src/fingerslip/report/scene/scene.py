@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import InputError, ResultError
 from fingerslip.history import is_solid, nearest_record, site_kinds
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
     import pyvista
     import xarray as xr
 
-Floats = NDArray[np.float64]
 
 #: Fields that have a value for each cell, of stress; stiff regions are left out of them.
 OF_CELLS = ("von_mises", "strain_energy_density")

@@ -18,6 +18,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from fingerslip.arrays import Floats
 from fingerslip.contact.states import SLIP, STICK
 from fingerslip.errors import InputError, ResultError
 from fingerslip.history import nearest_snapshot, site_kinds
@@ -33,7 +34,6 @@ from fingerslip.storage.files import write_bytes
 if TYPE_CHECKING:
     import xarray as xr
 
-Floats = NDArray[np.float64]
 
 #: What can be shown or hidden beside the layers.
 EXTRAS = ("plate", "receptors", "contact")

@@ -57,7 +57,6 @@ _INTEGRATION = {
     "selective": "; their volumetric part was integrated at their centres (@malkus1978)",
     "nodal": "; their volumetric part came from the mean dilatation around each node (@bonet1998)",
 }
-_SELECTIVE = ("Q4", "H8")
 _LAWS = {
     "elastic": "isotropic linear elastic",
     "neo_hookean": "neo-Hookean",
@@ -230,7 +229,7 @@ def _mesh(facts: _Facts) -> Iterator[str]:
     sizes = {path: text for path, text in facts.below("mesh").items() if path.endswith(("contact_size", "bulk_size"))}
     size = f", {_in_words(sizes)}" if sizes else ""
     rule = facts.text("integration")
-    integrated = _INTEGRATION.get(rule, "") if rule != "selective" or names & set(_SELECTIVE) else ""
+    integrated = _INTEGRATION.get(rule, "") if rule != "selective" or names & set(_AMONG) else ""
     elements = _enumerate(dict.fromkeys(map(_elements_of, facts.histories)))
     mesher = ", meshed by fTetWild (@hu2020)" if facts.text("mesh.skin") else ""
     yield (
@@ -358,17 +357,15 @@ def _error_bars(runs: Sequence[RunResult]) -> str:
             bars[key] = max(bar, bars.get(key, 0.0))
     if not bars:
         return "Numerical uncertainty was not studied."
-    listed = _enumerate(f"{key.partition('.')[2]} {_milliseconds(bar)}" for key, bar in bars.items())
+    listed = _enumerate(
+        f"{key.partition('.')[2]} {1e3 * bar:{'.0f' if bar >= 0.01 else '.2g'}} ms" for key, bar in bars.items()
+    )
     varied = varied_settings(quantity for run in studied for quantity in run.convergence.values())
     over = f" over {settings_in_words(varied)}" if varied else ""
     others = [run_title(run, run.name) for run in runs if not run.uncertainty]
     where = f" in {_enumerate(run_title(run, run.name) for run in studied)}" if others else ""
     lacking = f" It was not studied in {_enumerate(others)}." if others else ""
     return f"Numerical uncertainty{over}{where} is at most: {listed}.{_unsettled_times(studied)}{lacking}"
-
-
-def _milliseconds(seconds: float) -> str:
-    return f"{1e3 * seconds:.0f} ms" if seconds >= 0.01 else f"{1e3 * seconds:.2g} ms"
 
 
 def _unsettled_times(runs: Sequence[RunResult]) -> str:
