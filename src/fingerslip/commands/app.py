@@ -57,7 +57,7 @@ class _Verbs(TyperGroup):
                 warnings.showwarning = lambda message, *_args, **_options: print_error(f"warning: {message}")
                 return super().invoke(ctx)
         except KeyboardInterrupt:
-            print_error("stopped: what is finished is kept; the same command goes on with the rest")
+            print_error("stopped: what is finished is kept, and nothing half; the same command does the rest")
             raise typer.Exit(130) from None
         except MemoryError:
             if ctx.params["debug"]:

@@ -118,10 +118,14 @@ def layout_digest(tracks: xr.Dataset) -> str:
 
 
 def layout_text(tracks: xr.Dataset) -> str:
-    """Return a layout in words, such as '81 internal and 19 external markers in px'."""
+    """Return a layout in words, such as '7 internal and 1 external markers (rings of 1 and 6) in px'."""
     kinds = tracks["kind"].values.astype(str)
     counts = [f"{(kinds == kind).sum()} {kind}" for kind in ("internal", "external") if (kinds == kind).any()]
-    return f"{' and '.join(counts)} markers in {tracks['position'].attrs['units']}"
+    rings = "no rings"
+    if "ring" in tracks.variables:
+        sizes = np.unique(tracks["ring"].values[kinds == counts[0].split()[1]], return_counts=True)[1]
+        rings = f"rings of {' and '.join(', '.join(map(str, sizes)).rsplit(', ', 1))}"
+    return f"{' and '.join(counts)} markers ({rings}) in {tracks['position'].attrs['units']}"
 
 
 def write_trial(trial: Trial, folder: Path) -> None:
@@ -211,7 +215,7 @@ def write_trials(trials: Iterable[Trial | Path], folder: str | Path, title: str,
             "version": __version__,
             # Of trials with different layouts there is none; what needs no layout can learn from them.
             "layout": next(iter(layouts)) if len(layouts) == 1 else "",
-            "layout_in_words": ", ".join(dict.fromkeys(layouts.values())),
+            "layout_in_words": "; ".join(dict.fromkeys(layouts.values())),
             "trials": dict(sorted(entries.items())),
         }
         write_json(unfinished / MANIFEST, manifest)

@@ -88,7 +88,7 @@ def test_every_verb_that_is_ended_leaves_nothing_half_written(tmp_path, monkeypa
     finally:
         signal.signal(getattr(signal, ending), before)
     assert (done.exit_code, list(tmp_path.iterdir())) == (130, [])
-    assert "stopped: what is finished is kept; the same command goes on with the rest" in done.stderr
+    assert "stopped: what is finished is kept, and nothing half; the same command does the rest" in done.stderr
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")

@@ -128,6 +128,6 @@ def test_stopped_study_leaves_finished_runs_alone(long_study, tmp_path, sent):
         process.send_signal(sent)
         _, said = process.communicate(timeout=60)
         assert process.returncode == 130
-        assert "the same command goes on with the rest" in said
+        assert "the same command does the rest" in said
         assert "Traceback" not in said
     assert list((tmp_path / "results").rglob(".*")) == []

@@ -59,6 +59,7 @@ def test_a_study_is_checked_run_compared_exported_drawn_and_reported(invoke, blo
     [
         (("report", ".", "-o", "page.html"), "it is where a comparison goes"),
         (("track", "clip.mp4"), "error: clip.mp4: cannot be read as a video"),
+        (("track", "clip.mp4", "-o", "clip.mp4"), "error: clip.mp4: is a file, needs a folder"),
         (("validate", "--studies", "nowhere"), "validate needs the study wang2014_table2"),
         (("validate", "--only", "wang2014", "--detection"), "--detection: is of bulens2023"),
     ],

@@ -114,7 +114,7 @@ def test_a_classifier_takes_other_features_than_its_own_and_a_detector_no_other_
         with pytest.raises(InputError, match=message):
             training.candidate_of_name(name)
     fewer = trials.tracks(trials.names[0]).isel(marker=slice(0, 60))
-    with pytest.raises(InputError, match="tracks: have 41 internal markers in px, needs the markers that the detector"):
+    with pytest.raises(InputError, match=r"have 41 internal markers \(rings of 1, 8, 16 and 16\) in px, needs"):
         training.detect(detector, fewer)
 
 

@@ -53,7 +53,8 @@ def test_a_data_set_is_opened_lazily_and_has_the_hash_of_its_files(trials, tmp_p
     assert trials.trial("slide-0001").labels == trials.labels("slide-0001")
     assert trials.onsets()["slide-0002"].gross is not None
     card = (trials.folder / "README.md").read_text()
-    assert "24 trials with 81 internal and 19 external markers in px; 260 to 260 frames each." in card
+    assert "24 trials with 81 internal and 19 external markers (rings of 1, " in card
+    assert " in px; 260 to 260 frames each." in card
     assert "| indentation | 0.003, 0.004 |" in card
     with pytest.raises(InputError, match="has no labels 'mine', has external_markers, contact"):
         trials.onsets("mine")
@@ -64,7 +65,7 @@ def test_a_data_set_is_opened_lazily_and_has_the_hash_of_its_files(trials, tmp_p
 @pytest.mark.parametrize(
     ("names", "message"),
     [
-        ("ab", "trial b: has 81 internal and 19 external markers in m, needs the unit of 81 internal"),
+        ("ab", "markers .rings of 1, 8, 16, 24 and 32. in m, needs the unit of 81 internal"),
         ("aa", "trial a: stands twice"),
         ("", "trials: got none"),
     ],
@@ -140,7 +141,8 @@ def test_a_trial_is_read_back_as_it_was_written_and_layouts_are_told_apart(tmp_p
     with pytest.raises(InputError, match=r"labels.csv: cannot be read"):
         read_trial(folder)
     tracks = TRIAL.tracks
-    assert layout_text(tracks) == "81 internal and 19 external markers in px"
+    assert layout_text(tracks) == "81 internal and 19 external markers (rings of 1, 8, 16, 24 and 32) in px"
+    assert layout_text(tracks.drop_vars("ring")) == "81 internal and 19 external markers (no rings) in px"
     assert layout_digest(tracks) == layout_digest(tracks.isel(time=slice(0, 3)))
     fewer = tracks.isel(marker=slice(1, None))
     others = tracks.assign_coords(ring=tracks["ring"] + 1)

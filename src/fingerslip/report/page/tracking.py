@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from fingerslip.storage.files import folder_beside
+from fingerslip.storage.files import check_replaceable, folder_beside
 from fingerslip.vision.video import open_frames
 
 
@@ -20,6 +20,8 @@ def track_video(
     fields: bool = False,
 ) -> Iterator[str]:
     """Track a video, write the folder, and yield lines that say what came out."""
+    if out is not None:
+        check_replaceable(out, "tracks.nc")
     frames = open_frames(video, options.get("frame_rate"), options.get("channel", "grey"))
     # The tracker is slow to load, and figures are: what is wrong with a video is said before.
     from fingerslip.vision.tracking.track import TrackingWarning, track_markers

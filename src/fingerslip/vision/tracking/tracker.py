@@ -129,7 +129,7 @@ class MarkerTracker:
         """
         if frame.ndim != 2:
             fault, allowed = f"a frame has the shape {frame.shape}", "needs (height, width), grey"
-            raise InputError(self.name, fault, allowed, "read it with fs.live_frames")
+            raise InputError(self.name, fault, allowed, "take one channel of it, or the mean of all")
         self.shape = self.shape or frame.shape
         if frame.shape != self.shape:
             fault = f"a frame is {frame.shape[1]} x {frame.shape[0]} px"
