@@ -158,6 +158,8 @@ def _log(path: Path) -> Iterator[None]:
 
 
 _SECONDS_BETWEEN_LOOKS = 0.1
+# Time that a worker has for the step in which it is told to stop.
+_SECONDS_TO_STOP = 60.0
 
 
 class WorkerLostError(FingerslipError):
@@ -196,7 +198,7 @@ def _compute_and_draw(
 
     def draw(run: Finished) -> None:
         drawing = drawings.get(run.result.name)
-        if drawing is not None and not (_stop and _stop.is_set()):
+        if drawing is not None and not (_stop and _stop.value):
             # Whatever goes wrong here goes wrong in the report too, which tells the user.
             with contextlib.suppress(Exception):
                 pictures[run.result.name] = draw_run(run, drawing)
@@ -213,7 +215,8 @@ def _compute_apart(
 ) -> Generator[Outcome, None, None]:
     prepare_workers()
     context = multiprocessing.get_context(_METHOD)
-    news, stop = context.Queue(), context.Event()
+    # A plain number has no lock, with which a worker might end.
+    news, stop = context.Queue(), context.RawValue("b", 0)
     pool = ProcessPoolExecutor(workers, context, initializer=_begin_worker, initargs=(news, stop))
     try:
         with hold_interrupts(), without_main_module():
@@ -221,7 +224,7 @@ def _compute_apart(
             futures = {pool.submit(_compute_and_draw, jobs, threads, drawings, _tell): jobs for jobs in job_groups}
         yield from _follow(futures, news, progress)
     finally:
-        stop.set()
+        stop.value = 1
         pool.shutdown(wait=True, cancel_futures=True)
         news.close()
 
@@ -274,21 +277,22 @@ def _follow(
 
 @contextlib.contextmanager
 def hold_interrupts() -> Iterator[None]:
-    """Keep Ctrl-C from the block and from processes that start in it; where it can wait, it comes at the end."""
+    """Keep Ctrl-C from the block and from processes that start in it; it comes at the end."""
     if threading.current_thread() is not threading.main_thread():
         yield
-    elif hasattr(signal, "pthread_sigmask"):
-        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-        try:
-            yield
-        finally:
+        return
+    came: list[int] = []
+    # Processes inherit the mask. It does not keep a signal from other threads, which Python would answer here.
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if hasattr(signal, "pthread_sigmask") else None
+    handler = signal.signal(signal.SIGINT, lambda number, _: came.append(number))
+    try:
+        yield
+    finally:
+        if before is not None:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
-    else:
-        handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
-        try:
-            yield
-        finally:
-            signal.signal(signal.SIGINT, handler)
+        signal.signal(signal.SIGINT, handler or signal.SIG_DFL)
+        if came:
+            signal.raise_signal(signal.SIGINT)
 
 
 # What a worker tells its parent through, what tells it to stop, and when it has told of each run.
@@ -304,13 +308,22 @@ def _begin_worker(news: Any, stop: Any) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     end_with_parent()
 
+    def wait_for_stop() -> None:
+        while not stop.value:
+            time.sleep(_SECONDS_BETWEEN_LOOKS)
+        time.sleep(_SECONDS_TO_STOP)
+        os._exit(1)
+
+    # A worker that waits for jobs which nobody hands out any more would be waited for as well.
+    threading.Thread(target=wait_for_stop, daemon=True).start()
+
 
 def _tell(name: str, fraction: float) -> None:
     """Tell how far a run is, no more often than the parent looks: a message takes as long as a part of a step."""
     now = time.monotonic()
     if now - _told.get(name, -_SECONDS_BETWEEN_LOOKS) < _SECONDS_BETWEEN_LOOKS:
         return
-    if _stop.is_set():
+    if _stop.value:
         raise _StoppedError
     _told[name] = now
     _news.put((name, fraction))

@@ -11,6 +11,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
 from importlib import metadata
@@ -107,7 +108,7 @@ def test_a_failing_or_stopped_run_leaves_neither_folder_nor_handler(job, simulat
     fails(SlipOutsideContactError("contacts.0", "a", "b", "c"))
     with pytest.raises(SlipOutsideContactError) as caught:
         compute.compute([job], lambda _: None)
-    assert str(caught.value).endswith("block.yaml (contact.friction_coefficient = 0.4): contact: a, b; c")
+    assert str(caught.value).endswith("block.yaml (contact.friction_coefficient = 0.4): contact: a, b; c (line 15)")
     assert not list(job.folder.parent.iterdir())
     assert not logging.getLogger("fingerslip").handlers
 
@@ -239,13 +240,13 @@ def test_failures_of_workers_are_told_by_the_name_of_the_run():
 def test_a_worker_tells_how_far_it_is_until_it_has_to_stop(monkeypatch):
     news = queue.Queue()
     monkeypatch.setattr(compute, "_news", news)
-    monkeypatch.setattr(compute, "_stop", SimpleNamespace(is_set=lambda: False))
+    monkeypatch.setattr(compute, "_stop", SimpleNamespace(value=0))
     monkeypatch.setattr(compute, "_told", {})
     for name, fraction in (("a", 0.5), ("a", 0.51), ("b", 0.51)):
         compute._tell(name, fraction)
     # The parent does not look again so soon.
     assert [news.get(), news.get()] == [("a", 0.5), ("b", 0.51)]
-    monkeypatch.setattr(compute, "_stop", SimpleNamespace(is_set=lambda: True))
+    monkeypatch.setattr(compute, "_stop", SimpleNamespace(value=1))
     with pytest.raises(compute._StoppedError):
         compute._tell("c", 0.5)
     assert news.empty()
@@ -290,14 +291,37 @@ def test_a_worker_of_a_killed_process_ends():
     assert parent.returncode == -signal.SIGKILL
 
 
+def test_a_worker_that_nobody_ends_ends_by_itself(monkeypatch):
+    ended, stop = threading.Event(), SimpleNamespace(value=0)
+    for name, value in (("_news", None), ("_stop", None), ("_SECONDS_TO_STOP", 0.0), ("end_with_parent", lambda: None)):
+        monkeypatch.setattr(compute, name, value)
+    monkeypatch.setattr(compute.os, "_exit", lambda code: code == 1 and ended.set())
+    before = signal.getsignal(signal.SIGINT)
+    compute._begin_worker(None, stop)
+    signal.signal(signal.SIGINT, before)
+    assert not ended.wait(0.05)
+    stop.value = 1
+    assert ended.wait(10.0)
+
+
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 def test_ctrl_c_while_workers_start_is_not_lost():
     """A signal to the process goes to any thread that does not block it, and would come at any moment."""
     # Where the tests run in the background, Ctrl-C is ignored.
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    done, said = threading.Event(), []
+
+    def interrupted():
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(0.01)
+        said.append("went on")
+
+    threading.Thread(target=done.wait, daemon=True).start()
     with pytest.raises(KeyboardInterrupt), compute.hold_interrupts():
-        signal.pthread_kill(threading.get_ident(), signal.SIGINT)
-    signal.signal(signal.SIGINT, before)
+        interrupted()
+    done.set()
+    assert said == ["went on"]
+    assert signal.signal(signal.SIGINT, before) is signal.default_int_handler
     assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
 
 
