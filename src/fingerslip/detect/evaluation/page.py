@@ -130,7 +130,7 @@ def leads_figure(judged: Mapping[str, Judged], labels: Mapping[str, Onsets]) -> 
         first = np.fmin(*times_of(judged[name].events[trial] for trial in slips).T)
         leads = np.sort((gross - first)[~(first < incipient) & np.isfinite(first)])
         if len(leads):
-            shares = 1.0 - np.arange(len(leads)) / len(slips)
+            shares = np.arange(len(leads), 0, -1) / len(slips)
             (keys[_words(name)],) = axes.step(leads, shares, where="pre", color=colour)
     if not keys:
         say(axes, "no trial with gross slip in which slip was found")

@@ -280,6 +280,10 @@ def test_an_alarm_before_the_label_is_early_and_has_no_lead():
     assert (rows["early alarm"].value, rows["lead before gross slip [s]"]) == (1.0, Missing.NOT_DEFINED)
     judged = {"always": Judged(np.eye(3, dtype=int), np.zeros(1), np.zeros(1, dtype=bool), always)}
     assert not leads_figure(judged, labels).axes[0].lines[:-1]
+    some = {name: Onsets((1.5, None, 5.5)[number % 3], None) for number, name in enumerate(labels)}
+    judged = {"some": Judged(np.eye(3, dtype=int), np.zeros(1), np.zeros(1, dtype=bool), some)}
+    shares = leads_figure(judged, labels).axes[0].lines[0].get_ydata()
+    assert shares.max() == pytest.approx(6 / 19), "neither early alarms nor missed trials had a lead"
     unlabelled = event_scores_of({"t": Onsets(1.5, None)}, {"t": Onsets(None, 6.0)}, {"t": 1.0})
     assert unlabelled.lead.value == 4.5  # where slip begins is not labelled there
 
