@@ -22,6 +22,7 @@ _SHAPE_PATH = re.compile(r"contacts?\.(?:\d+\.)?counterface\.(\w+)")
 _NAMES = {"youngs modulus": "Young's modulus", "poisson ratio": "Poisson's ratio"}
 # What these groups hold is named with them: a speed is that of the slide.
 _NAMED_WITH = ("press", "hold", "slide", "lift")
+_LAYERS = "materials"
 
 
 def with_counterface(text: str, shapes: Iterable[str]) -> str:
@@ -51,28 +52,26 @@ def of_runs(text: str, runs: Iterable[RunResult]) -> str:
 
 
 def path_label(path: str) -> str:
-    """Return a dotted path in words: ``fingertip.phalanx.variant`` is a phalanx."""
-    return _words(path, 1)
+    """Return a dotted path in words, as :func:`path_labels` does where it is alone."""
+    return path_labels([path])[path]
 
 
 def path_labels(paths: Sequence[str]) -> dict[str, str]:
-    """Return dotted paths in words that tell them apart: the whole path where the words of two are the same."""
-    labels = {path: path_label(path) for path in paths}
-    return {path: label if list(labels.values()).count(label) == 1 else path for path, label in labels.items()}
-
-
-def short_labels(paths: Sequence[str]) -> dict[str, str]:
-    """Return dotted paths in words, with as many of their last parts as tell them apart.
+    """Return dotted paths in words, with as many of their last parts as tell them apart, and layers of materials.
 
     Examples
     --------
-    >>> list(short_labels(["a.sagittal.half_height", "a.bone.half_width", "a.skin.half_width"]).values())
+    >>> list(path_labels(["a.sagittal.half_height", "a.bone.half_width", "a.skin.half_width"]).values())
     ['half height', 'bone half width', 'skin half width']
-    >>> list(short_labels(["programme.1.slide.speed", "fingertip.phalanx.variant"]).values())
+    >>> list(path_labels(["programme.1.slide.speed", "fingertip.phalanx.variant"]).values())
     ['slide speed', 'phalanx']
+    >>> path_label("fingertip.materials.epidermis.youngs_modulus")
+    "epidermis Young's modulus"
     """
-    count = {path: 2 if set(path.split(".")[-2:-1]) & set(_NAMED_WITH) else 1 for path in paths}
-    for _ in range(max((path.count(".") for path in paths), default=0)):
+    parts = {path: path.split(".") for path in paths}
+    count = {path: 2 if set(names[-2:-1]) & set(_NAMED_WITH) else 1 for path, names in parts.items()}
+    count |= {path: names[::-1].index(_LAYERS) for path, names in parts.items() if _LAYERS in names[:-1]}
+    for _ in range(max(map(len, parts.values()), default=0)):
         labels = {path: _words(path, count[path]) for path in paths}
         twins = [path for path in paths if list(labels.values()).count(labels[path]) > 1]
         count |= {path: count[path] + 1 for path in twins}

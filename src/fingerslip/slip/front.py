@@ -127,6 +127,7 @@ def reference_events(
 
 # Contact within so many facets of a free edge is taken to reach it.
 _FACETS = 2.0
+_MOST_NAMED = 3  # runs in a sentence
 # Elements whose sides carry a node in their middle.
 _QUADRATIC = {"T6", "T10"}
 
@@ -175,7 +176,8 @@ def edge_warning(edges: Mapping[str, EdgeContact | None]) -> str:
         if edge is not None
     ]
     consequence = "The model ends there, so forces and slip times are those of a body that is cut off."
-    return f"Contact within two facets of a free edge of its boundary: {'; '.join(cases)}. {consequence}" * bool(cases)
+    listed = "; ".join(cases[:_MOST_NAMED]) + f" and {len(cases) - _MOST_NAMED} more" * (len(cases) > _MOST_NAMED)
+    return f"Contact within two facets of a free edge of its boundary: {listed}. {consequence}" * bool(cases)
 
 
 def _distances(history: xr.Dataset, nodes: NDArray[np.intp] | slice) -> Floats:

@@ -109,8 +109,8 @@ EVENTS: Mapping[str, str] = {
 }
 #: What stands below tables that have the second of them.
 NOTICED_NOTE = (
-    "48 % (noticed in files) of the contact has slipped; people notice when about as much is slipping"
-    " (Barrea et al. 2018)."
+    "48 % is when 48 % of the contact has slipped; files call it noticed, as people notice when about as much is"
+    " slipping (Barrea et al. 2018)."
 )
 #: The events that every reading gives; figures mark these.
 MAIN_EVENTS = ("incipient", "three_quarter", "overall")

@@ -14,7 +14,7 @@ from fingerslip.arrays import Floats
 from fingerslip.errors import InputError, Mistakes, errors_at, optional_module
 from fingerslip.history import read_history
 from fingerslip.parameters.schema import require_kind
-from fingerslip.report.labels import short_labels
+from fingerslip.report.labels import path_labels
 from fingerslip.report.tables.runs import table_frame
 from fingerslip.results import HISTORY, RunResult, StudyResult
 from fingerslip.sampling.curves import FitSettings, Measurement, column_unit, curves_of, read_measurement
@@ -172,7 +172,7 @@ def _write(study: StudyResult, measurement: Measurement, settings: FitSettings) 
 
     generator = np.random.default_rng(1)
     values = np.column_stack((low + chain.samples[:, :-1] * (high - low), chain.samples[:, -1]))
-    labels = [*short_labels(list(study.ranges)).values(), "discrepancy"]
+    labels = [*path_labels(list(study.ranges)).values(), "discrepancy"]
     units = [*(two[0][1] for two in ends), "standard deviations"]
     note = f"Emulator of the curves: error {emulator.error:.2g} standard deviations of the measurement. "
     tables = (

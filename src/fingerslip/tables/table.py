@@ -7,7 +7,7 @@ import math
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
 import rich.box
 import rich.console
@@ -25,6 +25,27 @@ class Measured:
 
     value: float  # both in the unit of their column
     uncertainty: float  # both in the unit of their column
+
+
+class Difference(float):
+    """A number that people see as the difference of two others as they see these, rounded."""
+
+    ends: tuple[float, float, float]  # end, start, and what turns their difference into the unit of the column
+
+    def __new__(cls, end: float, start: float, factor: float = 1.0) -> Self:
+        """Return `factor` times the end less the start."""
+        number = super().__new__(cls, factor * (end - start))
+        number.ends = end, start, factor
+        return number
+
+    def __getnewargs__(self) -> tuple[float, float, float]:  # type: ignore[override]  # for copies
+        return self.ends
+
+    def rounded(self, digits: int) -> float:
+        """Return the difference of both ends, each rounded as a column beside that of this number rounds it."""
+        end, start, factor = self.ends
+        finer = digits + round(math.log10(factor))
+        return factor * (round(end, finer) - round(start, finer))
 
 
 @dataclass(frozen=True)
@@ -101,6 +122,7 @@ class Column:
         # A rounded zero has no sign.
         if self.digits is None:
             return f"{value:z.{self.significant}g}"
+        value = value.rounded(self.digits) if isinstance(value, Difference) else value
         return f"{round(value, self.digits) if self.digits < 0 else value:z.{max(self.digits, 0)}f}"
 
     def _format_uncertainty(self, value: float) -> str:

@@ -7,7 +7,7 @@ import pytest
 from matplotlib.colors import to_rgb
 
 from fingerslip.report import colours
-from fingerslip.report.labels import path_labels, run_title, swept_text
+from fingerslip.report.labels import path_label, path_labels, run_title, swept_text
 from fingerslip.results import RunResult
 from fingerslip.slip import Events
 from places import ROOT
@@ -20,11 +20,11 @@ from places import ROOT
         ({"fingertip.solid.angle": "30 deg"}, "angle 30 deg"),
         ({"time.alpha": -0.05, "fingertip.phalanx.variant": "scaled"}, "alpha -0.05, phalanx scaled"),
         ({"fingertip.fingerprint.enabled": False}, "fingerprint no"),
-        ({"programme.1.slide.direction": [-1, 0, 1]}, "direction (-1, 0, 1)"),
+        ({"programme.1.slide.direction": [-1, 0, 1]}, "slide direction (-1, 0, 1)"),
         ({"contacts.0.counterface": {"sphere": {"radius": "8 mm"}}}, "counterface sphere radius 8 mm"),
         ({"contact.friction_coefficient": 0.1 * 6}, "friction coefficient 0.6"),
         ({"mesh.contact_size": f"{0.1 * 3} mm"}, "contact size 0.3 mm"),
-        ({"a.speed": 1, "b.speed": 2}, "a.speed 1, b.speed 2"),
+        ({"a.speed": 1, "b.speed": 2}, "a speed 1, b speed 2"),
         ({}, "A study"),
     ],
 )
@@ -36,7 +36,11 @@ def test_a_run_is_called_by_its_swept_values_or_else_like_its_study(swept, title
 def test_paths_become_words_that_tell_them_apart_and_values_those_of_the_study_file():
     paths = {"a.fingerprint.enabled": "fingerprint", "fingertip.phalanx.variant": "phalanx", "time.step": "step"}
     assert path_labels(list(paths)) == paths
-    assert list(path_labels(["a.speed", "b.speed"]).values()) == ["a.speed", "b.speed"]
+    assert list(path_labels(["a.speed", "b.speed"]).values()) == ["a speed", "b speed"]
+    moduli = [f"fingertip.materials.{layer}.youngs_modulus" for layer in ("epidermis", "dermis")]
+    assert path_label(moduli[0]) == "epidermis Young's modulus", "a layer without others, too"
+    assert list(path_labels(moduli).values()) == ["epidermis Young's modulus", "dermis Young's modulus"]
+    assert path_label("materials.SkinPart.poisson_ratio") == "SkinPart Poisson's ratio"
     assert [swept_text(value) for value in (0.6, "8 mm", True, None, [1, 0])] == [0.6, "8 mm", True, None, "1, 0"]
 
 

@@ -34,6 +34,7 @@ from fingerslip.report.figures.bodies import (
 from fingerslip.report.figures.patches import HAS_SLIPPED, slipped_share
 from fingerslip.report.labels import of_histories
 from fingerslip.sites import RECEPTOR_KINDS
+from fingerslip.slip.windows import READINGS
 from fingerslip.units import millimetres
 
 _ROUNDING = 1e-16
@@ -42,6 +43,8 @@ PRESSED = 0.02
 # Width and height of a panel by the number of columns [inch].
 _PANELS = {1: (6.6, 3.0), 2: (3.8, 2.3), 3: (3.3, 2.3)}
 SLIPS = "slips now"
+# What figures say that mark another reading than accumulated slip.
+_READ_FROM = "Events are those from {}."
 _LARGE_ENERGIES: Mapping[str, tuple[str, str]] = {
     "external_work": ("work of the plate", palette.BLACK),
     "strain_energy": ("strain energy", palette.BLUE),
@@ -286,6 +289,7 @@ def contact_displacement_figure(history: xr.Dataset, events: slip.Events = style
     label = of_histories("position of the node\nalong the plate [mm]", [history])
     figure.colorbar(colours, ax=axes, label=label, pad=0.02)
     style.mark_panels([axes], None, events.displacement)
+    style.note_below(axes, _READ_FROM.format(READINGS["displacement"]))
     return figure
 
 
@@ -309,6 +313,7 @@ def acceleration_figure(history: xr.Dataset, events: slip.Events = style.NO_EVEN
     style.limit_to_slides(panels[0], {title: history}, {title: events}, marked=[events_read])
     style.mark_panels(panels, history, events_read)
     _fit_after_transition(panels[0], signals, slip.acceleration_peaks(history))
+    style.note_below(panels[-1], _READ_FROM.format(READINGS["acceleration"]))
     style.add_legend(figure, _area_keys())
     return figure
 
@@ -319,7 +324,7 @@ def acceleration_overview_figure(
 ) -> Figure:
     """Draw the signal that acceleration peaks are read from, a panel for each run."""
     settings = settings or slip.PeakSettings()
-    title = f"Largest acceleration at {' and '.join(settings.kinds)}"
+    title = f"Largest acceleration at {' and '.join(settings.kinds)}, and events from its peaks"
     labels = ("time [s]", of_histories("acceleration along the plate [m/s²]", histories.values()))
     figure, panels = _run_panels(tuple(histories), title, labels)
     events_read = [events.get(name, style.NO_EVENTS).acceleration for name in histories]
@@ -331,6 +336,7 @@ def acceleration_overview_figure(
         "largest over the receptors": Line2D([], [], color=palette.BLUE, linewidth=1.0),
         "peak that counts": Line2D([], [], color=palette.BLACK, marker="o", markersize=4, linestyle=""),
         "height that a peak needs": Line2D([], [], color=palette.GREY, linewidth=1.0),
+        _READ_FROM.format(READINGS["acceleration"]): Line2D([], [], linestyle="none"),
     }
     style.add_legend(figure, {**keys, **style.event_keys(events_read)})
     return figure

@@ -18,7 +18,7 @@ from matplotlib.patches import Patch
 from fingerslip.published import PublishedSet
 from fingerslip.report.colours import BLACK, BLUE, EVENT_COLOURS, GREEN, GREY, ORANGE, READING_COLOURS, SKY, VERMILLION
 from fingerslip.report.figures.style import add_legend, columns_for, figure_grid, with_style
-from fingerslip.report.labels import number_and_unit, path_label, short_labels, swept_text
+from fingerslip.report.labels import number_and_unit, path_label, path_labels, swept_text
 from fingerslip.report.tables.samples import group_text
 from fingerslip.results import RunResult
 from fingerslip.sampling.indices import Sensitivity
@@ -270,7 +270,7 @@ def indices_figure(sensitivities: Sequence[Sensitivity]) -> Figure:
         _draw_bars(axes, rows - 0.2, [index.other for index in indices], [index.other_error for index in indices], SKY)
         axes.axvline(0.0, color=BLACK, linewidth=0.7)
         axes.set_title(group_text(sensitivity.group))
-    labels = short_labels(paths)
+    labels = path_labels(paths)
     _name_rows(panels, [labels[path] for path in paths], 0.6, 0.4)
     names = ("total", "first order") if is_sobol else ("mean size", "standard deviation")
     add_legend(figure, {name: Patch(color=colour) for name, colour in zip(names, (BLUE, SKY), strict=True)})
@@ -312,7 +312,7 @@ def tornado_figure(fits: Sequence[Fit], published: Mapping[int, tuple[float, flo
     for number, (axes, fit) in enumerate(zip(panels, fits, strict=True)):
         _draw_tornado(axes, fit, [effects[number][path] for path in paths], (published or {}).get(number))
         axes.set_title(group_text(fit.group))
-    labels, ranges = short_labels(paths), [effects[0][path] for path in paths]
+    labels, ranges = path_labels(paths), [effects[0][path] for path in paths]
     texts = [f"{labels[effect.path]}, {effect.low:g} to {effect.high:g} {effect.unit}".strip() for effect in ranges]
     _name_rows(panels, [text.replace(" -", " \N{MINUS SIGN}") for text in texts], 0.7, 0.3)
     keys: dict[str, Artist] = {

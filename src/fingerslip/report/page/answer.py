@@ -13,12 +13,13 @@ from fingerslip.report.content import ReportContent
 from fingerslip.report.labels import number_and_unit, of_runs, path_label, prose, run_title
 from fingerslip.report.tables.compare import difference_from, span_of
 from fingerslip.report.tables.parameters import ASSUMED, NOT_USED
-from fingerslip.report.tables.runs import differing_paths, time_digits
+from fingerslip.report.tables.runs import differing_paths, latency_column, run_caveats, time_cell, time_digits
 from fingerslip.results import RunResult, StudyResult
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import EventSettings
-from fingerslip.slip.measures import caveats, resolution_warnings
+from fingerslip.slip.measures import resolution_warnings
 from fingerslip.slip.windows import LATENCY, READINGS
+from fingerslip.tables.table import Difference
 from fingerslip.uncertainty import settings_in_words, varied_settings
 from fingerslip.units import si_quantity
 
@@ -35,7 +36,7 @@ def answer(study: StudyResult, starts: Mapping[str, float], references: Sequence
     """
     sliding = [run for run in study.runs if run.name in starts]
     if not sliding:
-        return _answer_of_held(study.runs)
+        return (*_answer_of_held(study.runs), *run_caveats(study.runs))
     slipped = [run for run in sliding if run.events.overall is not None]
     if not slipped:
         many = f"any of the {len(sliding)} runs" if len(sliding) > 1 else "this run"
@@ -47,9 +48,8 @@ def answer(study: StudyResult, starts: Mapping[str, float], references: Sequence
     else:
         first = _answer_of_many(study, sliding, slipped, starts)
     # What is too coarse, and how to learn how well the times are known where they have no error bars.
-    warnings = caveats({run_title(run, run.name): run.numbers for run in sliding})
     bars = "" if study.ranges else _without_bars(sliding)
-    return tuple(filter(None, (*first, *published_rows_beside(sliding, references), *warnings, bars)))
+    return tuple(filter(None, (*first, *published_rows_beside(sliding, references), *run_caveats(sliding), bars)))
 
 
 def _without_bars(runs: Sequence[RunResult]) -> str:
@@ -153,10 +153,7 @@ def _latencies(runs: Sequence[RunResult]) -> str:
     if not latencies:
         return ""
     timed = sorted((run for run in runs if run.name in latencies), key=lambda run: latencies[run.name])
-    ends = (
-        f"{round(latencies[run.name], time_digits(runs) - 3):.0f} {_bar(run, f'slip.{LATENCY}')}".rstrip()
-        for run in (timed[0], timed[-1])
-    )
+    ends = (latency_column(runs).format(time_cell(run, "slip", LATENCY, 1e3)) for run in (timed[0], timed[-1]))
     time = f"{' to '.join(dict.fromkeys(ends))} ms"
     if travels := _travels(runs, "latency_travel_m"):
         way = _span(travels, 2, "mm")
@@ -177,8 +174,9 @@ def published_rows_beside(runs: Sequence[RunResult], references: Sequence[Publis
     if early := _changes(incipient):
         than = "than published" if _are_off(early) else "with the published one"
         left.append(f"incipient slip {_off(early)} {than}")
-    if times := [(time, span_of(value)) for run, value in latency if (time := run.events.slip.latency) is not None]:
-        ours, theirs = [1e3 * time for time, _ in times], [1e3 * end for _, span in times for end in span]
+    if times := [(run.events, span_of(value)) for run, value in latency if run.events.latency is not None]:
+        digits, theirs = time_digits(runs) - 3, [1e3 * end for _, span in times for end in span]
+        ours = [Difference(events.overall or 0.0, events.incipient or 0.0, 1e3).rounded(digits) for events, _ in times]
         left.append(f"{_span(ours, 0, 'ms')} are left to react, against {_span(theirs, 0, 'ms')} published")
     second = f"{', and '.join(left)}."
     reasons = dict.fromkeys(value.otherwise for _, value in (*incipient, *latency) if value.otherwise)
@@ -263,11 +261,12 @@ def quotable(content: ReportContent) -> Mapping[str, str]:
         return {}
     has_bars = any(run.uncertainty for run in runs)
     is_coarse = bool(resolution_warnings({run.name: run.numbers for run in runs}))
-    reasons = "; ".join([*([prose("quote", "coarse")] if is_coarse else []), *_not_to_quote(content, runs)])
+    wrong = [*(["coarse"] if is_coarse else []), *(["edge"] if any(run.edge for run in runs) else [])]
+    reasons = "; ".join([*(prose("quote", name) for name in wrong), *_not_to_quote(content, runs)])
     return {
-        **({} if is_coarse else {"Quote": prose("quote", "do", {"bars": ", ±" if has_bars else ""})}),
+        **({} if wrong else {"Quote": prose("quote", "do", {"bars": ", ±" if has_bars else ""})}),
         **({"Do not quote": prose("quote", "not", {"reasons": reasons})} if reasons else {}),
-        "How sure": " ".join(_how_sure(content, runs)),
+        "How sure": " ".join(_how_sure(content, runs, only="" if wrong else prose("quote", "only"))),
     }
 
 
@@ -284,7 +283,7 @@ def _not_to_quote(content: ReportContent, runs: Sequence[RunResult]) -> Iterator
         yield prose("quote", "spikes")
 
 
-def _how_sure(content: ReportContent, runs: Sequence[RunResult]) -> Iterator[str]:
+def _how_sure(content: ReportContent, runs: Sequence[RunResult], only: str) -> Iterator[str]:
     """Yield sentences on numerical uncertainty, on other models, and on what is assumed."""
     studied = [run for run in runs if run.uncertainty]
     if studied:
@@ -296,7 +295,7 @@ def _how_sure(content: ReportContent, runs: Sequence[RunResult]) -> Iterator[str
     convergences = {name: [run.convergence.get(f"slip.{name}") for run in studied] for name in _TIMES}
     unsettled = [name for name in _TIMES if any(each and each.unsettled_settings for each in convergences[name])]
     if unsettled:
-        yield prose("quote", "unsettled", {"times": ", ".join(unsettled)})
+        yield prose("quote", "unsettled", {"times": ", ".join(unsettled), "only": only})
     values = {value.path: value.value for value in content.values if value.source != NOT_USED}
     if all(values.get(path) == value for path, value in _COMPARED.items()):
         yield prose("quote", "model")

@@ -39,7 +39,6 @@ from fingerslip.report.tables import runs as run_tables
 from fingerslip.report.tables.parameters import ShownValue, conditions_table, models_table, value_tables
 from fingerslip.results import RunResult, StudyResult
 from fingerslip.slip import acceleration_peaks
-from fingerslip.slip.front import edge_warning
 from fingerslip.slip.windows import EVENTS, LATENCY, NOTICED_NOTE, READINGS
 from fingerslip.tables.table import Column, Missing, Table
 
@@ -72,9 +71,8 @@ def _results(content: ReportContent) -> Iterator[ReportSection]:
     text = (f"No times from {READINGS[name]}: no run records the signals." for name in READINGS if name not in recorded)
     begin = {f"{start:.3f}" for start in content.starts.values()}
     counted = (prose("sections", "begin", {"start": begin.pop()}),) if len(begin) == 1 else ()
-    warnings = filter(None, [edge_warning({titles[run.name]: run.edge for run in runs})])
     events = tuple(run_tables.events_table(runs, name) for name in recorded)
-    yield ReportSection("Slip events", (*counted, *text), events, warnings=tuple(warnings))
+    yield ReportSection("Slip events", (*counted, *text), events)
     sentences = definitions(content.settings)
     body = "".join(f"<p>{escape(of_runs(sentences[name], runs))}</p>" for name in (*recorded, "latency"))
     yield ReportSection("How slip events are defined", body=body, folded=True)

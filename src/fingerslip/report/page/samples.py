@@ -10,7 +10,7 @@ from statistics import median
 from fingerslip.published import PublishedSet
 from fingerslip.report.content import ReportContent
 from fingerslip.report.figures.study import tornado_figure
-from fingerslip.report.labels import prose, short_labels, swept_text
+from fingerslip.report.labels import path_labels, prose, swept_text
 from fingerslip.report.page.page import Picture, ReportSection
 from fingerslip.report.tables.runs import summary_table
 from fingerslip.report.tables.samples import intervals_table, published_table, refused_table, sensitivity_table
@@ -133,7 +133,7 @@ def _values_table(samples: Sequence[Representative]) -> Table:
 
     values = [{**sample.run.swept, **sample.run.sampled} for sample in samples]
     paths = [path for path in dict.fromkeys(itertools.chain(*values)) if path not in (SAMPLE, REPEAT)]
-    labels = short_labels(paths)
+    labels = path_labels(paths)
     event = Column(event_label(samples[0].event), "s", 3)
     rows = tuple(
         (sample.title, sample.since, *(cell(of_sample.get(path)) for path in paths))

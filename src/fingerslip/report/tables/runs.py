@@ -14,7 +14,7 @@ from fingerslip.slip import PeakTable, measures
 from fingerslip.slip.front import edge_warning
 from fingerslip.slip.measures import Measure
 from fingerslip.slip.windows import EVENTS, LATENCY, NOTICED_NOTE, READINGS, TIMES, defines_time
-from fingerslip.tables.table import Cell, Column, Measured, Missing, Table, typeset
+from fingerslip.tables.table import Cell, Column, Difference, Measured, Missing, Table, typeset
 from fingerslip.uncertainty import settings_in_words, varied_settings
 from fingerslip.units import si_quantity, unit_suffix
 
@@ -36,7 +36,10 @@ def time_cell(run: RunResult, reading: str, time: str, factor: float = 1.0) -> C
     if value is None:
         return Missing.NO_EVENT if events.recorded else Missing.NOT_RECORDED
     uncertainty = run.uncertainty.get(f"{reading}.{time}")
-    return factor * value if uncertainty is None else Measured(factor * value, factor * uncertainty)
+    number = factor * value
+    if time == LATENCY and events.overall is not None and events.incipient is not None:
+        number = Difference(events.overall, events.incipient, factor)
+    return number if uncertainty is None else Measured(number, factor * uncertainty)
 
 
 def events_table(runs: Sequence[RunResult], reading: str = "slip") -> Table:
@@ -91,11 +94,17 @@ def swept_cells(run: RunResult, runs: Sequence[RunResult]) -> tuple[Cell, ...]:
 
 
 def run_notes(runs: Sequence[RunResult]) -> str:
-    """Say what the sign ± means, and which contact came close to a free edge; nothing where neither is the case."""
+    """Say what the sign ± means; nothing where no run has it."""
     varied = varied_settings(quantity for run in runs for quantity in run.convergence.values())
     over = f" over {settings_in_words(varied)}" if varied else ""
-    bars = prose("notes", "bars", {"over": over}) if any(run.uncertainty for run in runs) else ""
-    return " ".join(filter(None, (bars, edge_warning({run_title(run, run.name): run.edge for run in runs}))))
+    return prose("notes", "bars", {"over": over}) if any(run.uncertainty for run in runs) else ""
+
+
+def run_caveats(runs: Sequence[RunResult]) -> tuple[str, ...]:
+    """Say what to know beside the times of slip: which contact came close to a free edge, and what is too coarse."""
+    titled = {run_title(run, run.name): run for run in runs}
+    edges = edge_warning({title: run.edge for title, run in titled.items()})
+    return (*filter(None, [edges]), *measures.caveats({title: run.numbers for title, run in titled.items()}))
 
 
 def _notes(runs: Sequence[RunResult], readings: Iterable[str]) -> str:
@@ -117,7 +126,12 @@ def time_digits(runs: Sequence[RunResult]) -> int:
 def _event_columns(runs: Sequence[RunResult]) -> tuple[Column, ...]:
     digits = time_digits(runs)
     times = (Column(words, "s", digits, answers=name == "overall") for name, words in EVENTS.items())
-    return (*times, Column(LATENCY, "ms", digits - 3, answers=True))
+    return (*times, latency_column(runs))
+
+
+def latency_column(runs: Sequence[RunResult]) -> Column:
+    """Return the column of latencies, with the digits that their events have."""
+    return Column(LATENCY, "ms", time_digits(runs) - 3, answers=True)
 
 
 def _event_cells(run: RunResult, reading: str) -> tuple[Cell, ...]:

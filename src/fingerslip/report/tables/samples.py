@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from fingerslip.published import PublishedSet
-from fingerslip.report.labels import path_label, prose, short_labels, swept_text
+from fingerslip.report.labels import path_label, path_labels, prose, swept_text
 from fingerslip.results import RefusedRun, RunResult, StudyResult
 from fingerslip.sampling.indices import Prediction, Sensitivity, Surrogate, Validation
 from fingerslip.sampling.sensitivity import Fit, Interval, fits_of, groups_of, interval_of, published_intervals
@@ -81,7 +81,7 @@ def sensitivity_table(fit: Fit) -> Table:
         *map(Column, ("value", "from", "to", "slope", "change over the range [ms]")),
         *(Column(name, digits=2) for name in ("standardised", "rank correlation")),
     )
-    labels = short_labels([effect.path for effect in fit.effects])
+    labels = path_labels([effect.path for effect in fit.effects])
     rows = tuple(
         (
             labels[effect.path],
@@ -135,7 +135,7 @@ def refused_table(refused: Sequence[RefusedRun]) -> Table:
 
 def indices_table(sensitivity: Sensitivity) -> Table:
     """Show what moves an output, the value that matters most first."""
-    labels, is_morris = short_labels([index.path for index in sensitivity.indices]), sensitivity.method == "morris"
+    labels, is_morris = path_labels([index.path for index in sensitivity.indices]), sensitivity.method == "morris"
     unit = f" {sensitivity.unit}" if sensitivity.unit else ""
     columns = [Column(name, digits=3) for name in ("total index", "± total", "first index", "± first")]
     if is_morris:
@@ -183,7 +183,7 @@ def prediction_table(predicted: Sequence[tuple[Surrogate, Prediction]], values: 
         )
         for surrogate, prediction in predicted
     )
-    at = ", ".join(f"{label} {values[path]}" for path, label in short_labels(list(values)).items())
+    at = ", ".join(f"{label} {values[path]}" for path, label in path_labels(list(values)).items())
     fitted = {surrogate.output.replace("_", " "): _fitted_to(surrogate.validation) for surrogate, _ in predicted}
     same = len(set(fitted.values())) == 1
     of = next(iter(fitted.values())) if same else "; ".join(f"{name}: {runs}" for name, runs in fitted.items())

@@ -16,7 +16,7 @@ from fingerslip.history import read_history, site_kinds
 from fingerslip.mesh.mixed import is_degenerate
 from fingerslip.published import published_set
 from fingerslip.report.citations import bibtex_entries, short_citation, source_keys
-from fingerslip.report.labels import run_title, short_labels
+from fingerslip.report.labels import path_labels, run_title
 from fingerslip.report.page.answer import definitions
 from fingerslip.report.tables.parameters import ASSUMED, NOT_USED, ShownValue
 from fingerslip.results import HISTORY, RUN, RunResult, StudyResult
@@ -201,7 +201,7 @@ def _origins(facts: _Facts, kind: str) -> Iterator[str]:
     if assumed:
         # What was adjusted to results is no prediction.
         adjusted = [value.path for value in assumed if re.search("calibrated|chosen", value.note)]
-        seen = f"; with published results in view: {_enumerate(short_labels(adjusted).values())}" if adjusted else ""
+        seen = f"; with published results in view: {_enumerate(path_labels(adjusted).values())}" if adjusted else ""
         yield f"{len(assumed)} of its {len(values)} values are given by no source and were assumed{seen}."
 
 
@@ -322,7 +322,7 @@ def _trust(facts: _Facts) -> Iterator[str]:
         differ = {path: "" for run in runs for path in (*run.swept, *run.sampled)}
         drawn = facts.study.design
         design = f" ({drawn['count']} samples, {drawn['method']}, seed {drawn['seed']})" if drawn else ""
-        yield f"{len(runs)} runs{design} differ in {_enumerate(short_labels(list(differ)).values())}."
+        yield f"{len(runs)} runs{design} differ in {_enumerate(path_labels(list(differ)).values())}."
     if any(run.events.slip.recorded and run.events.slip.overall is not None for run in runs):
         words = definitions(EventSettings())
         yield f"{words['slip'].partition(': ')[2].capitalize()} {words['latency']}"
@@ -400,7 +400,7 @@ def _software(facts: _Facts) -> Iterator[str]:
 
 def _in_words(values: Mapping[str, str]) -> str:
     """Return values with the last parts of their paths in words; brackets around what has a comma."""
-    labels = short_labels(list(values))
+    labels = path_labels(list(values))
     return ", ".join(f"{labels[path]} {f'({text})' if ',' in text else text}" for path, text in values.items())
 
 

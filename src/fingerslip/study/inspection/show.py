@@ -14,7 +14,7 @@ from fingerslip.materials.choice import MATERIALS, material_names
 from fingerslip.parameters.yaml_text import parse_document
 from fingerslip.report.tables.compare import difference_cell, differences_table
 from fingerslip.report.tables.parameters import ASSUMED, COLUMNS, NOT_USED
-from fingerslip.report.tables.runs import measures_table, readings_table, time_cell
+from fingerslip.report.tables.runs import measures_table, readings_table, run_caveats, time_cell
 from fingerslip.report.tables.samples import indices_table, prediction_table, sensitivity_table
 from fingerslip.results import HISTORY, RESULT, RUN, RunResult, StudyResult
 from fingerslip.sampling.designs import required_output
@@ -69,10 +69,10 @@ def _show_result(folder: Path) -> tuple[Table, ...]:
         return study_tables(read_results(folder))
     result = read_stored_run(folder)
     versions = ", ".join(f"{name} {version}" for name, version in result.versions.items())
-    measures = measures_table([result], ["value"])
+    measures, events = measures_table([result], ["value"]), readings_table(result, f"Slip events of {folder}")
     swept = tuple((path, json.dumps(value)) for path, value in result.swept.items())
     return (
-        readings_table(result, f"Slip events of {folder}"),
+        dataclasses.replace(events, note=" ".join((events.note, *run_caveats([result])))),
         dataclasses.replace(measures, note=f"Computed in {result.seconds} s with {versions}."),
         Table("Swept values", (Column("path"), Column("value")), swept),
     )

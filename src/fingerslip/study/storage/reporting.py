@@ -23,10 +23,10 @@ from fingerslip.published import published_set
 from fingerslip.report.labels import run_title
 from fingerslip.report.tables.compare import compare_table
 from fingerslip.report.tables.parameters import NOT_USED, ShownValue
-from fingerslip.report.tables.runs import events_table
+from fingerslip.report.tables.runs import events_table, run_caveats
 from fingerslip.report.tables.samples import sample_tables
 from fingerslip.results import HISTORY, RUN, RunResult, StudyResult
-from fingerslip.slip.measures import caveats, resolution_warnings
+from fingerslip.slip.measures import resolution_warnings
 from fingerslip.slip.windows import slide_window
 from fingerslip.specimens.choice import SPECIMENS
 from fingerslip.specimens.protocol import ModelUse, Specimen
@@ -226,8 +226,8 @@ def study_tables(study: StudyResult) -> tuple[Table, ...]:
         tables = (events_table(study.runs), *(table for table in beside if table.rows))
     if not tables:
         return ()
-    said = caveats({run_title(run, run.name): run.numbers for run in study.runs})
-    first = dataclasses.replace(tables[0], note="\n".join(filter(None, (tables[0].note, *said))))
+    note = "\n".join(filter(None, (tables[0].note, *run_caveats(study.runs))))
+    first = dataclasses.replace(tables[0], note=note)
     return (first, *tables[1:])
 
 

@@ -113,6 +113,7 @@ FIELDS = ["displacement", "velocity", "rigid residual", "divergence [%]", "curl 
 PHALANGES = ["phalanx original", "phalanx scaled"]
 VIEWED = SceneOptions(scalar="region", contact=True, camera="below", written=False)
 AT_EVENTS = Events(slip=SlipEvents(incipient=0.06, noticed=0.07, overall=0.1))
+ON_ACCELERATION = "Events are those from acceleration peaks."
 STRESS_BAR = "von Mises\n[kPa]"
 LATER = Events(slip=SlipEvents(incipient=0.055, overall=0.085))
 ACROSS = [{VARIANT: name} for name in ("original", "scaled")]
@@ -141,14 +142,16 @@ FIGURES = {
         {"time [s]", "position along the plate [mm]", "open", "stick", "slip", "incipient", "48 %"},
         ON_SLIP),
     "displacement": (
-        of_run("displacement"), [], {"displacement since the slide began [mm]"},
+        of_run("displacement"), [],
+        {"displacement since the slide began [mm]", "time [s]\nEvents are those from displacement."},
         [EVENTS.displacement.time(name) for name in NAMES]),
     "acceleration-peaks": (
         of_study("acceleration-peaks"), list(HISTORIES),
-        {"acceleration along the plate [m/s²]", "peak that counts", "overall"}, ON_PEAKS),
+        {"acceleration along the plate [m/s²]", "peak that counts", "overall", ON_ACCELERATION}, ON_PEAKS),
     "acceleration": (
         of_run("acceleration", title="original"), list(KINDS),
-        {"acceleration along the plate [m/s²]", "Acceleration at the receptors: original"}, ON_PEAKS),
+        {"acceleration along the plate [m/s²]", "Acceleration at the receptors: original",
+         f"time [s]\n{ON_ACCELERATION}"}, ON_PEAKS),
     "strain-energy-density": (
         of_run("strain-energy-density"), list(KINDS), {"strain energy density [J/m³]"}, ON_SLIP),
     "events": (
@@ -600,7 +603,7 @@ def test_bars_go_from_the_time_at_the_smallest_to_that_at_the_largest_value():
     bars = [(bar.get_x(), bar.get_x() + bar.get_width(), bar.get_y() + 0.5 * bar.get_height()) for bar in axes.patches]
     smallest, largest = bars[2:5], bars[5:8]
     labels = [label.get_text() for label in axes.get_yticklabels()]
-    assert [label.partition(",")[0] for label in labels] == ["Poisson's ratio", "half height", "clearance"]
+    assert [label.partition(",")[0] for label in labels] == ["tissue Poisson's ratio", "half height", "clearance"]
     assert labels[2] == "clearance, 0 to 0.4 mm"
     # Overall slip is at 1.8 s without clearance and at 1.6 s with 0.4 mm of it.
     assert smallest[2] == (pytest.approx(1.7), pytest.approx(1.8), pytest.approx(2.0))

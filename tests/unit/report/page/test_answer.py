@@ -11,6 +11,7 @@ from fingerslip.report.page.answer import answer, definitions, published_rows_be
 from fingerslip.report.tables.parameters import ShownValue
 from fingerslip.results import RunResult, StudyResult
 from fingerslip.slip import Events, EventSettings, PeakSettings, SlipEvents
+from fingerslip.slip.front import EdgeContact
 from fingerslip.slip.windows import READINGS
 from fingerslip.uncertainty import Convergence, Series
 from unit.report.page.contents import content_of
@@ -204,8 +205,8 @@ def test_a_section_of_a_finger_without_error_bars_says_all_that_is_no_result():
         "section is 1 mm deep; counts of spikes: thresholds are assumed."
     )
     assert box["How sure"] == (
-        "Numerical uncertainty is not known yet. Large strain or plane strain move overall slip of this finger by 0.2 "
-        "to 0.8 s of 0.7 s at 1.5 mm and 3 mm/s. 2 values are assumed."
+        "Numerical uncertainty is not known yet. At 1.5 mm and 3 mm/s this finger slips after 0.7 s; at large "
+        "strain 0.2 to 0.5 s later, in plane strain 0.8 s. 2 values are assumed."
     )
     assert len(" ".join((*box, *box.values())).split()) <= 90
 
@@ -213,7 +214,16 @@ def test_a_section_of_a_finger_without_error_bars_says_all_that_is_no_result():
 def test_times_of_a_run_that_is_too_coarse_are_not_quoted():
     box = quotable(content(RunResult("a", {}, SLIPPED, numbers={"slide_records": 10})))
     assert "Quote" not in box
-    assert box["Do not quote"].startswith("times of slip, for which step or mesh is too coarse")
+    assert box["Do not quote"].startswith("times of slip, for which step or mesh is too coarse, as said above")
+    cut_off = RunResult("a", {}, SLIPPED, edge=EdgeContact("skin", 0.02, 0.0))
+    assert quotable(content(cut_off))["Do not quote"].startswith(
+        "forces and times of slip: contact reaches a free edge"
+    )
+    for run_of_box, only in ((cut_off, ""), (RunResult("a", {}, SLIPPED), ", quote it only with its ±")):
+        studied = dataclasses.replace(run_of_box, uncertainty={"slip.latency": 0.1}, convergence={"slip.latency": AWAY})
+        box = quotable(content(studied))
+        assert f"Not converged in some run{only}: latency." in box["How sure"]
+        assert ("Quote" in box) == bool(only)
 
 
 def test_peaks_are_quoted_only_where_they_have_converged_in_all_runs():

@@ -1,5 +1,6 @@
 """Tables of runs: events and peaks, measures, energies, the summary and data frames."""
 
+import copy
 import csv
 import dataclasses
 import io
@@ -10,7 +11,7 @@ import pytest
 
 from fingerslip.report.tables import runs as tables
 from fingerslip.results import RefusedRun, RunResult, StudyResult
-from fingerslip.slip import Events, Peak, PeakTable, measures
+from fingerslip.slip import Events, Peak, PeakTable, SlipEvents, measures
 from fingerslip.slip import windows as names
 from fingerslip.slip.measures import Measure
 from fingerslip.tables.table import Measured, Missing, texts, to_csv, to_markdown
@@ -29,13 +30,23 @@ def test_events_table_is_for_people():
 
 
 @pytest.mark.parametrize(
-    ("step", "row"), [(0.1, "1.5 | 1.6 | 1.6 | 1.8 | 200"), (2e-3, "1.500 | 1.600 | 1.650 | 1.750 | 250")]
+    ("step", "row"), [(0.1, "1.5 | 1.6 | 1.6 | 1.8 | 300"), (2e-3, "1.500 | 1.600 | 1.650 | 1.750 | 250")]
 )
 def test_times_have_the_digits_that_the_step_allows(step, row):
     run = RunResult("r", {}, EVENTS, numbers={"slide_step_s": step})
     assert row in to_markdown(tables.events_table([run]))
     known = dataclasses.replace(run, uncertainty={"slip.overall": 0.004})
     assert "1.750 ± 0.004" in to_markdown(tables.events_table([known]))
+
+
+def test_a_latency_is_shown_as_the_difference_of_its_events_as_shown_and_computed_from_them_as_they_are():
+    events = Events(SlipEvents(incipient=0.33834, overall=0.60353))
+    table = tables.events_table([RunResult("r", {}, events, numbers={"slide_step_s": 0.01})])
+    assert texts(table)[0] == ["0.34", "none", "none", "0.60", "260"]
+    latency = table.rows[0][-1]
+    for number in (latency, copy.deepcopy(latency)):
+        assert number == pytest.approx(265.19)
+        assert number.rounded(0) == pytest.approx(266.0), "0.604 less 0.338"
 
 
 def test_runs_without_sweep_are_named_where_there_are_several():
@@ -45,7 +56,7 @@ def test_runs_without_sweep_are_named_where_there_are_several():
     assert table.columns[0].name == "run"
     assert [row[0] for row in table.rows] == ["run", "again"]
     run = RunResult("r", {"a.speed": "1 mm/s", "b.speed": "2 mm/s"}, EVENTS)
-    assert [column.name for column in tables.events_table([run]).columns[:2]] == ["a.speed", "b.speed"]
+    assert [column.name for column in tables.events_table([run]).columns[:2]] == ["a speed", "b speed"]
     # Directions are lists and friction laws mappings, which tables show as text; numbers stay numbers.
     given = {"slide.direction": [1, 0, -1], "contact.friction": {"law": "kinetic", "drop": [0.1, 0.2]}, "depth": 0.6}
     row = tables.events_table([RunResult("run", given, Events())]).rows[0]
@@ -89,10 +100,12 @@ def test_known_uncertainties_stand_beside_their_times_and_contact_at_a_free_edge
     assert tables.events_table(RUNS, "acceleration").note == "", "no peak belongs to 48 %"
     assert "1.750 ± 0.012" in to_markdown(tables.readings_table(known))
     assert tables.time_cell(known, "slip", "latency", 1e3) == Measured(pytest.approx(250.0), pytest.approx(20.0))
-    for table in (tables.events_table([RUNS[0], CUT_OFF]), tables.readings_table(CUT_OFF)):
-        assert "angle 30 deg ('skin' from 0.12 s on, smallest distance 0.3 mm)" in table.note
-        assert "cut off" in table.note
-    assert tables.run_notes(RUNS) == tables.run_notes([dataclasses.replace(CUT_OFF, edge=None)]) == ""
+    (warning,) = tables.run_caveats([RUNS[0], CUT_OFF])
+    assert "angle 30 deg ('skin' from 0.12 s on, smallest distance 0.3 mm)" in warning
+    assert "cut off" in warning
+    assert "cut off" not in tables.events_table([CUT_OFF]).note, "said once, beside the answer"
+    assert tables.run_notes(RUNS) == tables.run_notes([CUT_OFF]) == ""
+    assert tables.run_caveats([dataclasses.replace(CUT_OFF, edge=None)]) == ()
 
 
 NUMBERS = {"normal_force_max_N": 0.159664, "contact_area_max_m2": 1.351e-5, "records": 601, "edge_distance_min_m": None}

@@ -53,7 +53,7 @@ def test_sensitivities_have_units_errors_and_changes():
     assert first[:3] == ["clearance", "0 mm", "0.4 mm"]
     assert first[3] == "-0.500000 ± 0.000000 s/mm", "six decimals at most"
     assert first[4] == "-200 ± 0"
-    assert texts(table)[2][0] == "Poisson's ratio"
+    assert texts(table)[2][0] == "tissue Poisson's ratio"
     assert texts(table)[2][3].endswith(" s")
     assert table.note.startswith("Linear regression over 12 samples, ± standard error: 1.700 s in the middle")
     # Slopes have two digits of their errors.
