@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ from skfem.io.meshio import from_meshio, to_meshio
 
 from fingerslip.arrays import Flags, Floats, Integers
 from fingerslip.errors import MeshError, shorten
+from fingerslip.mesh.decks.deck import LABELS
 from fingerslip.mesh.decks.febio import chosen_unit
 from fingerslip.mesh.formats import read_file, write_file
 from fingerslip.mesh.mixed import NARROWER, is_degenerate, join_kinds, take_one_kind
@@ -65,6 +67,7 @@ class _Raw:
     cells: Integers
     regions: dict[str, Integers] = field(default_factory=dict)
     facets: dict[str, Integers] = field(default_factory=dict)
+    labels: Sequence[str] = ()  # of the cells in their deck
 
     @property
     def cell(self) -> _Cell:
@@ -116,9 +119,7 @@ def read_mesh_and_rest(file: Path, unit: LengthUnit | None) -> tuple[skfem.Mesh,
         join_kinds(data)
     else:
         left_out = (*left_out, *take_one_kind(data))
-    mesh = _mesh_of(file, data)
-    check_folds(mesh, turned_cells(mesh), str(file))
-    return mesh, left_out
+    return _mesh_of(file, data), left_out
 
 
 def _mesh_of(file: Path, data: meshio.Mesh) -> skfem.Mesh:
@@ -134,13 +135,16 @@ def _mesh_of(file: Path, data: meshio.Mesh) -> skfem.Mesh:
             raise MeshError(str(file), fault, "needs a file as write_mesh writes it", "write it again") from None
         # Reading back sets orientations of inner facets at random; boundaries here have none.
         boundaries = {name: np.array(facets, dtype=np.int32) for name, facets in (mesh.boundaries or {}).items()}
+        check_folds(mesh, turned_cells(mesh), str(file))
         return mesh.with_boundaries(boundaries)
     raw = _raw(file, kind, points, data)
     cells = _orient(raw)
     if kind == "hexahedron":
         cells = cells[:, _HEXAHEDRON]
     mesh = raw.cell.mesh(np.ascontiguousarray(raw.points.T), np.ascontiguousarray(cells.T))
-    return mesh.with_subdomains(raw.regions).with_boundaries(_boundaries(raw, mesh))
+    mesh = mesh.with_subdomains(raw.regions).with_boundaries(_boundaries(raw, mesh))
+    check_folds(mesh, turned_cells(mesh), str(file), raw.labels)
+    return mesh
 
 
 def write_mesh(mesh: skfem.Mesh, path: str | Path) -> None:
@@ -197,6 +201,9 @@ def _raw(file: Path, kind: str, points: Floats, data: meshio.Mesh) -> _Raw:
     corners = np.sort(cells[:, : cell.corners], axis=1)
     _, first, same = np.unique(corners, axis=0, return_index=True, return_inverse=True)
     order = np.argsort(first)
+    listed = zip(data.cells, data.cell_data.get(LABELS, ()), strict=False)
+    labels = [label for block, rows in listed if block.type == kind for label in rows]
+    labels = [labels[number] for number in first[order]] if labels else []
     cells, same = cells[first[order]], np.argsort(order)[same.ravel()]
     regions = {name: np.unique(same[_members(data, {kind}, blocks)]) for name, blocks in groups.items()}
     sides = [block.data[:, : cell.side_corners] for block in data.cells if block.type in cell.sides]
@@ -211,7 +218,7 @@ def _raw(file: Path, kind: str, points: Floats, data: meshio.Mesh) -> _Raw:
     new = np.full(len(points), -1)
     new[used] = np.arange(len(used))
     facets = {name: new[members] for name, members in facets.items()}
-    return _Raw(file, kind, points[used], new[cells], regions, facets)
+    return _Raw(file, kind, points[used], new[cells], regions, facets, labels)
 
 
 def _kind(file: Path, data: meshio.Mesh) -> str:
@@ -309,7 +316,8 @@ def _orient(raw: _Raw) -> Integers:
 def _bad_cell(raw: _Raw, cell: int, what: str) -> MeshError:
     centre = raw.points[raw.cells[cell, : raw.cell.corners]].mean(axis=0)
     needed = "volume" if raw.cell.dim == 3 else "area"
-    fault = f"cell {cell} at {coordinates(centre)} is {what}"
+    named = f"element {raw.labels[cell]}" if raw.labels else f"cell {cell}"
+    fault = f"{named} at {coordinates(centre)} is {what}"
     return MeshError(str(raw.path), fault, f"needs cells with positive {needed}")
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
@@ -203,11 +204,11 @@ def turned_cells(mesh: skfem.Mesh) -> Flags:
     return np.asarray(np.linalg.det(edges) * sign < 0.0)
 
 
-def check_folds(mesh: skfem.Mesh, turned: Flags, where: str = "mesh") -> None:
+def check_folds(mesh: skfem.Mesh, turned: Flags, where: str = "mesh", labels: Sequence[str] = ()) -> None:
     """Refuse a mesh with two cells on the same side of a facet that they share, and with three cells at a facet.
 
     Facets of one cell alone, such as those of the outside and of a crack, have nothing to fold over. `turned`
-    (n_cells,) tells which cells are mirror images of their reference cell.
+    (n_cells,) tells which cells are mirror images of their reference cell; `labels` are those of cells in a deck.
     """
     sides = 2 * mesh.t2f + _is_in_front(mesh, turned)
     nowhere = are_degenerate(mesh)[mesh.t2f]
@@ -217,6 +218,7 @@ def check_folds(mesh: skfem.Mesh, turned: Flags, where: str = "mesh") -> None:
         return
     centres = mesh.p[:, mesh.facets[:, shared[:_NAMED] // 2]].mean(axis=1).T
     pairs = [np.flatnonzero((sides == side).any(axis=0))[:2] for side in shared[:_NAMED]]
+    pairs = [np.take(labels, pair) if len(labels) else pair for pair in pairs]
     named = [f"{pair[0]} and {pair[1]} at {coordinates(at)}" for pair, at in zip(pairs, centres, strict=True)]
     count = f" ({shared.size} pairs in all)" if shared.size > _NAMED else ""
     fault = f"has cells that fold over each other: {', '.join(named)}{count}"

@@ -175,6 +175,13 @@ class _Body:
         """Number of cells."""
         return sum(len(nodes) for _, nodes in self.cells)
 
+    @property
+    def labels(self) -> dict[int, str]:
+        """The labels of cells by their numbers, behind their instance and a dot where there are several."""
+        homes = {scope: f"{name}." * (len(self.instances) > 1) for scope, (name, *_) in self.instances.items()}
+        tables = self.elements.labels.items()
+        return {cell: f"{homes.get(scope, '')}{label}" for scope, table in tables for label, cell in table.items()}
+
     def add(self, keywords: Sequence[Keyword], scope: str = "") -> None:
         """Read the keywords of a part in the scope of its instance, or those of the assembly."""
         # Sets name elements and nodes, and surfaces name sets, wherever these are; sides are free among all cells.
@@ -387,7 +394,8 @@ def read_abaqus(file: Path) -> Deck:
         fault = f"has no elements that can be taken ({', '.join(body.left_out) or 'nothing else either'})"
         repair = "put its parts into an assembly, by *Instance" * (bool(part_by_name) and not body.instances)
         raise MeshError(str(file), fault, "needs elements such as CPE4, CPS3, C3D8 or C3D10", repair)
-    return assemble(np.array(body.points, dtype=float).reshape(-1, 3), body.cells, body.groups(), body.left_out)
+    points = np.array(body.points, dtype=float).reshape(-1, 3)
+    return assemble(points, body.cells, body.groups(), body.left_out, body.labels)
 
 
 def _add_instance(

@@ -38,6 +38,8 @@ SIDES: Mapping[str, tuple[tuple[int, ...], ...]] = MappingProxyType(
 NO_CELL = -1
 _LARGEST = 1e18
 _SIDE_KINDS = {2: "line", 3: "triangle", 4: "quad"}
+#: The values of cells that are the labels of elements.
+LABELS = "deck:label"
 
 
 @dataclass(frozen=True)
@@ -67,9 +69,12 @@ def to_numbers(kind: type[Number], entries: Iterable[str]) -> list[Number] | Non
     return values if all(abs(value) < _LARGEST for value in values) else None
 
 
-def assemble(points: Floats, cells: Sequence[Block], groups: Groups, left_out: Iterable[str]) -> Deck:
+def assemble(
+    points: Floats, cells: Sequence[Block], groups: Groups, left_out: Iterable[str], labels: Mapping[int, str]
+) -> Deck:
     """Return points (n, 3) and cells with their named groups; sets of nodes name the outer sides between them.
 
+    Cells have their labels in the deck, by their numbers through all blocks.
     Elements of fewer dimensions, such as shells, are sides of cells, or left out where they belong to rigid surfaces.
     """
     # Slow to load, and this file is loaded with all that may read a mesh.
@@ -102,7 +107,10 @@ def assemble(points: Floats, cells: Sequence[Block], groups: Groups, left_out: I
         sets[name][block] = np.arange(len(corners))
     bare = [name for name, members in sets.items() if not any(map(len, members))]
     listed = [f"sets and surfaces with no cell and no side: {', '.join(bare)}"] if bare else []
-    return Deck(meshio.Mesh(points, blocks, cell_sets=sets), (*left_out, *listed))
+    every = [labels[number] for number in range(first)]
+    ends = np.cumsum([len(nodes) for _, nodes in cells])
+    rows = [*np.split(np.array(every), ends[:-1]), *(np.full(len(corners), "") for _, corners in named)]
+    return Deck(meshio.Mesh(points, blocks, cell_data={LABELS: rows}, cell_sets=sets), (*left_out, *listed))
 
 
 def _highest(cells: Sequence[Block]) -> list[Block]:

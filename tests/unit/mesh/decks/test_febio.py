@@ -220,6 +220,10 @@ def test_a_damaged_file_is_one_error_with_its_line(tmp_path, before, after, mess
         (FEBIO[: FEBIO.index("<NodeSet")], r"is no XML \(no element found"),
         (FEBIO.replace("hex8", "hex9").replace("penta6", "pyra5").replace("quad4", "x"), "has no elements that can be"),
         ('<febio_spec version="4.0"></febio_spec>', "has no <Mesh>, needs one, with nodes and elements"),
+        (
+            FEBIO.replace('id="2">2,13,3,6,14,7', 'id="12">2,3,13,6,14,7'),
+            "pad.feb: element 12 at .* is inverted or flat",
+        ),
     ],
 )
 def test_files_without_a_mesh_are_refused(tmp_path, text, message):
