@@ -180,6 +180,7 @@ class _Builder:
         match node:
             case MappingNode():
                 self._check_tag(node, "map")
+                self._check_braces(node)
                 return {key: self.value(item, f"{path}{key}.", depth + 1) for key, item in self._items(node, path)}
             case SequenceNode():
                 self._check_tag(node, "seq")
@@ -200,6 +201,20 @@ class _Builder:
             seen.add(key.value)
             self.lines[f"{path}{key.value}"] = key.start_mark.line + 1
             yield key.value, item
+
+    def _check_braces(self, node: MappingNode) -> None:
+        """Refuse a key without a value between braces that shows a decimal comma, or a colon without a space."""
+        before = None
+        for key, item in node.value if node.flow_style else ():
+            is_bare = all(isinstance(entry, ScalarNode) and not entry.style for entry in (key, item)) and not item.value
+            if is_bare and before and re.fullmatch(r"-?\d+,\d+( *[^\d ].*)?", text := f"{before.value},{key.value}"):
+                repair = f"write {text.replace(',', '.')}"
+                raise self._error(before, f"found '{shorten(text)}'", "needs a decimal point, not a comma", repair)
+            name, colon, rest = key.value.partition(":") if is_bare else ("", "", "")
+            if colon:
+                needed = f"needs {name}: {shorten(rest) or 'and a value'}"
+                raise self._error(key, f"found '{shorten(key.value)}', with no space behind the colon", needed)
+            before = item if isinstance(item, ScalarNode) else None
 
     def _item(self, node: Node, path: str, depth: int) -> Any:
         self.lines[path] = node.start_mark.line + 1

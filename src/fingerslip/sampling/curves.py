@@ -7,9 +7,7 @@ was measured there and the component: ``m12.displacement_x``, ``FA-I 3.strain_xy
 
 from __future__ import annotations
 
-import contextlib
 import fnmatch
-import itertools
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -24,6 +22,7 @@ from fingerslip.errors import InputError, Mistakes, shorten, unknown_name
 from fingerslip.history import VARIABLES
 from fingerslip.parameters import parameters
 from fingerslip.slip.windows import contact_forces, counterface_normal, slide_window, split_along
+from fingerslip.storage.files import check_decimals
 from fingerslip.units import parse_quantity, quantity_of
 
 if TYPE_CHECKING:
@@ -115,7 +114,7 @@ def read_measurement(path: Path, settings: FitSettings) -> Measurement:
     """Read measured curves from a CSV file whose columns have units."""
     import pandas as pd
 
-    _require_commas(path)
+    check_decimals(path)
     try:  # headings as a row: else pandas renames a second column of a name, and takes longer rows for an index
         rows = pd.read_csv(path, comment="#", skipinitialspace=True, header=None, dtype=str)
     except (OSError, ValueError) as error:
@@ -154,19 +153,6 @@ def _header(settings: FitSettings) -> str:
     shown = {"m": "mm"}
     units = {settings.over: OVER[settings.over]} | {name: column_unit(name) for name in settings.columns}
     return ",".join(f"{name} [{shown.get(unit, unit)}]" if unit else name for name, unit in units.items())
-
-
-def _require_commas(path: Path) -> None:
-    """Refuse a table between semicolons, as spreadsheets write it where numbers have decimal commas."""
-    lines: list[str] = []
-    # What cannot be read at all is told by the reader.
-    with contextlib.suppress(OSError, ValueError), path.open(encoding="utf-8-sig") as file:
-        lines = [line for line in itertools.islice(file, _MOST_ROWS) if not line.startswith("#")][:2]
-    if lines and ";" in lines[0]:
-        commas = " and decimal commas" if re.search(r"\d,\d", lines[-1]) else ""
-        fault = f"has semicolons between its columns{commas}"
-        repair = "save it as CSV in English format, or: sed 's/,/./g; s/;/,/g' old.csv > new.csv"
-        raise InputError(str(path), fault, "needs commas between columns and points in numbers", repair)
 
 
 def _numbers(column: pd.Series[Any], unit: str, si: str, where: str) -> Floats:

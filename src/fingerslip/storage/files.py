@@ -244,6 +244,24 @@ def frame_csv(frame: pd.DataFrame) -> str:
     return str(frame.assign(**texts).rename(columns=_safe_cell).to_csv(index=False, lineterminator="\n"))
 
 
+def check_decimals(path: Path) -> None:
+    """Refuse a table with semicolons between columns or with commas in numbers, as spreadsheets may write it."""
+    lines: list[str] = []
+    # What cannot be read at all is told by the reader.
+    with contextlib.suppress(OSError, ValueError), path.open(encoding="utf-8-sig") as file:
+        lines = [line for line in file if not line.startswith("#")][:2]
+    head, row = (lines[0].split(","), lines[-1].split(",")) if lines else ([], [])
+    has_commas = re.search(r"\d,\d", lines[-1]) is not None if lines else False
+    faults, repair = [], "save it as CSV in English format"
+    if lines and ";" in lines[0]:
+        faults, repair = ["semicolons between its columns"], f"{repair}, or: sed 's/,/./g; s/;/,/g' old.csv > new.csv"
+    if has_commas and (faults or (len(row) > len(head) and all(map(str.strip, row)))):
+        faults.append("decimal commas")
+    if faults:
+        allowed = "needs commas between columns and points in numbers"
+        raise InputError(str(path), f"has {' and '.join(faults)}", allowed, repair)
+
+
 def plain_cell(text: str) -> str:
     """Return the text of a cell that :func:`csv_text` wrote."""
     return text[1:] if text.startswith("'") and _FORMULA.match(text) else text

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fingerslip.arrays import Flags
 from fingerslip.errors import InputError, ResultError, shorten
-from fingerslip.storage.files import frame_csv, write_bytes, write_text
+from fingerslip.storage.files import check_decimals, frame_csv, write_bytes, write_text
 from fingerslip.storage.netcdf import netcdf_bytes, read_netcdf
 from fingerslip.units import parse_quantity
 
@@ -382,6 +382,7 @@ def read_csv(path: Path) -> pd.DataFrame:
     """Read a CSV file with a line of names."""
     import pandas as pd
 
+    check_decimals(path)
     try:
         return pd.read_csv(path)
     except OSError as error:

@@ -45,6 +45,10 @@ TAB = f"f: line 2, column 1: found character '\\t' that cannot start any token, 
         ('- "\\udfff"', "f: line 1, column 3: found a character that is no text (code 0x"),
         ("%YAML 9.9\n---\na: 1", "f: line 1, column 1: found incompatible YAML document"),
         ("a:\n\tb: 1", TAB),
+        ("a: {b: 1,5 mm, c: 2}", "f: line 1, column 8: found '1,5 mm', needs a decimal point, not a comma; write 1.5 mm"),
+        ("a: {b: 0,25}", "f: line 1, column 8: found '0,25', needs a decimal point, not a comma; write 0.25"),
+        ("a: {b:, c: 2}", "f: line 1, column 5: found 'b:', with no space behind the colon, needs b: and a value"),
+        ("a: {b:1 mm}", "f: line 1, column 5: found 'b:1 mm', with no space behind the colon, needs b: 1 mm"),
     ],
 )
 def test_exotic_text_gives_one_clear_error(text, message):

@@ -173,6 +173,7 @@ FIRST = "time_s,marker,x_px,y_px,quality\n0.0,0,1.0,2.0,1.0\n"
         (f"{FIRST}0.1,0,here,2.0,1.0", r"a\.csv: x_px: row 2 has 'here', needs a number; correct that cell"),
         (f"{FIRST}later,0,1.0,2.0,1.0", "time_s: row 2 has 'later'"),
         (f"{FIRST},0,1.0,2.0,1.0", "time_s: row 2 has nothing"),
+        (f"{FIRST.splitlines()[0]}\n0,0,0,1,0,2,0,1,0", "has decimal commas, needs commas between columns and points"),
         (f"{FIRST}0.1,,1.0,2.0,1.0", "marker: row 2 has nothing"),
         (f"{FIRST}0.1,0,1.0,2.0,good", "quality: row 2 has 'good'"),
     ],
