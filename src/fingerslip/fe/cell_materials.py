@@ -73,13 +73,17 @@ def _of_cells(space: Space, materials: Mapping[str, Law], formulation: Formulati
     if (formulation == "solid") != (space.dim == 3):
         allowed = "needs solid" if space.dim == 3 else "needs plane_strain or plane_stress"
         raise InputError("formulation", f"got {formulation} for a mesh in {space.dim} dimensions", allowed)
+    mistakes = Mistakes()
     for name, material in materials.items():
         try:
             small_strain_law(material).dilatational_modulus(formulation)
         except InputError as error:
             repair = f"{error.repair}{_LOCKING.get(space.element, '')}"
-            raise InputError(f"materials.{name}.{error.where}", error.found, error.allowed, repair) from None
-    return CellMaterials(tuple(materials.values()), _numbers(space, materials), formulation)
+            mistakes.found.append(InputError(f"materials.{name}.{error.where}", error.found, error.allowed, repair))
+    with mistakes.collect():
+        numbers = _numbers(space, materials)
+    mistakes.raise_all()
+    return CellMaterials(tuple(materials.values()), numbers, formulation)
 
 
 def _numbers(space: Space, materials: Mapping[str, Law]) -> Integers:

@@ -133,14 +133,14 @@ def cell_nodes(space: Space) -> NDArray[np.int32]:
 def boundary_nodes(space: Space, name: str, where: str = "mesh") -> Integers:
     """Return the sorted nodes of a boundary, shape (k,), that a model names at some place."""
     if name not in space.nodes_by_boundary:
-        facets = _group_facets(space.mesh.boundaries, name, "boundary", where)
+        facets = group_facets(space.mesh.boundaries, name, "boundary", where)
         space.nodes_by_boundary[name] = np.unique(space.full.get_dofs(facets=np.asarray(facets)).all()).astype(np.int64)
     return space.nodes_by_boundary[name].copy()
 
 
 def region_nodes(space: Space, name: str) -> Integers:
     """Return the sorted nodes of a named region, shape (k,)."""
-    cells = _group_facets(space.mesh.subdomains, name, "region")
+    cells = group_facets(space.mesh.subdomains, name, "region")
     return np.unique(space.full.element_dofs[:, cells]).astype(np.int64)
 
 
@@ -162,7 +162,7 @@ class _Mapping(skfem.MappingIsoparametric):  # type: ignore[misc]
 def nodal_areas(space: Space, name: str, depth: float, where: str = "mesh") -> Floats:
     """Return the tributary area [m^2] of every node on a boundary, shape (n_nodes,): integrals of shape functions."""
     if name not in space.areas_by_boundary:
-        facets, mesh = _group_facets(space.mesh.boundaries, name, "boundary", where), space.mesh
+        facets, mesh = group_facets(space.mesh.boundaries, name, "boundary", where), space.mesh
         facets = facets[~are_degenerate(mesh)[facets]]
         mapping = mesh.mapping() if mesh.affine else _Mapping(mesh, mesh.elem(), mesh.bndelem)
         basis = skfem.FacetBasis(mesh, space.scalar_element, mapping, facets=facets)
@@ -170,7 +170,8 @@ def nodal_areas(space: Space, name: str, depth: float, where: str = "mesh") -> F
     return depth * space.areas_by_boundary[name]
 
 
-def _group_facets(table: dict[str, Any] | None, name: str, kind: str, where: str = "mesh") -> Integers:
+def group_facets(table: dict[str, Any] | None, name: str, kind: str, where: str = "mesh") -> Integers:
+    """Return the facets or cells of a named group, shape (k,)."""
     sets = table or {}
     if name not in sets:
         names = sorted(sets)

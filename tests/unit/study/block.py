@@ -49,9 +49,9 @@ def finger_values(**changes: Any) -> dict[str, Any]:
     } | changes
 
 
-def changed(path: str, value: object) -> dict[str, Any]:
-    """Return the study with the value at a dotted path changed."""
-    values = block_values()
+def changed(path: str, value: object, values: dict[str, Any] | None = None) -> dict[str, Any]:
+    """Return the study, or another, with the value at a dotted path changed."""
+    values = values or block_values()
     *groups, leaf = path.split(".")
     inner = values
     for group in groups:

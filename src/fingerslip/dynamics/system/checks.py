@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import repeat
 
 import numpy as np
@@ -94,26 +95,18 @@ class CheckedModel:
 def inspect_model(model: Model, space: Space | None = None) -> CheckedModel:
     """Find out whether a model can be computed, with the space of its mesh where that is known."""
     space = space or build_space(model.mesh)
-    mistakes = Mistakes()
+    mistakes, numbers = Mistakes(), range(len(model.contacts))
     with mistakes.collect():
         materials = cell_materials(space, model.materials, model.formulation)
-    for number, contact in enumerate(model.contacts):
+    for check in _independent_checks(model, space):
         with mistakes.collect():
-            boundary_nodes(space, contact.boundary, f"contacts.{number}.boundary")
-            _require_outside(model, number)
-    for name in model.supports:
-        with mistakes.collect():
-            _supported_nodes(space, name)
+            check()
     mistakes.raise_all()
     finite = finite_cell_materials(space, model.materials, model.formulation) if model.is_finite else None
     for name, material in model.materials.items():
         terms = getattr(small_strain_law(material), "prony", ())
         recurrence(terms, shortest_step(model.time), f"materials.{name}.prony")
-    numbers = range(len(model.contacts))
-    for number in numbers:
-        _check_contact(model, space, number)
     check_bodies(model)
-    _check_initial_velocity(model, space.dim)
     counterfaces = tuple(_at_start(model, space, number) for number in numbers)
     motions = tuple(contact_motion(model, number) for number in numbers)
     candidates = tuple(map(_candidates, repeat(model), repeat(space), numbers, counterfaces, motions))
@@ -122,7 +115,6 @@ def inspect_model(model: Model, space: Space | None = None) -> CheckedModel:
         model, record_bytes(model, len(space.positions), sum(len(candidate.nodes) for candidate in candidates))
     )
     held = _held_dofs(model, space)
-    _check_support_motions(model, space)
     is_free = np.ones(space.n_dofs, dtype=bool)
     for dofs in held.values():
         is_free[dofs] = False
@@ -156,9 +148,24 @@ def inspect_model(model: Model, space: Space | None = None) -> CheckedModel:
     )
 
 
-def _require_outside(model: Model, number: int) -> None:
+def _independent_checks(model: Model, space: Space) -> Iterator[Callable[[], object]]:
+    """Yield the checks of which none needs what another one checks."""
+    for number in range(len(model.contacts)):
+        yield partial(_require_outside, model, space, number)
+        yield partial(_check_contact, model, space, number)
+    for name, components in model.supports.items():
+        yield partial(_supported_nodes, space, name)
+        yield partial(_require_axes, name, components, space.dim)
+    for name in model.tractions:
+        yield partial(boundary_nodes, space, name, f"tractions.{name}")
+    yield partial(_check_initial_velocity, model, space.dim)
+    yield partial(_check_support_motions, model, space.dim)
+
+
+def _require_outside(model: Model, space: Space, number: int) -> None:
     """Refuse a contact boundary with facets that no counterface can reach, such as a wrong face in a deck."""
     mesh, boundary = model.mesh, model.contacts[number].boundary
+    boundary_nodes(space, boundary, f"contacts.{number}.boundary")
     inside = inner_facets(mesh, boundary)
     if not len(inside):
         return
@@ -219,13 +226,17 @@ def _held_dofs(model: Model, space: Space) -> dict[str, Integers]:
     """Return the degrees of freedom that each support holds, (k,)."""
     held, known_axes = {}, "xyz"[: space.dim]
     for name, components in model.supports.items():
-        beyond = [component for component in components if component not in known_axes]
-        if beyond:
-            allowed = f"needs {'x or y' if space.dim == 2 else 'x, y or z'}"
-            raise InputError(f"supports.{name}", f"got component '{beyond[0]}'", allowed)
         axes = [known_axes.index(component) for component in components]
         held[name] = vector_dofs(_supported_nodes(space, name), space.dim)[:, axes].ravel()
     return held
+
+
+def _require_axes(name: str, components: Sequence[str], dim: int) -> None:
+    """Refuse a support along an axis that the mesh has not."""
+    beyond = [component for component in components if component not in "xyz"[:dim]]
+    if beyond:
+        allowed = f"needs {'x or y' if dim == 2 else 'x, y or z'}"
+        raise InputError(f"supports.{name}", f"got component '{beyond[0]}'", allowed)
 
 
 def _supported_nodes(space: Space, name: str) -> Integers:
@@ -234,14 +245,14 @@ def _supported_nodes(space: Space, name: str) -> Integers:
     return region_nodes(space, name) if is_region else boundary_nodes(space, name, f"supports.{name}")
 
 
-def _check_support_motions(model: Model, space: Space) -> None:
+def _check_support_motions(model: Model, dim: int) -> None:
     """Refuse motion of what is no support, and in components that a support leaves free."""
     for name, motion in model.support_motions.items():
         where = f"support_motions.{name}"
         if name not in model.supports:
             names = ", ".join(model.supports) or "none"
             raise InputError(where, "moves what is no support", f"the supports are: {names}")
-        require_components(f"{where}.displacement", motion.displacement, space.dim)
+        require_components(f"{where}.displacement", motion.displacement, dim)
         for component, moved in zip("xyz", motion.displacement, strict=False):
             if moved and component not in model.supports[name]:
                 fault, allowed = f"moves along {component}", f"the support holds {', '.join(model.supports[name])}"

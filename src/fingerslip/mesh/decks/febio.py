@@ -157,7 +157,8 @@ def read_febio(file: Path) -> Deck:
             groups.sides[name] = _faces(content, tag, nodes)
         elif tag.tag not in {"Nodes", "Elements", "SurfacePair"}:
             left_out.append(f"<{tag.tag}> {name}".rstrip())
-    deck = assemble(np.array(points), cells, groups, dict.fromkeys(left_out), {number: str(label) for label, number in elements.items()})
+    labels = {number: str(label) for label, number in elements.items()}
+    deck = assemble(np.array(points), cells, groups, dict.fromkeys(left_out), labels)
     return dataclasses.replace(deck, unit=content.units[0])
 
 

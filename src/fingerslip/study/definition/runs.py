@@ -6,6 +6,7 @@ runs: a study that is finished needs none of it.
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import re
 from collections import Counter
@@ -159,8 +160,25 @@ def plan_mapping(mapping: Mapping[str, Any], source: Path, folder: Path) -> Plan
                 raise InputError(f"derived.{name}", f"has the units {in_runs}", "needs one unit in all runs")
     with errors_at(str(source)):
         mistakes.raise_all()
-    _ = plan.identities  # a mesh file that cannot be read is told now
+    for run in plan.runs:  # a mesh file that cannot be read is told now
+        with without_swept(plan, run, lambda other: other.identity):
+            _ = run.identity
     return plan
+
+
+@contextlib.contextmanager
+def without_swept(plan: Plan, run: Run, check: Callable[[Run], object]) -> Iterator[None]:
+    """Leave the swept values of a run out of its mistakes where the last run, which has others, has the same."""
+    try:
+        yield
+    except InputError as error:
+        last, source, same = plan.runs[-1], str(plan.source), False
+        if run.swept and last.swept != run.swept and not run.sampled:
+            try:
+                check(last)
+            except InputError as other:
+                same = str(error).replace(run.where, source) == str(other).replace(last.where, source)
+        raise error.moved(lambda where: where.replace(run.where, source, 1) if same else where) from None
 
 
 def expand_mapping(mapping: Mapping[str, Any], source: Path, folder: Path = Path()) -> Plan:

@@ -16,7 +16,7 @@ from fingerslip.fe.integration import Integration
 from fingerslip.materials.choice import PRESET, AnyMaterial, MaterialEntry, material_of
 from fingerslip.materials.elastic import RayleighDamping
 from fingerslip.materials.material import Formulation
-from fingerslip.mesh.source import MeshSource, marks
+from fingerslip.mesh.source import MeshFile, MeshSource, marks
 from fingerslip.model.model import AnyTraction, Component, Kinematics, SupportMotion
 from fingerslip.model.programme import ProgrammeEntry
 from fingerslip.model.rigid_bodies import RigidBody
@@ -373,6 +373,8 @@ class PlainStudy:
             mistakes += swept_mistakes(self._plain, mistakes, known_paths(mapping), self._mistakes_with)
         if isinstance(mapping.get("sample"), Mapping):
             mistakes += sample_mistakes(self._plain, mistakes, known_paths(mapping), self._mistakes_with)
+        if study is None:
+            mistakes += _unknown_groups(self._mapping, source.parent)
         self.study = self._require(study, mistakes, self._mapping)
 
     def with_values(self, changes: Mapping[str, Any]) -> Study:
@@ -431,6 +433,26 @@ def _study_or_mistakes(mapping: Mapping[str, Any]) -> tuple[Study | None, list[I
         return from_mapping(Study, mapping), []
     except InputError as error:
         return None, [*error.all, *mistakes_between(valid_fields(Study, mapping))]
+
+
+def _unknown_groups(mapping: Mapping[str, Any], folder: Path) -> list[InputError]:
+    """Return the groups that a study with other mistakes names and its mesh file lacks."""
+    source, mistakes = valid_fields(Study, mapping).get("mesh"), Mistakes()
+    if not isinstance(source, MeshFile):
+        return []
+    from fingerslip.fe.space import group_facets  # slow to load
+
+    with contextlib.suppress(InputError):  # a file that cannot be read is told where nothing else is wrong
+        mesh = source.beside(folder).build()
+        groups = (mapping.get(key) for key in ("contact", "supports", "tractions"))
+        contact, supports, tractions = (group if isinstance(group, Mapping) else {} for group in groups)
+        names = {f"supports.{name}": name for name in supports if name not in (mesh.subdomains or {})}
+        names |= {f"tractions.{name}": name for name in tractions}
+        names |= {"contact.boundary": contact.get("boundary", ContactSettings.boundary)} if contact else {}
+        for place, name in names.items():
+            with mistakes.collect():
+                group_facets(mesh.boundaries, str(name), "boundary", place)
+    return mistakes.found
 
 
 def known_paths(mapping: Mapping[str, Any]) -> Mapping[str, tuple[str, ...]]:

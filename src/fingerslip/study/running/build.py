@@ -31,7 +31,7 @@ from fingerslip.react.scenario import held_model
 from fingerslip.results import RefusedRun
 from fingerslip.specimens.choice import SPECIMENS
 from fingerslip.study.definition.file import line_numbers
-from fingerslip.study.definition.runs import Plan, Run
+from fingerslip.study.definition.runs import Plan, Run, without_swept
 from fingerslip.study.definition.spec import Study
 from fingerslip.study.running.cost import basis_saves, most_together, require_mesh_memory
 from fingerslip.units import millimetres
@@ -196,6 +196,11 @@ def prepare(plan: Plan, runs: Sequence[Run]) -> tuple[Job, ...]:
 
 
 def _job(plan: Plan, run: Run, meshes: _Meshes) -> Job:
+    with without_swept(plan, run, lambda other: _new_job(plan, other, meshes)):
+        return _new_job(plan, run, meshes)
+
+
+def _new_job(plan: Plan, run: Run, meshes: _Meshes) -> Job:
     # A plate on the other side of a held object is a part of the mesh.
     key = f"{run.mesh_key} {run.study.reaction.opposite if run.study.reaction else ''}"
     mesh, space = meshes.get(key, (None, None))

@@ -95,8 +95,48 @@ def test_a_name_that_the_mesh_lacks_is_refused_with_its_place_and_line(path, val
     study = write_study(changed(path, value))
     lines = study.read_text(encoding="utf-8").splitlines()
     line = next(number for number, text in enumerate(lines, start=1) if text.strip().startswith(key))
-    with pytest.raises(fs.InputError, match=rf"{message}.*\(line {line + (path == 'sweep')}\)$"):
+    runs = r"" if path == "sweep" else r"^\S+block\.yaml: "  # the friction of a run has nothing to do with it
+    with pytest.raises(fs.InputError, match=rf"{runs}{message}.*\(line {line + (path == 'sweep')}\)$"):
         check_plans(plan_studies([study]))
+
+
+def test_mistakes_that_only_some_runs_have_say_which(write_study):
+    moduli = {"materials.block.poisson_ratio": [0.3, 0.5]}
+    with pytest.raises(fs.InputError, match=r"block\.yaml \(materials.block.poisson_ratio = 0.5\): materials.block.po"):
+        check_plans(plan_studies([write_study(changed("sweep", moduli))]))
+    gone = changed("mesh", {"file": "gone.msh"})
+    with pytest.raises(fs.InputError, match=r"block\.yaml: mesh\.file: cannot read"):
+        plan_studies([write_study(gone)])
+
+
+MOVED = {"nail": {"displacement": ["1 mm", "0 mm"], "ramp": {"times": ["0 s", "1 s"], "factors": [0, 1]}}}
+
+
+@pytest.mark.parametrize(
+    ("changes", "places"),
+    [
+        (
+            {"materials.block.poisson_ratio": 0.5, "supports": {"bottom": ["x", "z"], "nail": ["y"]}},
+            ["materials.block.poisson_ratio", "supports.bottom", "supports.nail"],
+        ),
+        ({"depth": 1, "contact.boundary": "pulp"}, ["contact.boundary", "depth"]),
+        ({"depth": 1, "supports": {"nail": ["x"]}}, ["supports.nail", "depth"]),
+        ({"depth": 1, "tractions": {"block": ["0 Pa", "1 Pa"]}}, ["tractions.block", "depth"]),
+        ({"depth": 1, "supports": {"block": ["x"]}}, ["depth"]),
+        ({"depth": 1, "mesh": {"file": "gone.msh"}}, ["depth"]),
+        (
+            {"contact.boundary": "pulp", "initial_velocity": ["0 m/s"] * 3, "support_motions": MOVED},
+            ["contact.boundary", "initial_velocity", "support_motions.nail"],
+        ),
+    ],
+)
+def test_mistakes_that_do_not_depend_on_each_other_are_told_together(changes, places, write_study):
+    values = block_values()
+    for path, value in changes.items():
+        values = changed(path, value, values)
+    with pytest.raises(fs.InputError) as caught:
+        check_plans(plan_studies([write_study(values)]))
+    assert sorted(error.where.rpartition(": ")[2] for error in caught.value.all) == sorted(places)
 
 
 def test_meshes_of_studies_and_presets_are_written_under_the_names_that_are_asked_or_their_own(
