@@ -4,8 +4,9 @@ A number f computed with three element sizes (or steps, or contact compliances) 
 the three values approach a limit, p is solved from them and f0 follows (Richardson's extrapolation); the uncertainty
 of the value in use is ``F |f - f0|`` with the factor of safety F = 1.25, the grid convergence index of Roache
 (1998) and of Celik et al. (2008). Slip times do not always converge with an order, because contact nodes let go one by
-one. Where the values oscillate, diverge, or approach with less than half an order, they give no limit, and the
-uncertainty is three times their range (Eca & Hoekstra 2014).
+one. By Eca & Hoekstra (2014), F is 3 and p the order of the method where the values approach faster than that by more
+than 0.1; where they oscillate, diverge, or approach with less than half an order, they give no limit, and the
+uncertainty is three times their range. A time is known no better than half a step (JCGM 100:2008, F.2.2.1).
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Literal
 
-Behaviour = Literal["monotone", "slow", "oscillatory", "divergent", "unchanged", "missing"]
+Behaviour = Literal["monotone", "fast", "slow", "oscillatory", "divergent", "unchanged", "missing"]
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,7 @@ ORDERS: Mapping[str, float] = MappingProxyType({one.name: one.order for one in S
 
 _LEVELS = 3
 _SAFETY, _SAFETY_WITHOUT_ORDER = 1.25, 3.0
-_LEAST_ORDER = 0.5
+_LEAST_ORDER, _ORDER_SURPLUS = 0.5, 0.1
 _ORDER_LIMITS = (1e-6, 40.0)
 _ROUNDING = 1e-12
 # A number that changes by no more than this share has settled.
@@ -71,7 +72,7 @@ class Refinement:
     @property
     def converges(self) -> bool:
         """Whether the values approach a limit, or have settled."""
-        return self.settled or self.behaviour in {"monotone", "unchanged"}
+        return self.settled or self.behaviour in {"monotone", "fast", "unchanged"}
 
 
 @dataclass(frozen=True)
@@ -82,6 +83,7 @@ class Convergence:
     unit: str  # its unit
     value: float | None  # the value in use
     sources: Mapping[str, Series]  # the computations by what was varied
+    resolution: float = 0.0  # what the step in use resolves; 0 where it does not matter
 
     @property
     def refinements(self) -> dict[str, Refinement]:
@@ -90,8 +92,9 @@ class Convergence:
 
     @property
     def uncertainty(self) -> float | None:
-        """Uncertainty from all settings, root of the sum of squares; None where one is not known or none matters."""
-        return combine([refinement.uncertainty for refinement in self.refinements.values()]) or None
+        """Root of the sum of squares over all settings, at least the resolution; None if one is missing or all 0."""
+        error = combine([refinement.uncertainty for refinement in self.refinements.values()])
+        return max(error, self.resolution) if error else None
 
     @property
     def unsettled_settings(self) -> tuple[str, ...]:
@@ -103,6 +106,12 @@ def varied_settings(convergences: Iterable[Convergence]) -> tuple[str, ...]:
     """Return the settings that were varied for any of some numbers, in the order of tables."""
     varied = {name for convergence in convergences for name in convergence.sources}
     return tuple(setting.name for setting in SETTINGS if setting.name in varied)
+
+
+def studied_settings(convergences: Iterable[Convergence]) -> str:
+    """Return in words what was varied for some numbers, and that element sizes were not where that is so."""
+    names = varied_settings(convergences)
+    return settings_in_words(names) + (", not element sizes" if names and "mesh" not in names else "")
 
 
 def settings_in_words(names: Iterable[str]) -> str:
@@ -152,11 +161,13 @@ def _refine(sizes: Sequence[float], values: Sequence[float], formal_order: float
         return Refinement("divergent", without_order, settled=settled)
     if order < _LEAST_ORDER:
         return Refinement("slow", without_order, order, settled=settled)
-    used = min(order, formal_order)
+    is_fast = order > formal_order + _ORDER_SURPLUS
+    used, safety = min(order, formal_order), _SAFETY_WITHOUT_ORDER if is_fast else _SAFETY
     slope = (first - third) / (coarse**used - fine**used)
     limit = third - slope * fine**used
     misfit = abs(second - (limit + slope * middle**used))
-    return Refinement("monotone", _SAFETY * abs(values[0] - limit) + misfit, order, limit, settled)
+    error = safety * abs(values[0] - limit) + misfit
+    return Refinement("fast" if is_fast else "monotone", error, order, limit, settled)
 
 
 def _observed_order(sizes: tuple[float, float, float], ratio: float) -> float | None:

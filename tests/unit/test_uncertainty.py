@@ -72,15 +72,18 @@ def test_what_gives_no_limit_is_called_by_its_name(values, behaviour):
 
 
 def test_an_order_beyond_the_elements_is_not_trusted_and_a_small_change_has_settled():
-    """h^4 fits the values, but the limit is taken with the second order, and the misfit is added."""
+    """h^4 fits the values, but the limit is that of second order, three times as far, and the misfit is added."""
     values = tuple(1.0 + size**4 for size in SIZES)
     found = refine(series(*values), 2.0)
     assert found.order == pytest.approx(4.0, rel=1e-5)
+    assert found.behaviour == "fast"
+    assert found.converges
     slope = (values[0] - values[2]) / (1.0 - 0.25)
     limit = values[0] - slope
     misfit = abs(values[1] - (limit + slope * SIZES[1] ** 2))
     assert found.limit == pytest.approx(limit)
-    assert found.uncertainty == pytest.approx(1.25 * slope + misfit)
+    assert found.uncertainty == pytest.approx(3.0 * slope + misfit)
+    assert refine(series(*(1.0 + size**2.09 for size in SIZES)), 2.0).behaviour == "monotone"
     # A small change has settled, whatever its way.
     found = refine(series(1.000, 1.001, 1.0005), 2.0)
     assert found.behaviour == "oscillatory"
@@ -102,5 +105,6 @@ def test_a_number_converges_when_it_does_with_every_setting_and_their_uncertaint
     assert Convergence("q", "s", 2.0, {"mesh": good}).unsettled_settings == ()
     both = Convergence("q", "s", 2.0, {"mesh": good, "step": bad})
     assert both.unsettled_settings == ("step",)
+    assert Convergence("q", "s", 2.0, {"mesh": good}, resolution=2.0).uncertainty == 2.0, "no better than half a step"
     assert both.uncertainty == pytest.approx(math.hypot(1.25, 9.0))
     assert (combine([3.0, 4.0]), combine([3.0, None]), combine([])) == (5.0, None, None)

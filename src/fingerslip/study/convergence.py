@@ -195,8 +195,18 @@ def _run_convergence(plan: Plan, run: Run, levels: Mapping[Level, Run]) -> RunCo
             sizes = in_use, *(_size(level, base, others[level]) for level in of_setting)
             values = quantity.value, *(numbers[level][key].value for level in of_setting)
             series[setting] = Series(setting, sizes, values)
-        convergences[key] = Convergence(quantity.label, quantity.unit, quantity.value, series)
+        convergences[key] = Convergence(
+            quantity.label, quantity.unit, quantity.value, series, _resolution(base, key, quantity.unit)
+        )
     return RunConvergence(run.name, plan.identities[run.name], convergences)
+
+
+def _resolution(run: RunResult, key: str, unit: str) -> float:
+    """Return half a step of the slide where a number is a time, what the plate travels in it where it is a travel."""
+    half, latency = 0.5 * float(run.numbers.get("slide_step_s") or 0.0), run.events.latency
+    if key.endswith("_travel_m"):
+        return half * float(run.numbers.get("latency_travel_m") or 0.0) / latency if latency else 0.0
+    return half if unit == "s" else 0.0
 
 
 def _size(level: Level, base: RunResult, result: RunResult) -> float:

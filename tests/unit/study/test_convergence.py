@@ -11,6 +11,8 @@ import yaml
 
 import fingerslip as fs
 from fingerslip.dynamics.system.checks import contact_penalties
+from fingerslip.history import phase_times
+from fingerslip.results import stored_result
 from fingerslip.slip import find_events, measures
 from fingerslip.slip.measures import Measure
 from fingerslip.study.convergence import (
@@ -153,6 +155,13 @@ def test_order_and_limit_of_a_known_dependence_are_found_and_written_with_tables
     assert overall.refinements["penalty"].behaviour == "unchanged"
     assert overall.uncertainty == pytest.approx(1.25 * 0.1, rel=0.1)
     assert overall.unsettled_settings == ()
+    numbers = stored_result(found.folder / "run").numbers
+    half = 0.5 * numbers["slide_step_s"]
+    assert overall.resolution == pytest.approx(half)
+    speed = numbers["overall_travel_m"] / (overall.value - phase_times(with_step(STEP), "slide")[0][0])
+    resolutions = {key: quantity.resolution for key, quantity in found.runs[0].quantities.items()}
+    assert resolutions["overall_travel_m"] == pytest.approx(speed * half)
+    assert resolutions["normal_force_max_N"] == 0.0
     folder = found.folder / "convergence"
     assert [path.name for path in (folder / "figures").iterdir()] == ["run.png"]
     with (folder / "convergence.csv").open() as file:

@@ -24,7 +24,7 @@ from fingerslip.results import RunResult
 from fingerslip.sampling.indices import Sensitivity
 from fingerslip.sampling.sensitivity import Fit
 from fingerslip.slip.windows import EVENTS, LATENCY, MAIN_EVENTS, READINGS, event_label
-from fingerslip.uncertainty import SETTINGS, Convergence
+from fingerslip.uncertainty import ORDERS, SETTINGS, Convergence
 
 _READING_MARKS: Mapping[str, str] = {"slip": "o", "displacement": "^", "acceleration": "X"}
 _WIDE = 4.6  # inch
@@ -243,8 +243,9 @@ def _draw_series(axes: Axes, convergence: Convergence, setting: str, colour: str
     is_fitted = refinement.limit is not None and order is not None
     axes.plot(sizes[rising], changes[rising], marker="o", color=colour, linestyle="" if is_fitted else (0, (1, 1.5)))
     if refinement.limit is not None and order is not None:
-        # The curve of the observed order from the coarsest value down to the limit.
+        # The curve of the order in use from the coarsest value down to the limit.
         limit, coarsest = 1e3 * (refinement.limit - convergence.value), rising[-1]
+        order = min(order, ORDERS[setting])
         along = np.linspace(0.0, 1.0, 100)
         axes.plot(along * sizes[coarsest], limit + (changes[coarsest] - limit) * along**order, color=colour)
         axes.plot([0.0], [limit], marker="D", markerfacecolor="none", color=colour, linestyle="")

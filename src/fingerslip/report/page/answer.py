@@ -20,7 +20,7 @@ from fingerslip.slip import EventSettings
 from fingerslip.slip.measures import resolution_warnings
 from fingerslip.slip.windows import LATENCY, READINGS
 from fingerslip.tables.table import Difference
-from fingerslip.uncertainty import settings_in_words, varied_settings
+from fingerslip.uncertainty import studied_settings, varied_settings
 from fingerslip.units import si_quantity
 
 _Pair: TypeAlias = tuple[RunResult, PublishedValue]
@@ -48,8 +48,8 @@ def answer(study: StudyResult, starts: Mapping[str, float], references: Sequence
     else:
         first = _answer_of_many(study, sliding, slipped, starts)
     # What is too coarse, and how to learn how well the times are known where they have no error bars.
-    bars = "" if study.ranges else _without_bars(sliding)
-    return tuple(filter(None, (*first, *published_rows_beside(sliding, references), *run_caveats(sliding), bars)))
+    bars = () if study.ranges else (_without_bars(sliding), _without_mesh(sliding))
+    return tuple(filter(None, (*first, *published_rows_beside(sliding, references), *run_caveats(sliding), *bars)))
 
 
 def _without_bars(runs: Sequence[RunResult]) -> str:
@@ -60,6 +60,14 @@ def _without_bars(runs: Sequence[RunResult]) -> str:
     more = f" and {len(lacking) - _MOST_NAMED} more" if len(lacking) > _MOST_NAMED else ""
     which = "These times" if len(lacking) == len(runs) else f"The times of {', '.join(lacking[:_MOST_NAMED])}{more}"
     return f"{which} have no error bars yet: fingerslip converge finds them."
+
+
+def _without_mesh(runs: Sequence[RunResult]) -> str:
+    """Say how to study element sizes where error bars leave them out."""
+    numbers = [number for run in runs for number in run.convergence.values()]
+    if not numbers or "mesh" in varied_settings(numbers):
+        return ""
+    return prose("notes", "no-mesh", {"settings": studied_settings(numbers)})
 
 
 def _answer_of_held(runs: Sequence[RunResult]) -> tuple[str, ...]:
@@ -287,9 +295,9 @@ def _how_sure(content: ReportContent, runs: Sequence[RunResult], only: str) -> I
     """Yield sentences on numerical uncertainty, on other models, and on what is assumed."""
     studied = [run for run in runs if run.uncertainty]
     if studied:
-        varied = varied_settings(number for run in studied for number in run.convergence.values())
+        settings = studied_settings(number for run in studied for number in run.convergence.values())
         lacking = f"; {len(studied)} of {len(runs)} runs" if len(studied) < len(runs) else ""
-        yield prose("quote", "bars", {"settings": settings_in_words(varied), "lacking": lacking})
+        yield prose("quote", "bars", {"settings": settings, "lacking": lacking})
     else:
         yield prose("quote", "no-bars")
     convergences = {name: [run.convergence.get(f"slip.{name}") for run in studied] for name in _TIMES}

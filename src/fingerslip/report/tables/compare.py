@@ -13,7 +13,14 @@ from fingerslip.results import RunResult
 from fingerslip.slip.measures import measure_of
 from fingerslip.slip.windows import LATENCY, MAIN_EVENTS, NOTICED_NOTE, READING_HEADINGS, READINGS
 from fingerslip.tables.table import Cell, Column, Measured, Missing, Table
-from fingerslip.uncertainty import SETTINGS, Convergence, Refinement, settings_in_words, varied_settings
+from fingerslip.uncertainty import (
+    SETTINGS,
+    Convergence,
+    Refinement,
+    settings_in_words,
+    studied_settings,
+    varied_settings,
+)
 
 _TIMES = (*MAIN_EVENTS, LATENCY)
 # Relative difference that sums of thousands of steps may have without a reason.
@@ -144,7 +151,7 @@ def differences_table(first: Mapping[str, str], second: Mapping[str, str], *, sa
 
 
 _UNCHANGED = "unchanged"
-_WORDS = {"oscillatory": "up/down", "divergent": "away", "slow": "slow"}
+_WORDS = {"oscillatory": "up/down", "divergent": "away", "slow": "slow", "fast": "fast"}
 
 
 def convergence_table(quantities: Mapping[str, Convergence], title: str) -> Table:
@@ -156,6 +163,8 @@ def convergence_table(quantities: Mapping[str, Convergence], title: str) -> Tabl
     note = prose("notes", "convergence", {"settings": settings_in_words(varied)})
     left_out = settings_in_words(setting.name for setting in SETTINGS if setting.name not in varied)
     note = f"{note} Not studied: {left_out}." if left_out else note
+    if varied and "mesh" not in varied:
+        note = f"{note} {prose('notes', 'no-mesh', {'settings': studied_settings(quantities.values())})}"
     note = f"{note} {NOTICED_NOTE}" if "slip.noticed" in quantities else note
     return Table(f"Numerical uncertainty, {title}", tuple(map(Column, names)), rows, note)
 
@@ -210,5 +219,5 @@ def _setting_cell(refinement: Refinement | None, reason: Missing) -> Cell:
     number, order = f"{refinement.uncertainty:.4g}", refinement.order
     if refinement.behaviour == "monotone" and order is not None:
         return f"{number} ({order:.1f})"
-    word = _WORDS.get(refinement.behaviour) if order is not None or refinement.limit is None else None
+    word = _WORDS.get(refinement.behaviour)
     return f"{number} ({word})" if word else number

@@ -15,7 +15,7 @@ from fingerslip.slip.front import edge_warning
 from fingerslip.slip.measures import Measure
 from fingerslip.slip.windows import EVENTS, LATENCY, NOTICED_NOTE, READINGS, TIMES, defines_time
 from fingerslip.tables.table import Cell, Column, Difference, Measured, Missing, Table, typeset
-from fingerslip.uncertainty import settings_in_words, varied_settings
+from fingerslip.uncertainty import studied_settings
 from fingerslip.units import si_quantity, unit_suffix
 
 if TYPE_CHECKING:
@@ -95,8 +95,8 @@ def swept_cells(run: RunResult, runs: Sequence[RunResult]) -> tuple[Cell, ...]:
 
 def run_notes(runs: Sequence[RunResult]) -> str:
     """Say what the sign ± means; nothing where no run has it."""
-    varied = varied_settings(quantity for run in runs for quantity in run.convergence.values())
-    over = f" over {settings_in_words(varied)}" if varied else ""
+    varied = studied_settings(quantity for run in runs for quantity in run.convergence.values())
+    over = f" over {varied}" if varied else ""
     return prose("notes", "bars", {"over": over}) if any(run.uncertainty for run in runs) else ""
 
 

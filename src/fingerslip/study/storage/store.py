@@ -373,7 +373,7 @@ def _quantity(stored: Mapping[str, Any]) -> Convergence:
         setting: Series(setting, tuple(source["sizes"]), tuple(source["values"]))
         for setting, source in stored["sources"].items()
     }
-    return Convergence(stored["name"], stored["unit"], stored["value"], sources)
+    return Convergence(stored["name"], stored["unit"], stored["value"], sources, stored.get("resolution", 0.0))
 
 
 def with_convergence(run: RunResult, convergence: RunConvergence | None) -> RunResult:
@@ -395,6 +395,7 @@ def _quantity_mapping(convergence: Convergence) -> dict[str, Any]:
         "unit": convergence.unit,
         "value": convergence.value,
         "uncertainty": convergence.uncertainty,
+        "resolution": convergence.resolution,
         "converges": not convergence.unsettled_settings,
         "sources": sources,
     }

@@ -211,6 +211,17 @@ def test_a_section_of_a_finger_without_error_bars_says_all_that_is_no_result():
     assert len(" ".join((*box, *box.values())).split()) <= 90
 
 
+def test_error_bars_without_the_mesh_say_so_where_they_are_quoted_and_what_to_do():
+    bars = {"uncertainty": {"slip.overall": 0.004}, "convergence": {"slip.overall": SETTLED}}
+    said = "± is over time steps, not element sizes: run a finer mesh as a second study and compare both with "
+    assert answer(study(run("a", 1.71, **bars)), {"a": 1.0})[-1] == f"{said}fingerslip diff."
+    box = quotable(content(RunResult("a", {}, SLIPPED, **bars)))
+    assert box["How sure"].startswith("± is numerical error alone (time steps, not element sizes).")
+    mesh = dataclasses.replace(SETTLED, sources={"mesh": Series("mesh", (1.0, 0.5, 0.25), (1.0, 1.0, 1.0))})
+    bars["convergence"] = {"slip.overall": mesh}
+    assert answer(study(run("a", 1.71, **bars)), {"a": 1.0})[-1].startswith("From incipient slip")
+
+
 def test_times_of_a_run_that_is_too_coarse_are_not_quoted():
     box = quotable(content(RunResult("a", {}, SLIPPED, numbers={"slide_records": 10})))
     assert "Quote" not in box
@@ -241,8 +252,8 @@ def test_what_was_studied_and_what_has_not_converged_is_named():
     assert "acceleration peaks" not in box["Do not quote"], "it has converged"
     assert (
         box["How sure"]
-        == "± is numerical error alone (time steps; 1 of 2 runs). Not converged in some run, quote it only "
-        "with its ±: latency."
+        == "± is numerical error alone (time steps, not element sizes; 1 of 2 runs). Not converged in some run, "
+        "quote it only with its ±: latency."
     )
     again = quotable(content(dataclasses.replace(studied, convergence={"acceleration.incipient": AWAY})))
     assert "acceleration peaks" in again["Do not quote"]

@@ -94,6 +94,8 @@ def test_a_number_has_its_uncertainty_by_setting_and_its_verdict():
     assert row == [
         "overall slip", "s", "2", "1.387", "1.25 (1.0)", "0.6 (up/down)", "unchanged", "0.001", "not with step"
     ]  # fmt: skip
+    fast = Convergence("overall slip", "s", 2.0, {"mesh": Series("mesh", SIZES, tuple(2.0 + h**6 for h in SIZES))})
+    assert texts(compare.convergence_table({"slip.overall": fast}, "run"))[0][4].endswith(" (fast)")
     rows = compare.series_table({"run": {"slip.overall": GOOD}}).rows
     assert len(rows) == 3 * 3 + 2, "one for every level"
     assert rows[1] == ("run", "slip.overall", "s", "mesh", 0.5, 1.5)
@@ -110,7 +112,7 @@ def test_what_did_not_happen_what_was_not_varied_and_what_nothing_changes_are_to
     lacking = Convergence("overall slip", "s", 2.0, {"step": Series("step", SIZES, (2.0, None, 1.9))})
     table = compare.convergence_table({"slip.overall": lacking}, "run")
     assert "of those over time steps. It is" in table.note
-    assert "Not studied: element sizes, contact stiffness and numerical damping." in table.note
+    assert "Not studied: element sizes, contact stiffness and numerical damping. ± is over time steps, n" in table.note
     row = table.rows[0]
     assert row[3:8] == (Missing.NO_EVENT, Missing.NOT_STUDIED, Missing.NO_EVENT, *[Missing.NOT_STUDIED] * 2)
     still = Convergence("overall slip", "s", 1.748, {"step": Series("step", SIZES, (1.748,) * 3)})

@@ -91,7 +91,7 @@ def test_manifest_adds_up_the_seconds_and_keeps_what_tells_runs_apart_and_what_w
 
 
 SIZES = (1.0, 0.5, 0.25)
-KNOWN = Convergence("overall slip", "s", 1.7, {"step": Series("step", SIZES, (1.7, 1.65, 1.625))})
+KNOWN = Convergence("overall slip", "s", 1.7, {"step": Series("step", SIZES, (1.7, 1.65, 1.625))}, resolution=0.001)
 LACKING = Convergence("incipient slip", "s", 1.2, {"step": Series("step", SIZES, (1.2, None, 1.1))})
 FOUND = RunConvergence("run", "key", {"slip.overall": KNOWN, "slip.incipient": LACKING})
 
