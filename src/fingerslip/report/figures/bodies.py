@@ -135,7 +135,7 @@ def extent(history: xr.Dataset) -> tuple[Floats, Floats]:
     """Return two corners (dim,) [mm] around the body at all snapshots, and a part of curved counterfaces."""
     moving = history["node_position"].values + history["snapshot_displacement"].values
     depth = _CURVED * float(np.ptp(history["node_position"].values, axis=0).max())
-    points = np.concatenate([moving.reshape(-1, moving.shape[-1]), curved_points(history, depth)])
+    points = np.concatenate([moving.min(axis=0), moving.max(axis=0), curved_points(history, depth)])
     return 1e3 * points.min(axis=0), 1e3 * points.max(axis=0)
 
 

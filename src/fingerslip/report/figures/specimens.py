@@ -145,9 +145,13 @@ def section_figure(
     lowest, colours = points[np.argmin(heights)], region_colours(tuple(mesh.subdomains or {}))
     corners = mesh.t.T[:, : 4 if mesh.t.shape[0] in (4, 9) else 3]
     regions: Mapping[str, NDArray[np.int64]] = mesh.subdomains or {"body": np.arange(mesh.t.shape[1])}
+    # The skin round the lowest point, or where the counterface is nearest, and a frame around that part in the whole.
+    corner, width = 1e3 * (lowest - np.array([0.5, 0.06]) * _ZOOM_WIDTH), 1e3 * _ZOOM_WIDTH
     for axes, line, size in ((whole, 0.12, 1.6), (close, 0.3, 5.0)):
         for name, cells in regions.items():
             colour, shapes = colours.get(name, REGION_COLOURS["tissue"]), _MILLIMETRES * points[corners[cells]]
+            if axes is close:  # the cells in its frame, and some beside them
+                shapes = shapes[(np.abs(shapes - corner) < 3.0 * width).any(axis=1).all(axis=1)]
             axes.add_collection(PolyCollection(shapes, facecolor=colour, edgecolor=_EDGE, linewidth=line))
         if not curved:
             axes.axhline(1e3 * lowest[1], color=BLACK, linewidth=1.6, zorder=3)
@@ -161,11 +165,9 @@ def section_figure(
     if curved:
         whole.dataLim = Bbox(1e3 * np.array([points.min(axis=0), points.max(axis=0)]))
     whole.autoscale_view()
-    # The skin round the lowest point, or where the counterface is nearest, and a frame around that part in the whole.
-    left, bottom, width = 1e3 * (lowest[0] - _ZOOM_WIDTH / 2), 1e3 * (lowest[1] - 0.06 * _ZOOM_WIDTH), 1e3 * _ZOOM_WIDTH
-    close.set(xlim=(left, left + width), ylim=(bottom, bottom + 1.1 * width))
+    close.set(xlim=(corner[0], corner[0] + width), ylim=(corner[1], corner[1] + 1.1 * width))
     close.set_title("close view of the framed part")
-    whole.add_patch(Rectangle((left, bottom), width, 1.1 * width, fill=False, linewidth=0.9, zorder=6))
+    whole.add_patch(Rectangle(tuple(corner), width, 1.1 * width, fill=False, linewidth=0.9, zorder=6))
     keys = layer_keys(colours, _EDGE, linewidth=0.4)
     for kind in receptors:
         mark, colour = RECEPTOR_MARKS.get(kind, "x"), RECEPTOR_COLOURS.get(kind, BLACK)

@@ -36,9 +36,9 @@ class Picture:
         """The figure as PNG, rendered once."""
         if self.figure is None:
             return self.rendered
-        from fingerslip.report.figures.style import figure_bytes
+        from fingerslip.report.figures.style import final_bytes
 
-        return figure_bytes(self.figure)
+        return final_bytes(self.figure)
 
 
 @dataclass(frozen=True)

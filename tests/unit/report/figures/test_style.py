@@ -138,6 +138,12 @@ def test_figure_is_saved_whole_with_150_dots_per_inch_and_text_for_papers_stays_
     assert ">time [s]</text>" in svg
 
 
+def test_a_figure_that_stays_as_it_is_is_the_same_picture():
+    """Some of its panels have labels."""
+    first, second = (style.figure_grid(4, 2, (2.0, 1.5), "", ("time [s]", "force [N]"))[0] for _ in range(2))
+    assert style.final_bytes(first) == style.figure_bytes(second)
+
+
 def test_events_that_happened_and_the_slide_are_marked_in_their_colours_named_and_have_keys():
     _, axes = single_panel()
     style.mark_panels([axes], None, SlipEvents(incipient=1.5, noticed=1.6, overall=1.7), named=0)
