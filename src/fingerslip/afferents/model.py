@@ -315,8 +315,8 @@ class IntegrateAndFire:
         free_from = np.zeros(drive.shape[1], dtype=np.intp)
         rows, columns = [], []
         for row, target in enumerate(mean, start=1):
-            membrane = np.where(row > free_from, target + (membrane - target) * left, 0.0)
-            if (fired := np.flatnonzero(membrane >= 1.0)).size:
+            membrane = (target + (membrane - target) * left) * (row > free_from)
+            if (fired := (membrane >= 1.0).nonzero()[0]).size:
                 membrane[fired], free_from[fired] = 0.0, row + resting
                 rows.append(np.full(fired.size, row))
                 columns.append(fired)
