@@ -19,4 +19,5 @@ for name in (
 contact = importlib.import_module("fingerslip.contact.interface")
 contact.contact_problem(np.zeros((1, 2)), np.zeros((1, 2)), np.zeros((1, 2)), np.ones(1))
 gc.freeze()
+gc.set_threshold(5_000)  # figures are made of many small objects
 gc.enable()

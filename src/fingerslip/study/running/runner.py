@@ -130,7 +130,7 @@ def run_plans(
         prepare_workers()
     prepared = [_prepare(plan, runs) for plan, runs in zip(plans, to_compute, strict=True)]
     with progress or StudyProgress() as reporter:
-        engine = Engine(reporter, workers, scheduler)
+        engine = Engine(reporter, workers, scheduler, force=force)
         outcomes = [_execute(plan, *todo, engine) for plan, todo in zip(plans, prepared, strict=True)]
     results = tuple(result for result, _ in outcomes)
     errors = {name: error for _, failures in outcomes for name, error in failures.items()}
@@ -155,6 +155,7 @@ class Engine:
     progress: StudyProgress  # receives the progress
     workers: int  # number of cores
     scheduler: str | None = None  # address of the scheduler
+    force: bool = False  # whether runs are computed again, whatever their folders hold
 
     def compute(self, jobs: Sequence[Job], drawings: Mapping[str, Drawing]) -> Generator[Outcome, None, None]:
         """Compute jobs, and yield what became of each group of them."""
@@ -211,7 +212,7 @@ def compute_jobs(
     clean_stale(plan.folder)
     failures: dict[str, FingerslipError] = {}
     pictures: dict[str, RunPictures] = {}
-    for job in jobs:
+    for job in () if engine.force else jobs:
         try:
             stored_result(job.folder)
         except DamagedError as error:

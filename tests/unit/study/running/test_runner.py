@@ -330,6 +330,14 @@ def test_a_damaged_run_is_computed_again_and_said_so(finished, simulated, name):
     assert leftovers(finished) == []
 
 
+@pytest.mark.usefixtures("simulated", "reports")
+def test_runs_that_are_computed_in_any_case_are_not_read_through_before(finished):
+    (finished / NAMES[1] / "history.nc").write_bytes(b"damaged")
+    said = Told()
+    assert run_block(finished.parents[1] / "block.yaml", progress=said, force=True).computed == tuple(NAMES)
+    assert said.messages == []
+
+
 def test_runs_that_are_known_to_be_whole_are_not_read_through_again(finished):
     plan = plan_study(finished.parents[1] / "block.yaml", finished.parent)
     (finished / NAMES[1] / "history.nc").write_bytes(b"damaged")
