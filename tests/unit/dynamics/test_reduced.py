@@ -213,6 +213,16 @@ def test_the_first_of_several_motions_leaves_room_for_the_errors_of_the_others(m
     assert fs.simulate_together([model, model])[0].attrs["basis_normal_modes"] == 2 * modes
 
 
+def test_what_rings_begins_with_twice_as_many_normal_modes_and_several_motions_of_it_with_four_times(monkeypatch):
+    monkeypatch.setattr(bases, "_FEWEST", 8)
+    counts = {}
+    for alpha in (-0.05, -0.4):
+        model = deep_push_and_slide(alpha=alpha, basis=fs.ReducedBasis(0.5, 0.05), programme=SHORT["programme"])
+        histories = fs.simulate(model), *fs.simulate_together([model, model])
+        counts[alpha] = [history.attrs["basis_normal_modes"] for history in histories]
+    assert counts == {-0.05: [16, 32, 32], -0.4: [8, 8, 8]}
+
+
 @pytest.mark.parametrize(
     "change",
     [

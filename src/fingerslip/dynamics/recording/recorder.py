@@ -89,7 +89,8 @@ class Recorder:
         self._near, self._touching = near.among(self._taken), touching.among(self._taken)
         self._beside = np.searchsorted(self._taken, self._supports.near)
         self._rigid = system.coordinates.rigid
-        self._observed = np.zeros((len(_FIELDS), min(_STEPS_AT_ONCE, self._size), self._taken.size))
+        self._at_once = min(_STEPS_AT_ONCE, self._size)
+        self._observed = np.zeros((len(_FIELDS), self._at_once, self._taken.size))
         self._has_warned, self._completed = False, (-1, -1)
         snapshots = snapshot_steps(times, model.record.snapshots_every)
         self._snapshots = SnapshotRecords(system, recoveries, self._viscous, snapshots)
@@ -116,11 +117,6 @@ class Recorder:
             "held": (3, self._supports.count),
         }
         self._arrays |= {name: np.zeros((self._size, *shape)) for name, shape in kept.items()}
-
-    @property
-    def _at_once(self) -> int:
-        """Steps that are completed at once."""
-        return self._observed.shape[1]
 
     @property
     def room(self) -> int:

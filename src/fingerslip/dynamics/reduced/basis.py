@@ -96,9 +96,8 @@ class _Maker:
 
     def kept(self) -> CraigBampton | None:
         """Return the basis that is kept, if any."""
-        arrays = None if self.store is None else self.store.load(self._key)
-        arguments: dict[str, Any] = {field.name: arrays[field.name] for field in fields(CraigBampton)} if arrays else {}
-        return CraigBampton(**arguments) if arguments else None
+        arrays: Any = None if self.store is None else self.store.load(self._key)
+        return CraigBampton(**arrays) if arrays else None
 
     def keep(self, basis: CraigBampton) -> None:
         """Keep a basis for other runs."""
@@ -106,12 +105,11 @@ class _Maker:
             with self.motions.watch.part("basis"):
                 self.store.save(self._key, {field.name: getattr(basis, field.name) for field in fields(basis)})
 
-    @property
-    def fewest(self) -> int:
-        """How many normal modes the first basis has."""
+    def fewest(self, share: float) -> int:
+        """Return how many normal modes the first basis has, which may use up a share of the tolerances."""
         scheme = make_scheme(self.motions.models[0].time)
         rings = scheme.inertia_factor and scheme.start_weight > -_LITTLE and not _is_coarse(self.motions)
-        return 2 * _FEWEST if rings else _FEWEST
+        return round(2 * _FEWEST / share) if rings else _FEWEST
 
     def make(self, count: int) -> CraigBampton:
         """Make a basis with some normal modes and as many responses at sites."""
@@ -200,13 +198,9 @@ def _suitable_unknowns(motions: Motions) -> tuple[Integers, Integers]:
     return interface, rows
 
 
-def _wanted(motions: Motions) -> ReducedBasis:
-    return motions.models[0].basis or ReducedBasis()
-
-
 def _is_coarse(motions: Motions) -> bool:
     """Tell whether accelerations may be far off."""
-    return _wanted(motions).acceleration_tolerance > _COARSE
+    return (motions.models[0].basis or ReducedBasis()).acceleration_tolerance > _COARSE
 
 
 def _compute(maker: _Maker) -> Outcome:
@@ -215,12 +209,12 @@ def _compute(maker: _Maker) -> Outcome:
     Where there is no basis yet, the first of several motions tries it out for all.
     """
     motions, outcome = maker.motions, None
+    share = 1.0 if len(motions.models) == 1 else _SHARE_OF_FIRST
     with maker.alone():
         with motions.watch.part("basis"):
             stored = maker.kept()
-            basis = stored or maker.make(maker.fewest)
+            basis = stored or maker.make(maker.fewest(share))
         if stored is None:
-            share = 1.0 if len(motions.models) == 1 else _SHARE_OF_FIRST
             outcome, basis = _suitable(motions.part(slice(1)), maker, basis, share)
             maker.keep(basis)
     if outcome is not None and len(motions.models) == 1:
@@ -236,7 +230,7 @@ def _suitable(motions: Motions, maker: _Maker, basis: CraigBampton, share: float
 
     It suffices where errors are within a share of their tolerances, the largest where they are within these.
     """
-    wanted, tried = _wanted(motions), list[tuple[int, float]]()
+    wanted, tried = motions.models[0].basis or ReducedBasis(), list[tuple[int, float]]()
     while True:
         systems, check = _reduced(motions, maker, basis)
         outcome = compute(motions, systems, check.motions)
