@@ -8,14 +8,15 @@ from typing import Annotated, Any
 import typer
 
 from fingerslip.commands.shared import AsJson, print_tables, specimens
+from fingerslip.errors import InputError
 
 
 def mesh(
-    target: Annotated[
-        str,
+    targets: Annotated[
+        list[str],
         typer.Argument(
-            metavar="STUDY|PRESET|FILE",
-            help="Study (its first run) or preset to mesh, or a mesh file or deck to look at.",
+            metavar="STUDY|PRESET|FILE...",
+            help="Studies (their first runs) or presets to mesh, or mesh files or decks to look at.",
             autocompletion=specimens,
         ),
     ],
@@ -37,4 +38,7 @@ def mesh(
     """Build or read a mesh, write or draw it, and show the quality of its cells and what is left out of a deck."""
     from fingerslip.study.inspection.check import save_mesh
 
-    print_tables(save_mesh(target, output, unit), as_json)
+    if output is not None and len(targets) > 1:
+        fault = f"got {output} for {len(targets)} meshes"
+        raise InputError("mesh --output", fault, "needs a single mesh", "leave it out: files go to meshes/")
+    print_tables([table for target in targets for table in save_mesh(target, output, unit)], as_json)

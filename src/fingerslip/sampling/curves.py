@@ -118,7 +118,8 @@ def read_measurement(path: Path, settings: FitSettings) -> Measurement:
     try:  # headings as a row: else pandas renames a second column of a name, and takes longer rows for an index
         rows = pd.read_csv(path, comment="#", skipinitialspace=True, header=None, dtype=str)
     except (OSError, ValueError) as error:
-        raise InputError(str(path), f"cannot be read ({shorten(str(error))})", "needs a CSV file") from None
+        fault = getattr(error, "strerror", None) or shorten(str(error))
+        raise InputError(str(path), f"cannot be read ({fault})", "needs a CSV file") from None
     columns: dict[str, tuple[Any, str]] = {}
     for number, heading in rows.iloc[0].dropna().items():
         if match := _HEADING.fullmatch(heading):

@@ -81,6 +81,8 @@ def test_holes_and_files_that_are_no_tables_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="column 'depth': is the same in every row, needs positions that differ"):
         read_measurement(path, settings())
     path.write_text("")
+    with pytest.raises(InputError, match=r"cannot be read \(Is a directory\), needs a CSV file"):
+        read_measurement(tmp_path, settings())
     for name in (path, tmp_path / "gone.csv"):
         with pytest.raises(InputError, match=r"csv: cannot be read \(.*\), needs a CSV file"):
             read_measurement(name, settings())

@@ -64,10 +64,8 @@ def _without_bars(runs: Sequence[RunResult]) -> str:
 
 def _without_mesh(runs: Sequence[RunResult]) -> str:
     """Say how to study element sizes where error bars leave them out."""
-    numbers = [number for run in runs for number in run.convergence.values()]
-    if not numbers or "mesh" in varied_settings(numbers):
-        return ""
-    return prose("notes", "no-mesh", {"settings": studied_settings(numbers)})
+    varied = varied_settings(number for run in runs for number in run.convergence.values())
+    return prose("notes", "no-mesh") if varied and "mesh" not in varied else ""
 
 
 def _answer_of_held(runs: Sequence[RunResult]) -> tuple[str, ...]:

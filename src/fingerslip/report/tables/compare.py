@@ -13,14 +13,7 @@ from fingerslip.results import RunResult
 from fingerslip.slip.measures import measure_of
 from fingerslip.slip.windows import LATENCY, MAIN_EVENTS, NOTICED_NOTE, READING_HEADINGS, READINGS
 from fingerslip.tables.table import Cell, Column, Measured, Missing, Table
-from fingerslip.uncertainty import (
-    SETTINGS,
-    Convergence,
-    Refinement,
-    settings_in_words,
-    studied_settings,
-    varied_settings,
-)
+from fingerslip.uncertainty import SETTINGS, Convergence, Refinement, settings_in_words, varied_settings
 
 _TIMES = (*MAIN_EVENTS, LATENCY)
 # Relative difference that sums of thousands of steps may have without a reason.
@@ -163,8 +156,7 @@ def convergence_table(quantities: Mapping[str, Convergence], title: str) -> Tabl
     note = prose("notes", "convergence", {"settings": settings_in_words(varied)})
     left_out = settings_in_words(setting.name for setting in SETTINGS if setting.name not in varied)
     note = f"{note} Not studied: {left_out}." if left_out else note
-    if varied and "mesh" not in varied:
-        note = f"{note} {prose('notes', 'no-mesh', {'settings': studied_settings(quantities.values())})}"
+    note = f"{note} {prose('notes', 'no-mesh')}" if varied and "mesh" not in varied else note
     note = f"{note} {NOTICED_NOTE}" if "slip.noticed" in quantities else note
     return Table(f"Numerical uncertainty, {title}", tuple(map(Column, names)), rows, note)
 

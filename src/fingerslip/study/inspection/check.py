@@ -19,7 +19,7 @@ from fingerslip.results import REPEAT, SAMPLE
 from fingerslip.slip.measures import resolution_warnings
 from fingerslip.specimens.choice import SPECIMENS, preset_names, presets_of
 from fingerslip.specimens.protocol import Specimen
-from fingerslip.storage.files import writing
+from fingerslip.storage.files import csv_text, write_text, writing
 from fingerslip.study.convergence import refinement_warnings
 from fingerslip.study.definition.runs import Plan, plan_study
 from fingerslip.study.running.build import Job, groups, inspect_mesh, prepare_samples
@@ -59,7 +59,7 @@ def check_plans(plans: Sequence[Plan]) -> Table:
             rows.append((name, job.run.name, "finished" if job.run.name in finished else "to do", *_size(job)))
             doubts += [f"{name}: {doubt}" for doubt in job.doubts]
         rows += [(name, sample.name, f"refused: {sample.reason}", 0, 0, 0, 0.0) for sample in refused]
-        doubts += [f"{name}: {warning}" for warning in refinement_warnings(plan)]
+        doubts += [f"{name}: {warning}" for warning in (*refinement_warnings(plan), *_of_deck(plan))]
         measured = resolution_warnings({title: result.numbers for title, result in finished.items()})
         doubts += [f"{name}: {warning.rstrip('.')}" for warning in measured]
         job_groups += groups([job for job in jobs if job.run.name not in finished])
@@ -67,6 +67,13 @@ def check_plans(plans: Sequence[Plan]) -> Table:
     title = "Checked: no mistakes found" + f", {len(warnings)} warning{'s' * (len(warnings) != 1)}" * bool(warnings)
     note = "\n".join((_note(rows, job_groups), *(f"WARNING: {warning}." for warning in warnings)))
     return Table(title, _COLUMNS, tuple(rows), note)
+
+
+def _of_deck(plan: Plan) -> tuple[str, ...]:
+    """Say of a file of FEBio that its program computes at large strain where the study does not."""
+    is_small = plan.study.kinematics == "small" and getattr(plan.study.mesh, "file", "").lower().endswith(".feb")
+    said = "kinematics: is small, and FEBio computes at large strain: write kinematics: finite to compare with it"
+    return (said,) if is_small else ()
 
 
 def fold_samples(table: Table) -> Table:
@@ -141,12 +148,16 @@ def save_mesh(target: str, path: Path | None = None, unit: LengthUnit | None = N
         repair = f"did you mean '{near[0]}'?" if near else f"presets: {', '.join(names)}"
         allowed = "needs the name of a preset or the path of a study (.yaml) or of a mesh"
         fault = "is no file that is there" if Path(target).suffix else "is neither a preset nor a file that is there"
+        fault = "is a folder" if Path(target).is_dir() else fault
         raise InputError(f"mesh {name}", fault, allowed, repair)
     path = path or Path("meshes") / f"{name}{suffix or inspected.suffix}"
     with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         if path.suffix not in _PICTURES:
             write_mesh(inspected.mesh, path)
+        if path.suffix not in (*_PICTURES, ".msh"):  # which has names itself
+            regions = enumerate(inspected.mesh.subdomains or {})
+            write_text(path.with_suffix(".regions.csv"), csv_text([("number", "region"), *regions]))
     if path.suffix in _PICTURES:
         # Libraries that draw are slow to load.
         from fingerslip.report.figures.meshes import mesh_figure

@@ -25,7 +25,7 @@ from fingerslip.slip import find_events
 from fingerslip.slip.windows import LATENCY
 from fingerslip.study.inspection.show import sensitivities
 from fingerslip.study.storage.reporting import reactions_of, read_results, read_stored_run, slide_starts
-from fingerslip.study.storage.store import read_manifest
+from fingerslip.study.storage.store import read_manifest, stored_manifest
 from fingerslip.units import parse_quantity
 
 if TYPE_CHECKING:
@@ -64,6 +64,8 @@ class FigureChoice:
 def kinds_text(target: Path | None = None) -> str:
     """Return the kinds of figures with what they show, in lines: those of a folder, or all."""
     of_detector = {**OF_EVALUATIONS, **OF_CLIPS} if target is None else kinds_of(target)
+    if target and not of_detector and not (target / RESULT).is_file():
+        stored_manifest(target)  # says what a folder without results lacks
     others = {DETECTOR: "what the detector that ships finds in a sensor's markers", FILM: "a film, as MP4"}
     of_study = {**OF_STUDIES, **_OF_REACTIONS, **OF_RUNS, **others}
     every = of_detector if target and of_detector else {**of_study, **of_detector}

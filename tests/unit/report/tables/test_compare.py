@@ -112,7 +112,7 @@ def test_what_did_not_happen_what_was_not_varied_and_what_nothing_changes_are_to
     lacking = Convergence("overall slip", "s", 2.0, {"step": Series("step", SIZES, (2.0, None, 1.9))})
     table = compare.convergence_table({"slip.overall": lacking}, "run")
     assert "of those over time steps. It is" in table.note
-    assert "Not studied: element sizes, contact stiffness and numerical damping. ± is over time steps, n" in table.note
+    assert "Not studied: element sizes, contact stiffness and numerical damping. ± leaves out" in table.note
     row = table.rows[0]
     assert row[3:8] == (Missing.NO_EVENT, Missing.NOT_STUDIED, Missing.NO_EVENT, *[Missing.NOT_STUDIED] * 2)
     still = Convergence("overall slip", "s", 1.748, {"step": Series("step", SIZES, (1.748,) * 3)})

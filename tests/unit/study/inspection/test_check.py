@@ -177,6 +177,8 @@ def test_mesh_of_a_scan_is_written_for_paraview_with_its_tables(tmp_path, monkey
     back = fs.read_mesh(tmp_path / "meshes" / "finger.vtu")
     assert set(back.boundaries) == {"skin"}
     assert len(back.subdomains["tissue"]) == 5
+    named = (tmp_path / "meshes" / "finger.regions.csv").read_text(encoding="utf-8").split()
+    assert named == ["number,region", *(f"{number},{name}" for number, name in enumerate(back.subdomains))]
 
 
 @pytest.mark.slow
@@ -212,6 +214,23 @@ def test_a_deck_is_drawn_and_what_it_has_besides_a_mesh_is_told(write_study, tmp
     assert (table.title, Path("study.svg").read_bytes()[:5]) == (str(tmp_path / "study.svg"), b"<?xml")
 
 
+@pytest.mark.parametrize(("kinematics", "is_said"), [("small", True), ("finite", False)])
+def test_a_deck_of_large_strain_in_a_study_of_small_strain_is_a_warning(tmp_path, kinematics, is_said):
+    (tmp_path / "pad.feb").write_text(FEBIO, encoding="latin-1")
+    law = {"law": "neo_hookean", "youngs_modulus": "50 kPa", "poisson_ratio": 0.45, "density": "1000 kg/m^3"}
+    values = {
+        "mesh": {"file": "pad.feb"},
+        "materials": {"Tissue": law, "Skin": law},
+        "formulation": "solid",
+        "supports": {"Fixed": ["x", "y", "z"]},
+        "kinematics": kinematics,
+        "time": {"step": "1 ms", "end": "10 ms"},
+    }
+    (tmp_path / "pad.yaml").write_text(yaml.safe_dump(values), encoding="utf-8")
+    note = check_plans(plan_studies([tmp_path / "pad.yaml"])).note
+    assert ("pad.yaml: kinematics: is small, and FEBio computes at large strain: write" in note) == is_said
+
+
 def write_deck(folder):
     (folder / "deck.inp").write_text(CAE)
     return str(folder / "deck.inp")
@@ -233,6 +252,7 @@ def test_preset_and_study_are_drawn(tmp_path):
         (save_mesh, "wang2014-2e a.msh", r"mesh wang2014-2e: is neither .*; did you mean 'wang2014-2d'"),
         (save_mesh, "nix a.msh", "mesh nix: is neither a preset nor a file that is there, .*; presets: wang2014-2d"),
         (save_mesh, "pad.inp a.msh", "mesh pad.inp: is no file that is there, .* or of a mesh"),
+        (save_mesh, ". a.msh", "mesh .: is a folder, needs the name of a preset or the path of a study"),
         (lambda *paths: save_mesh(*paths, "inch"), "file a.png", "unit: got 'inch', needs one of m, cm, mm, um"),
         (
             lambda *paths: save_mesh(*paths, "mm"),
@@ -357,6 +377,9 @@ def test_a_film_is_an_mp4_of_the_asked_size_and_rate(tmp_path):
     with pytest.raises(fs.InputError, match="got '640', needs a width and a height"):
         views.film_size("640")
     assert "deformed: " in views.kinds_text()
+    assert "deformed: " in views.kinds_text(tmp_path)
+    with pytest.raises(fs.ResultError, match="nothing: is not there; run the study again"):
+        views.kinds_text(tmp_path / "nothing")
 
 
 @pytest.fixture(scope="module")
