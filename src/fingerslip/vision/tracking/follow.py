@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
+from scipy.spatial.distance import cdist
 
 from fingerslip.arrays import Flags, Floats
 from fingerslip.vision.tracking.blobs import Blobs, blobs_of, reduced_to
@@ -94,7 +95,7 @@ def _fits(markers: Markers, state: State, measured: Measured, position: Floats, 
     apart = np.linalg.norm(measured.position - position, axis=1)
     fits = (measured.quality >= _LEAST_QUALITY) & (apart < 0.5 * markers.radius)
     contrast = measured.amplitude / (markers.amplitude * state.light)
-    alone = np.linalg.norm(measured.position[:, None] - position[sure][None], axis=2).min(axis=1) > markers.radius
+    alone = cdist(measured.position, position[sure]).min(axis=1) > markers.radius
     again = (measured.quality >= _LEAST_AGAIN) & (np.abs(np.log(np.maximum(contrast, 1e-3))) < _CONTRAST)
     return np.asarray(np.where(sure, fits, again & alone & (apart < _NEAR * markers.spacing)))
 

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial import cKDTree
+from scipy.spatial.distance import cdist
 
 from fingerslip.arrays import Flags, Floats
 
@@ -90,7 +91,7 @@ def assign(expected: Floats, reach: Floats, candidates: Floats) -> tuple[Integer
     A marker that is not matched counts as one at the end of its reach. Arrays: expected (n, 2), reach (n,), candidates
     (m, 2) [px]; returns (k,), (k,).
     """
-    apart = np.linalg.norm(expected[:, None] - candidates[None], axis=2) / reach[:, None]
+    apart = cdist(expected, candidates) / reach[:, None]
     rows, columns = linear_sum_assignment(np.minimum(apart, 1.0))
     near = apart[rows, columns] < 1.0
     return rows[near], columns[near]
