@@ -15,7 +15,7 @@ from fingerslip.arrays import Flags, Floats, Singles
 from fingerslip.errors import InputError, shorten
 from fingerslip.parameters import Number, parameters
 from fingerslip.vision.fields import fit_rigid_motions, green_strain, marker_means, marker_triangles, triangle_gradients
-from fingerslip.vision.tracks import seen
+from fingerslip.vision.tracks import check_size, seen
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -57,6 +57,7 @@ def markers_of(tracks: xr.Dataset, kind: str) -> xr.Dataset:
     chosen = np.flatnonzero(tracks["kind"].values.astype(str) == kind)
     if chosen.size == 0:
         raise InputError("tracks", f"have no {kind} markers", f"needs {kind} markers", "track them too")
+    check_size(tracks["position"].values, "tracks")
     return tracks.isel(marker=chosen, axis=slice(0, 2))
 
 

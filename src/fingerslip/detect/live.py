@@ -27,6 +27,7 @@ from fingerslip.detect.labels import Onsets
 from fingerslip.detect.training import Detector, check_tracks_fit
 from fingerslip.errors import InputError
 from fingerslip.vision.tracking.tracker import SeenMarkers
+from fingerslip.vision.tracks import check_size
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -74,6 +75,7 @@ class FrameByFrame(ABC, Generic[F]):
         if before is not None and frame.position.shape != before.position.shape:
             fault = f"has positions of shape {frame.position.shape}"
             raise InputError("frame", fault, f"needs {before.position.shape}")
+        check_size(frame.position, "frame")
         self._last = frame
         if self._waiting is None:
             return [self._decide(frame)]

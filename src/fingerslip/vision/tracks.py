@@ -210,6 +210,12 @@ def _check_values(tracks: xr.Dataset, where: str) -> None:
             raise InputError(f"{where}: {name}", f"{marker} has {tracks[name].values[row, column]}", _NEEDED[name])
 
 
+def check_size(position: NDArray[np.floating], where: str) -> None:
+    """Raise InputError where positions are so large that squares of their squares overflow."""
+    if (np.abs(position) > _FARTHEST).any():
+        raise InputError(where, f"has a marker at {np.nanmax(np.abs(position)):.3g}", f"needs at most {_FARTHEST:g}")
+
+
 def seen(tracks: xr.Dataset) -> Flags:
     """Tell which markers were seen when, shape (n_times, n_markers)."""
     return np.asarray(~np.isnan(tracks["position"].values).any(axis=2))

@@ -203,11 +203,16 @@ def test_what_does_not_fit_the_detector_is_refused(detector: Detector, trials: T
             live.take(frames[start - 1])
         with pytest.raises(InputError, match=r"frame: has positions of shape \(4, 2\)"):
             live.take(SeenMarkers(1e3, np.zeros((4, 2))))
+        with pytest.raises(InputError, match=r"frame: has a marker at 1e\+300, needs at most 1e\+09"):
+            live.take(SeenMarkers(1e3, np.full_like(frames[0].position, 1e300)))
     tracks = trials.tracks(trials.names[-1])
     tracks["position"].values[:20, 30] = np.nan
     tracks["quality"].values[:20, 30] = 0.0
     with pytest.raises(InputError, match="marker 11: is seen in none of the frames at rest"):
         list(run_on_tracks(detector, tracks))
+    tracks["position"].values[:] = 1e300
+    with pytest.raises(InputError, match=r"tracks: has a marker at 1e\+300, needs at most"):
+        motion_of(tracks)
     with pytest.raises(InputError, match="needs the markers that the detector learned from"):
         list(run_on_tracks(detector, trials.tracks(trials.names[0]).isel(marker=slice(0, 50))))
 
