@@ -10,8 +10,8 @@ import csv
 import sys
 from pathlib import Path
 
+from fingerslip.detect.evaluation.figures import assumption_figure
 from fingerslip.detect.evaluation.scores import Estimate
-from fingerslip.report.figures.detectors import assumption_figure
 from fingerslip.report.figures.style import save_figure
 
 _WORDS = 4

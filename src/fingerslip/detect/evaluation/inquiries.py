@@ -17,6 +17,12 @@ from threadpoolctl import threadpool_limits
 from fingerslip.arrays import Floats, Singles
 from fingerslip.detect.classifiers import Candidate, probabilities, union_of_sets
 from fingerslip.detect.evaluation.crossval import Evaluation, begin_evaluation, parts_beside
+from fingerslip.detect.evaluation.figures import (
+    assumption_figure,
+    importance_figure,
+    learning_curve_figure,
+    robustness_figure,
+)
 from fingerslip.detect.evaluation.scores import (
     INTERVALS,
     Estimate,
@@ -43,12 +49,6 @@ from fingerslip.detect.session import Choices
 from fingerslip.detect.training import Detector, candidate_of_name
 from fingerslip.detect.trials import TrialSet, check_labels, condition_text, open_trials
 from fingerslip.errors import InputError, shorten
-from fingerslip.report.figures.detectors import (
-    assumption_figure,
-    importance_figure,
-    learning_curve_figure,
-    robustness_figure,
-)
 from fingerslip.report.figures.style import save_figure
 from fingerslip.tables.table import Column, Table
 

@@ -15,12 +15,13 @@ from matplotlib.text import Annotation
 
 import fingerslip as fs
 from fingerslip.contact.states import OPEN, SLIP, STICK
+from fingerslip.detect.evaluation import figures as detectors
 from fingerslip.detect.evaluation.scores import Estimate
 from fingerslip.marker_tracks import filmed_tracks, marker_tracks
 from fingerslip.published import published_set
 from fingerslip.report.colours import RECEPTOR_COLOURS, STATE_COLOURS, STIFF_COLOUR
 from fingerslip.report.content import RunSubject, StudySubject
-from fingerslip.report.figures import bodies, composed, detectors, markers, patches, signals, specimens, study, style
+from fingerslip.report.figures import bodies, composed, markers, patches, signals, specimens, study, style
 from fingerslip.report.page.pictures import draw_of_run, draw_of_study
 from fingerslip.report.scene import viewer
 from fingerslip.report.scene.options import SceneOptions

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from fingerslip.arrays import Floats
+from fingerslip.detect.evaluation.scores import Estimate
 from fingerslip.report.colours import BLACK, BLUE, GREEN, GREY, ORANGE
 from fingerslip.report.figures.style import add_legend, figure_grid, join_title, say, with_style
 
@@ -23,19 +24,8 @@ _AMOUNTS = {
 }
 
 
-class _Interval(Protocol):
-    """A value and the ends of its interval."""
-
-    @property
-    def value(self) -> float | None: ...
-    @property
-    def low(self) -> float | None: ...
-    @property
-    def high(self) -> float | None: ...
-
-
 @with_style
-def learning_curve_figure(points: Sequence[tuple[int, _Interval, _Interval]], title: str = "") -> Figure:
+def learning_curve_figure(points: Sequence[tuple[int, Estimate, Estimate]], title: str = "") -> Figure:
     """Draw how well a classifier does on test trials over the number of trials that it learned from."""
     labels = ("trials learned from", "on trials that were not seen")
     figure, (axes,) = figure_grid(1, 1, (6.0, 3.0), join_title("Learning curve", title), labels)
@@ -54,7 +44,7 @@ def learning_curve_figure(points: Sequence[tuple[int, _Interval, _Interval]], ti
 
 
 @with_style
-def assumption_figure(rows: Sequence[tuple[str, Mapping[str, _Interval]]], title: str = "") -> Figure:
+def assumption_figure(rows: Sequence[tuple[str, Mapping[str, Estimate]]], title: str = "") -> Figure:
     """Draw accuracies with their intervals for each thing that may be assumed; a line is where the first row is."""
     labels = ("share of right frames, trials that were not seen", "")
     height = 0.8 + 0.27 * len(rows)
@@ -76,7 +66,7 @@ def assumption_figure(rows: Sequence[tuple[str, Mapping[str, _Interval]]], title
 
 
 @with_style
-def importance_figure(drops: Mapping[int, _Interval], title: str = "") -> Figure:
+def importance_figure(drops: Mapping[int, Estimate], title: str = "") -> Figure:
     """Draw by how much accuracy falls when the features of a ring of markers are shuffled."""
     labels = ("ring, 0 in the centre", "fall in accuracy when it is shuffled")
     figure, (axes,) = figure_grid(1, 1, (6.0, 2.8), join_title("Importance of rings", title), labels)
@@ -89,7 +79,7 @@ def importance_figure(drops: Mapping[int, _Interval], title: str = "") -> Figure
 
 
 @with_style
-def robustness_figure(results: Sequence[tuple[str, float, _Interval, float]], title: str = "") -> Figure:
+def robustness_figure(results: Sequence[tuple[str, float, Estimate, float]], title: str = "") -> Figure:
     """Draw how many frames a detector gets right over the amount of each disturbance."""
     names = list(dict.fromkeys(name for name, *_ in results))
     figure, panels = figure_grid(
@@ -109,7 +99,7 @@ def robustness_figure(results: Sequence[tuple[str, float, _Interval, float]], ti
     return figure
 
 
-def _estimates(places: Sequence[float], values: Sequence[_Interval]) -> tuple[Floats, Floats, Floats]:
+def _estimates(places: Sequence[float], values: Sequence[Estimate]) -> tuple[Floats, Floats, Floats]:
     """Return places and values (n,) and the ends of their intervals (2, n), without what has no value."""
     rows = [
         (x, value.value, value.low, value.high)
@@ -121,7 +111,7 @@ def _estimates(places: Sequence[float], values: Sequence[_Interval]) -> tuple[Fl
 
 
 def _draw_estimates(
-    axes: Axes, places: Sequence[float], values: Sequence[_Interval], style: str, colour: str
+    axes: Axes, places: Sequence[float], values: Sequence[Estimate], style: str, colour: str
 ) -> list[Line2D]:
     """Draw values with bars for their intervals; return the line."""
     position, centre, ends = _estimates(places, values)
