@@ -1,10 +1,11 @@
 """A detector that ships: it learns from no trials and knows no layout; what it needs it takes from the clip itself.
 
-As long as all sticks, markers move in one pattern that grows: the rigid motion of the contact, and how the sensor
-yields to it (Dong et al. 2019 take the rigid motion alone). The pattern is that of the first motion from rest. Slip
-begins where a share of the markers leaves it by more than they do at rest. It is gross where the markers spring back,
-faster than they were ever carried along. A motion that is not rigid from its start is no slide but a press; where the
-sensor then rests, the next one begins.
+As long as all sticks, markers move in one pattern that grows: a motion as one, and how the sensor yields to it (Dong et
+al. 2019 take a rigid motion alone). Motions as one are those of a plane that a moving camera sees, so that no wall and no
+camera that shakes slips; few markers determine that of a rigid plane alone. Both are fitted to the markers that agree.
+How the sensor yields is seen in the first motion from rest. Slip begins where a share of the markers leaves the pattern
+by more than they do at rest. It is gross where the markers spring back, faster than they were ever carried along. A
+motion that is not rigid from its start is no slide but a press; where the sensor then rests, the next one begins.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from fingerslip.parameters import NonNegativeNumber, Number, parameters
 from fingerslip.tables.table import Cell, Column, Missing, Table
 from fingerslip.vision.fields import fit_rigid_motions
 from fingerslip.vision.tracking.layouts import nearest_neighbours
-from fingerslip.vision.tracking.track import FEWEST, STIRRED, rest_length
+from fingerslip.vision.tracking.track import FEWEST, STIRRED, lagging_markers, rest_length
 from fingerslip.vision.tracking.tracker import SeenMarkers
 
 if TYPE_CHECKING:
@@ -46,6 +47,8 @@ _CLEAR, _FIRST = 10.0, 0.05
 _WINDOW = 5  # frames over which markers spring back
 _STILL = 0.5  # time that markers have to stay where they are to rest again [s]
 _RIGID = 0.3  # share of the first motion of a slide that is not rigid, at most
+_MANY = 20  # markers that determine the motion of a plane before a camera
+_ROUNDS = 4  # in which markers lose their weight as far as they left the pattern
 
 
 @parameters
@@ -75,8 +78,8 @@ class Slide:
 class ResidualFinding(Finding):
     """What the detector says at one time, and why; `onsets` are the first of all slides."""
 
-    share: float  # share of the markers that are seen and have left the pattern [-]
-    # (n_markers, 2), what the pattern leaves, in units of the limit; NaN where not seen
+    share: float  # share of the markers that are seen, move with the sensor, and have left the pattern [-]
+    # (n_markers, 2), what the pattern leaves, in units of the limit; NaN where not seen or no part of the sensor
     residual: Floats = field(repr=False)
     displacement: float  # root mean square since rest, in the unit of the positions
     slides: tuple[Slide, ...]  # so far
@@ -129,6 +132,7 @@ class ResidualDetector(FrameByFrame[ResidualFinding]):
         """Count all motion from markers at rest (n, 2), until they rest again."""
         self._rest, self._is_moving = rest, False
         self._pattern = np.zeros_like(rest)  # what the sensor yields to the first motion
+        self._still: Flags = np.zeros(len(rest), dtype=bool)  # which do not go with their neighbours: reflections
         self._first: deque[Floats] = deque(maxlen=_MOST)
         self._means: deque[Floats] = deque(maxlen=_WINDOW + 1)
         self._steps: deque[float] = deque(maxlen=3 * _WINDOW)
@@ -145,14 +149,13 @@ class ResidualDetector(FrameByFrame[ResidualFinding]):
         residual, left = np.full(frame.position.shape, np.nan), np.zeros_like(moved)
         if not self._is_moving:
             self._start(frame.time, moved, displacement)
-        if self._is_moving and not self._slides[-1].is_press and visible.any():
+        counted = visible & ~self._still
+        if self._is_moving and not self._slides[-1].is_press and counted.any():
             limit = max(settings.noise * self._noise, settings.growth * displacement)
-            rest, square = self._less_rigid(moved), float((self._pattern**2).sum())
-            of_pattern = float((rest * self._pattern).sum()) / square if square else 0.0
-            left = (rest - of_pattern * self._pattern) / limit
-            share = float((np.linalg.norm(left[visible], axis=1) > 1.0).mean())
+            left = self._less_pattern(moved, counted, limit)
+            share = float((np.linalg.norm(left[counted], axis=1) > 1.0).mean())
             self._watch(frame.time, share, self._is_back(moved.mean(axis=0)))
-        residual[self._chosen] = np.where(visible[:, None], left, np.nan)
+        residual[self._chosen] = np.where(counted[:, None], left, np.nan)
         self._rest_again(frame.time, self._rest + moved)
         onsets = self._first_onsets()
         odds = _log_odds(sureness(share)), _log_odds(GROSS_RIGHT if onsets.gross is not None else 0.0)
@@ -167,14 +170,33 @@ class ResidualDetector(FrameByFrame[ResidualFinding]):
         elif self._stirred is None:
             self._stirred = time
         if displacement > self._clear:
+            self._still = lagging_markers(self._rest, moved[None], 0.5 * self._clear)
             self._pattern = self._less_rigid(np.mean(self._first, axis=0))
             self._is_moving, self._clear_since = True, time
             start = time if self._stirred is None else self._stirred
             self._slides.append(Slide(start, _rms(self._less_rigid(moved)) > _RIGID * displacement))
 
     def _less_rigid(self, moved: Floats) -> Floats:
-        residual: Floats = fit_rigid_motions(self._rest, (self._rest + moved)[None]).residual[0]
-        return residual
+        position = np.where(self._still[:, None], np.nan, self._rest + moved)
+        return np.nan_to_num(fit_rigid_motions(self._rest, position[None]).residual[0])
+
+    def _less_pattern(self, moved: Floats, counted: Flags, limit: float) -> Floats:
+        """Return what the pattern leaves of displacements (n, 2), in limits; those that are counted (n,) make it."""
+        middle, size = self._rest.mean(axis=0), float(np.ptp(self._rest, axis=0).max())
+        x, y = ((self._rest - middle) / size).T
+        one, none = np.ones_like(x), np.zeros_like(x)
+        columns = [(one, none), (none, one), (x, y), (-y, x)]
+        if counted.sum() >= _MANY:
+            seen_x, seen_y = ((self._rest + moved - middle) / size).T
+            columns += [(x, -y), (y, x), (x * seen_x, x * seen_y), (y * seen_x, y * seen_y)]
+        basis = np.array([*columns, self._pattern.T]).transpose(2, 1, 0)
+        weights, left = counted.astype(np.float64), moved
+        for _ in range(1 + _ROUNDS):
+            root = np.sqrt(weights)
+            rows = (root[:, None, None] * basis).reshape(2 * len(moved), -1)
+            left = moved - basis @ np.linalg.lstsq(rows, (root[:, None] * moved).ravel(), rcond=None)[0]
+            weights = counted / (1.0 + (left**2).sum(axis=1) / limit**2)
+        return left / limit
 
     def _is_back(self, mean: Floats) -> bool:
         """Tell whether markers sprang back, by their mean displacement (2,)."""

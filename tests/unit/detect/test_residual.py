@@ -74,6 +74,35 @@ def test_nothing_is_found_where_all_sticks():
     assert (slide.is_press, slide.onsets.first) == (False, None)
 
 
+def stray(displacement: np.ndarray) -> None:
+    """One marker in a corner is taken for something else."""
+    displacement[60:, 0] += (25.0, -20.0)
+
+
+def shake(displacement: np.ndarray) -> None:
+    """The camera turns, comes nearer and tilts."""
+    shaking, (x, y) = path((30, 0.0), (50, 1.0), (20, 1.0))[:, None], 60.0 * SPREAD.T
+    turned = x + 0.1 * shaking * (x + y), y + 0.1 * shaking * (y - x)
+    displacement += np.stack([place / (1.0 + 5e-4 * shaking * x) for place in turned], axis=2) - 60.0 * SPREAD
+
+
+def reflect(displacement: np.ndarray) -> None:
+    """An eighth of the markers are reflections, which stay; then the sensor turns aside."""
+    aside = path((70, 0.0), (20, 8.0), (10, 8.0))[:, None, None] * np.array([0.0, 1.0])
+    displacement += aside
+    displacement[:, [3, 10, 21, 34, 44, 47]] = 0.0
+
+
+@pytest.mark.parametrize("fault", [stray, shake, reflect])
+def test_what_no_sensor_does_is_no_slip(fault):
+    displacement = path((20, 0.0), (60, 12.0), (20, 12.0))[:, None, None] * ALONG
+    fault(displacement)
+    findings = detect_residual(moved(displacement), SETTINGS)
+    (slide,) = slides_of(findings)
+    assert (slide.is_press, slide.onsets.first) == (False, None)
+    assert findings[-1].share < 0.1
+
+
 def test_a_press_is_not_judged_and_a_slide_behind_it_is():
     press = path((20, 0.0), (10, 6.0), (40, 6.0), (90, 6.0), (20, 6.0))[:, None, None] * SPREAD
     slide = path((20, 0.0), (10, 0.0), (40, 0.0), (60, 12.0), (30, 18.0), (20, 18.0))[:, None, None] * ALONG

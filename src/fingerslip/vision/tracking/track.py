@@ -356,9 +356,16 @@ def still_markers(position: Floats) -> Flags:
     Motion of positions (n_frames, n_markers, 2) [px] counts from where they rest, whatever reference the tracks have.
     """
     reference: Floats = np.ma.masked_invalid(position[: rest_length(position)]).mean(axis=0).filled(np.nan)
+    return lagging_markers(reference, position - reference, _MOVING)
+
+
+def lagging_markers(reference: Floats, displacement: Floats, least: float) -> Flags:
+    """Tell which markers (n,) stay while their neighbours are displaced by at least so much.
+
+    Arrays: reference (n, 2), displacement (n_frames, n, 2).
+    """
     still = np.zeros(len(reference), dtype=bool)
     seen_at_rest = np.isfinite(reference).all(axis=1)
-    displacement = position - reference
     moved = _largest(displacement)
     while True:
         # Reflections have reflections beside them, so those that are found are neighbours no more.
@@ -369,7 +376,7 @@ def still_markers(position: Floats) -> Flags:
         frames = displacement[:, chosen]
         expected = [expected_displacement(each, np.isfinite(each).all(axis=1), neighbours)[0] for each in frames]
         of_neighbours = _largest(np.stack(expected))
-        lagging = (of_neighbours > _MOVING) & (moved[chosen] < _STILL * of_neighbours)
+        lagging = (of_neighbours > least) & (moved[chosen] < _STILL * of_neighbours)
         if not lagging.any():
             return still
         still[chosen[lagging]] = True
