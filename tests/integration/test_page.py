@@ -114,6 +114,10 @@ def test_page_is_accessible_its_words_are_apart_and_its_tables_in_sight(page):
     pairs = itertools.combinations(zip(words, shapes, strict=True), 2)
     found = [(one["text"], two["text"]) for (one, first), (two, second) in pairs if first.intersects_path(second)]
     assert found == []
+    hidden = "table => table.scrollWidth > table.clientWidth + 1"
+    for caption in ("Slip events from", "What was run"):
+        for table in page.locator(".table", has=page.locator("caption", has_text=caption)).all():
+            assert not table.evaluate(hidden), "no column is covered or out of sight"
     page.evaluate("document.querySelectorAll('details').forEach((part) => { part.open = true; })")
     cells = page.locator("tr > :nth-last-child(-n+2)", has_text=re.compile(r"^(overall|latency) \["))
     assert cells.count() >= 6

@@ -217,7 +217,13 @@ def spike_notes(kinds: Iterable[str], beyond: Mapping[str, float], history: xr.D
     """Say which recorded types are left out of some, and which respond to more than the records resolve."""
     recorded = dict.fromkeys(kind for kind in map(str, site_kinds(history)) if kind in RECEPTOR_KINDS)
     absent = [kind for kind in recorded if kind not in {*kinds, *resolved_afferents(history)}]
-    left_out = f"{', '.join(absent)} left out: vibrations need finer steps, and a body with damping"
+    models, fastest = human_afferents(), _OF_BANDWIDTH * record_bandwidth(history)
+    needs = {
+        "finer steps": any(models[kind].highest_frequency > fastest for kind in absent),
+        "a body with damping": not _is_damped(history),
+    }
+    lacking = " and ".join(words for words, is_needed in needs.items() if is_needed)
+    left_out = f"{', '.join(absent)} left out: vibrations need {lacking}"
     types = ", ".join(f"{kind} ({highest:.0f} Hz)" for kind, highest in beyond.items())
     unresolved = f"{types} respond to more than the {record_bandwidth(history):.3g} Hz that records resolve"
     return [*[left_out] * bool(absent), *[unresolved] * bool(beyond)]
@@ -355,6 +361,10 @@ def answering_models(
 _OF_BANDWIDTH = 2.0
 
 
+def _is_damped(history: xr.Dataset) -> bool:
+    return any(np.any(history[name].values) for name in ("damping_dissipation", "viscous_dissipation"))
+
+
 def resolved_afferents(
     history: xr.Dataset, models: Mapping[str, AfferentModel] | None = None
 ) -> dict[str, AfferentModel]:
@@ -364,8 +374,7 @@ def resolved_afferents(
     highest frequency, and a body with damping: without it, it chatters as no tissue does. :func:`spike_notes` names
     every type beyond the records.
     """
-    damped = any(np.any(history[name].values) for name in ("damping_dissipation", "viscous_dissipation"))
-    highest = _OF_BANDWIDTH * record_bandwidth(history) if damped else 0.0
+    highest = _OF_BANDWIDTH * record_bandwidth(history) if _is_damped(history) else 0.0
     every = human_afferents() if models is None else models
     _check_models(every)
     return {

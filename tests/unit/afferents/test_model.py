@@ -16,11 +16,13 @@ from fingerslip.afferents.model import (
     available_spikes,
     human_afferents,
     resolved_afferents,
+    spike_notes,
     spikes_of,
 )
 from fingerslip.afferents.signals import STIMULI, BandwidthWarning, warn_beyond
 from fingerslip.sites import RECEPTOR_KINDS
 from problems.pushed import push_and_slide
+from unit.report.scenes import block_history
 
 SITES = (
     fs.Site("SA-I-01", "SA-I", (0.0, 2e-3)),
@@ -191,3 +193,19 @@ def test_every_type_ships_with_a_known_stimulus_and_a_source_for_every_value():
         assert kind in RECEPTOR_KINDS
         assert model.stimulus in STIMULI
         assert {row.source for row in AFFERENTS.table(kind.lower())} <= {"assumed", "saal2017"}
+
+
+@pytest.mark.parametrize(
+    ("step", "damping", "needs"),
+    [
+        (1.0, 0.0, "finer steps and a body with damping"),
+        (1.0, 1.0, "finer steps"),
+        (1e-3, 0.0, "a body with damping"),
+        (1e-3, 1.0, None),
+    ],
+)
+def test_a_type_that_is_left_out_says_what_it_lacks_and_no_more(step, damping, needs):
+    history = block_history("Q4")
+    history = history.assign(damping_dissipation=history["damping_dissipation"] + damping)
+    history = history.assign_coords(time=step * history["time"].values)
+    assert spike_notes((), {}, history) == ([f"FA-II left out: vibrations need {needs}"] if needs else [])

@@ -123,15 +123,20 @@ def _frames(history: xr.Dataset, events: Mapping[str, float]) -> list[int]:
     return sorted({int(np.abs(times - moment).argmin()) for moment in (*wanted, *events.values())})
 
 
+# How lines differ from others of their colour, as in figures [px].
+_WIDTHS: Mapping[str, float] = {HAS_SLIPPED: 2.6, SLIPS: 0.9}
+_DASHES: Mapping[str, Sequence[float]] = {"tangential": [6, 3]}
+
+
 def _panels(history: xr.Dataset, records: NDArray[np.intp], arrays: Arrays) -> list[dict[str, Any]]:
     """Return the panels of signals; their values are added to the arrays."""
     forces = contact_forces(history)
     signals: dict[str, dict[str, tuple[Floats, str]]] = {
-        "force [N]": {"normal": (forces.normal, palette.BLACK), "tangential": (forces.friction, palette.GREY)},
+        "force [N]": {"normal": (forces.normal, palette.BLACK), "tangential": (forces.friction, palette.BLACK)},
         "ratio, fraction": {
             "tangential / normal force": (forces.ratio(PRESSED), palette.BLACK),
             HAS_SLIPPED: (slipped_share(history), palette.ORANGE),
-            SLIPS: (slipping_fraction(history).values, palette.GREY),
+            SLIPS: (slipping_fraction(history).values, palette.ORANGE),
         },
     }
     if not is_solid(history) and sites_of_kinds(history, RECEPTOR_KINDS).size:
@@ -145,7 +150,8 @@ def _panels(history: xr.Dataset, records: NDArray[np.intp], arrays: Arrays) -> l
         entries = []
         for index, (name, (values, colour)) in enumerate(lines.items()):
             arrays[f"signal{number}-{index}"] = values[records].astype(np.float32)
-            entries.append({"name": name, "colour": colour, "array": f"signal{number}-{index}"})
+            look = {"width": _WIDTHS.get(name, 1.6), "dash": _DASHES.get(name, [])}
+            entries.append({"name": name, "colour": colour, "array": f"signal{number}-{index}", **look})
         panels.append({"label": label, "lines": entries})
     return panels
 

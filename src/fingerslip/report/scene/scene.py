@@ -253,7 +253,8 @@ def _look(name: str, history: xr.Dataset, options: SceneOptions, limits: tuple[f
     bar = {"title": SCALARS[options.scalar][0], **_BAR, **_FONTS}
     look = {**shared, "scalars": options.scalar, "clim": limits, "cmap": palette.FIELD_MAP}
     look |= {"scalar_bar_args": bar} if options.written else {"show_scalar_bar": False}
-    return {**look, "ambient": 0.65, "diffuse": 0.4}
+    # Without light: colours are those of the bar.
+    return {**look, "lighting": False}
 
 
 def _label_bars(plotter: Any, top: float) -> None:

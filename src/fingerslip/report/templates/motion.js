@@ -100,7 +100,7 @@ class Plots {
   texts(measure, { label, lines }) {
     const right = this.width - this.right, wide = (text) => measure.measureText(text).width;
     const found = [{ text: label, at: this.left, line: 0, wide: wide(label) }];
-    const entries = lines.map(({ name, colour }) => ({ text: name, colour, wide: wide(name) + KEY }));
+    const entries = lines.map((line) => ({ ...line, text: line.name, wide: wide(line.name) + KEY }));
     const all = entries.reduce((sum, entry) => sum + entry.wide + GAP, -GAP), beside = right - all;
     let line = 0, at = beside;
     if (beside < this.left + found[0].wide + GAP) [line, at] = [1, this.left];
@@ -146,9 +146,9 @@ class Plots {
     const values = row.lines.flatMap((line) => Array.from(this.run[line.array]).filter(Number.isFinite));
     const low = Math.min(0, ...values), high = Math.max(...values, low + 1e-9) * 1.04;
     const y = this.frame(row, low, high), draw = this.draw2d;
-    draw.lineWidth = 1.6;
     for (const line of row.lines) {
-      draw.strokeStyle = line.colour;
+      [draw.strokeStyle, draw.lineWidth] = [line.colour, line.width];
+      draw.setLineDash(line.dash);
       draw.beginPath();
       let pen = false;
       this.run[line.array].forEach((value, i) => {
@@ -158,6 +158,7 @@ class Plots {
       });
       draw.stroke();
     }
+    draw.setLineDash([]);
     draw.lineWidth = 1;
   }
 
@@ -166,16 +167,19 @@ class Plots {
     const draw = this.draw2d;
     draw.textAlign = "left";
     draw.textBaseline = "middle";
-    for (const { text, colour, at, line, wide } of row.texts) {
+    for (const { text, colour, at, line, wide, width, dash } of row.texts) {
       const middle = row.heading + LINE * (line + 0.5);
       draw.fillStyle = "#fff";
       draw.fillRect(at - 2, middle - LINE / 2, wide + 4, LINE);
       draw.fillStyle = colour ? "#333" : "#000";
       draw.fillText(text, at + (colour ? KEY : 0), middle);
       if (!colour) continue;
-      draw.fillStyle = colour;
-      draw.fillRect(at, middle - 1.5, KEY - 4, 3);
+      [draw.strokeStyle, draw.lineWidth] = [colour, 1.2 * width];
+      draw.setLineDash(dash);
+      draw.beginPath(); draw.moveTo(at, middle); draw.lineTo(at + KEY - 4, middle); draw.stroke();
+      draw.setLineDash([]);
     }
+    draw.lineWidth = 1;
   }
 
   timeAxis(top) {

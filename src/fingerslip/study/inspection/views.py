@@ -18,6 +18,7 @@ from fingerslip.parameters import from_mapping
 from fingerslip.published import published_set
 from fingerslip.report.content import MOST_RUNS, OF_RUNS, OF_STUDIES, STYLES, RunSubject, StudySubject, check_times
 from fingerslip.report.labels import run_title
+from fingerslip.report.scene.names import CAMERAS, CUTS, FIELDS
 from fingerslip.report.scene.options import SceneOptions, Served, require_free
 from fingerslip.report.tables.runs import swept_paths
 from fingerslip.results import HISTORY, RESULT, stored_result, without_results
@@ -240,10 +241,19 @@ def _run_subject(folder: Path, choice: FigureChoice) -> RunSubject:
     opened = (
         {"cut": middle_cut(history), "receptors": False} if is_solid(history) and "camera" not in choice.options else {}
     )
-    options = from_mapping(SceneOptions, {"written": False, **opened, **choice.options}, "figure")
+    options = _scene_options({"written": False, **opened, **choice.options}, "figure")
     times = tuple(time_of_run(history, time, "figure: --time") for time in choice.times)
     title = run_title(result, "") if choice.kind in TITLED and choice.run else ""
     return RunSubject(history, result.events, options, times, title=title)
+
+
+def _scene_options(options: Mapping[str, Any], command: str) -> SceneOptions:
+    """Return what a command line wants of a scene; messages name its options."""
+    for name, allowed in {"scalar": FIELDS, "cut": CUTS, "camera": CAMERAS}.items():
+        if (value := options.get(name, allowed[0])) not in allowed:
+            option = "field" if (command, name) == ("figure", "scalar") else name
+            raise InputError(f"{command}: --{option}", f"got '{value}'", f"needs one of {', '.join(allowed)}")
+    return from_mapping(SceneOptions, dict(options), command)
 
 
 def _write_film(subject: RunSubject, path: Path, choice: FigureChoice) -> Path:
@@ -270,7 +280,7 @@ def view_result(
     served: Served | None = None,
 ) -> tuple[Path, ...]:
     """Show a stored run."""
-    chosen = from_mapping(SceneOptions, dict(options), "view")
+    chosen = _scene_options(options, "view")
     if served is not None:
         require_free(served)
     history = _stored_history(Path(target))

@@ -7,6 +7,7 @@ import zlib
 import numpy as np
 import pytest
 
+from fingerslip.report.colours import ORANGE
 from fingerslip.report.page.motion import (
     language,
     pack_arrays,
@@ -72,6 +73,12 @@ def test_a_run_without_snapshots_has_no_body_and_its_events_are_named():
     arrays = unpack_arrays(motion)
     assert arrays["states"].shape == (arrays["times"].size, arrays["along"].size)
     assert [panel["label"] for panel in motion["panels"]][:2] == ["force [N]", "ratio, fraction"]
+    looks = {line["name"]: line for panel in motion["panels"] for line in panel["lines"]}
+    slips, slipped = looks["slips now"], looks["has slipped by more than 20 \N{MICRO SIGN}m"]
+    assert slips["colour"] == slipped["colour"] == ORANGE, "as in figures, the thinner what slips now"
+    assert slips["width"] < slipped["width"]
+    assert looks["normal"]["colour"] == looks["tangential"]["colour"]
+    assert (looks["normal"]["dash"], len(looks["tangential"]["dash"])) == ([], 2)
     for panel in motion["panels"]:
         assert all(arrays[line["array"]].size == arrays["times"].size for line in panel["lines"])
 

@@ -155,6 +155,12 @@ def test_within_the_contact_and_its_stick_zone_levels_are_above_zero_and_nowhere
     assert scene._level(pressed > 0.0, pressed, speed, row).tolist() == pytest.approx([4 / 3, 2 / 3, -2 / 3, -4 / 3])
 
 
+def test_fields_have_the_colours_of_their_bar_whatever_their_direction(history):
+    for scalar, is_lit in (("von_mises", False), ("region", True)):
+        actors = drawn(history, scalar=scalar).actors
+        assert actors["layer skin"].prop.lighting == is_lit
+
+
 def test_no_slip_is_drawn_between_what_sticks_and_what_is_open(history):
     patch = contact_patch(history)
     x, y, _ = history["contact_position"].values.T

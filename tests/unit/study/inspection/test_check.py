@@ -353,6 +353,12 @@ RUN, MIDDLE = "friction_coefficient-0.2", "friction_coefficient-0.4"
         (RUN, FigureChoice("composed", times=("99 s",)), None, "--time: got 99 s, needs a time of the run, 0 to"),
         (RUN, FigureChoice("forces", run="x"), None, "--run: got 'x' with the folder of a run, needs the folder of"),
         (RUN, FigureChoice("detector"), None, "has no hold before its slide, needs markers at rest first; write hold"),
+        (
+            RUN,
+            FigureChoice("composed", options={"scalar": "strain"}),
+            None,
+            "figure: --field: got 'strain', needs one of",
+        ),
         (RUN, FigureChoice("film"), "film.avi", "--output: got '.*film.avi', needs a name that ends in .mp4"),
     ],
 )
@@ -412,7 +418,7 @@ def test_of_several_runs_one_has_to_be_chosen_and_a_folder_without_runs_is_refus
 
 @pytest.mark.parametrize(
     ("options", "time", "message"),
-    [({"scalar": "stress"}, "", "view: scalar"), ({"cut": "q"}, "", "view: cut"), ({}, "1.2", "view: --time")],
+    [({"scalar": "stress"}, "", "view: --scalar"), ({"cut": "q"}, "", "view: --cut"), ({}, "1.2", "view: --time")],
 )
 def test_wrong_options_are_refused_before_anything_is_drawn(study, tmp_path, options, time, message):
     with pytest.raises(fs.InputError, match=message):
