@@ -56,7 +56,7 @@ class AfferentModel(Protocol):
         """Return the spike times [s] of each receptor, from times (n,) [s] and the stimulus (n, k) in SI units."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Spikes:
     """Spikes of some afferents.
 
@@ -78,6 +78,12 @@ class Spikes:
     start: float
     end: float
     beyond: Mapping[str, float] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        trains = [(kind, time.size) for kind, time in zip(self.kinds, self.times, strict=True)]
+        counts = {kind: [size for other, size in trains if other == kind] for kind in dict.fromkeys(self.kinds)}
+        listed = ", ".join(f"{len(sizes)} {kind} with {sum(sizes)} spikes" for kind, sizes in counts.items())
+        return f"Spikes({listed or 'no afferents'}, {self.start:g} to {self.end:g} s)"
 
     def to_dataframe(self) -> pd.DataFrame:
         """Return a row for each spike: `site`, `kind` and `time` [s]."""

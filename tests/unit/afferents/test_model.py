@@ -95,6 +95,7 @@ def test_vibrations_are_asked_for_where_ten_records_a_period_and_a_damped_body_r
 
 def test_rates_count_spikes_per_second_and_afferent():
     spikes = Spikes(("a", "b"), ("SA-I", "SA-I"), (np.array([0.05, 0.15, 0.16]), np.array([0.17])), 0.0, 0.2)
+    assert repr(spikes) == "Spikes(2 SA-I with 4 spikes, 0 to 0.2 s)", "and not thousands of times"
     rates = spikes.rates(0.1)
     np.testing.assert_allclose(rates.sel(kind="SA-I"), [5.0, 15.0])
     np.testing.assert_allclose(rates.time, [0.05, 0.15])
