@@ -232,7 +232,7 @@ def _compute_apart(
 def in_worker(function: Callable[..., None], *arguments: Any) -> None:
     """Call a function in a process like those that compute, which has loaded what draws."""
     context = multiprocessing.get_context(_METHOD)
-    with ProcessPoolExecutor(1, context, initializer=_begin_worker, initargs=(None, None)) as pool:
+    with ProcessPoolExecutor(1, context, initializer=_begin_worker, initargs=(None, context.RawValue("b", 0))) as pool:
         with hold_interrupts(), without_main_module():
             future = pool.submit(function, *arguments)
         try:

@@ -12,7 +12,7 @@ import subprocess
 import sys
 import threading
 import time
-from concurrent.futures import Future
+from concurrent.futures import Future, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from importlib import metadata
 from pathlib import Path
@@ -302,6 +302,20 @@ def test_a_worker_that_nobody_ends_ends_by_itself(monkeypatch):
     assert not ended.wait(0.05)
     stop.value = 1
     assert ended.wait(10.0)
+
+
+def test_a_worker_for_one_function_has_what_tells_it_to_stop(monkeypatch):
+    given, called = [], []
+
+    class Pool(ThreadPoolExecutor):
+        def __init__(self, workers, _, initializer, initargs):
+            given.append((initializer, *initargs))
+            super().__init__(workers)
+
+    monkeypatch.setattr(compute, "ProcessPoolExecutor", Pool)
+    compute.in_worker(called.append, 1)
+    ((initializer, _, stop),) = given
+    assert (initializer, stop.value, called) == (compute._begin_worker, 0, [1])
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
