@@ -323,6 +323,7 @@ def test_what_is_stored_is_not_asked_again(few, tmp_path, monkeypatch):
     stored = partial(inquiries.sensitivity_of, few, [AS_IT_IS], [CLOCK], replace(SAMPLING, least=0.0), **options)
     (first,) = stored()
     monkeypatch.setattr(Evaluation, "fit", None)
+    monkeypatch.setattr(inquiries, "_label", None)  # no trial is read again
     (second,) = stored()
     assert (first.incipient, first.gross) == (second.incipient, second.gross)
     assert np.array_equal(first.matrices["time_threshold"], second.matrices["time_threshold"])

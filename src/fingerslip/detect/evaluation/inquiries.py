@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from fingerslip.arrays import Floats, Singles
-from fingerslip.detect.classifiers import Candidate, probabilities, union_of_sets
+from fingerslip.detect.classifiers import Candidate, describe, probabilities, union_of_sets
 from fingerslip.detect.evaluation.crossval import Evaluation, begin_evaluation, parts_beside
 from fingerslip.detect.evaluation.figures import (
     assumption_figure,
@@ -286,13 +286,21 @@ def sensitivity_of(
     """Yield what classifiers come to with each assumption, on trials that they have not seen."""
     for (motion, _), same in itertools.groupby(assumptions, lambda entry: (entry.motion, entry.noise)):
         group, settings = list(same), FeatureSettings(union_of_sets(candidates), motion)
-        labelled = _label(trials, group, settings, sampling, seed)
-        for assumption, (samples, onsets) in zip(group, labelled, strict=True):
+        labelled: list[tuple[Samples, dict[str, Onsets]]] = []
+        for number, assumption in enumerate(group):
             parts = parts_beside(output, trials.digest, asdict(sampling), assumption.inputs)
-            run = Evaluation(trials, onsets, samples, motion, seed, workers, parts=parts)
-            tests = grouped_folds(samples.trials, folds, seed)
-            matrices = {entry.name: run.matrices(run.by_group(entry, tests)) for entry in candidates}
-            yield Sensitivity(assumption, matrices, *np.nanmedian(times_of(onsets.values()), axis=0).tolist())
+            inputs = [[entry.name, *describe(entry, seed)] for entry in candidates], folds, seed
+            stored = parts.read("sensitivity", inputs)
+            if stored is None:
+                labelled = labelled or _label(trials, group, settings, sampling, seed)
+                samples, onsets = labelled[number]
+                run = Evaluation(trials, onsets, samples, motion, seed, workers, parts=parts)
+                tests = grouped_folds(samples.trials, folds, seed)
+                matrices = np.array([run.matrices(run.by_group(entry, tests)) for entry in candidates])
+                times = np.nanmedian(times_of(onsets.values()), axis=0)
+                stored = parts.write("sensitivity", inputs, {"matrices": matrices, "times": times})
+            by_name = {entry.name: matrix for entry, matrix in zip(candidates, stored["matrices"], strict=True)}
+            yield Sensitivity(assumption, by_name, *stored["times"].tolist())
 
 
 def _label(
@@ -379,9 +387,9 @@ def vary(
 
     The trials in the folder `dataset` stay as they are: they are labelled by their external markers, and their motion
     is read, with other values. Accuracies are listed by each of the `conditions`, too; the trials of each value, or
-    combination of values, of the conditions `each` are learned from and tested on alone. Fits are kept in
-    ``OUTPUT.unfinished`` until tables and figure are in the folder `output`, and what was interrupted goes on with
-    them, after it has read the trials again.
+    combination of values, of the conditions `each` are learned from and tested on alone. Fits and accuracies are kept
+    in ``OUTPUT.unfinished`` until tables and figure are in the folder `output`, and what was interrupted goes on with
+    them; trials are read again for what is not there.
     """
     trials, candidates = open_trials(dataset), [candidate_of_name(name) for name in classifiers]
     # A condition that is not there is told before anything is computed.
