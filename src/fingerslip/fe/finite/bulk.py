@@ -108,8 +108,8 @@ class LargeStrain:
 
     def energy(self, state: Deformed) -> float:
         """Return the strain energy, in bodies that relax what springs store [J]."""
-        every = np.arange(self.weights.size)
-        return float(self.weights.ravel() @ self.energy_densities(state, every))
+        energy = float(self.weights.ravel() @ self._point_densities(state, np.arange(self.weights.size)))
+        return energy if self.volumes is None else energy + float(self.volumes.size @ self._group_densities(state))
 
     def energy_densities(self, state: Deformed, points: Integers) -> Floats:
         """Return the strain energy per reference volume [J/m^3] at quadrature points (k,), shape (k,).
@@ -117,29 +117,25 @@ class LargeStrain:
         That of a group with a mean volume is spread evenly over its points.
         """
         density = self._point_densities(state, points)
-        if self.volumes is None or state.mean_volume is None:
-            return density
-        mean = self._selective_energy(np.log(state.mean_volume), 0, of=1)
+        if self.volumes is not None:
+            density += (self._spread @ self._group_densities(state))[points]
+        return density
+
+    def _group_densities(self, state: Deformed) -> Floats:
+        """Return what groups with a mean volume store, shape (n_groups,) [J/m^3]."""
+        density = self._selective_energy(np.log(np.asarray(state.mean_volume)), 0, of=1)
         if state.history is not None and self.relaxation is not None:
             for number, (_, _, groups) in enumerate(self._parts()):
                 dashpots = [dashpot[groups] for dashpot in state.history.group_dashpots]
                 constants, values = self.relaxation.constants[number], state.history.groups[groups]
-                mean[groups] += selective_excess(constants, self.materials.formulation, values, dashpots)
-        spread = self._spread if len(points) == self.weights.size else self._spread[points]
-        density += spread @ mean
+                density[groups] += selective_excess(constants, self.materials.formulation, values, dashpots)
         return density
 
     def _point_densities(self, state: Deformed, points: Integers) -> Floats:
         """Return what points (k,) store beside their groups, shape (k,) [J/m^3]."""
-        density = np.empty(len(points))
-        number = self.materials.number[points // self.weights.shape[1]]
         if self._laws is not None and self.relaxation is None:
-            strains = state.log_strain[points]
-            every = len(points) == self.weights.size
-            density = (self._laws if every else self._laws.at(points)).energy(strains)
-            if self.volumes is not None:
-                density -= self._selective(state, 0)[points]
-            return density
+            return self._laws.energy(points, state.squared, state.log_strain, self._selective_moduli[0])
+        density, number = np.empty(len(points)), self._point_materials[points]
         for element, material in enumerate(self.materials.materials):
             strains = state.log_strain[points[number == element]]
             energy = material.stored_energy(strains)
@@ -236,10 +232,10 @@ class LargeStrain:
         slope = self._selective_energy(log_mean, 1, of=1)
         if state.left is not None:
             slope += state.left.moduli[self.volumes.material] * log_mean + state.left.group_offsets
-        slope *= self.volumes.size / mean
-        pressure = np.asarray((self.volumes.mean.T @ slope) / self.weights.ravel())
-        felt = 2 if self.materials.formulation == "plane_stress" else 3
-        stress[:, :felt] += (pressure * volume - self._selective(state, 1))[:, None]
+        pressure = self._spread @ (slope / mean)
+        added = pressure * volume - self._selective(state, 1)
+        for k in range(2 if self.materials.formulation == "plane_stress" else 3):
+            stress[:, k] += added
         return replace(state, stress=stress, mean_volume=mean, pressure=pressure)
 
     def _law(
@@ -344,8 +340,8 @@ class LargeStrain:
     @cached_property
     def _selective_moduli(self) -> tuple[Floats, Floats]:
         """Second derivatives of the selective energies of points and groups, where they do not change [Pa]."""
-        formulation = self.materials.formulation
-        moduli = np.array([law.at_rest().dilatational_modulus(formulation) for law in self.materials.materials])
+        laws, formulation = [law.at_rest() for law in self.materials.materials], self.materials.formulation
+        moduli = np.array([law.dilatational_modulus(formulation) if self.volumes else 0.0 for law in laws])
         return moduli[self._point_materials], moduli[self._group_materials]
 
     @cached_property

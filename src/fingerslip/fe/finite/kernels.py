@@ -275,7 +275,7 @@ def stiffness_of_cells(  # type: ignore[no-untyped-def]  # noqa: PLR0917
     turned, normal = np.empty((corners, dim)), np.empty((dim, dim))
     stretch, nominal = np.empty(dim), np.empty(dim)
     local, current = np.empty((dim * dim, corners * dim)), np.empty((dim, dim))
-    moduli = np.empty((dim * dim, dim * dim))
+    product, moduli = np.empty_like(local), np.empty((dim * dim, dim * dim))
     matrices[:] = 0.0
     for c in range(cells):
         for q in range(points):
@@ -294,7 +294,23 @@ def stiffness_of_cells(  # type: ignore[no-untyped-def]  # noqa: PLR0917
                     for i in range(dim):
                         for j in range(dim):
                             local[i * dim + j, a * dim + k] = current[k, i] * turned[a, j]
-            matrices[c] += weights[p] * (local.T @ (moduli @ local))
+            moduli *= weights[p]
+            _add_product(local, moduli, product, matrices[c])
+
+
+@numba.njit(cache=True, nogil=True)
+def _add_product(local, moduli, product, matrix):  # type: ignore[no-untyped-def]
+    """Add local^T moduli local in loops: each call of a library would cost more than so small a product."""
+    product[:] = 0.0
+    for row in range(len(moduli)):
+        for k in range(len(moduli)):
+            if moduli[row, k] != 0.0:
+                for column in range(local.shape[1]):
+                    product[row, column] += moduli[row, k] * local[k, column]
+    for row in range(len(matrix)):
+        for k in range(len(moduli)):
+            for column in range(len(matrix)):
+                matrix[row, column] += local[k, row] * product[k, column]
 
 
 @numba.njit(cache=True, nogil=True)
@@ -328,6 +344,31 @@ def _moduli(stretch, nominal, stress, tangent, positive, normal, moduli):  # typ
     for i in range(dim):
         for j in range(dim):
             moduli[i * dim + i, j * dim + j] = normal[i, j]
+
+
+@numba.njit(cache=True, nogil=True)
+def along_axes(points, deformation, squared, directions, principal, pairs, tensors):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    """Fill in tensors (k, m) with principal values (k, 3) along the stretched directions of points (k,).
+
+    `pairs` (m, 2) are the axes of the components; see :func:`strains` for the others.
+    """
+    dim = squared.shape[1]
+    axis = np.empty(dim)
+    tensors[:] = 0.0
+    for row in range(points.size):
+        p = points[row]
+        for k in range(dim):
+            for i in range(dim):
+                axis[i] = 0.0
+                for j in range(dim):
+                    axis[i] += deformation[p, i, j] * directions[p, j, k]
+            scale = principal[row, k] / squared[p, k]
+            for m in range(len(pairs)):
+                first, second = pairs[m]
+                if first < dim:
+                    tensors[row, m] += scale * axis[first] * axis[second]
+        if dim == 2:
+            tensors[row, 2] = principal[row, 2]
 
 
 @numba.njit(cache=True, nogil=True)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property, reduce
 from typing import Any
 
+import numba
 import numpy as np
 
 from fingerslip.arrays import Floats, Integers
@@ -34,9 +35,8 @@ class PointLaws:
 
     def stress(self, log_strain: Floats) -> Floats:
         """Return the principal Kirchhoff stresses (n, 3) [Pa] at logarithmic strains (n, 3)."""
-        log_volume = log_volume_of(log_strain)
-        total: Floats = reduce(np.add, (power for power, _ in self._powers(log_strain, log_volume)))
-        total += self._volume_stress(log_volume, total)[:, None]
+        total: Floats = reduce(np.add, (power for power, _ in self._powers(log_strain)))
+        _add_volume_stress(log_strain, self.moduli, self._offset, self.isochoric, total)
         return total
 
     def thickness(self, log_strain: Floats) -> Floats | None:
@@ -45,32 +45,22 @@ class PointLaws:
         # Where no law is isochoric, the powers across say all.
         needed = trial if self._is_isochoric else trial[:, 2:]
         for _ in range(_LIMIT):
-            log_volume = log_volume_of(trial)
-            powers = list(self._powers(needed, log_volume))
+            powers = list(self._powers(needed))
             total: Floats = reduce(np.add, (power for power, _ in powers))
             rates: Floats = reduce(np.add, (exponent * power for power, exponent in powers))
-            stress, stiffness = total[:, -1] + self._volume_stress(log_volume, total), rates[:, -1] + self.moduli
-            if self._is_isochoric:
-                stiffness += self.isochoric * (log_volume_of(rates) / 9.0 - rates[:, 2] * (2.0 / 3.0))
-            change = np.clip(stress / stiffness, -_LARGEST, _LARGEST)
-            trial[:, 2] -= change
-            if np.abs(change).max(initial=0.0) <= _LAST:
+            if _corrected(total, rates, self.moduli, self._offset, self.isochoric, trial):
                 return trial[:, 2]
         return None
 
-    def energy(self, log_strain: Floats) -> Floats:
-        """Return the energies (n,) [J/m^3] at logarithmic strains (n, 3)."""
-        log_volume = log_volume_of(log_strain)
-        energy = (0.5 * self.moduli * log_volume - self._offset) * log_volume
-        shape = self._shape(log_strain, log_volume)
-        for factor, exponent in zip(self.factors, self.exponents, strict=True):
-            energy += factor / exponent * log_volume_of(np.expm1(exponent[:, None] * shape))
-        return energy
+    def energy(self, points: Integers, squared: Floats, log_strain: Floats, selective: Floats) -> Floats:
+        """Return the energies (k,) [J/m^3] at points (k,) less those of selective moduli (n,) [Pa].
 
-    def at(self, points: Integers) -> PointLaws:
-        """Return the laws of some points (k,)."""
-        of_powers = self.factors[:, points], self.exponents[:, points]
-        return PointLaws(*of_powers, self.moduli[points], self.isochoric[points])
+        Squared stretches are (n, dim), logarithmic strains (n, 3).
+        """
+        energies = np.empty(points.size)
+        laws = self.factors, self.exponents, self.moduli, self.isochoric
+        _write_energies(points, *laws, selective, squared, log_strain, energies)
+        return energies
 
     @cached_property
     def _is_isochoric(self) -> bool:
@@ -82,22 +72,61 @@ class PointLaws:
         """What laws that are not isochoric take from the stress of the powers, shape (n,) [Pa]."""
         return np.asarray((1.0 - self.isochoric) * self.factors.sum(axis=0))
 
-    def _volume_stress(self, log_volume: Floats, total: Floats) -> Floats:
-        """Return what comes to powers (n, k) [Pa] in all directions, at ln J (n,), shape (n,) [Pa]."""
-        stress = self.moduli * log_volume - self._offset
-        return np.asarray(stress - self.isochoric * log_volume_of(total) / 3.0) if self._is_isochoric else stress
-
-    def _shape(self, log_strain: Floats, log_volume: Floats) -> Floats:
-        """Return x_i of strains (n, k), same shape [-]."""
-        return log_strain - (self.isochoric * log_volume / 3.0)[:, None] if self._is_isochoric else log_strain
-
-    def _powers(self, log_strain: Floats, log_volume: Floats) -> Iterator[tuple[Floats, Floats]]:
+    def _powers(self, log_strain: Floats) -> Iterator[tuple[Floats, Floats]]:
         """Yield every term at strains (n, k), shape (n, k) [Pa], and its exponents (n, 1) [-]."""
-        shape = self._shape(log_strain, log_volume)
+        if self._is_isochoric:
+            log_strain = log_strain - (self.isochoric * log_volume_of(log_strain) / 3.0)[:, None]
         for factor, exponent in zip(self.factors, self.exponents, strict=True):
-            power = np.exp(exponent[:, None] * shape)
+            power = exponent[:, None] * log_strain
+            np.exp(power, out=power)
             power *= factor[:, None]
             yield power, exponent[:, None]
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def _corrected(total, rates, moduli, offset, isochoric, trial):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    """Correct strains (n, 3) across the plane by powers and their rates (n, k); tell whether they were right before."""
+    last, right = total.shape[1] - 1, True
+    for p in range(len(trial)):
+        stress = total[p, last] + moduli[p] * (trial[p, 0] + trial[p, 1] + trial[p, 2]) - offset[p]
+        stiffness = rates[p, last] + moduli[p]
+        if last:
+            stress -= isochoric[p] * (total[p, 0] + total[p, 1] + total[p, 2]) / 3.0
+            mean = (rates[p, 0] + rates[p, 1] + rates[p, 2]) / 9.0
+            stiffness += isochoric[p] * (mean - rates[p, 2] * (2.0 / 3.0))
+        change = min(max(stress / stiffness, -_LARGEST), _LARGEST)
+        trial[p, 2] -= change
+        right &= np.abs(change) <= _LAST
+    return right
+
+
+@numba.njit(cache=True, nogil=True)
+def _add_volume_stress(log_strain, moduli, offset, isochoric, total):  # type: ignore[no-untyped-def]
+    """Add to powers (n, 3) [Pa] what strains (n, 3) make of the volume."""
+    for p in range(len(total)):
+        stress = moduli[p] * (log_strain[p, 0] + log_strain[p, 1] + log_strain[p, 2]) - offset[p]
+        stress -= isochoric[p] * (total[p, 0] + total[p, 1] + total[p, 2]) / 3.0
+        for k in range(3):
+            total[p, k] += stress
+
+
+@numba.njit(cache=True, nogil=True)
+def _write_energies(points, factors, exponents, moduli, isochoric, selective, squared, log_strain, energies):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    """Fill in the energies (k,) of laws at points (k,)."""
+    for row in range(points.size):
+        p = points[row]
+        volume = log_strain[p, 0] + log_strain[p, 1] + log_strain[p, 2]
+        averaged = volume if squared.shape[1] == 3 else log_strain[p, 0] + log_strain[p, 1]
+        energy = 0.5 * (moduli[p] * volume * volume - selective[p] * averaged * averaged)
+        for term in range(len(factors)):
+            growth, exponent = 0.0, exponents[term, p]
+            for k in range(3):
+                if exponent == 2.0 and not isochoric[p] and k < squared.shape[1]:
+                    growth += squared[p, k] - 1.0
+                else:
+                    growth += np.expm1(exponent * (log_strain[p, k] - isochoric[p] * volume / 3.0))
+            energy += factors[term, p] * (growth / exponent - (1.0 - isochoric[p]) * volume)
+        energies[row] = energy
 
 
 def laws_of_points(materials: Sequence[FiniteMaterial], number: Integers) -> PointLaws | None:
@@ -111,7 +140,7 @@ def laws_of_points(materials: Sequence[FiniteMaterial], number: Integers) -> Poi
     for column, (powers, _, _) in enumerate(sums):
         table[:, : len(powers), column] = np.transpose(powers)
     moduli, isochoric = np.array([one[1:] for one in sums], dtype=float).T
-    return PointLaws(table[0], table[1], moduli, isochoric).at(number)
+    return PointLaws(*(values[..., number] for values in (*table, moduli, isochoric)))
 
 
 def _powers_of(material: Any) -> Any:

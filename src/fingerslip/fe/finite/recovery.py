@@ -16,6 +16,7 @@ from scipy import sparse
 from fingerslip.arrays import Floats, Integers
 from fingerslip.fe.finite.bulk import LargeStrain
 from fingerslip.fe.finite.history import Deformed
+from fingerslip.fe.finite.kernels import along_axes
 from fingerslip.fe.recovery import cells_around
 from fingerslip.materials.material import SHEARS
 
@@ -49,13 +50,11 @@ class FiniteRecovery:
 
     def _along_axes(self, state: Deformed, principal: Floats) -> Floats:
         """Return the components (k, 4 or 6) of tensors with given values (k, 3) along the stretched directions."""
-        points, dim = self.points, self.bulk.space.dim
-        stretches = np.sqrt(state.squared[points])
-        axes = state.deformation[points] @ state.directions[points] / stretches[:, None, :]
-        full = np.einsum("nik,nk,njk->nij", axes, principal[:, :dim], axes)
-        normal = [full[:, axis, axis] for axis in range(dim)]
-        across = [principal[:, 2]] if dim == 2 else []
-        return np.column_stack([*normal, *across, *(full[:, i, j] for i, j in SHEARS[dim])])
+        dim = self.bulk.space.dim
+        pairs = np.array([(0, 0), (1, 1), (2, 2), *SHEARS[dim]])
+        tensors = np.empty((len(principal), len(pairs)))
+        along_axes(self.points, state.deformation, state.squared, state.directions, principal, pairs, tensors)
+        return tensors
 
     def energy_densities(self, state: Deformed) -> Floats:
         """Return the strain energy per reference volume [J/m^3], shape (n,), of a deformed body."""
