@@ -39,6 +39,13 @@ def test_small_loads_give_small_strain_and_none_gives_rest():
     np.testing.assert_allclose(forces(still), 0.0, atol=1e-9)
 
 
+def test_forces_of_a_body_that_nothing_moves_are_computed_once_a_step(monkeypatch):
+    at, calls = Body.at, []
+    monkeypatch.setattr(Body, "at", lambda *given: calls.append(given) or at(*given))
+    fs.simulate(block(support_motions={}, time=fs.TimeStepping(0.1, end=1.0)))
+    assert len(calls) == 10
+
+
 @pytest.mark.parametrize("changes", [{}, RELAXING], ids=["elastic", "relaxing"])
 def test_every_step_ends_in_equilibrium_and_its_work_is_stored_or_dissipated(changes):
     """Nothing but the two supports acts on the block; energy, force and tangent belong together."""

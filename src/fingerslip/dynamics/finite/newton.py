@@ -24,7 +24,8 @@ import numpy as np
 
 from fingerslip.arrays import Floats
 from fingerslip.dynamics.finite.body import BodyState, Inclusions, Local, find_inclusions
-from fingerslip.dynamics.step.contact_step import ContactStep, solve_step, turn, weighted_forces
+from fingerslip.dynamics.step.condensation import Halfway
+from fingerslip.dynamics.step.contact_step import TOLERANCE, ContactStep, solve_step, turn, weighted_forces
 from fingerslip.dynamics.step.finish import Strained, finish
 from fingerslip.dynamics.step.mesh import Mixing
 from fingerslip.dynamics.step.release import fading_forces
@@ -38,10 +39,9 @@ from fingerslip.linear.solver import LinearSolver
 from fingerslip.materials.elastic import RayleighDamping
 
 # What new factors cost, in iterations of a step, by the dimension of space: tangent, factorisation and compliance of
-# the contact. By the processor time of these parts it is about 35 in 2D and 50 to 70 in 3D, with factors of
-# single precision, which make both cheaper, as with those of double precision. Numbers and not
-# a clock, so that a motion computed twice is the same to the last bit.
-_COST = {2: 30, 3: 60}
+# the contact. By the processor time of these parts, 60 over 6 ms in 2D. Numbers and not a clock, so that a motion
+# computed twice is the same to the last bit.
+_COST = {2: 10, 3: 60}
 # Steps that factors look ahead at most.
 _FURTHEST = 10
 # Share of the stiffness at rest that a definite tangent has beside.
@@ -165,7 +165,9 @@ class Factors:
                 tangent = tangent + _OF_REST * self.system.stiffness
         with self.watch.part("factorisation"):
             tangential = replace(self.system, stiffness=tangent)
-            solver = self._rough if made_of.rough and is_large([self.system]) else self._exact
+            # What lies in much softer cells needs more digits than rough factors have.
+            may_be_rough = is_large([self.system]) or not self.inclusions.owner.size
+            solver = self._rough if made_of.rough and may_be_rough else self._exact
             (stepper,) = factorised([tangential], self.scheme, self.damping, solver, self._reserved)
         # A working set of other factors, or of those of a halved step, holds another compliance.
         edition = replace(stepper.compliance, edition=(self._length, self.count))
@@ -208,9 +210,9 @@ class _Iterate:
 class _Linearised:
     """The step linearised about an iterate, and solved."""
 
+    halfway: Halfway  # its substitution up to the forces of contact
     contact: ContactStep
     force: Floats  # (n_c, dim), that of contact as the equation of motion counts it [N]
-    end: Floats  # (m,), where the iterate goes
     residual: Floats  # (n,), that of the iterate with these forces [N]
     error: float  # its norm over the size [-]
     contraction: float  # that over the error of the iteration before [-]
@@ -244,6 +246,9 @@ def _solve(factors: Factors, start: Prediction) -> tuple[_Iterate, ContactStep, 
     for iteration in range(1, _MOST + 1):
         solved = _linearise(factors, start, iterate, contact, (last, contraction))
         contact, contraction = solved.contact, solved.contraction
+        # Where nothing is left to correct, the iterate is the end, as exactly as contact is ever solved.
+        if solved.error <= TOLERANCE and _error(factors.current, iterate, solved) <= TOLERANCE:
+            return iterate, contact, iteration
         slow = slow + 1 if _iterations_left(solved.error, last) > _COST[factors.system.space.dim] else 0
         if slow >= (_LITTLE if renewals else _PATIENCE):
             if renewals == _RENEWALS:
@@ -256,10 +261,11 @@ def _solve(factors: Factors, start: Prediction) -> tuple[_Iterate, ContactStep, 
             iterate = replace(iterate, local=local)
             renewals, slow, last = renewals + 1, 0, np.inf
             continue
-        mixed = mixing.next(solved.end, solved.residual)
+        end = _end(factors, start, iterate, solved)
+        mixed = mixing.next(end, solved.residual)
         # Only at the end of an iteration does contact obey its law; a mixed iterate cannot be the last.
         is_end = contraction * solved.error <= _TOLERANCE
-        iterate, reached = _towards(factors, start, iterate, solved.end if is_end else mixed)
+        iterate, reached = _towards(factors, start, iterate, end if is_end else mixed)
         last = solved.error
         if is_end and reached and _error(factors.current, iterate, solved) <= _TOLERANCE:
             return iterate, contact, iteration
@@ -310,9 +316,7 @@ def _linearise(
     Contact is searched from that of an earlier iteration. It is as exact as the iterate needs, whose error is expected
     from the error of the iteration before and the contraction, until contact tells it.
     """
-    (last, contraction), watch = errors, factors.watch
-    stepper, body = factors.current, factors.inclusions
-    turns = iterate.local, factors.rotations
+    (last, contraction), watch, stepper = errors, factors.watch, factors.current
     here = replace(
         start,
         displacement=iterate.displacement,
@@ -322,7 +326,8 @@ def _linearise(
         right_hand_side=iterate.residual,
     )
     with watch.part("substitution"):
-        halfway = stepper.condensed.forward(body.forces(iterate.residual, *turns))
+        forces = factors.inclusions.forces(iterate.residual, iterate.local, factors.rotations)
+        halfway = stepper.condensed.forward(forces)
     local, goal = halfway.local[stepper.rows], _goal(contraction * last, contraction)
     for _ in range(2):
         with watch.part("contact"):
@@ -334,14 +339,19 @@ def _linearise(
         earlier, goal = contact, _goal(error, contraction)
         if contact.solution.residual <= goal:
             break
-    with watch.part("substitution"):
-        forces = np.zeros_like(halfway.local)
-        forces[stepper.rows] = force.ravel()
-        change = stepper.condensed.backward(halfway, forces)
-        turn(stepper, here, contact, change)
-        change = stepper.scheme.displacement_factor * body.motion(change, *turns)
-        end = body.moved(iterate.local, change, factors.rotations)
-    return _Linearised(contact, force, end, residual, error, contraction)
+    return _Linearised(halfway, contact, force, residual, error, contraction)
+
+
+def _end(factors: Factors, start: Prediction, iterate: _Iterate, solved: _Linearised) -> Floats:
+    """Return the coordinates (m,) where the step linearised about an iterate ends."""
+    stepper, inclusions = factors.current, factors.inclusions
+    with factors.watch.part("substitution"):
+        forces = np.zeros_like(solved.halfway.local)
+        forces[stepper.rows] = solved.force.ravel()
+        change = stepper.condensed.backward(solved.halfway, forces)
+        turn(stepper, replace(start, pose=iterate.pose), solved.contact, change)
+        motion = inclusions.motion(change, iterate.local, factors.rotations)
+        return inclusions.moved(iterate.local, stepper.scheme.displacement_factor * motion, factors.rotations)
 
 
 def _goal(error: float, contraction: float) -> float:
