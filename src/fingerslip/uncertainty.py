@@ -157,10 +157,8 @@ def _refine(sizes: Sequence[float], values: Sequence[float], formal_order: float
     if change * last_change <= 0.0:
         return Refinement("oscillatory", without_order, settled=settled)
     order = _observed_order((coarse, middle, fine), change / last_change)
-    if order is None:
-        return Refinement("divergent", without_order, settled=settled)
-    if order < _LEAST_ORDER:
-        return Refinement("slow", without_order, order, settled=settled)
+    if order is None or order < _LEAST_ORDER:
+        return Refinement("divergent" if order is None else "slow", without_order, order, settled=settled)
     is_fast = order > formal_order + _ORDER_SURPLUS
     used, safety = min(order, formal_order), _SAFETY_WITHOUT_ORDER if is_fast else _SAFETY
     slope = (first - third) / (coarse**used - fine**used)

@@ -217,8 +217,8 @@ def check_folds(mesh: skfem.Mesh, turned: Flags, where: str = "mesh", labels: Se
     if not shared.size:
         return
     centres = mesh.p[:, mesh.facets[:, shared[:_NAMED] // 2]].mean(axis=1).T
-    pairs = [np.flatnonzero((sides == side).any(axis=0))[:2] for side in shared[:_NAMED]]
-    pairs = [np.take(labels, pair) if len(labels) else pair for pair in pairs]
+    names = labels or np.arange(mesh.nelements)
+    pairs = [np.take(names, np.flatnonzero((sides == side).any(axis=0))[:2]) for side in shared[:_NAMED]]
     named = [f"{pair[0]} and {pair[1]} at {coordinates(at)}" for pair, at in zip(pairs, centres, strict=True)]
     count = f" ({shared.size} pairs in all)" if shared.size > _NAMED else ""
     fault = f"has cells that fold over each other: {', '.join(named)}{count}"

@@ -250,14 +250,12 @@ def check_decimals(path: Path) -> None:
     # What cannot be read at all is told by the reader.
     with contextlib.suppress(OSError, ValueError), path.open(encoding="utf-8-sig") as file:
         lines = [line for line in file if not line.startswith("#")][:2]
-    head, row = (lines[0].split(","), lines[-1].split(",")) if lines else ([], [])
-    has_commas = re.search(r"\d,\d", lines[-1]) is not None if lines else False
-    faults, repair = [], "save it as CSV in English format"
-    if lines and ";" in lines[0]:
-        faults, repair = ["semicolons between its columns"], f"{repair}, or: sed 's/,/./g; s/;/,/g' old.csv > new.csv"
-    if has_commas and (faults or (len(row) > len(head) and all(map(str.strip, row)))):
-        faults.append("decimal commas")
+    head, row = (lines[0], lines[-1]) if lines else ("", "")
+    has_semicolons, is_wider = ";" in head, row.count(",") > head.count(",") and all(map(str.strip, row.split(",")))
+    has_commas = (has_semicolons or is_wider) and re.search(r"\d,\d", row) is not None
+    faults = ["semicolons between its columns"] * has_semicolons + ["decimal commas"] * has_commas
     if faults:
+        repair = "save it as CSV in English format" + ", or: sed 's/,/./g; s/;/,/g' old.csv > new.csv" * has_semicolons
         allowed = "needs commas between columns and points in numbers"
         raise InputError(str(path), f"has {' and '.join(faults)}", allowed, repair)
 

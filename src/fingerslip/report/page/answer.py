@@ -48,24 +48,19 @@ def answer(study: StudyResult, starts: Mapping[str, float], references: Sequence
     else:
         first = _answer_of_many(study, sliding, slipped, starts)
     # What is too coarse, and how to learn how well the times are known where they have no error bars.
-    bars = () if study.ranges else (_without_bars(sliding), _without_mesh(sliding))
-    return tuple(filter(None, (*first, *published_rows_beside(sliding, references), *run_caveats(sliding), *bars)))
+    bars = "" if study.ranges else _without_bars(sliding)
+    return tuple(filter(None, (*first, *published_rows_beside(sliding, references), *run_caveats(sliding), bars)))
 
 
 def _without_bars(runs: Sequence[RunResult]) -> str:
-    """Say which runs have no error bars."""
+    """Say which runs have no error bars, or that those of all leave out element sizes."""
     lacking = [run_title(run, run.name) for run in runs if not run.uncertainty]
+    varied = varied_settings(number for run in runs for number in run.convergence.values())
     if not lacking:
-        return ""
+        return prose("notes", "no-mesh") if varied and "mesh" not in varied else ""
     more = f" and {len(lacking) - _MOST_NAMED} more" if len(lacking) > _MOST_NAMED else ""
     which = "These times" if len(lacking) == len(runs) else f"The times of {', '.join(lacking[:_MOST_NAMED])}{more}"
     return f"{which} have no error bars yet: fingerslip converge finds them."
-
-
-def _without_mesh(runs: Sequence[RunResult]) -> str:
-    """Say how to study element sizes where error bars leave them out."""
-    varied = varied_settings(number for run in runs for number in run.convergence.values())
-    return prose("notes", "no-mesh") if varied and "mesh" not in varied else ""
 
 
 def _answer_of_held(runs: Sequence[RunResult]) -> tuple[str, ...]:

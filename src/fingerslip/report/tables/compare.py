@@ -208,8 +208,5 @@ def _setting_cell(refinement: Refinement | None, reason: Missing) -> Cell:
         return reason
     if refinement.behaviour == _UNCHANGED:
         return _UNCHANGED
-    number, order = f"{refinement.uncertainty:.4g}", refinement.order
-    if refinement.behaviour == "monotone" and order is not None:
-        return f"{number} ({order:.1f})"
-    word = _WORDS.get(refinement.behaviour)
-    return f"{number} ({word})" if word else number
+    word = _WORDS.get(refinement.behaviour) or (f"{refinement.order:.1f}" if refinement.order is not None else "")
+    return f"{refinement.uncertainty:.4g} ({word})" if word else f"{refinement.uncertainty:.4g}"

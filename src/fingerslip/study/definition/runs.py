@@ -172,12 +172,12 @@ def without_swept(plan: Plan, run: Run, check: Callable[[Run], object]) -> Itera
     try:
         yield
     except InputError as error:
-        last, source, same = plan.runs[-1], str(plan.source), False
+        last, source, others = plan.runs[-1], str(plan.source), Mistakes()
         if run.swept and last.swept != run.swept and not run.sampled:
-            try:
+            with others.collect():
                 check(last)
-            except InputError as other:
-                same = str(error).replace(run.where, source) == str(other).replace(last.where, source)
+        alone = str(error).replace(run.where, source)
+        same = alone == "\n".join(map(str, others.found)).replace(last.where, source)
         raise error.moved(lambda where: where.replace(run.where, source, 1) if same else where) from None
 
 
