@@ -48,7 +48,7 @@ _TECHNOLOGIES: dict[type, _Technology] = {
 
 # Roundings of coordinates that a point in a cell may be off by.
 _ROUNDINGS = 16
-_VTK_HEXAHEDRON = [0, 3, 6, 2, 1, 5, 7, 4]
+VTK_HEXAHEDRON = [0, 3, 6, 2, 1, 5, 7, 4]
 
 
 @dataclass(frozen=True)
@@ -124,7 +124,7 @@ def cell_nodes(space: Space) -> NDArray[np.int32]:
     """
     nodes = np.array(space.full.element_dofs.T, dtype=np.int32)
     if space.element == "H8":
-        nodes = nodes[:, _VTK_HEXAHEDRON]
+        nodes = nodes[:, VTK_HEXAHEDRON]
     if space.element in {"T4", "T10"}:
         nodes = positive_tetrahedra(space.positions, nodes)
     return np.ascontiguousarray(nodes)

@@ -116,7 +116,7 @@ def deformed_figure(
         if solid:
             style.show_picture(axes, pictures[index])
         else:
-            draw_section(axes, history, number, options.scalar, limits)
+            draw_section(axes, history, number, options.scalar, limits, scaled=axes is panels[-1])
         style.name_panel(axes, name)
     keys: dict[str, Artist] = {}
     if options.scalar == "region":

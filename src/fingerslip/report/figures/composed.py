@@ -116,8 +116,10 @@ def _draw_pictures(
     grid: Any = cell.subgridspec(1, len(moments))
     row.remove()
     pictures: list[Axes] = [figure.add_subplot(entry) for entry in grid]
+    # The bar of the scale is beside a title that leaves room for it.
+    with_scale = [number for number, title in moments.items() if "," not in title] or list(moments)
     for axes, (number, title) in zip(pictures, moments.items(), strict=True):
-        draw_contact(axes, history, number, scaled=axes is pictures[-1])
+        draw_contact(axes, history, number, scaled=number == with_scale[-1])
         style.name_panel(axes, title)
         moment = float(history[picture_axis(history)][number])
         ends = (0.5, 0.0), (moment, 1.0), axes.transAxes, below.get_xaxis_transform()

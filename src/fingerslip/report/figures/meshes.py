@@ -15,8 +15,10 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from fingerslip.arrays import Integers
+from fingerslip.fe.space import VTK_HEXAHEDRON
 from fingerslip.report.colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, region_colours
 from fingerslip.report.figures import style
+from fingerslip.report.scene.scene import vtk_grid
 from fingerslip.report.scene.viewer import off_screen, picture_of
 
 _BOUNDARY_COLOURS = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, BLACK)
@@ -24,10 +26,14 @@ _HATCHES = ("///", "...", "\\\\\\", "xx", "ooo")
 _EDGE, _BODY = "#5c5c5c", "#c9ced3"
 _WIDEST, _NARROWEST = 2.6, 1.0  # points
 _COLUMNS, _PANEL, _WINDOW = 3, 2.9, (1000, 900)  # inch, pixels
-_FROM = (0.9, 0.55, 1.0)
+# Where the viewer is, above whom z is up; the sides that are seen, from which a cut takes the half before it.
+_FROM = (0.9, -1.0, 0.55)
+_SIDES = ((0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
 _CELLS = {"show_edges": True}
-#: Facets of a mesh, each group with how it looks.
-_Scene: TypeAlias = list[tuple[Integers, Mapping[str, Any]]]
+# Kinds of cells by their corners, as VTK numbers them.
+_KINDS = {4: 10, 8: 12}
+#: Surfaces of a mesh, each with how it looks.
+_Scene: TypeAlias = list[tuple[Any, Mapping[str, Any]]]
 
 
 @style.with_style
@@ -81,17 +87,12 @@ def _solid(mesh: skfem.Mesh, heading: str) -> Figure:
     groups = [(f"region {name}", _surface(mesh, cells)) for name, cells in above.items()]
     groups += [(name, np.asarray(facets)) for name, facets in (mesh.boundaries or {}).items()]
     everything = _surface(mesh, np.arange(mesh.nelements))
-    colours, middles = region_colours(tuple(regions)), mesh.p[:, mesh.t[: mesh.elem.refdom.nnodes]].mean(axis=1)
-    # What is on the far side of a cut that leaves some of each region; all where none does.
-    halves = [middle <= np.median(middle) for middle in middles[::-1]]
-    leaving = (half for half in halves if all(half[cells].any() for cells in regions.values()))
-    visible = next(leaving, np.ones(mesh.nelements, dtype=bool))
-    layers = {name: _surface(mesh, cells[visible[cells]]) for name, cells in regions.items()}
-    scenes: list[_Scene] = [[(facets, {"color": colours[name], **_CELLS}) for name, facets in layers.items()]]
+    colours, layers = region_colours(tuple(regions)), _opened(mesh, regions)
+    scenes: list[_Scene] = [[(layer, {"color": colours[name], **_CELLS}) for name, layer in layers]]
     for _, facets in groups:
-        others = np.setdiff1d(everything, facets)
-        scenes.append([(others, {"color": _BODY, "opacity": 0.3}), (facets, {"color": BLUE, **_CELLS})])
-    names = ["regions" if visible.all() else "regions, cut open", *(name for name, _ in groups)]
+        others, chosen = (_polygons(mesh, which) for which in (np.setdiff1d(everything, facets), facets))
+        scenes.append([(others, {"color": _BODY, "opacity": 0.3}), (chosen, {"color": BLUE, **_CELLS})])
+    names = ["regions, cut open" if len(layers) > len(regions) else "regions", *(name for name, _ in groups)]
     images = _render(mesh, scenes)
     height = _PANEL * images[0].shape[0] / images[0].shape[1] + 0.3
     figure, panels = style.figure_grid(len(names), _COLUMNS, (_PANEL, height), heading, ("", ""), share="none")
@@ -106,20 +107,42 @@ def _surface(mesh: skfem.Mesh, cells: Integers) -> Integers:
     return np.flatnonzero(np.bincount(mesh.t2f[:, cells].ravel(), minlength=mesh.nfacets) == 1)
 
 
-def _render(mesh: skfem.Mesh, scenes: Sequence[_Scene]) -> list[NDArray[np.uint8]]:
-    """Return a picture of each scene with the same camera, without what is white in all of them."""
+def _polygons(mesh: skfem.Mesh, facets: Integers) -> Any:
+    """Return facets (k,) as a surface [mm]."""
     import pyvista
 
+    return pyvista.PolyData.from_regular_faces(1e3 * mesh.p.T, mesh.facets[:, facets].T)
+
+
+def _opened(mesh: skfem.Mesh, regions: Mapping[str, Integers]) -> list[tuple[str, Any]]:
+    """Return the surfaces of regions behind a plane through the middle, and where it cuts them; whole if one is lost.
+
+    The plane goes through cells, so that none stands out of it.
+    """
+    count = mesh.elem.refdom.nnodes
+    order = VTK_HEXAHEDRON if count == len(VTK_HEXAHEDRON) else slice(None)
+    grid: Any = vtk_grid(mesh.t[:count].T[:, order], _KINDS[count], 1e3 * mesh.p.T)
+    whole = {name: _polygons(mesh, _surface(mesh, cells)) for name, cells in regions.items()}
+    for side in _SIDES:
+        plane = {"normal": side, "origin": grid.center}
+        behind = {name: surface.clip(**plane) for name, surface in whole.items()}
+        if all(surface.n_cells for surface in behind.values()):
+            cuts = ((name, grid.extract_cells(cells).slice(**plane)) for name, cells in regions.items())
+            return [*behind.items(), *((name, cut) for name, cut in cuts if cut.n_cells)]
+    return list(whole.items())
+
+
+def _render(mesh: skfem.Mesh, scenes: Sequence[_Scene]) -> list[NDArray[np.uint8]]:
+    """Return a picture of each scene with the same camera, without what is white in all of them."""
     pictures = []
     with off_screen(_WINDOW) as plotter:
         plotter.add_axes(viewport=(0.0, 0.0, 0.25, 0.25))
         for scene in scenes:
             plotter.clear_actors()
-            for facets, look in scene:
-                if len(facets):
-                    surface = pyvista.PolyData.from_regular_faces(1e3 * mesh.p.T, mesh.facets[:, facets].T)
+            for surface, look in scene:
+                if surface.n_cells:
                     plotter.add_mesh(surface, edge_color=_EDGE, line_width=0.5, ambient=0.6, diffuse=0.45, **look)
-            plotter.view_vector(_FROM, viewup=(0.0, 1.0, 0.0))
+            plotter.view_vector(_FROM, viewup=(0.0, 0.0, 1.0))
             plotter.reset_camera(bounds=np.stack([mesh.p.min(axis=1), mesh.p.max(axis=1)], axis=1).ravel() * 1e3)
             pictures.append(picture_of(plotter))
     return style.crop(pictures)

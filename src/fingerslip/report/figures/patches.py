@@ -189,7 +189,8 @@ def slip_onset_figure(histories: Mapping[str, xr.Dataset]) -> Figure:
     low, high = np.min([first for first, _ in frames], axis=0), np.max([last for _, last in frames], axis=0)
     size = _WIDTH, min(_WIDTH * (high[1] - low[1]) / (high[0] - low[0]), 3.0) + 0.4
     along, across = (f"{'xyz'[int(np.abs(axis).argmax())]} [mm]" for axis in plate)
-    heading = "When each part of the contact slips for good, seen from below"
+    heading, alone = "When each part of the contact slips for good, seen from below", len(histories) == 1
+    heading = style.join_title(heading, next(iter(histories)) if alone else "")
     figure, panels = style.figure_grid(len(histories), min(_COLUMNS, len(histories)), size, heading, (along, across))
     for axes, (title, times) in zip(panels, onsets.items(), strict=True):
         paint, touched = colours.to_rgba(times), ~(times < 0.0)
@@ -200,7 +201,7 @@ def slip_onset_figure(histories: Mapping[str, xr.Dataset]) -> Figure:
         start, end = (tuple(0.5 * (low + high) + sign * half) for sign in (-1.0, 1.0))
         look = {"arrowstyle": "-|>", "color": palette.BLACK, "linewidth": 1.6}
         axes.annotate("", xy=end, xytext=start, arrowprops=look, zorder=5)
-        axes.set_title(title)
+        axes.set_title("" if alone else title)
     figure.colorbar(colours, ax=list(panels), label="time into the slide [s]", shrink=0.8)
     return figure
 

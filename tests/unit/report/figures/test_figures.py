@@ -161,7 +161,7 @@ FIGURES = {
     "latency": (
         of_study("latency", dict, swept_runs(), VARIANT, TABLE2),
         [f"friction coefficient {friction}" for friction in (0.2, 0.6, 0.8)], {"latency [ms]", "published"}),
-    "slip-onset": (of_study("slip-onset", lambda: {"a": block_history()}), ["a"], {"time into the slide [s]"}),
+    "slip-onset": (of_study("slip-onset", lambda: {"a": block_history()}), [], {"time into the slide [s]"}),
     "stick-ratio": (
         of_study("stick-ratio", lambda: dict.fromkeys(("one", "other"), block_history())), [],
         {"tangential force / normal force"}),
@@ -365,6 +365,7 @@ def test_plates_have_an_arrow_from_when_they_slide():
     figure = bodies.deformed_figure(block_history("Q4"), times=(0.0, 0.1))
     sections = [axes for axes in panels(figure) if axes.get_title(loc="left")]
     assert [any(isinstance(text, Annotation) for text in axes.texts) for axes in sections] == [False, True]
+    assert [" mm" in "".join(text.get_text() for text in axes.texts) for axes in sections] == [False, True], "one scale"
 
 
 def test_pictures_of_a_run_are_led_to_their_times_on_one_axis_with_all_signals():
@@ -384,6 +385,12 @@ def test_pictures_of_a_run_are_led_to_their_times_on_one_axis_with_all_signals()
         lettered = draw_of_run("composed", RunSubject(block_history("Q4"), AT_EVENTS))
     letters = [text for axes in panels(lettered) for text in texts(axes) if len(text) == 1]
     assert sorted(letters) == ["a", "b", "c", "d", "e"]
+
+
+def test_a_picture_says_how_far_it_is_from_the_time_that_was_asked_for_beside_no_bar_of_the_scale():
+    figure = draw_of_run("composed", RunSubject(block_history("Q4"), AT_EVENTS, times=(0.05, 0.08)))
+    bars = {" ".join(axes.get_title("left").split()): "mm" in "".join(texts(axes)) for axes in panels(figure)}
+    assert {title: bars[title] for title in titles(figure)} == {"0.050 s": True, "0.100 s, 20 ms after 0.080 s": False}
 
 
 def test_energy_balance_keeps_small_parts_apart_as_shares_of_the_largest_work():
