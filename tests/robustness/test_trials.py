@@ -98,7 +98,12 @@ def test_a_model_for_other_features_and_one_for_other_markers(place):
     write_tracks(trial.tracks.isel(marker=slice(0, 60)), place / "few.nc")
     assert CliRunner().invoke(app, ["detect", *FOREST]).exit_code == 0
     needed = "needs the markers that the detector learned from", "train a detector"
-    refused(place, ("run", "few.nc", "--detector", "made"), "tracks: have 41 internal markers in px", *needed)
+    refused(
+        place,
+        ("run", "few.nc", "--detector", "made"),
+        "tracks: have 41 internal markers (rings of 1, 8, 16 and 16) in px",
+        *needed,
+    )
 
 
 def test_a_manifest_that_does_not_match(place):
