@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 from scipy.special import erf
 
+from fingerslip.detect.synthetic import CENTRE, SyntheticSensor, synthetic_slides
 from fingerslip.marker_layouts import RING_COUNTS, hexagonal_layout, ring_layout
 
 
@@ -207,6 +208,20 @@ def _disk(  # noqa: PLR0917
         x, y = radial, along
     # A pixel is a box of variance 1/12.
     patch += share * 0.5 * (1.0 - erf((np.hypot(x, y) - look.radius) / (np.sqrt(2.0) * np.hypot(look.blur, 0.29))))
+
+
+def tutorial_slides():
+    """Return the twelve analytic slides of the tutorial of detectors, by name: pins slip alone, leap and touch."""
+    return {trial.name: trial for trial in synthetic_slides((3e-3, 4e-3), 3, 2, sensor=SMALL_SENSOR, travel=6e-3)}
+
+
+SMALL_SENSOR = SyntheticSensor(metres_per_pixel=120e-6)
+
+
+def seen_by(trial, kind):
+    """Return where the markers of a kind are in the frames of a film of a trial (t, n, 2) [px]."""
+    position = trial.tracks["position"].values[:, trial.tracks["kind"].values == kind]
+    return position - np.array(CENTRE) + [159.5, 119.5]
 
 
 @dataclass(frozen=True)

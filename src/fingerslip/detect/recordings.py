@@ -141,6 +141,7 @@ def with_external(tracks: xr.Dataset, outer: xr.Dataset, where: str = "external"
     from fingerslip.vision.cameras.camera import interpolate
 
     seen = interpolate(outer, time - time[0] + other[0])
+    wrong = [str(each.attrs["warnings"]) for each in (tracks, outer) if each.attrs.get("warnings")]
     count, first = outer.sizes["marker"], int(tracks["marker"].max()) + 1
     ring = tracks["ring"].values if "ring" in tracks.variables else np.zeros(tracks.sizes["marker"], dtype=np.int64)
     return make_tracks(
@@ -151,7 +152,8 @@ def with_external(tracks: xr.Dataset, outer: xr.Dataset, where: str = "external"
         marker=np.concatenate([tracks["marker"].values, first + np.arange(count)]),
         # Markers outside are in no ring of the inner ones.
         ring=np.concatenate([ring, np.full(count, _NO_RING)]),
-        attributes={name: tracks.attrs[name] for name in _KEPT if name in tracks.attrs},
+        attributes={name: tracks.attrs[name] for name in _KEPT if name in tracks.attrs}
+        | ({"warnings": "\n".join(wrong)} if wrong else {}),
     )
 
 

@@ -391,6 +391,9 @@ def test_recordings_of_two_cameras_have_to_fit(recordings, tmp_path):
     metres = make_tracks(np.zeros((31, 2, 2)), np.arange(31) / RATE, units="m")
     with pytest.raises(InputError, match="external: is in m, needs the unit of the inner camera"):
         with_external(inner, metres)
+    both = [inner.assign_attrs(warnings=f"{name}: 1 of 2 markers were lost") for name in ("in.mkv", "out.mkv")]
+    said = "in.mkv: 1 of 2 markers were lost\nout.mkv: 1 of 2 markers were lost"
+    assert with_external(*both).attrs["warnings"] == said
     (tmp_path / "table.csv").write_text("file,external\none.mkv,none.mkv\n")
     with pytest.raises(InputError, match=r"names none\.mkv, needs files that are in"):
         next(recorded_trials(recordings, tmp_path / "table.csv"))

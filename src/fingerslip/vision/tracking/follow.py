@@ -3,23 +3,24 @@
 Blobs of the markers' size are found in the frame. Each marker is expected where optical flow has its neighbours
 (pyramidal Lucas-Kanade, the median of them), and blobs and expected places are matched one to one. The same is tried
 with the places at rest, and where many markers are lost with the one shift at which most have a blob; of these the
-match is taken that explains most. A marker whose displacement leaves that of its neighbours is dropped, and carried
-along by them until it has a blob again. Each match is measured below the pixel by a fit of the marker's own profile.
+match is taken that explains most. A marker that goes on step by step is kept. One that does not, and whose
+displacement leaves that of its neighbours, is dropped, and carried along by them until it has a blob again. What is
+lost from one frame to the next may have slipped alone (see `leaps`). Each match is measured below the pixel by a fit of
+the marker's own profile.
 """
 
 from __future__ import annotations
 
 import dataclasses
-from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 
 from fingerslip.arrays import Flags, Floats
 from fingerslip.vision.tracking.blobs import Blobs, blobs_of, reduced_to
 from fingerslip.vision.tracking.layouts import assign, common_shift, consistent, expected_displacement
+from fingerslip.vision.tracking.leaps import Match, State, rematch, untangle
 from fingerslip.vision.tracking.markers import Markers, Measured, measure
 from fingerslip.vision.video import Frame, opencv
 
@@ -32,6 +33,8 @@ _FAINT = 0.3
 _LEAST_QUALITY = 0.5
 # Without a blob a marker needs a better fit, a contrast within this logarithm of its own, and a place so near.
 _LEAST_AGAIN, _CONTRAST, _NEAR = 0.75, 1.0, 0.25
+# A marker that leaps out of reach needs such a fit and contrast.
+_LEAST_LEAPT, _SAME_CONTRAST = 0.6, 0.4
 # A blob within this logarithm of the markers' strength, and so near, in distances between them, may be another one.
 _USUAL, _BESIDE = 0.3, 1.25
 _OF_BLOBS = 0.3  # quality of a marker whose blob is seen, but no profile in it that is its own
@@ -41,20 +44,9 @@ _MARGIN = 2.0  # distances between neighbours around the markers that are looked
 _FLOW_WINDOW, _FLOW_LEVELS = 21, 4
 
 
-@dataclass(frozen=True)
-class State:
-    """What the tracker remembers between frames."""
-
-    position: Floats  # (n, 2), where each marker is, as its neighbours have it where it is not seen [px]
-    seen: Flags  # (n,), whether it was seen in the last frame
-    light: float  # strength of the markers in shares of that at rest, following slow changes
-    image: Frame | None  # (height, width), the last frame in which markers were seen
-    visible: int = 0  # markers that were seen, and blobs like them among or beside them that no marker has
-
-
 def rest_state(markers: Markers) -> State:
     """Return the state before the first frame."""
-    return State(markers.position.copy(), np.ones(len(markers.position), dtype=bool), 1.0, None)
+    return State(markers.position.copy(), np.ones(len(markers.position), dtype=bool), 1.0, None, markers.position)
 
 
 def follow(markers: Markers, state: State, image: Frame, mask: Flags | None) -> tuple[State, Floats, Floats]:
@@ -67,17 +59,25 @@ def follow(markers: Markers, state: State, image: Frame, mask: Flags | None) -> 
     least = _FAINT * state.light * float(np.median(markers.strength))
     blobs = blobs_of(image[window], markers.size, markers.polarity, least)
     blobs = dataclasses.replace(blobs, position=blobs.position + _corner(window)).inside(mask)
-    position, sure, used = state.position, np.zeros(len(rest), dtype=bool), np.zeros(len(rest), dtype=np.intp)
-    if len(blobs.strength):
-        position, sure, used = _match(markers, state, _flown(markers, state, image, window), blobs)
-    if not sure.any():
+    if not len(blobs.strength):
         return dataclasses.replace(state, visible=0), np.full_like(rest, np.nan), np.zeros(len(rest))
+    match = _match(markers, state, _flown(markers, state, image, window), blobs)
+    if not match.sure.any():
+        return dataclasses.replace(state, visible=0), np.full_like(rest, np.nan), np.zeros(len(rest))
+    match = _with_leaps(markers, state, image, blobs, match)
+    position, sure, used = match.position, match.sure, match.used
     expected, _ = expected_displacement(position - rest, sure, markers.neighbours)
-    position = np.where(sure[:, None] | ~np.isfinite(expected), position, rest + expected)
+    expected = np.where(np.isfinite(expected), rest + expected, position)
+    position = np.where(sure[:, None], position, expected)
     measured = measure(markers, image, mask, position)
-    fits = _fits(markers, state, measured, position, sure)
-    seen = sure | fits
-    exact = np.where(fits[:, None], measured.position, position)
+    fits = _fits(markers, state, measured, position, sure) & ~match.shares
+    far = sure & (np.linalg.norm(position - match.guess, axis=1) > _REACH * markers.spacing)
+    # What leaps out of reach has to look like itself there, and what leaps onto another marker to be there again.
+    leaps = far & ~match.shares & (np.linalg.norm(position - expected, axis=1) > _BACK * markers.spacing)
+    leaps &= ~fits | (measured.quality < _LEAST_LEAPT) | (_contrast(markers, state, measured) > _SAME_CONTRAST)
+    sure, seen = sure & ~leaps, (sure | fits) & ~leaps
+    exact = np.where(leaps[:, None], match.guess, np.where(fits[:, None], measured.position, position))
+    fits &= seen
     strength = np.median(blobs.strength[used[sure]] / markers.strength[sure])
     quality = np.where(fits, np.clip(measured.quality, 0.0, 1.0), np.where(sure, _OF_BLOBS, 0.0))
     free = blobs.select(np.delete(np.arange(len(blobs.strength)), used[sure]))
@@ -85,19 +85,25 @@ def follow(markers: Markers, state: State, image: Frame, mask: Flags | None) -> 
     apart = cKDTree(exact[seen]).query(free.position)[0]
     alike = np.abs(np.log(free.strength / (float(np.median(markers.strength)) * state.light))) < _USUAL
     visible = int(seen.sum() + (alike & (apart > markers.size) & (apart < _BESIDE * spacing)).sum())
-    new = State(exact, seen, state.light + _ADAPTION * (float(strength) - state.light), image, visible)
+    new = State(exact, seen, state.light + _ADAPTION * (float(strength) - state.light), image, blobs.position, visible)
     # The first sight of a marker that was lost counts half.
-    return new, np.where(seen[:, None], exact, np.nan), np.where(state.seen, quality, 0.5 * quality)
+    shown = seen & ~(far & match.shares)
+    return new, np.where(shown[:, None], exact, np.nan), np.where(shown, np.where(state.seen, 1.0, 0.5) * quality, 0.0)
 
 
 def _fits(markers: Markers, state: State, measured: Measured, position: Floats, sure: Flags) -> Flags:
     """Tell which markers look like themselves where they are expected (n, 2) [px]; without a blob more is asked."""
     apart = np.linalg.norm(measured.position - position, axis=1)
     fits = (measured.quality >= _LEAST_QUALITY) & (apart < 0.5 * markers.radius)
-    contrast = measured.amplitude / (markers.amplitude * state.light)
     alone = cdist(measured.position, position[sure]).min(axis=1) > markers.radius
-    again = (measured.quality >= _LEAST_AGAIN) & (np.abs(np.log(np.maximum(contrast, 1e-3))) < _CONTRAST)
+    again = (measured.quality >= _LEAST_AGAIN) & (_contrast(markers, state, measured) < _CONTRAST)
     return np.asarray(np.where(sure, fits, again & alone & (apart < _NEAR * markers.spacing)))
+
+
+def _contrast(markers: Markers, state: State, measured: Measured) -> Floats:
+    """Return the logarithm of how much more or less contrast each marker has than at rest, (n,)."""
+    share = measured.amplitude / (markers.amplitude * state.light)
+    return np.asarray(np.abs(np.log(np.maximum(share, 1e-3))))
 
 
 def _around(points: Floats, margin: float, shape: tuple[int, ...]) -> tuple[slice, slice]:
@@ -128,27 +134,29 @@ def _flown(markers: Markers, state: State, image: Frame, window: tuple[slice, sl
     return np.asarray(state.position + np.where(np.isfinite(expected), expected, alone))
 
 
-def _match(markers: Markers, state: State, flown: Floats, blobs: Blobs) -> tuple[Floats, Flags, NDArray[np.intp]]:
-    """Return positions (n, 2) [px], which are sure (n,), and the blob of each (n,), of the best of all guesses."""
-    best = _match_guess(markers, flown, blobs)
+def _match(markers: Markers, state: State, flown: Floats, blobs: Blobs) -> Match:
+    """Return the match of blobs that explains most, of those by all guesses; `flown` (n, 2) is the first [px]."""
+    best = _match_guess(markers, state, flown, flown, blobs)
     guesses = [markers.position]
-    if best[3] < (1.0 - _LOST) * state.seen.sum():
+    if best.explained < (1.0 - _LOST) * state.seen.sum():
         spacing = float(np.median(markers.spacing))
         guesses.append(state.position + common_shift(state.position, blobs.position, spacing))
     for guess in guesses:
-        other = _match_guess(markers, guess, blobs)
-        best = other if other[3] > best[3] else best
-    return best[:3]
+        other = _match_guess(markers, state, guess, flown, blobs)
+        best = other if other.explained > best.explained else best
+    return best
 
 
-def _match_guess(markers: Markers, guess: Floats, blobs: Blobs) -> tuple[Floats, Flags, NDArray[np.intp], float]:
-    """Return what `_match` does for a guess (n, 2) [px], and how much is explained."""
+def _match_guess(markers: Markers, state: State, guess: Floats, flown: Floats, blobs: Blobs) -> Match:
+    """Return what `_match` does for a guess (n, 2) [px]."""
     rows, columns = assign(guess, _REACH * markers.spacing, blobs.position)
     position, used = guess.copy(), np.zeros(len(guess), dtype=np.intp)
     position[rows], used[rows] = blobs.position[columns], columns
     matched = np.zeros(len(guess), dtype=bool)
     matched[rows] = True
-    sure = consistent(position - markers.position, matched, markers.neighbours, _STRANGE * markers.spacing)
+    # What goes on from where it was seen may go its own way.
+    goes_on = matched & state.seen & (np.linalg.norm(position - flown, axis=1) < _OWN_WAY * markers.spacing)
+    sure = goes_on | consistent(position - markers.position, matched, markers.neighbours, _STRANGE * markers.spacing)
     apart = np.linalg.norm(position - guess, axis=1) / markers.spacing
     explained = float(sure.sum() - apart[sure].sum())
     # What is lost, or went its own way, comes back to a blob that nobody has where its neighbours expect it.
@@ -161,4 +169,12 @@ def _match_guess(markers: Markers, guess: Floats, blobs: Blobs) -> tuple[Floats,
         rows, columns = assign(expected[astray], _BACK * markers.spacing[astray], blobs.position[free])
         position[astray[rows]], used[astray[rows]] = blobs.position[free[columns]], free[columns]
         sure[astray[rows]] = True
-    return position, sure, used, explained
+    return Match(guess, position, sure, used, np.zeros_like(sure), explained)
+
+
+def _with_leaps(markers: Markers, state: State, image: Frame, blobs: Blobs, match: Match) -> Match:
+    """Return a match with what slipped alone since the last frame: it was seen there, and is no more where it was."""
+    lost = state.seen & ~match.sure
+    if lost.any():
+        match = rematch(markers, state, image, blobs, match)
+    return untangle(markers, state.position, match)

@@ -85,14 +85,15 @@ def common_shift(points: Floats, candidates: Floats, spacing: float) -> Floats:
     return np.asarray(shifts[np.abs(cells - best).max(axis=1) <= 1].mean(axis=0))
 
 
-def assign(expected: Floats, reach: Floats, candidates: Floats) -> tuple[Integers, Integers]:
+def assign(expected: Floats, reach: Floats, candidates: Floats, power: float = 1.0) -> tuple[Integers, Integers]:
     """Match markers and candidates one to one so that the sum of all distances, in shares of the reach, is smallest.
 
-    A marker that is not matched counts as one at the end of its reach. Arrays: expected (n, 2), reach (n,), candidates
-    (m, 2) [px]; returns (k,), (k,).
+    Or that of a power of them. A marker that is not matched counts as one at the end of its reach. Arrays: expected
+    (n, 2), reach (n,), candidates (m, 2) [px]; returns (k,), (k,).
     """
     apart = cdist(expected, candidates) / reach[:, None]
-    rows, columns = linear_sum_assignment(np.minimum(apart, 1.0))
+    cost = np.minimum(apart, 1.0)
+    rows, columns = linear_sum_assignment(cost if power == 1.0 else cost**power)
     near = apart[rows, columns] < 1.0
     return rows[near], columns[near]
 

@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from fingerslip.arrays import Flags, Floats
 from fingerslip.errors import FingerslipError
 from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole, read_calibration
 from fingerslip.vision.tracking.layouts import LayoutName, expected_displacement, nearest_neighbours
+from fingerslip.vision.tracking.markers import Markers
 from fingerslip.vision.tracking.tracker import MarkerTracker, SeenMarkers
 from fingerslip.vision.tracks import make_tracks, seen
 from fingerslip.vision.video import (
@@ -32,6 +34,10 @@ if TYPE_CHECKING:
 _MOVED = 0.5  # px that the rest frames may move
 # Share of the frames in which a marker may be missing before it is said.
 _OFTEN = 0.1
+# Share of the frames in which more blobs than at rest may be without a marker before it is said.
+_WITHOUT = 0.02
+# How far a marker may leave its neighbours in a frame, in distances between them, before it may be another one.
+_LEAP = 0.45
 # Blobs like markers that may be visible, in shares of the markers, before it is said.
 _MORE = 1.25
 _DARK = 16.0  # mean grey level at rest: below it frames use less than a sixteenth of their levels
@@ -240,9 +246,7 @@ def _complaints(
         which = np.flatnonzero(states == number)
         if number and which.size:
             yield f"{name}: {which.size} of {count} frames are {state}, the first is frame {which[0]}"
-    often = int((np.isnan(position).any(axis=2).mean(axis=0) > _OFTEN).sum())
-    if often:
-        yield f"{name}: {often} of {position.shape[1]} markers were not seen in more than a tenth of the frames"
+    yield from _doubts(tracker, rows, position, rest)
     visible, followed = float(np.median([row.visible for row in rows])), position.shape[1]
     if visible > _MORE * followed:
         yield f"{name}: {followed} markers are followed, where {visible:.0f} blobs like them are visible in most frames"
@@ -252,6 +256,36 @@ def _complaints(
         repair = f"it rests in {still}: --rest {still}" if FEWEST < still < rest else "let it rest before it moves"
         fault = f"the sensor moved by {moved:.1f} px in the {rest} rest frames; the reference is no rest"
         yield f"{name}: {fault}; {repair}"
+
+
+def _doubts(tracker: MarkerTracker, rows: Sequence[SeenMarkers], position: Floats, rest: int) -> Iterator[str]:
+    """Yield which markers are lost or may be others, and where blobs have none."""
+    name, markers, unseen = tracker.name, tracker.reference.markers, np.asarray(np.isnan(position).any(axis=2))
+    often = int(((unseen.mean(axis=0) > _OFTEN) | unseen[-FEWEST:].all(axis=0)).sum())
+    if often:
+        lost = "not seen in more than a tenth of the frames or at the end"
+        yield f"{name}: {often} of {position.shape[1]} markers were {lost}"
+    without = np.array([row.visible for row in rows]) - (~unseen).sum(axis=1)
+    more = without > without[:rest].max()
+    if more.mean() > _WITHOUT:
+        blobs = f"up to {without.max()} blobs like markers are visible that no marker has"
+        yield f"{name}: in {more.sum()} of {len(rows)} frames {blobs}, the first is frame {np.argmax(more)}"
+    unsure = _unsure(position, markers)
+    if unsure.any():
+        leaping = f"{unsure.any(axis=0).sum()} of {position.shape[1]} markers leap past their neighbours or touch"
+        first = rows[int(np.argmax(unsure.any(axis=1)))].time
+        yield f"{name}: {leaping}, from {first:.2f} s on; who is who is less sure then"
+
+
+def _unsure(position: Floats, markers: Markers) -> Flags:
+    """Tell where markers (n_frames, n_markers, 2) touch another one, or leave their neighbours from frame to frame."""
+    unsure = np.zeros(position.shape[:2], dtype=bool)
+    unsure[1:] = _steps_alone(position, markers.neighbours) > _LEAP * markers.spacing
+    for frame, here in zip(unsure, np.where(np.isfinite(position), position, 1e6), strict=True):
+        seen_here = np.flatnonzero(here[:, 0] < 1e6)
+        pairs = cKDTree(here[seen_here]).query_pairs(2.0 * float(np.median(markers.radius)), output_type="ndarray")
+        frame[seen_here[pairs]] = True
+    return unsure
 
 
 def _moved_at_rest(position: Floats) -> float:
@@ -314,10 +348,16 @@ def noise_at_rest(tracks: xr.Dataset) -> Floats:
 
 def jumps(tracks: xr.Dataset) -> Floats:
     """Return how far markers moved between frames beyond what their neighbours did [px], (n_times - 1, n_markers)."""
-    position, visible = tracks["position"].values, seen(tracks)
+    position = tracks["position"].values
     # Markers that were not seen at rest have no neighbours by their reference: their place is far away.
     reference = np.where(np.isfinite(tracks["reference"].values), tracks["reference"].values, 1e6)
     neighbours, _ = nearest_neighbours(reference)
+    return _steps_alone(position, neighbours)
+
+
+def _steps_alone(position: Floats, neighbours: NDArray[np.intp]) -> Floats:
+    """Return by how much steps of markers (n_times, n, 2) [px] differ from those of neighbours, (n_times - 1, n)."""
+    visible = np.asarray(np.isfinite(position).all(axis=2))
     out = np.full((max(len(position) - 1, 0), position.shape[1]), np.nan)
     for t in range(len(out)):
         both = visible[t] & visible[t + 1]

@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fingerslip.vision.tracking import layouts
-from fingerslip.vision.tracking.follow import State, follow, rest_state
+from fingerslip.vision.tracking.follow import follow, rest_state
+from fingerslip.vision.tracking.leaps import State
 from fingerslip.vision.tracking.markers import Markers
 from fingerslip.vision.tracking.tracker import reference_of
 from problems import clips
