@@ -245,7 +245,7 @@ def test_options_reach_the_picture_and_its_path_is_printed(invoke, tmp_path, mon
     ((path, time, options),) = drawn
     assert (path, time, options.scalar) == (Path("p.png"), pytest.approx(0.05), "region")
     wrong = invoke("view", "run", "--screenshot", "q.png", "--cut", "w", code=2)
-    assert "view: cut: got 'w', needs 'none', 'x', 'y' or 'z'" in wrong.stderr
+    assert "view: --cut: got 'w', needs one of none, x, y, z" in wrong.stderr
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems always have a display")

@@ -448,10 +448,11 @@ def _unknown_groups(mapping: Mapping[str, Any], folder: Path) -> list[InputError
         contact, supports, tractions = (group if isinstance(group, Mapping) else {} for group in groups)
         names = {f"supports.{name}": name for name in supports if name not in (mesh.subdomains or {})}
         names |= {f"tractions.{name}": name for name in tractions}
-        names |= {"contact.boundary": contact.get("boundary", ContactSettings.boundary)} if contact else {}
+        touched = contact.get("boundary", ContactSettings.boundary)
+        names |= {"contact.boundary": touched} if contact and isinstance(touched, str) else {}
         for place, name in names.items():
             with mistakes.collect():
-                group_facets(mesh.boundaries, str(name), "boundary", place)
+                group_facets(mesh.boundaries, name, "boundary", place)
     return mistakes.found
 
 

@@ -74,8 +74,8 @@ def test_derived_quantities_of_all_runs_are_checked_before_anything_runs(write_s
 
 
 def test_a_run_that_makes_no_model_is_named(write_study):
-    plan = plan_study(write_study(changed("contact.boundary", "pulp")))
-    with pytest.raises(InputError, match=r"block\.yaml \(contact\.friction_coefficient = 0\.2\).*'pulp' not in mesh"):
+    plan = plan_study(write_study(changed("sweep", {"contact.boundary": ["bottom", "pulp"]})))
+    with pytest.raises(InputError, match=r"block\.yaml \(contact\.boundary = pulp\).*'pulp' not in mesh"):
         prepare(plan, plan.runs)
 
 
