@@ -107,7 +107,7 @@ def deformed_figure(
     columns = style.columns_for(len(numbers))
     pictures = style.crop(stills(history, list(numbers), options, (1200, 900))) if solid else []
     low, high = (np.zeros(2), pictures[0].shape[1::-1]) if solid else section_frame(history)
-    wide, titled, share = (3.2, 0.35, "none") if solid else (3.4, 0.3, "all")
+    wide, titled, share = (3.2, 0.35, "none") if solid else (3.4, 0.05, "all")
     wide = wide if columns > 1 else 6.0
     size = (wide, wide * float((high - low)[1] / (high - low)[0]) + titled)
     figure, panels = style.figure_grid(len(numbers), columns, size, heading or words, ("", ""), share=share)

@@ -180,7 +180,7 @@ def draw_raster(axes: Axes, spikes: Spikes, history: xr.Dataset, kind: str) -> N
     rows = [row for row in along.argsort(kind="stable") if spikes.kinds[row] == kind]
     colour = palette.RECEPTOR_COLOURS.get(kind, palette.BLACK)
     axes.eventplot([spikes.times[row] for row in rows], colors=colour, linewidths=0.6, linelengths=0.8)
-    axes.set_ylabel(f"{len(rows)} {kind}\nby place{' x' * (history.sizes['component'] == 2)}", color=colour)
+    axes.set_ylabel(f"{len(rows)} {kind}\nby {'x' if history.sizes['component'] == 2 else 'place'}", color=colour)
     axes.set_ylim(-0.8, len(rows) - 0.2)
     ends = (0, len(rows) - 1) if len(rows) > 1 else (0,)
     axes.set_yticks(ends, [f"{along[rows[end]]:.1f} mm".replace("-", "\N{MINUS SIGN}") for end in ends])

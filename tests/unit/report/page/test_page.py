@@ -193,7 +193,7 @@ def test_the_page_shows_them_by_what_they_are_with_their_values_and_without_name
     titles = ["Overall slip nearest to the median", "Earliest overall slip", "Latest overall slip"]
     assert [motion["title"] for motion in section.motions] == titles
     (table,) = section.tables
-    headings = ["sample", "overall slip [s]", "phalanx", "clearance", "half height", "Poisson's ratio"]
+    headings = ["sample", "overall slip [s]", "phalanx", "clearance", "half height", "tissue Poisson's ratio"]
     assert [column.heading for column in table.columns] == headings
     assert all(len(str(cell).split()[0]) <= 7 for row in table.rows for cell in row[3:])
     report = study_report(made)
