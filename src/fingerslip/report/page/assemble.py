@@ -262,6 +262,8 @@ def comparison_report(first: ComparedStudy, second: ComparedStudy, provenance: M
         ReportSection("Slip events of each study", (), tuple(tables)),
         ReportSection("Citations", code=bibtex_entries([*first.values, *second.values], ()), folded=True),
     )
+    studies = {"A": first.study, "B": second.study}
+    caveats = (f"{name}: {said}" for name, study in studies.items() for said in run_tables.run_caveats(study.runs))
     count = len(differing.rows)
     name = "no-difference" if not count else "one-difference" if count == 1 else "differences"
     said = prose("sections", name, {"count": count})
@@ -269,7 +271,7 @@ def comparison_report(first: ComparedStudy, second: ComparedStudy, provenance: M
         f"{first.title} beside {second.title}",
         tuple(section for section in sections if not section.is_empty),
         provenance,
-        answer=(said, _change(pairs, first, second)),
+        answer=(said, _change(pairs, first, second), *caveats),
         hero=hero,
     )
 

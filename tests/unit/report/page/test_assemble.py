@@ -303,6 +303,9 @@ def test_single_runs_are_a_pair_whatever_their_values_and_without_common_runs_it
     assert "none reaches overall slip in both" in report.answer[-1]
     overall = next(row for row in report.sections[0].tables[0].rows if row[1] == "overall")
     assert overall[-1] is Missing.NO_EVENT
+    cut_off = dataclasses.replace(second.study.runs[0], edge=EdgeContact("skin", 0.1, 0.0))
+    beside = dataclasses.replace(second, study=dataclasses.replace(second.study, runs=(cut_off,)))
+    assert comparison_report(first, beside, {}).answer[-1].startswith("B: Contact within two facets of a free edge")
     report = comparison_report(first, compared("two", {0.6: 1.7, 0.8: 1.8}), {})
     assert report.answer[-1].startswith("The studies have no runs with the same swept values")
     assert report.hero == ()
