@@ -10,7 +10,10 @@ from fingerslip.contact.friction import StaticKinetic
 from fingerslip.mesh.quality import quality_limits, quality_table
 from fingerslip.specimens.tactip.numbers import modelled_places
 from fingerslip.specimens.tactip.tactip import PRESETS, SensorSolidSizes
+from fingerslip.study.definition.runs import read_runs
+from fingerslip.study.running.build import build_mesh, build_model
 from fingerslip.study.trials.bodies import turned_whole
+from places import STUDIES
 from problems.sensors import slid_beside_half, slid_sensor
 
 TURN = np.pi / 4
@@ -42,6 +45,22 @@ def test_a_whole_dome_slid_at_45_degrees_moves_as_its_half_turned():
     error = np.linalg.norm((own - own[0]) - (turned - turned[0]), axis=2).max()
     assert error < 0.02 * size
     assert force[:, 1] == pytest.approx(2.0 * of_half[:, 1], rel=0.02, abs=1e-9)
+
+
+@pytest.mark.slow
+def test_the_ridged_section_slides_whole_at_large_strain_at_the_largest_depth_and_no_cell_turns_inside_out():
+    """The gel at the rods' inner ends gives way there, and tangents are not definite."""
+    run = read_runs(STUDIES / "ridged_vs_smooth_large.yaml").runs[3]
+    assert run.name == "ridges-true_depth-5mm"
+    run = dataclasses.replace(
+        run, study=dataclasses.replace(run.study, time=dataclasses.replace(run.study.time, step=0.2))
+    )
+    model = build_model(run, build_mesh(run))
+    history = fs.simulate(dataclasses.replace(model, record=dataclasses.replace(model.record, snapshots_every=1.0)))
+    assert history["time"].values[-1] == pytest.approx(49.83, abs=0.2)
+    corners = (history["snapshot_displacement"] + history["node_position"]).values[:, history["cell_nodes"].values]
+    sides = corners[:, :, 1:] - corners[:, :, :1]
+    assert (np.linalg.det(sides) * np.sign(np.linalg.det(sides[:1])) > 0.0).all()
 
 
 @pytest.mark.slow

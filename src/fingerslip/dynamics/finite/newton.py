@@ -44,15 +44,17 @@ from fingerslip.materials.elastic import RayleighDamping
 _COST = {2: 10, 3: 60}
 # Steps that factors look ahead at most.
 _FURTHEST = 10
+# Share of a tangent that was made definite, beside the tangent itself, which is tried before the whole of it.
+_DEFINITE = 0.1
 # Share of the stiffness at rest that a definite tangent has beside.
 _OF_REST = 1e-3
 
 
 class MadeOf(NamedTuple):
-    """What factors are made of: a body, whether its tangent was made definite, and whether they may be rough."""
+    """What factors are made of: a body, and whether they may be rough."""
 
     body: BodyState
-    positive: bool
+    positive: float  # share of the tangent that was made definite [-]
     rough: bool
 
 
@@ -103,21 +105,24 @@ class Factors:
     @property
     def is_positive(self) -> bool:
         """Whether the tangent of the present factors was made definite."""
-        return self._made_of is not None and self._made_of.positive
+        return self._made_of is not None and self._made_of.positive > 0.0
 
     def renew(self, state: BodyState, ahead: BodyState | None = None, *, rough: bool = True) -> Stepper:
         """Return the stepper with the tangent of a body, or of where it goes if that can be factorised.
 
-        An indefinite tangent, such as that of a body under much pressure, is made definite: it then only guides the
-        iteration more slowly to the same solution. Its factors are never rough: it may be nearly singular.
+        An indefinite tangent, such as that of a body under much pressure, is made definite, in part where that is
+        enough: it then only guides the iteration more slowly to the same solution. Its factors are never rough: it may
+        be nearly singular.
         """
         # The old factors go first: in 3D there is no memory for both.
         self._stepper, self.count = None, self.count + 1
         self._least = self._excess = self._served = 0
         for body in (state,) if ahead is None else (ahead, state):
             with contextlib.suppress(FingerslipError):
-                return self._make(MadeOf(body, positive=False, rough=rough))
-        return self._make(MadeOf(state, positive=True, rough=False))
+                return self._make(MadeOf(body, positive=0.0, rough=rough))
+        with contextlib.suppress(FingerslipError):
+            return self._make(MadeOf(state, positive=_DEFINITE, rough=False))
+        return self._make(MadeOf(state, positive=1.0, rough=False))
 
     def release(self) -> None:
         """Let go of the factors, and of the analyses that serve the next ones, which take as much memory."""
@@ -137,7 +142,7 @@ class Factors:
         """Return what :meth:`restore` needs."""
         return self._made_of, self.count, (self._least, self._excess, self._served)
 
-    def restore(self, made_of: tuple[BodyState, bool, bool] | None, count: int, used: tuple[int, int, int]) -> None:
+    def restore(self, made_of: tuple[BodyState, float, bool] | None, count: int, used: tuple[int, int, int]) -> None:
         """Make the factors again that were saved."""
         self.count = count
         self._least, self._excess, self._served = used
@@ -159,8 +164,11 @@ class Factors:
 
     def _make(self, made_of: MadeOf) -> Stepper:
         with self.watch.part("tangent"):
-            tangent = self.system.require_body().tangent(made_of.body, positive=made_of.positive)
-            if made_of.positive:
+            body, share = self.system.require_body(), made_of.positive
+            tangent = body.tangent(made_of.body, positive=share == 1.0)
+            if 0.0 < share < 1.0:
+                tangent = (1.0 - share) * tangent + share * body.tangent(made_of.body, positive=True)
+            if share:
                 # Where nothing is left of a cell's stiffness, a little of that at rest keeps the matrix definite.
                 tangent = tangent + _OF_REST * self.system.stiffness
         with self.watch.part("factorisation"):
@@ -182,6 +190,10 @@ _TOLERANCE = 1e-6
 _MOST, _HALVINGS, _RENEWALS = 60, 8, 15
 # How many slow iterations in a row ask for new factors, and how many once there were some in the step.
 _PATIENCE, _LITTLE = 3, 1
+# What new factors cost at least, in iterations, where they have to be made definite.
+_LEAST_DEFINITE = 30
+# Work of the forces at the end of an iteration over that at its beginning, above which it went far too short a way.
+_DOWNHILL = 0.9
 # What contact may miss its law by, relative to the largest force: in the iteration that should be the last, in others
 # over the error of the iterate, and at most. On the shipped fingertip in 3D this takes as many iterations as 1e-12
 # does, and moves accelerations by less than the tolerance does.
@@ -249,7 +261,9 @@ def _solve(factors: Factors, start: Prediction) -> tuple[_Iterate, ContactStep, 
         # Where nothing is left to correct, the iterate is the end, as exactly as contact is ever solved.
         if solved.error <= TOLERANCE and _error(factors.current, iterate, solved) <= TOLERANCE:
             return iterate, contact, iteration
-        slow = slow + 1 if _iterations_left(solved.error, last) > _COST[factors.system.space.dim] else 0
+        # New factors are hardly faster where they have to be made definite.
+        cost = max(_COST[factors.system.space.dim], _LEAST_DEFINITE if factors.is_positive else 0)
+        slow = slow + 1 if _iterations_left(solved.error, last) > cost else 0
         if slow >= (_LITTLE if renewals else _PATIENCE):
             if renewals == _RENEWALS:
                 break
@@ -265,10 +279,14 @@ def _solve(factors: Factors, start: Prediction) -> tuple[_Iterate, ContactStep, 
         mixed = mixing.next(end, solved.residual)
         # Only at the end of an iteration does contact obey its law; a mixed iterate cannot be the last.
         is_end = contraction * solved.error <= _TOLERANCE
-        iterate, reached = _towards(factors, start, iterate, end if is_end else mixed)
+        before = iterate
+        iterate, reached = _towards(factors, start, before, end if is_end else mixed)
         last = solved.error
         if is_end and reached and _error(factors.current, iterate, solved) <= _TOLERANCE:
             return iterate, contact, iteration
+        if factors.is_positive:
+            further = _downhill(factors, start, (before, iterate), solved.force)
+            mixing, iterate = mixing if further is iterate else Mixing(), further
     raise _failure(factors.current, start, iterate, solved)
 
 
@@ -381,6 +399,29 @@ def _towards(factors: Factors, start: Prediction, iterate: _Iterate, aim: Floats
         except FingerslipError as error:
             too_far = error.with_traceback(None)
     raise _failure(factors.current, start, iterate, None, too_far)
+
+
+def _downhill(factors: Factors, start: Prediction, way: tuple[_Iterate, _Iterate], force: Floats) -> _Iterate:
+    """Return where an iterate comes to that goes on, in doubled steps, while forces do nearly as much work as before.
+
+    A tangent that was made definite is too stiff where a body gives way: an iterate may go a thousandth of the way.
+    """
+    before, iterate = way
+    here, step = before.local.flat(), iterate.displacement - before.displacement
+    direction = iterate.local.flat() - here
+
+    def work(some: _Iterate) -> float:
+        return float(_with_contact(factors.current, some, force)[0] @ step)
+
+    with contextlib.suppress(FingerslipError):
+        while 0.0 < _DOWNHILL * work(before) < work(iterate):
+            direction = 2.0 * direction
+            since = factors.inclusions.since(here + direction, start.displacement, factors.rotations)
+            further = _at(factors, start, since, iterate.body)
+            if work(further) <= 0.0:
+                break
+            iterate = further
+    return iterate
 
 
 def _at(factors: Factors, start: Prediction, since: Floats, near: BodyState) -> _Iterate:
