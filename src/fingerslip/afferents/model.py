@@ -216,7 +216,7 @@ def available_spikes(history: xr.Dataset, models: Mapping[str, AfferentModel] | 
 
 
 #: What figures and files say of all spikes that the project's models make.
-ASSUMED = "thresholds are assumed: counts are no result"
+CAVEAT = "thresholds are rough: counts are no result"
 
 
 def spike_notes(kinds: Iterable[str], beyond: Mapping[str, float], history: xr.Dataset) -> list[str]:
@@ -236,9 +236,12 @@ def spike_notes(kinds: Iterable[str], beyond: Mapping[str, float], history: xr.D
 
 
 _Positive = Annotated[float, pydantic.Field(gt=0)]
+_NotNegative = Annotated[float, pydantic.Field(ge=0)]
 
 # Steps of the membrane are at most these shares of its time constant and of the rest after a spike.
 _OF_MEMBRANE, _OF_REST = 0.02, 0.2
+# Scale of the inhibition after a spike, and how long it lasts [s].
+_INHIBITION_TIME, _INHIBITED = 1e-3, 38e-3
 
 
 @parameters
@@ -249,9 +252,13 @@ class IntegrateAndFire:
 
         tau dV/dt = -V + |s| / s_0 + |ds/dt| / r_0
 
-    that fires when V reaches 1, falls to 0 and rests there for a while. So s_0 and r_0 are the least steady stimulus,
+    that fires when V reaches 1, falls to 0 and does not rise for a while. So s_0 and r_0 are the least steady stimulus,
     and the least steady rate of it, at which an afferent fires; under a drive d > 1 it fires every tau ln(d / (d - 1))
-    and the time of rest.
+    and the time of rest. A drive d saturates at c, d c / (d + c), and for some time t after a spike it is smaller by ::
+
+        a_early b(ln(1 + t / 1 ms)) + a_late b(ln(1 + t / 1 ms) - ln 9),  b(x) = (1 + cos(min(3 pi |x| / ln 81, pi))) / 2
+
+    as in the model of Saal et al. (2017): the first ends after 3.3 ms, the second is largest at 8 ms and ends at 38 ms.
 
     Parameters
     ----------
@@ -269,6 +276,10 @@ class IntegrateAndFire:
         Time after a spike in which there is no other [s].
     delay : float
         Time from the receptor to where spikes are counted [s].
+    saturation : float, optional
+        Largest drive of the membrane c [of the least steady one]; None where it has no limit.
+    early_inhibition, late_inhibition : float
+        What a spike takes from the drive soon and later, a_early and a_late [of the least steady one].
 
     Raises
     ------
@@ -283,6 +294,9 @@ class IntegrateAndFire:
     least_rate: _Positive | None = None
     rest: Duration = 1e-3
     delay: Duration = 0.0
+    saturation: _Positive | None = None
+    early_inhibition: _NotNegative = 0.0
+    late_inhibition: _NotNegative = 0.0
 
     def __post_init__(self) -> None:
         if self.least_steady is None and self.least_rate is None:
@@ -317,19 +331,33 @@ class IntegrateAndFire:
             drive += np.abs(values) / self.least_steady
         if self.least_rate is not None:
             drive += np.abs(rates) / self.least_rate
-        return drive
+        return drive if self.saturation is None else drive / (1.0 + drive / self.saturation)
+
+    def inhibition(self, since: Floats) -> Floats:
+        """Return what spikes so long ago [s] take from the drive [-]."""
+        logarithm = np.log1p(since / _INHIBITION_TIME)
+        early, late = (
+            0.5 + 0.5 * np.cos(np.minimum(1.5 * np.pi / np.log(9.0) * np.abs(logarithm - peak), np.pi))
+            for peak in (0.0, np.log(9.0))
+        )
+        return np.asarray(self.early_inhibition * early + self.late_inhibition * late)
 
     def _find_spikes(self, times: Floats, drive: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Return rows and columns of all spikes: V relaxes exactly towards the mean drive of each step."""
         step = times[1] - times[0]
         left, resting = np.exp(-step / self.membrane_time), round(self.rest / step)
         mean, membrane = 0.5 * (drive[1:] + drive[:-1]), np.zeros(drive.shape[1])
-        free_from = np.zeros(drive.shape[1], dtype=np.intp)
+        # By steps since the last spike; the last entry, of one long ago, is 0.
+        inhibition = self.inhibition(step * np.arange(0.5, _INHIBITED / step + 2.0))
+        last = np.full(drive.shape[1], -len(inhibition) - resting)
         rows, columns = [], []
-        for row, target in enumerate(mean, start=1):
-            membrane = (target + (membrane - target) * left) * (row > free_from)
+        for row, pull in enumerate(mean, start=1):
+            since = row - 1 - last
+            target = pull - inhibition[np.minimum(since, len(inhibition) - 1)]
+            membrane = target + (membrane - target) * left
+            membrane = np.where(since >= resting, membrane, np.minimum(membrane, 0.0))
             if (fired := (membrane >= 1.0).nonzero()[0]).size:
-                membrane[fired], free_from[fired] = 0.0, row + resting
+                membrane[fired], last[fired] = 0.0, row
                 rows.append(np.full(fired.size, row))
                 columns.append(fired)
         empty = np.empty(0, dtype=np.intp)
@@ -343,8 +371,8 @@ AFFERENTS = Presets(IntegrateAndFire, "fingerslip.afferents")
 def human_afferents() -> Mapping[str, IntegrateAndFire]:
     """Return the models of the four types of afferent of the human fingertip, by type.
 
-    Time constants are published; thresholds are assumed (``fingerslip.afferents.model.AFFERENTS.table``
-    says of every value where it comes from). Spike times are as good as those.
+    Time constants and inhibition are published, thresholds calibrated on published ones of a pin
+    (``fingerslip.afferents.model.AFFERENTS.table`` says of every value where it comes from).
 
     Examples
     --------

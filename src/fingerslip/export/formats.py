@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 from scipy.io import savemat
 
-from fingerslip.afferents.model import ASSUMED, answering_models, available_spikes, beyond_records, spike_notes
+from fingerslip.afferents.model import CAVEAT, answering_models, available_spikes, beyond_records, spike_notes
 from fingerslip.errors import InputError, optional_module
 from fingerslip.export.paraview import write_paraview
 from fingerslip.export.spikes import slip_times, write_history_nwb
@@ -245,7 +245,7 @@ def export_notes(history: xr.Dataset, kind: str) -> tuple[str, ...]:
         notes.append(f"writing {size}; --format parquet is smaller and faster")
     if kind != "vtu" and (models := answering_models(history)):
         said = spike_notes(models, beyond_records(models, history), history)
-        notes.append("spikes: " + "; ".join([*said, ASSUMED]))
+        notes.append("spikes: " + "; ".join([*said, CAVEAT]))
     return tuple(notes)
 
 

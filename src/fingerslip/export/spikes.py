@@ -12,7 +12,7 @@ import numpy as np
 
 from fingerslip.afferents.model import (
     AFFERENTS,
-    ASSUMED,
+    CAVEAT,
     AfferentModel,
     Spikes,
     human_afferents,
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 _NWB = ("neural", "spikes", "files of NWB need it")
 _KEYWORDS = "simulation, fingertip, slip, tactile afferents"
-_MODELS = f"models of afferents whose {ASSUMED}"
+_MODELS = f"models of afferents whose {CAVEAT}"
 _ABOUT = f"Simulated by fingerslip {__version__}: a finite-element model and models of afferents, not a recording."
 
 

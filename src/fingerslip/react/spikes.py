@@ -69,7 +69,7 @@ class SpikeStream:
     def __init__(self, model: IntegrateAndFire, time: float, stimuli: Floats) -> None:
         """Begin at rest under stimuli (k,) at a time [s]."""
         self._model, self._time, self._stimuli = model, time, stimuli
-        self._low, self._membrane, self._free_from = stimuli, np.zeros(stimuli.size), np.full(stimuli.size, -np.inf)
+        self._low, self._membrane, self._last = stimuli, np.zeros(stimuli.size), np.full(stimuli.size, -np.inf)
         self._drive = model.drive(stimuli, np.zeros(stimuli.size))
         self._sections: Floats | None = None
         self._left = np.zeros(0)
@@ -84,12 +84,14 @@ class SpikeStream:
         decay, arrivals = np.exp(-step / model.membrane_time), []
         for number, values in enumerate(low, start=1):
             drive = model.drive(values, (values - self._low) / step)
-            target, now = 0.5 * (drive + self._drive), self._time + number * step
-            membrane = np.where(now > self._free_from, target + (self._membrane - target) * decay, 0.0)
+            now = self._time + number * step
+            target = 0.5 * (drive + self._drive) - model.inhibition(now - 0.5 * step - self._last)
+            membrane = target + (self._membrane - target) * decay
+            membrane = np.where(now > self._last + model.rest, membrane, np.minimum(membrane, 0.0))
             fires = membrane >= 1.0
             arrivals += [now + model.delay] * int(fires.sum())
             self._membrane = np.where(fires, 0.0, membrane)
-            self._free_from = np.where(fires, now + model.rest, self._free_from)
+            self._last = np.where(fires, now, self._last)
             self._low, self._drive = values, drive
         self._time, self._stimuli = time, stimuli
         return arrivals

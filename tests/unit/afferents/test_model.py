@@ -193,6 +193,7 @@ def test_every_type_ships_with_a_known_stimulus_and_a_source_for_every_value():
     for kind, model in human_afferents().items():
         assert kind in RECEPTOR_KINDS
         assert model.stimulus in STIMULI
+<<<<<<< HEAD
         assert {row.source for row in AFFERENTS.table(kind.lower())} <= {"assumed", "saal2017"}
 
 
@@ -210,3 +211,6 @@ def test_a_type_that_is_left_out_says_what_it_lacks_and_no_more(step, damping, n
     history = history.assign(damping_dissipation=history["damping_dissipation"] + damping)
     history = history.assign_coords(time=step * history["time"].values)
     assert spike_notes((), {}, history) == ([f"FA-II left out: vibrations need {needs}"] if needs else [])
+=======
+        assert {row.source for row in AFFERENTS.table(kind.lower())} <= {"assumed", "knibestol1973", "saal2017", "weiss2009"}
+>>>>>>> c9a27970 (Afferents: spikes inhibit, Pacinian drives saturate as in the model of Saal et al., and thresholds are calibrated on published ones of a pin)

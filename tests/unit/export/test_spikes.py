@@ -67,10 +67,10 @@ def test_a_file_of_nwb_has_the_parameters_of_the_models_with_units_and_what_is_a
         rows = table.to_dataframe().set_index(["kind", "parameter"])
         assert set(rows.index.get_level_values("kind")) == set(SPIKES.kinds)
         assert rows.loc["FA-I", "membrane_time"][["value", "unit", "source"]].tolist() == ["0.0046", "s", "saal2017"]
-        assert rows.loc["FA-I", "least_rate"][["value", "unit", "source"]].tolist() == ["0.1", "1/s", "assumed"]
+        assert rows.loc["FA-I", "least_rate"][["value", "unit", "source"]].tolist() == ["0.11", "1/s", "knibestol1973"]
         assert rows.loc["SA-I", "least_rate"][["value", "unit", "source"]].tolist() == ["2.0", "Pa/s^2", ""]
-        assert "counts of spikes are no result: FA-I stimulus, FA-I least_rate." in table.description
-        assert "thresholds are assumed: counts are no result" in file.units.description
+        assert "counts of spikes are no result: FA-I stimulus." in table.description
+        assert "thresholds are rough: counts are no result" in file.units.description
     with pytest.raises(InputError, match="models: have none of SA-I, need one for each type of afferent"):
         fs.write_nwb(SPIKES, tmp_path / "more.nwb", models={"FA-I": models["FA-I"]})
 

@@ -13,7 +13,7 @@ from matplotlib.patches import ConnectionPatch
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from fingerslip.afferents.model import ASSUMED, Spikes, spike_notes, spike_places
+from fingerslip.afferents.model import CAVEAT, Spikes, spike_notes, spike_places
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.history import is_solid
 from fingerslip.report import colours as palette
@@ -169,7 +169,7 @@ def _limit_to_programme(axes: Axes, history: xr.Dataset, shown: Iterable[float] 
 
 def add_spike_notes(axes: Axes, spikes: Spikes, history: xr.Dataset, *, assumed: bool) -> None:
     """Write below the axis of time what spikes are not."""
-    notes = (*spike_notes(spikes.kinds, spikes.beyond, history), *[ASSUMED] * assumed)
+    notes = (*spike_notes(spikes.kinds, spikes.beyond, history), *[CAVEAT] * assumed)
     if notes:
         style.note_below(axes, "Spikes: " + "; ".join(notes) + ".")
 

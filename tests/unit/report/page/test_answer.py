@@ -202,7 +202,7 @@ def test_a_section_of_a_finger_without_error_bars_says_all_that_is_no_result():
     assert box["Quote"].endswith("State friction, speed.")
     assert box["Do not quote"] == (
         "incipient slip from acceleration peaks, which moves with mesh and step; forces as those of a whole body: the "
-        "section is 1 mm deep; counts of spikes: thresholds are assumed."
+        "section is 1 mm deep; counts of spikes: thresholds are rough."
     )
     assert box["How sure"] == (
         "Numerical uncertainty is not known yet. At 1.5 mm and 3 mm/s this finger slips after 0.7 s; at large "
