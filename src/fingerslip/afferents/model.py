@@ -254,9 +254,9 @@ class IntegrateAndFire:
 
     that fires when V reaches 1, falls to 0 and does not rise for a while. So s_0 and r_0 are the least steady stimulus,
     and the least steady rate of it, at which an afferent fires; under a drive d > 1 it fires every tau ln(d / (d - 1))
-    and the time of rest. A drive d saturates at c, d c / (d + c), and for some time t after a spike it is smaller by ::
+    and the time of rest. Drives saturate, d c / (d + c), and a time t after a spike, with u = ln(1 + t / 1 ms), lack ::
 
-        a_early b(ln(1 + t / 1 ms)) + a_late b(ln(1 + t / 1 ms) - ln 9),  b(x) = (1 + cos(min(3 pi |x| / ln 81, pi))) / 2
+        a_early b(u) + a_late b(u - ln 9),  b(x) = (1 + cos(min(3 pi |x| / ln 81, pi))) / 2
 
     as in the model of Saal et al. (2017): the first ends after 3.3 ms, the second is largest at 8 ms and ends at 38 ms.
 

@@ -12,7 +12,15 @@ import numpy as np
 import pandas as pd
 from scipy.io import savemat
 
-from fingerslip.afferents.model import CAVEAT, answering_models, available_spikes, beyond_records, spike_notes
+from fingerslip.afferents.model import (
+    CAVEAT,
+    Spikes,
+    answering_models,
+    available_spikes,
+    beyond_records,
+    spike_notes,
+    spike_places,
+)
 from fingerslip.errors import InputError, optional_module
 from fingerslip.export.paraview import write_paraview
 from fingerslip.export.spikes import slip_times, write_history_nwb
@@ -26,14 +34,30 @@ if TYPE_CHECKING:
 
 
 def result_tables(history: xr.Dataset) -> dict[str, pd.DataFrame]:
-    """Return the times of slip, a row for each event, and the spikes of receptors whose stimulus a history resolves."""
+    """Return tables of the times of slip, and of the spikes and afferents whose stimulus a history resolves."""
     times = slip_times(history)
     tables = {"events": pd.DataFrame({"event": pd.Series(list(times), dtype=str), "time_s": list(times.values())})}
     if (spikes := available_spikes(history)) is not None:
         tables["spikes"] = spikes.to_dataframe().rename(columns={"time": "time_s"})
+        tables["afferents"] = _afferents(spikes, history)
     for frame in tables.values():
-        frame.attrs["units"] = {"time_s": "s"}
+        frame.attrs["units"] = {column: column[-1] for column in map(str, frame) if column.endswith(("_s", "_m"))}
     return tables
+
+
+def _afferents(spikes: Spikes, history: xr.Dataset) -> pd.DataFrame:
+    """Return a row for each afferent, silent ones too: where it is, how often it fires, and what that is not."""
+    beyond = {kind: spike_notes(spikes.kinds, {kind: highest}, history)[-1] for kind, highest in spikes.beyond.items()}
+    places = zip(history["component"].values, spike_places(spikes, history).T, strict=True)
+    return pd.DataFrame(
+        {
+            "site": spikes.names,
+            "kind": spikes.kinds,
+            **{f"site_position_{axis}_m": values for axis, values in places},
+            "spikes": [times.size for times in spikes.times],
+            "note": ["; ".join([*[beyond[kind]] * (kind in beyond), CAVEAT]) for kind in spikes.kinds],
+        }
+    )
 
 
 def write_history_mat(history: xr.Dataset, folder: Path) -> None:

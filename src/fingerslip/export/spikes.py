@@ -39,7 +39,7 @@ _MODELS = f"models of afferents whose {CAVEAT}"
 _ABOUT = f"Simulated by fingerslip {__version__}: a finite-element model and models of afferents, not a recording."
 
 
-def neo_block(spikes: Spikes, history: xr.Dataset | None = None) -> Any:
+def neo_block(spikes: Spikes, history: xr.Dataset | None = None, *, models: str = _MODELS) -> Any:
     """Return spikes as a block of Neo, which Elephant and other libraries take.
 
     Parameters
@@ -47,13 +47,17 @@ def neo_block(spikes: Spikes, history: xr.Dataset | None = None) -> Any:
     spikes : Spikes
         Spikes of afferents.
     history : xarray.Dataset, optional
-        The history that they are of: force and motion of the counterfaces become signals, slip events an event.
+        The history that they are of: force and motion of the counterfaces become signals, slip events an event, phases
+        and partial slip epochs, and each train is annotated with the `position` of its receptor at rest [m].
+    models : str, optional
+        What the block says of the models that the spikes are of.
 
     Returns
     -------
     neo.Block
-        One segment with a spike train for each afferent, in seconds, annotated with `kind`. Its time of writing is the
-        start of the session, which files of NWB need.
+        One segment with a spike train for each afferent, in seconds, annotated with `kind`, and with `resolved`, False
+        where the records are too coarse for its type. Its time of writing is the start of the session, which files of
+        NWB need.
 
     Raises
     ------
@@ -68,12 +72,16 @@ def neo_block(spikes: Spikes, history: xr.Dataset | None = None) -> Any:
         trains = [train for train in block.segments[0].spiketrains if train.annotations["kind"] == "SA-I"]
     """
     neo = optional_module("neo", "neural", "spikes", "blocks of Neo need it")
-    block, segment = neo.Block(name="fingerslip", description=_ABOUT), neo.Segment(name="run")
+    said = f"{_ABOUT} Spikes come from {models}."
+    block, segment = neo.Block(name="fingerslip", description=said), neo.Segment(name="run", description=said)
     block.segments.append(segment)
     block.annotate(session_start_time=dt.datetime.now(dt.UTC))
     span = {"units": "s", "t_start": spikes.start, "t_stop": spikes.end}
-    for name, kind, times in zip(spikes.names, spikes.kinds, spikes.times, strict=True):
-        segment.spiketrains.append(neo.SpikeTrain(times, name=name, kind=kind, **span))
+    places = None if history is None else spike_places(spikes, history).tolist()
+    for number, (name, kind, times) in enumerate(zip(spikes.names, spikes.kinds, spikes.times, strict=True)):
+        where = {} if places is None else {"position": places[number]}
+        about = {"kind": kind, "resolved": kind not in spikes.beyond, **where}
+        segment.spiketrains.append(neo.SpikeTrain(times, name=name, **about, **span))
     if history is not None:
         times = history["time"].values
         for name, unit, values in _signals(history):
@@ -81,6 +89,9 @@ def neo_block(spikes: Spikes, history: xr.Dataset | None = None) -> Any:
             segment.irregularlysampledsignals.append(signal)
         slip = slip_times(history)
         segment.events.append(neo.Event(list(slip.values()), labels=list(slip), units="s", name="slip"))
+        labels, starts, ends = (list(column) for column in zip(*_epochs(history), strict=True))
+        lengths = np.subtract(ends, starts)
+        segment.epochs.append(neo.Epoch(starts, lengths, labels=labels, units="s", name="programme"))
     return block
 
 
@@ -147,11 +158,8 @@ def write_nwb(
             times = history["time"].values
             about = f"{_MEANINGS[name.partition('_')[0]]}, simulated: {_AXES}"
             file.add_stimulus(pynwb.TimeSeries(name=name, data=values, unit=unit, timestamps=times, description=about))
-        slip = slip_times(history)
-        for kind, first, last in _phases(history):
-            file.add_epoch(float(first), float(last), [str(kind)])
-        if {"incipient", "overall"} <= slip.keys():
-            file.add_epoch(slip["incipient"], slip["overall"], ["partial slip"])
+        for kind, first, last in _epochs(history):
+            file.add_epoch(first, last, [kind])
     with new_file(Path(path)) as partial, pynwb.NWBHDF5IO(str(partial), "w") as stream:
         stream.write(file)
     return Path(path)
@@ -229,6 +237,14 @@ def _about_run(spikes: Spikes, history: xr.Dataset) -> dict[str, str]:
 def _phases(history: xr.Dataset) -> Iterator[tuple[Any, ...]]:
     """Yield kind, start and end [s] of each phase."""
     return zip(*(history[f"phase_{name}"].values for name in ("kind", "start", "end")), strict=True)
+
+
+def _epochs(history: xr.Dataset) -> Iterator[tuple[str, float, float]]:
+    """Yield name, start and end [s] of each phase and of partial slip."""
+    yield from ((str(kind), float(first), float(last)) for kind, first, last in _phases(history))
+    slip = slip_times(history)
+    if {"incipient", "overall"} <= slip.keys():
+        yield "partial slip", slip["incipient"], slip["overall"]
 
 
 def write_history_nwb(history: xr.Dataset, folder: Path) -> None:

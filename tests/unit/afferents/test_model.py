@@ -19,7 +19,7 @@ from fingerslip.afferents.model import (
     spike_notes,
     spikes_of,
 )
-from fingerslip.afferents.signals import STIMULI, BandwidthWarning, warn_beyond
+from fingerslip.afferents.signals import STIMULI, BandwidthWarning, receptor_stimuli, warn_beyond
 from fingerslip.sites import RECEPTOR_KINDS
 from problems.pushed import push_and_slide
 from unit.report.scenes import block_history
@@ -193,8 +193,12 @@ def test_every_type_ships_with_a_known_stimulus_and_a_source_for_every_value():
     for kind, model in human_afferents().items():
         assert kind in RECEPTOR_KINDS
         assert model.stimulus in STIMULI
-<<<<<<< HEAD
-        assert {row.source for row in AFFERENTS.table(kind.lower())} <= {"assumed", "saal2017"}
+        assert {row.source for row in AFFERENTS.table(kind.lower())} <= {
+            "assumed",
+            "knibestol1973",
+            "saal2017",
+            "weiss2009",
+        }
 
 
 @pytest.mark.parametrize(
@@ -211,6 +215,64 @@ def test_a_type_that_is_left_out_says_what_it_lacks_and_no_more(step, damping, n
     history = history.assign(damping_dissipation=history["damping_dissipation"] + damping)
     history = history.assign_coords(time=step * history["time"].values)
     assert spike_notes((), {}, history) == ([f"FA-II left out: vibrations need {needs}"] if needs else [])
-=======
-        assert {row.source for row in AFFERENTS.table(kind.lower())} <= {"assumed", "knibestol1973", "saal2017", "weiss2009"}
->>>>>>> c9a27970 (Afferents: spikes inhibit, Pacinian drives saturate as in the model of Saal et al., and thresholds are calibrated on published ones of a pin)
+
+
+def test_inhibition_has_the_shape_of_the_published_kernels():
+    # Rows 0, 5, 10, 17, 40 and 100 of the two kernels in the code of Saal et al. (2017), 0.2 ms apart.
+    since = 0.2e-3 * np.array([0, 5, 10, 17, 40, 100, np.inf])
+    early, late = (afferent(**{name: 1.0}).inhibition(since) for name in ("early_inhibition", "late_inhibition"))
+    np.testing.assert_allclose(early, [1.0, 0.542052, 0.146447, 0.0, 0.0, 0.0, 0.0], atol=1e-6)
+    np.testing.assert_allclose(late, [0.0, 0.0, 0.146447, 0.517999, 1.0, 0.378041, 0.0], atol=1e-6)
+
+
+@pytest.mark.parametrize(("kind", "most"), [("FA-I", 300.0), ("SA-I", 160.0), ("SA-II", 160.0)])
+def test_afferents_fire_as_slowly_as_recorded_ones_under_ten_times_their_threshold(kind, most):
+    model = human_afferents()[kind]
+    ramp = 10.0 * (model.least_rate or 0.0) * TIMES if model.least_steady is None else 10.0 * model.least_steady
+    (spikes,) = model.spikes(TIMES[:101], np.broadcast_to(ramp, TIMES.shape)[:101, None])
+    assert 10.0 < 1.0 / np.diff(spikes).max() < most, "a drive of 10 made FA-I fire at 650 a second without inhibition"
+
+
+def test_a_pacinian_afferent_answers_a_vibration_cycle_by_cycle():
+    times = np.arange(0.0, 0.2, 0.25e-3)
+    # What 2.3 um at 200 Hz below a pin make at the nearest corpuscle [m/s^2].
+    (spikes,) = human_afferents()["FA-II"].spikes(times, 1.36 * np.abs(np.sin(2.0 * np.pi * 200.0 * times))[:, None])
+    late = spikes[spikes > 0.1]
+    assert 0.9 < late.size / (200.0 * 0.1) < 1.6
+    np.testing.assert_allclose(afferent(saturation=4.0).drive(np.array([[0.4, 1e9]]), np.zeros((1, 2))), [[2.0, 4.0]])
+
+
+@pytest.mark.slow
+def test_thresholds_are_those_of_a_pin_on_the_fingertip():
+    finger = fs.preset("wang2014-2d")
+    model = fs.Model(
+        mesh=fs.build_section(finger, contact_size=0.15e-3, bulk_size=0.8e-3),
+        materials=finger.materials,
+        formulation=finger.formulation,
+        depth=finger.depth,
+        supports={"phalanx": ("x", "y")},
+        contacts=(fs.Contact("skin", fs.Cylinder(0.5e-3), fs.Coulomb(0.6)),),
+        programme=(fs.Press(0.5e-3, 5e-3),),
+        damping=fs.RayleighDamping(stiffness=2e-3),
+        time=fs.TimeStepping(step=1e-3, alpha=-0.41421),
+        record=fs.Recording(sites=fs.receptor_sites(finger)),
+    )
+    history = fs.simulate(model)
+    stimuli, models = receptor_stimuli(history), human_afferents()
+    depths = 5e-3 * history["time"].values
+
+    def nearest(kind):
+        """Return the stimulus of the afferent that is strained most, over depth."""
+        values = stimuli[models[kind].stimulus].values[:, stimuli["site_kind"].values == kind]
+        return values[:, values[-1].argmax()]
+
+    times = np.arange(0.0, 1.0, 1e-3)
+    held = models["SA-I"].spikes(times, np.interp(np.minimum(5e-3 * times, 0.5e-3), depths, nearest("SA-I"))[:, None])[
+        0
+    ]
+    assert 12 <= (held > 0.5).sum() / 0.5 <= 32, "the four fitted afferents of Saal et al. (2017): 12 to 32, median 18"
+    stretched = nearest("SA-II")
+    assert np.interp(0.28e-3, depths, stretched) < models["SA-II"].least_steady < np.interp(0.32e-3, depths, stretched)
+    sheared = nearest("FA-I")
+    fires = [models["FA-I"].spikes(depths / speed, sheared[:, None])[0].size > 0 for speed in (0.35e-3, 0.45e-3)]
+    assert fires == [False, True], "Knibestol (1973): from 0.4 mm/s on"

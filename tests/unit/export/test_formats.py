@@ -50,7 +50,16 @@ def test_times_of_slip_have_text_beside_them_even_without_any_and_spikes_are_los
     assert (list(tables), len(tables["events"])) == (["events"], 0)
     assert pd.api.types.is_string_dtype(tables["events"]["event"].dtype)
     felt = pushed.assign_coords(site_kind=("site", ["SA-I", "SA-I"]))
-    assert list(result_tables(felt)) == ["events", "spikes"]
+    tables = result_tables(felt)
+    assert list(tables) == ["events", "spikes", "afferents"]
+    afferents = tables["afferents"]
+    assert afferents[["site", "kind"]].to_numpy().tolist() == [["deep", "SA-I"], ["low", "SA-I"]], "silent or not"
+    np.testing.assert_array_equal(afferents[["site_position_x_m", "site_position_y_m"]], pushed["site_position"].values)
+    assert afferents["spikes"].sum() == len(tables["spikes"])
+    assert afferents.attrs["units"] == {"site_position_x_m": "m", "site_position_y_m": "m"}
+    (note,) = set(afferents["note"])
+    assert note.startswith("SA-I (101 Hz) respond to more than the ")
+    assert note.endswith("; thresholds are rough: counts are no result")
     unknown = felt.assign(strain=np.nan * felt["strain"])
     with pytest.raises(ResultError, match="is not known at some receptor"):
         result_tables(unknown)

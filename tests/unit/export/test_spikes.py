@@ -94,6 +94,16 @@ def test_a_block_of_neo_has_trains_signals_and_slip_events(felt):
     for train, times in zip(segment.spiketrains, SPIKES.times, strict=True):
         np.testing.assert_array_equal(train.rescale("s").magnitude, times)
         assert (float(train.t_start), float(train.t_stop)) == (0.0, 3.0)
+    places = [train.annotations["position"] for train in segment.spiketrains]
+    np.testing.assert_array_equal(places, felt["site_position"].values[:3])
+    assert "counts are no result" in segment.description
+    resolved = dataclasses.replace(SPIKES, beyond={"SA-I": 101.0})
+    trains = fs.neo_block(resolved).segments[0].spiketrains
+    assert [train.annotations["resolved"] for train in trains] == [True, True, False]
+    (epochs,) = segment.epochs
+    assert epochs.labels.tolist() == [*felt["phase_kind"].values, "partial slip"]
+    np.testing.assert_array_equal(epochs.times.magnitude[:-1], felt["phase_start"].values)
+    np.testing.assert_allclose((epochs.times + epochs.durations).magnitude[:-1], felt["phase_end"].values)
     forces, displacements = segment.irregularlysampledsignals
     np.testing.assert_array_equal(forces.magnitude, felt["counterface_force"].values[:, 0])
     assert (forces.dimensionality.string, displacements.dimensionality.string) == ("N", "m")
