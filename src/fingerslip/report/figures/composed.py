@@ -47,7 +47,8 @@ def composed_figure(
     times, is_flat = history["time"].values, not is_solid(history)
     kinds = tuple(dict.fromkeys(spikes.kinds)) if spikes else ()
     moments = _picture_titles(history, events, times_shown) if has_pictures(history) else {}
-    heights = [_STIMULUS, _PICTURES, *[_STATES] * is_flat, *[_RASTER] * len(kinds), _SERIES, _SERIES]
+    rasters = _raster_heights(spikes) if spikes else []
+    heights = [_STIMULUS, _PICTURES, *[_STATES] * is_flat, *rasters, _SERIES, _SERIES]
     heights = [height for height in heights if moments or height != _PICTURES]
     heading = style.join_title(f"Stimulus, contact{', afferents' if kinds else ''} and forces", title)
     size, labels = (_WIDTH, float(np.mean(heights))), ("time [s]", "")
@@ -141,7 +142,9 @@ def spike_figure(
     """
     kinds = tuple(dict.fromkeys(spikes.kinds))
     times, heading = history["time"].values, style.join_title("Spikes of afferents", title)
-    figure, panels = style.figure_grid(len(kinds) + 2, 1, (6.8, 1.1), heading, ("time [s]", ""), share="x", full=True)
+    heights = [_SERIES, *_raster_heights(spikes), _SERIES]
+    size, labels = (_WIDTH, 1.1 * float(np.mean(heights))), ("time [s]", "")
+    figure, panels = style.figure_grid(len(heights), 1, size, heading, labels, share="x", heights=heights, full=True)
     stimulus, *rasters, rate = panels
     draw_stimulus(stimulus, history, times)
     window = max(_WINDOW, _RECORDS_A_WINDOW * float(np.diff(times).max()))
@@ -167,6 +170,14 @@ def _limit_to_programme(axes: Axes, history: xr.Dataset, shown: Iterable[float] 
     axes.set_xlim(times[0], max(end, *shown, times[0]))
 
 
+def _raster_heights(spikes: Spikes) -> list[float]:
+    """Return the height of the raster of each type [inch]: by its rows, low where it does not fire."""
+    rows = {kind: spikes.kinds.count(kind) for kind in spikes.kinds}
+    firing = {kind for kind, times in zip(spikes.kinds, spikes.times, strict=True) if times.size}
+    most = max(rows.values(), default=1)
+    return [_RASTER * (max(0.6, count / most) if kind in firing else 0.6) for kind, count in rows.items()]
+
+
 def add_spike_notes(axes: Axes, spikes: Spikes, history: xr.Dataset, *, assumed: bool) -> None:
     """Write below the axis of time what spikes are not."""
     notes = (*spike_notes(spikes.kinds, spikes.beyond, history), *[CAVEAT] * assumed)
@@ -180,6 +191,8 @@ def draw_raster(axes: Axes, spikes: Spikes, history: xr.Dataset, kind: str) -> N
     rows = [row for row in along.argsort(kind="stable") if spikes.kinds[row] == kind]
     colour = palette.RECEPTOR_COLOURS.get(kind, palette.BLACK)
     axes.eventplot([spikes.times[row] for row in rows], colors=colour, linewidths=0.6, linelengths=0.8)
+    if not any(spikes.times[row].size for row in rows):
+        axes.text(0.5, 0.5, "no spikes", transform=axes.transAxes, ha="center", va="center", color=colour)
     axes.set_ylabel(f"{len(rows)} {kind}\nby {'x' if history.sizes['component'] == 2 else 'place'}", color=colour)
     axes.set_ylim(-0.8, len(rows) - 0.2)
     ends = (0, len(rows) - 1) if len(rows) > 1 else (0,)

@@ -492,6 +492,13 @@ def test_every_type_has_its_raster_below_the_stimulus_with_rows_by_place_and_rat
     assert edges[0] == 0.0
     assert stimulus.get_xlim() == (0.0, pytest.approx(slide_window(history).end)), "all of the slide"
     assert titles(figure) == [], "notes are no titles of panels"
+    high, low = (axes.get_position().height for axes in (slow, fast))
+    assert 0.5 < low / high < 0.7, "half the rows"
+    empty = np.empty(0)
+    silent = composed.spike_figure(fs.Spikes(names, kinds, (empty, empty, times[2]), 0.0, 0.5), history).axes
+    said = [[text.get_text() for text in axes.texts].count("no spikes") for axes in silent]
+    assert said == [0, 1, 0, 0]
+    assert silent[1].get_position().height == pytest.approx(silent[2].get_position().height), "silent ones are low"
     felt = fs.Spikes(names, kinds, times, 0.0, 0.5, {"FA-I": 117.0})
     for drawn in (
         composed.spike_figure(felt, history, assumed=True),
