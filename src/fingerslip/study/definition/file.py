@@ -45,7 +45,7 @@ def line_numbers(path: Path, where: str = "") -> Iterator[None]:
             raise error from None
 
         def line_of(place: str) -> int | None:
-            return lines.get(f"sweep.{place}", lines.get(known_part(place, lines)))
+            return lines.get(f"sweep.{place}" if where else place, lines.get(known_part(place, lines)))
 
         raise Mistakes(
             mistake.moved(str, line_of(mistake.where.removeprefix(front)))

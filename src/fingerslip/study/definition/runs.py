@@ -29,7 +29,7 @@ from fingerslip.storage.files import digest
 from fingerslip.study.definition.expressions import derive
 from fingerslip.study.definition.file import study_file
 from fingerslip.study.definition.spec import NOT_OF_A_RUN, PlainStudy, Study
-from fingerslip.study.definition.sweep import combinations, drawn, scatter_values, swept_together
+from fingerslip.study.definition.sweep import changed_paths, combinations, drawn, scatter_values
 from fingerslip.units import without_rounding
 
 #: Raised whenever the numerics or the files of a run change, so that older runs are computed again.
@@ -168,12 +168,14 @@ def plan_mapping(mapping: Mapping[str, Any], source: Path, folder: Path) -> Plan
 
 @contextlib.contextmanager
 def without_swept(plan: Plan, run: Run, check: Callable[[Run], object]) -> Iterator[None]:
-    """Leave the swept values of a run out of its mistakes where the last run, which has others, has the same."""
+    """Leave the swept values of a run out of its mistakes where the last run that has none of them has the same."""
     try:
         yield
     except InputError as error:
-        last, source, others = plan.runs[-1], str(plan.source), Mistakes()
-        if run.swept and last.swept != run.swept and not run.sampled:
+        swept, source, others = run.swept.items(), str(plan.source), Mistakes()
+        without = [other for other in plan.runs if all(other.swept.get(path) != value for path, value in swept)]
+        last = [run, *without][-1]
+        if last is not run and not run.sampled:
             with others.collect():
                 check(last)
         alone = str(error).replace(run.where, source)
@@ -209,10 +211,7 @@ def expand_mapping(mapping: Mapping[str, Any], source: Path, folder: Path = Path
 def given_in(mapping: Mapping[str, Any]) -> tuple[str, ...]:
     """Return the dotted paths of all values that a study as plain data gives, swept and sampled ones last."""
     written = flatten({key: value for key, value in mapping.items() if key not in ("sweep", "sample")})
-    sample = mapping.get("sample") or {}
-    swept = (path for key in mapping.get("sweep") or {} for path in swept_together(str(key)))
-    sampled = (path for group in ("ranges", "choices", "equal") for path in sample.get(group) or {})
-    return tuple(map(str, (*written, *swept, *sampled)))
+    return (*map(str, written), *changed_paths(mapping))
 
 
 def _tried_at_centre(runs: list[Run], centre: Run) -> list[Run]:

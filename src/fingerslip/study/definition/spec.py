@@ -55,6 +55,7 @@ from fingerslip.study.definition.settings import (
 from fingerslip.study.definition.sweep import (
     RepeatSettings,
     SampleSettings,
+    changed_paths,
     check_sweep,
     sample_mistakes,
     swept_mistakes,
@@ -436,9 +437,9 @@ def _study_or_mistakes(mapping: Mapping[str, Any]) -> tuple[Study | None, list[I
 
 
 def _unknown_groups(mapping: Mapping[str, Any], folder: Path) -> list[InputError]:
-    """Return the groups that a study with other mistakes names and its mesh file lacks."""
-    source, mistakes = valid_fields(Study, mapping).get("mesh"), Mistakes()
-    if not isinstance(source, MeshFile):
+    """Return the groups that a study with other mistakes names in all its runs and its mesh file lacks."""
+    source, mistakes, changed = valid_fields(Study, mapping).get("mesh"), Mistakes(), changed_paths(mapping)
+    if not isinstance(source, MeshFile) or any(is_below(path, "mesh") for path in changed):
         return []
     from fingerslip.fe.space import group_facets  # slow to load
 
@@ -450,9 +451,9 @@ def _unknown_groups(mapping: Mapping[str, Any], folder: Path) -> list[InputError
         names |= {f"tractions.{name}": name for name in tractions}
         touched = contact.get("boundary", ContactSettings.boundary)
         names |= {"contact.boundary": touched} if contact and isinstance(touched, str) else {}
-        for place, name in names.items():
+        for place in [place for place in names if not any(is_below(place, path) for path in changed)]:
             with mistakes.collect():
-                group_facets(mesh.boundaries, name, "boundary", place)
+                group_facets(mesh.boundaries, names[place], "boundary", place)
     return mistakes.found
 
 

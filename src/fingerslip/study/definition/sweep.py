@@ -63,6 +63,14 @@ def swept_together(key: str) -> tuple[str, ...]:
     return tuple(path.strip() for path in key.split(","))
 
 
+def changed_paths(mapping: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the dotted paths of the values that the sweep and the samples of a study as plain data change."""
+    sample = mapping.get(SAMPLE)
+    sampled = [sample.get(group) for group in ("ranges", "choices", "equal")] if isinstance(sample, Mapping) else []
+    groups = [group for group in (mapping.get("sweep"), *sampled) if isinstance(group, Mapping)]
+    return tuple(path for group in groups for key in group for path in swept_together(str(key)))
+
+
 def combinations(sweep: Mapping[str, Sequence[Any]]) -> list[dict[str, Any]]:
     """Return all combinations of the swept values, by path; the first path varies slowest."""
     rows = itertools.product(*(_rows(key, values) for key, values in sweep.items()))

@@ -115,13 +115,15 @@ def test_keys_are_text_in_their_order_and_anchors_are_followed(tmp_path):
 
 def test_mistakes_get_the_line_of_their_value_and_those_of_something_else_stay_as_they_are(tmp_path):
     path = tmp_path / "x.yaml"
-    path.write_text("# a study\ntime:\n  step: 1\ndepth: x\n")
+    path.write_text("# a study\ntime:\n  step: 1\ndepth: x\nsweep:\n  time.step: [1, 2]\n")
     places = ("depth", "time.step", "time.end", "mesh")
     mistakes = [InputError(f"{path}: {place}", "is wrong", "needs another") for place in places]
     with pytest.raises(InputErrors) as caught, line_numbers(path):
         raise InputErrors(mistakes)
     lines = [(error.where.removeprefix(f"{path}: "), error.line) for error in caught.value.all]
     assert lines == [("time.step", 3), ("time.end", 2), ("depth", 4), ("mesh", None)]
+    with pytest.raises(InputError, match=r"\(line 6\)"), line_numbers(path, "a run"):
+        raise InputError("a run: time.step", "is wrong", "needs another")
     error = InputError("preset x", "is wrong", "needs another")
     for path in (tmp_path / "gone.yaml", tmp_path / "x.yaml"):
         (tmp_path / "x.yaml").write_text("a: 1\n")

@@ -1,5 +1,6 @@
 """A study before it is run, and its stored results seen: figures, films, pictures and windows."""
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +28,7 @@ from fingerslip.vision.video import read_frames, stated_rate
 from unit.mesh.decks.texts import CAE, FEBIO
 from unit.report.scenes import block_history
 from unit.scans import mesh_of_a_scan, scan_values
-from unit.study.block import NAMES, block_values, changed, run_block
+from unit.study.block import NAMES, block_mesh, block_values, changed, run_block
 from unit.synthetic import Process, make
 
 
@@ -104,11 +105,17 @@ def test_mistakes_that_only_some_runs_have_say_which(write_study):
     moduli = {"materials.block.poisson_ratio": [0.3, 0.5]}
     with pytest.raises(fs.InputError, match=r"block\.yaml \(materials.block.poisson_ratio = 0.5\): materials.block.po"):
         check_plans(plan_studies([write_study(changed("sweep", moduli))]))
+    meshes = {"contact.friction_coefficient": [0.2, 0.4], "mesh.file": ["block.msh", "other.msh"]}
+    path, mesh = write_study(changed("sweep", meshes)), block_mesh()
+    fs.write_mesh(dataclasses.replace(mesh, _boundaries={"top": mesh.boundaries["top"]}), path.with_name("other.msh"))
+    with pytest.raises(fs.InputError, match=r"block\.yaml \(.*, mesh\.file = other\.msh\): contact.boundary: .* top "):
+        check_plans(plan_studies([path]))
     gone = changed("mesh", {"file": "gone.msh"})
     with pytest.raises(fs.InputError, match=r"block\.yaml: mesh\.file: cannot read"):
         plan_studies([write_study(gone)])
 
 
+SAMPLED = {"ranges": {"time.end": ["50 ms", "60 ms"]}, "choices": {"contact.boundary": ["bottom", "top"]}, "count": 2}
 MOVED = {"nail": {"displacement": ["1 mm", "0 mm"], "ramp": {"times": ["0 s", "1 s"], "factors": [0, 1]}}}
 
 
@@ -124,6 +131,10 @@ MOVED = {"nail": {"displacement": ["1 mm", "0 mm"], "ramp": {"times": ["0 s", "1
         ({"depth": 1, "tractions": {"block": ["0 Pa", "1 Pa"]}}, ["tractions.block", "depth"]),
         ({"depth": 1, "supports": {"block": ["x"]}}, ["depth"]),
         ({"depth": 1, "mesh": {"file": "gone.msh"}}, ["depth"]),
+        # What runs have in their place does not count.
+        ({"depth": 1, "contact.boundary": "pulp", "sweep": {"contact.boundary": ["bottom"]}}, ["depth"]),
+        ({"depth": 1, "contact.boundary": "pulp", "sweep": {"mesh.file": ["other.msh"]}}, ["depth"]),
+        ({"depth": 1, "contact.boundary": "pulp", "sweep": {}, "sample": SAMPLED}, ["depth"]),
         (
             {"contact.boundary": "pulp", "initial_velocity": ["0 m/s"] * 3, "support_motions": MOVED},
             ["contact.boundary", "initial_velocity", "support_motions.nail"],
