@@ -100,7 +100,7 @@ def timeline_figure(line: Timeline) -> Figure:
     for axes in panels:
         mark_events(axes, line.slides)
         for slide in line.slides:
-            if slide.is_press:
+            if not slide.is_judged:
                 axes.axvspan(slide.start, time[-1] if slide.end is None else slide.end, color=_PRESS, zorder=0)
     keys: dict[str, Artist] = {
         name: Line2D([], [], color=colour, linestyle=dash)
@@ -109,8 +109,8 @@ def timeline_figure(line: Timeline) -> Figure:
     }
     if by_marker and any(slide.end is not None for slide in line.slides):
         keys["new rest: displaced from there on"] = Line2D([], [], **_NEW_REST)
-    if any(slide.is_press for slide in line.slides):
-        keys["press, not judged"] = Patch(color=_PRESS)
+    if any(not slide.is_judged for slide in line.slides):
+        keys["not judged"] = Patch(color=_PRESS)
     add_legend(figure, keys)
     return figure
 
@@ -146,6 +146,10 @@ _WHAT_IT_NEEDS = (
 )
 
 
+_COLOURS = (
+    " Orange markers have left the pattern, blue ones go with it, white or grey ones are not counted. Where most "
+    "markers slip, the pattern is theirs, and orange ones stick."
+)
 _SURE_OF_TRAINED = (
     "Sure: the probability that the detector itself gives, at most 99 %; how often it is right on trials that it has "
     "not seen, fingerslip detect evaluate says."
@@ -223,11 +227,11 @@ def slide_table(clip: SlipClip) -> Table:
     """Return what happened from rest to rest."""
     rows: list[tuple[Cell, ...]] = []
     for slide in clip.slides:
-        no_event = Missing.NOT_JUDGED if slide.is_press else Missing.NO_EVENT
+        no_event = Missing.NO_EVENT if slide.is_judged else Missing.NOT_JUDGED
         times = [no_event if time is None else time for time in vars(slide.onsets).values()]
         # A detector that knows no rests does not know when a slide begins.
         start = slide.start if clip.residual else None
-        sure = no_event if slide.is_press else _sureness(clip, slide)
+        sure = _sureness(clip, slide) if slide.is_judged else no_event
         rows.append((start, slide.end, "press" if slide.is_press else "slide", *times, sure))
     seconds = [Column(name, "s", digits=3) for name in ("begins", "ends", "slip", "gross slip")]
     columns = (*seconds[:2], Column("what"), *seconds[2:], Column("sure", "%"))
@@ -257,8 +261,12 @@ def answer_of(clip: SlipClip) -> tuple[str, ...]:
         sentences.append(f"Slip in {len(slips) - 3} further slides: see the table.")
     if slips:
         sentences.append(_time_error(clip))
-    if not slips:
-        sentences.append("No slip was found." if len(clip.slides) > presses else "No slide was found.")
+    behind = max((slide for slide in clip.slides if not slide.is_press), key=lambda slide: slide.behind, default=None)
+    if not slips and (behind is None or any(slide.is_judged for slide in clip.slides)):
+        sentences.append("No slide was found." if behind is None else "No slip was found.")
+    if behind and behind.behind:
+        left_out = f"In a slide {behind.behind} of {behind.markers} markers stay behind and are not counted"
+        sentences.append(f"{left_out}{'' if behind.is_judged else ': of slip in it nothing is said'}.")
     if presses:
         words = "1 motion is a press" if presses == 1 else f"{presses} motions are presses"
         sentences.append(f"{words} or begins one: of slip in it nothing is said.")
@@ -279,8 +287,8 @@ def _time_error(clip: SlipClip) -> str:
 def slip_report(clip: SlipClip) -> Report:
     """Return the page."""
     has_reasons = bool(clip.residual)
-    colours = " Red markers have left the pattern, blue ones go with it." if has_reasons else ""
-    caption = "Dashed: slip begins. Full line: it is gross. Grey: presses."
+    colours = _COLOURS if has_reasons else ""
+    caption = "Dashed: slip begins. Full line: it is gross. Grey: nothing is said of slip."
     timeline = Picture("timeline", caption, timeline_figure(timeline_of(clip)))
     hero, sections = [], [ReportSection("When", (), (slide_table(clip),), warnings=clip.warnings)]
     if clip.frames is not None:
@@ -340,6 +348,10 @@ def timeline_of(clip: SlipClip) -> Timeline:
     if clip.residual:
         values[f"displaced [{unit}]"] = [scale * entry.displacement for entry in clip.residual]
         values["left pattern [%]"] = [100 * entry.share for entry in clip.residual]
+    for slide in clip.slides:
+        if not slide.is_judged:
+            end = np.inf if slide.end is None else slide.end
+            values.loc[values["time [s]"].between(slide.start, end), ["sure of slip [%]", *values.columns[3:]]] = np.nan
     return Timeline(clip.name, clip.slides, values)
 
 
@@ -353,8 +365,9 @@ def field_figure(clip: SlipClip) -> Figure:
     apart = float(np.nanmedian(np.sort(np.linalg.norm(rest[:, None] - rest, axis=2), axis=1)[:, 1]))
     for axes, (name, number) in zip(panels, moments.items(), strict=True):
         left = clip.residual[number].residual
-        beyond = np.hypot(*left.T) > 1.0
-        axes.scatter(rest[:, 0], rest[:, 1], s=14, color=np.where(beyond, VERMILLION, SKY))
+        beyond = np.hypot(*left.T)
+        colours = np.select([beyond > 1.0, beyond <= 1.0], [VERMILLION, SKY], GREY)
+        axes.scatter(rest[:, 0], rest[:, 1], s=14, color=colours)
         arrows = left * (1.2 * apart / largest)
         axes.quiver(*rest.T, *arrows.T, angles="xy", scale_units="xy", scale=1, width=0.008, color=BLACK)
         share = f"{100 * clip.residual[number].share:.0f} % left it"
@@ -409,7 +422,8 @@ def _pictures(clip: SlipClip, numbers: Sequence[int]) -> list[NDArray[np.uint8]]
     moved = chosen["position"].values - rest_positions(tracks["position"].values, 5)
     marked = None
     if clip.residual:
-        marked = np.array([np.hypot(*clip.residual[number].residual.T) > 1.0 for number in numbers])
+        left = np.array([np.hypot(*clip.residual[number].residual.T) for number in numbers])
+        marked = np.where(np.isnan(left), np.nan, left > 1.0)
     return list(overlay_frames(frames, chosen, arrows=-moved, marked=marked))
 
 

@@ -47,6 +47,7 @@ _CLEAR, _FIRST = 10.0, 0.05
 _WINDOW = 5  # frames over which markers spring back
 _STILL = 0.5  # time that markers have to stay where they are to rest again [s]
 _RIGID = 0.3  # share of the first motion of a slide that is not rigid, at most
+_BEHIND = 0.25  # share of the markers that may stay behind the first motion where no slip is said
 _MANY = 20  # markers that determine the motion of a plane before a camera
 _ROUNDS = 4  # in which markers lose their weight as far as they left the pattern
 
@@ -72,6 +73,15 @@ class Slide:
     is_press: bool  # whether their first motion is no rigid one, so that nothing is said of slip
     onsets: Onsets = field(default_factory=lambda: Onsets(None, None))
     end: float | None = None  # when the markers rest again [s], where they do
+    # Markers that stay behind the first motion and are not counted, as reflections and those outside the contact, of
+    # all that are followed.
+    behind: int = 0
+    markers: int = 0
+
+    @property
+    def is_judged(self) -> bool:
+        """Whether something is said of slip: not in a press; where many markers stay behind, only that it slips."""
+        return not self.is_press and (self.onsets.first is not None or self.behind <= _BEHIND * self.markers)
 
 
 @dataclass(frozen=True)
@@ -79,7 +89,7 @@ class ResidualFinding(Finding):
     """What the detector says at one time, and why; `onsets` are the first of all slides."""
 
     share: float  # share of the markers that are seen, move with the sensor, and have left the pattern [-]
-    # (n_markers, 2), what the pattern leaves, in units of the limit; NaN where not seen or no part of the sensor
+    # (n_markers, 2), what the pattern leaves, in units of the limit; NaN where not counted: unseen, behind, in presses
     residual: Floats = field(repr=False)
     displacement: float  # root mean square since rest, in the unit of the positions
     slides: tuple[Slide, ...]  # so far
@@ -132,7 +142,7 @@ class ResidualDetector(FrameByFrame[ResidualFinding]):
         """Count all motion from markers at rest (n, 2), until they rest again."""
         self._rest, self._is_moving = rest, False
         self._pattern = np.zeros_like(rest)  # what the sensor yields to the first motion
-        self._still: Flags = np.zeros(len(rest), dtype=bool)  # which do not go with their neighbours: reflections
+        self._still: Flags = np.zeros(len(rest), dtype=bool)  # which stay behind their neighbours
         self._first: deque[Floats] = deque(maxlen=_MOST)
         self._means: deque[Floats] = deque(maxlen=_WINDOW + 1)
         self._steps: deque[float] = deque(maxlen=3 * _WINDOW)
@@ -149,8 +159,9 @@ class ResidualDetector(FrameByFrame[ResidualFinding]):
         residual, left = np.full(frame.position.shape, np.nan), np.zeros_like(moved)
         if not self._is_moving:
             self._start(frame.time, moved, displacement)
-        counted = visible & ~self._still
-        if self._is_moving and not self._slides[-1].is_press and counted.any():
+        is_press = self._is_moving and self._slides[-1].is_press
+        counted = visible & ~self._still & (not is_press)
+        if self._is_moving and counted.any():
             limit = max(settings.noise * self._noise, settings.growth * displacement)
             left = self._less_pattern(moved, counted, limit)
             share = float((np.linalg.norm(left[counted], axis=1) > 1.0).mean())
@@ -174,7 +185,8 @@ class ResidualDetector(FrameByFrame[ResidualFinding]):
             self._pattern = self._less_rigid(np.mean(self._first, axis=0))
             self._is_moving, self._clear_since = True, time
             start = time if self._stirred is None else self._stirred
-            self._slides.append(Slide(start, _rms(self._less_rigid(moved)) > _RIGID * displacement))
+            is_press, behind = _rms(self._less_rigid(moved)) > _RIGID * displacement, int(self._still.sum())
+            self._slides.append(Slide(start, is_press, behind=behind, markers=len(moved)))
 
     def _less_rigid(self, moved: Floats) -> Floats:
         position = np.where(self._still[:, None], np.nan, self._rest + moved)
@@ -307,8 +319,7 @@ def slides_of(findings: Sequence[Finding]) -> tuple[Slide, ...]:
 def findings_table(findings: Sequence[Finding], title: str, note: str) -> Table:
     """Return what a detector found, and how long it took; the note says what is in that time."""
     latency, onsets, slides = latency_of(findings), findings[-1].onsets, slides_of(findings)
-    # Of presses nothing is said.
-    is_judged = not slides or any(not slide.is_press for slide in slides)
+    is_judged = not slides or any(slide.is_judged for slide in slides)
     no_event = Missing.NO_EVENT if is_judged else Missing.NOT_JUDGED
     rows: tuple[tuple[Cell, ...], ...] = (
         ("slip begins [s]", no_event if onsets.incipient is None else f"{onsets.incipient:.4g}"),

@@ -51,14 +51,14 @@ def overlay_frames(
     tracks: xr.Dataset,
     *,
     arrows: Floats | None = None,
-    marked: Flags | None = None,
+    marked: Flags | Floats | None = None,
 ) -> Iterator[Frame]:
     """Yield frames (height, width, 3) with a circle at each marker that is seen, an arrow at it, time and count.
 
     Colours are those of rings, white for markers that do not move with their neighbours (`still`), or where `marked`
-    (n_times, n_markers) is given red and blue. Circles are as large as the markers (`radius`), thin where their quality
-    is below 0.6. Arrows (n_times, n_markers, 2) [px] are displacements unless given. What tracks say of a frame
-    (`frame_state`) is written.
+    (n_times, n_markers) is given orange and blue, white where that is NaN. Circles are as large as the markers
+    (`radius`), thin where their quality is below 0.6. Arrows (n_times, n_markers, 2) [px] are displacements unless
+    given. What tracks say of a frame (`frame_state`) is written.
     """
     position, quality = check_tracks(tracks)["position"].values, tracks["quality"].values
     _check_pixels(tracks, "tracks")
@@ -76,10 +76,10 @@ def overlay_frames(
     def draw(number: int, pen: _Pen) -> str:
         for marker in np.flatnonzero(seen[number]):
             colour = RING_COLOURS[int(rings[marker]) % len(RING_COLOURS)]
-            if still[marker]:
-                colour = _WHITE
             if marked is not None:
                 colour = _ABOVE if marked[number, marker] else _ALONG
+            if still[marker] if marked is None else np.isnan(marked[number, marker]):
+                colour = _WHITE
             bold = 2 if quality[number, marker] >= _DOUBTFUL else 1
             pen.circle(position[number, marker], 1.6 * radii[marker] + 1.0, colour, bold)
             pen.arrow(position[number, marker], vectors[number, marker], colour)

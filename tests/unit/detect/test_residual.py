@@ -103,6 +103,50 @@ def test_what_no_sensor_does_is_no_slip(fault):
     assert findings[-1].share < 0.1
 
 
+RIM = np.argsort(np.linalg.norm(SPREAD, axis=1), kind="stable")[-20:]
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3])
+@pytest.mark.parametrize("slips", [False, True])
+def test_where_many_markers_stay_behind_slip_is_not_denied(share, slips):
+    displacement = path((20, 0.0), (60, 12.0), (20, 12.0))[:, None, None] * ALONG
+    displacement[:, RIM] *= share
+    if slips:
+        displacement[:, SPREAD[:, 0] > 0.5, 0] -= path((50, 0.0), (30, 5.0), (20, 5.0))[:, None]
+    clip = clip_of(moved(displacement))
+    (slide,) = clip.slides
+    assert (slide.behind, slide.markers, slide.onsets.first is not None) == (20, 49, slips)
+    *answer, behind = answer_of(clip)
+    assert behind.startswith("In a slide 20 of 49 markers stay behind and are not counted")
+    assert behind.endswith("nothing is said.") == (not slips)
+    assert "".join(answer).startswith("Slip begins" if slips else "")
+    assert ("".join(answer) == "") == (not slips)
+    (row,), times = slide_table(clip).rows, findings_table(clip.findings, "", "").rows
+    assert row[-1] == (98 if slips else Missing.NOT_JUDGED)
+    assert (times[0][1] is Missing.NOT_JUDGED) == (not slips)
+    displacement[:, RIM[4:]] = displacement[:, [24]]
+    few = answer_of(clip_of(moved(displacement)))
+    assert few[-1] == "In a slide 4 of 49 markers stay behind and are not counted."
+    assert few[0].startswith("Slip begins" if slips else "No slip was found.")
+
+
+def test_markers_that_are_not_counted_and_presses_have_the_colour_and_the_values_of_nothing():
+    displacement = path((20, 0.0), (60, 12.0), (20, 12.0))[:, None, None] * ALONG
+    reflect(displacement)
+    axes = page.field_figure(clip_of(moved(displacement))).axes[-1]
+    colours = axes.collections[0].get_facecolor()
+    assert np.ptp(colours[[3, 10, 21, 34, 44, 47]], axis=0).max() == 0.0
+    assert (colours[3] != colours[0]).any()
+    assert "white or grey ones are not counted" in str(slip_report(clip_of(moved(displacement))))
+    clip = clip_of(moved(path((20, 0.0), (10, 6.0), (40, 6.0))[:, None, None] * SPREAD))
+    (press,), values = clip.slides, page.timeline_of(clip).values
+    is_press = values["time [s]"].between(press.start, press.end or np.inf)
+    assert 0 < is_press.sum() < len(values)
+    for name in ("sure of slip [%]", "left pattern [%]"):
+        assert (values[name].isna() == is_press).all()
+    assert np.isnan(clip.residual[40].residual).all()
+
+
 def test_a_press_is_not_judged_and_a_slide_behind_it_is():
     press = path((20, 0.0), (10, 6.0), (40, 6.0), (90, 6.0), (20, 6.0))[:, None, None] * SPREAD
     slide = path((20, 0.0), (10, 0.0), (40, 0.0), (60, 12.0), (30, 18.0), (20, 18.0))[:, None, None] * ALONG

@@ -44,6 +44,9 @@ def test_markers_have_circles_and_arrows_in_the_colour_of_their_ring_or_mark():
     (frame,) = overlay_frames([GREY], tracks().isel(time=slice(1)), marked=np.array([[True, False]]))
     assert abs(columns(frame, 0).mean() - 40) < 3
     assert abs(columns(frame, 3).mean() - 100) < 3
+    (frame,) = overlay_frames([GREY], tracks().isel(time=slice(1)), marked=np.array([[1.0, np.nan]]))
+    assert not coloured(frame, 3).any(), "neither"
+    assert (frame[30:, 90:110] == 255).all(axis=2).any()
 
 
 def test_arrows_frames_sizes_qualities_and_states_are_shown_as_they_are():
