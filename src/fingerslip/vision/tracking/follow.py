@@ -78,7 +78,7 @@ def follow(markers: Markers, state: State, image: Frame, mask: Flags | None) -> 
     sure, seen = sure & ~leaps, (sure | fits) & ~leaps
     exact = np.where(leaps[:, None], match.guess, np.where(fits[:, None], measured.position, position))
     fits &= seen
-    strength = np.median(blobs.strength[used[sure]] / markers.strength[sure])
+    strength = np.median(blobs.strength[used[sure]] / markers.strength[sure]) if sure.any() else state.light
     quality = np.where(fits, np.clip(measured.quality, 0.0, 1.0), np.where(sure, _OF_BLOBS, 0.0))
     free = blobs.select(np.delete(np.arange(len(blobs.strength)), used[sure]))
     # Blobs that no marker has, but look like one and are among or beside those seen, are visible too.

@@ -85,13 +85,15 @@ def rematch(markers: Markers, state: State, image: Frame, blobs: Blobs, match: M
         taken, which = assign(match.guess[rows], reach[rows], places[columns], power)
         taken = np.flatnonzero(rows)[taken]
         if len(taken) + (match.sure & ~rows).sum() > most:
-            most, best = len(taken) + int((match.sure & ~rows).sum()), (taken, columns[which])
+            most, best = len(taken) + int((match.sure & ~rows).sum()), (rows, taken, columns[which])
         if np.isin(np.flatnonzero(lost), taken).all():
             break
     if best is None:
         return match
     position, sure, used = match.position.copy(), match.sure.copy(), match.used.copy()
-    position[best[0]], used[best[0]], sure[best[0]] = places[best[1]], best[1], True
+    rows, taken, columns = best
+    sure[rows] = False
+    position[taken], used[taken], sure[taken] = places[columns], columns, True
     shares = np.zeros_like(sure)
     for one, other in zip(first, second, strict=True):
         ends = sure & ((used == one) | (used == other))

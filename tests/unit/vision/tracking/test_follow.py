@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fingerslip.vision.tracking import follow as follow_module
 from fingerslip.vision.tracking import layouts
+from fingerslip.vision.tracking.blobs import Blobs
 from fingerslip.vision.tracking.follow import follow, rest_state
-from fingerslip.vision.tracking.leaps import State
+from fingerslip.vision.tracking.leaps import Match, State, rematch
 from fingerslip.vision.tracking.markers import Markers
 from fingerslip.vision.tracking.tracker import reference_of
 from problems import clips
@@ -70,6 +74,35 @@ def test_frame_that_shows_nothing_changes_nothing(markers: Markers) -> None:
     assert (after.image is state.image, after.position is state.position, after.visible) == (True, True, 0)
     _, found, _ = follow(markers, after, one(FIELD + 8.0), None)
     assert np.abs(found - FIELD - 8.0).max() < 0.05
+
+
+def test_a_frame_in_which_all_leap_to_what_is_no_marker_leaves_the_light(markers: Markers, monkeypatch) -> None:
+    state = begun(markers)
+    beside = np.random.default_rng(1).uniform((5.0, 5.0), (90.0, 475.0), (len(FIELD), 2))
+
+    def leapt(_markers, state, _image, _blobs, match):
+        return dataclasses.replace(match, position=beside, guess=state.position)
+
+    monkeypatch.setattr(follow_module, "_with_leaps", leapt)
+    after, found, _ = follow(markers, state, one(FIELD), None)
+    assert np.isnan(found).all()
+    assert after.light == state.light
+
+
+def test_a_marker_whose_blob_another_takes_has_none() -> None:
+    # The third reaches the new blob, the first takes its blob then; the second is nearer to the blob of the fourth.
+    guess = np.array([[50.0, 50.0], [50.0, 160.0], [90.0, 50.0], [50.0, 110.0]])
+    blobs = Blobs(np.array([[70.0, 50.0], [50.0, 150.0], [130.0, 50.0]]), np.ones(3), np.ones(3))
+    sure, used = np.array([False, False, True, True]), np.array([0, 0, 0, 1])
+    position = np.where(sure[:, None], blobs.position[used], guess)
+    markers = dataclasses.replace(
+        at_rest(FIELD[:7], "free").select(np.arange(4)), spacing=np.full(4, 40.0), radius=np.full(4, 5.0)
+    )
+    match = Match(guess, position, sure, used, np.zeros(4, dtype=bool), 0.0)
+    state = State(guess, np.ones(4, dtype=bool), 1.0, None, guess)
+    new = rematch(markers, state, np.zeros((200, 200), dtype=np.uint8), blobs, match)
+    assert new.sure.tolist() == [True, True, True, False]
+    assert new.used[new.sure].tolist() == [0, 1, 2]
 
 
 @pytest.mark.slow
