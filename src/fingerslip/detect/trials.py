@@ -123,8 +123,9 @@ def layout_text(tracks: xr.Dataset) -> str:
     counts = [f"{(kinds == kind).sum()} {kind}" for kind in ("internal", "external") if (kinds == kind).any()]
     rings = "no rings"
     if "ring" in tracks.variables:
-        sizes = np.unique(tracks["ring"].values[kinds == counts[0].split()[1]], return_counts=True)[1]
-        rings = f"rings of {' and '.join(', '.join(map(str, sizes)).rsplit(', ', 1))}"
+        numbers = tracks["ring"].values[kinds == counts[0].split()[1]]
+        sizes = np.unique(numbers[numbers >= 0], return_counts=True)[1]  # others have no ring
+        rings = f"rings of {' and '.join(', '.join(map(str, sizes)).rsplit(', ', 1))}" if sizes.size else rings
     return f"{' and '.join(counts)} markers ({rings}) in {tracks['position'].attrs['units']}"
 
 

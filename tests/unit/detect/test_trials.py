@@ -143,6 +143,8 @@ def test_a_trial_is_read_back_as_it_was_written_and_layouts_are_told_apart(tmp_p
     tracks = TRIAL.tracks
     assert layout_text(tracks) == "81 internal and 19 external markers (rings of 1, 8, 16, 24 and 32) in px"
     assert layout_text(tracks.drop_vars("ring")) == "81 internal and 19 external markers (no rings) in px"
+    no_ring = tracks.assign_coords(ring=0 * tracks["ring"] - 1)
+    assert layout_text(no_ring) == "81 internal and 19 external markers (no rings) in px"
     assert layout_digest(tracks) == layout_digest(tracks.isel(time=slice(0, 3)))
     fewer = tracks.isel(marker=slice(1, None))
     others = tracks.assign_coords(ring=tracks["ring"] + 1)
