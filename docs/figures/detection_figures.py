@@ -178,8 +178,10 @@ def print_transfer(slides: TrialSet, pours: TrialSet, sources: tuple[str, ...]) 
     for labels in sources:
         found = on_unseen(trained(slides, labels), pours, pours.onsets("plate"))
         for reading, one in found.scores.items():
-            numbers = (one.error.value, one.error_spread, one.lead.value, one.lead_spread, one.gross_error.value)
-            say(labels, reading, one.missed, *(f"{value:.2f}" for value in numbers), one.before_gross.value)
+            lead = (one.lead_of_all.value, one.lead_of_all_spread)  # early alarms counted
+            numbers = (one.error.value, one.error_spread, *lead, one.gross_error.value)
+            cells = ("none" if value is None else f"{value:.2f}" for value in numbers)
+            say(labels, reading, one.missed, *cells, one.before_gross.value)
         if labels == sources[0]:
             by_condition(pours, found.onsets["single frames"])
 
