@@ -41,4 +41,11 @@ def mesh(
     if output is not None and len(targets) > 1:
         fault = f"got {output} for {len(targets)} meshes"
         raise InputError("mesh --output", fault, "needs a single mesh", "leave it out: files go to meshes/")
+    others: dict[str, str] = {}
+    for target in targets:
+        path = Path(target)
+        other = others.setdefault(path.stem if path.suffix in (".yaml", ".yml") else path.name, target)
+        if other != target:
+            fault = f"would be written over {other}, which has the same name"
+            raise InputError(f"mesh {target}", fault, "needs a name of its own", "mesh it alone, with --output")
     print_tables([table for target in targets for table in save_mesh(target, output, unit)], as_json)

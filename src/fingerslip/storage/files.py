@@ -80,6 +80,7 @@ _CHECKSUM = "checksum"
 _TEMPORARY = re.compile(r"(?P<stem>\.(?P<name>.+)\.(?:[0-9a-f]{8}|\d+))\.(?:partial(?:\.\w+)?|old|lock)")
 # What spreadsheets take for a formula, and run, behind the apostrophes that tell them that it is text.
 _FORMULA = re.compile(r"'*[=+\-@\t\r]")
+_DECIMAL_COMMA = re.compile(r"\s*[+-]?\d*,\d+(e[+-]?\d+)?\s*", re.IGNORECASE)
 
 
 @contextlib.contextmanager
@@ -246,13 +247,18 @@ def frame_csv(frame: pd.DataFrame) -> str:
 
 def check_decimals(path: Path) -> None:
     """Refuse a table with semicolons between columns or with commas in numbers, as spreadsheets may write it."""
-    lines: list[str] = []
+    by_comma: list[list[str]] = [[]]
+    by_semicolon = by_comma
     # What cannot be read at all is told by the reader.
-    with contextlib.suppress(OSError, ValueError), path.open(encoding="utf-8-sig") as file:
-        lines = [line for line in file if not line.startswith("#")][:2]
-    head, row = (lines[0], lines[-1]) if lines else ("", "")
-    has_semicolons, is_wider = ";" in head, row.count(",") > head.count(",") and all(map(str.strip, row.split(",")))
-    has_commas = (has_semicolons or is_wider) and re.search(r"\d,\d", row) is not None
+    with contextlib.suppress(OSError, ValueError, csv.Error), path.open(encoding="utf-8-sig") as file:
+        lines = [line for line in file if not line.startswith("#")][:2] or [""]
+        by_comma, by_semicolon = ([*csv.reader(lines, delimiter=mark, skipinitialspace=True)] for mark in ",;")
+    has_semicolons = len(by_semicolon[0]) > len(by_comma[0])
+    table = by_semicolon if has_semicolons else by_comma
+    head, row = table[0], table[-1]
+    # A row of one cell more than names may begin with its own name.
+    is_wider = len(row) > len(head) + 1 and all(map(str.strip, row)) and re.search(r"\d,\d", ",".join(row)) is not None
+    has_commas = is_wider or any(map(_DECIMAL_COMMA.fullmatch, row))
     faults = ["semicolons between its columns"] * has_semicolons + ["decimal commas"] * has_commas
     if faults:
         repair = "save it as CSV in English format" + ", or: sed 's/,/./g; s/;/,/g' old.csv > new.csv" * has_semicolons

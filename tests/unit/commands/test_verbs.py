@@ -89,6 +89,7 @@ def test_a_mesh_a_new_study_and_an_example_are_written(invoke, block, tmp_path):
     assert "45 nodes, 32 cells" in invoke("mesh", block(), "-o", "copy.msh").output
     assert set(fs.read_mesh(tmp_path / "copy.msh").boundaries) == {"bottom", "top"}
     assert "copy.msh for 2 meshes, needs a single mesh" in invoke("mesh", "a", "b", "-o", "copy.msh", code=2).stderr
+    assert "would be written over a/b.msh" in invoke("mesh", "a/b.msh", "c/b.msh", code=2).stderr
     several = invoke("mesh", "copy.msh", "copy.msh").output
     assert several.count(str(Path("meshes") / "copy.msh.png")) == 2
     assert "wang2014_table2" in invoke("examples").output

@@ -22,7 +22,16 @@ from hypothesis import strategies as st
 
 from fingerslip.errors import DamagedError, InputError, ResultError
 from fingerslip.storage import files
-from fingerslip.storage.files import alone, clean_stale, digest, new_folder, plain_cell, read_json, write_text
+from fingerslip.storage.files import (
+    alone,
+    check_decimals,
+    clean_stale,
+    digest,
+    new_folder,
+    plain_cell,
+    read_json,
+    write_text,
+)
 
 WRITE = """
 import sys
@@ -69,6 +78,26 @@ def test_a_name_that_is_a_formula_is_text_in_tables_and_is_read_back() -> None:
     assert list(read.columns) == ["'=name", "value"]
     assert [plain_cell(name) for name in read["'=name"]] == NAMES
     assert (read["value"] == -0.5).all()
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ('time_s,"force; raw",x\n0.1,1,2\n', None),
+        ('a,b\n"a 1,5 b",2\n', None),
+        ("a,b\n0,1,2\n", None),
+        ("a,b\n1,5,\n", None),
+        ("# nothing\n", None),
+        ('"time, s";b\n0.1;2\n', "semicolons between its columns, needs"),
+        ("a;b\n0,1;2\n", "semicolons between its columns and decimal commas, needs"),
+        ('a,b\n"-0,1", 2\n', "decimal commas"),
+        ("a,b,c,d\n0,1,1,2,3,5\n", "decimal commas"),
+    ],
+)
+def test_semicolons_and_decimal_commas_are_told_from_those_in_text(tmp_path: Path, text: str, said: str | None) -> None:
+    (tmp_path / "a.csv").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=f"has {said}") if said else contextlib.nullcontext():
+        check_decimals(tmp_path / "a.csv")
 
 
 def test_folder_takes_its_name_when_whole_and_is_replaced_as_a_whole(tmp_path: Path) -> None:

@@ -282,9 +282,9 @@ def hold_interrupts() -> Iterator[None]:
         yield
         return
     came: list[int] = []
+    handler = signal.signal(signal.SIGINT, lambda number, _: came.append(number))
     # Processes inherit the mask. It does not keep a signal from other threads, which Python would answer here.
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if hasattr(signal, "pthread_sigmask") else None
-    handler = signal.signal(signal.SIGINT, lambda number, _: came.append(number))
     try:
         yield
     finally:

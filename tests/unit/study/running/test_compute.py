@@ -318,8 +318,9 @@ def test_a_worker_for_one_function_has_what_tells_it_to_stop(monkeypatch):
     assert (initializer, stop.value, called) == (compute._begin_worker, 0, [1])
 
 
+@pytest.mark.parametrize("with_mask", [False, True])
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
-def test_ctrl_c_while_workers_start_is_not_lost():
+def test_ctrl_c_while_workers_start_is_not_lost(monkeypatch, with_mask):
     """A signal to the process goes to any thread that does not block it, and would come at any moment."""
     # Where the tests run in the background, Ctrl-C is ignored.
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -330,9 +331,16 @@ def test_ctrl_c_while_workers_start_is_not_lost():
         time.sleep(0.01)
         said.append("went on")
 
+    def masked(how, signals, mask=signal.pthread_sigmask):
+        masks = mask(how, signals)
+        if with_mask and how == signal.SIG_BLOCK and not said:
+            interrupted()
+        return masks
+
     threading.Thread(target=done.wait, daemon=True).start()
+    monkeypatch.setattr(signal, "pthread_sigmask", masked)
     with pytest.raises(KeyboardInterrupt), compute.hold_interrupts():
-        interrupted()
+        _ = with_mask or interrupted()
     done.set()
     assert said == ["went on"]
     assert signal.signal(signal.SIGINT, before) is signal.default_int_handler
