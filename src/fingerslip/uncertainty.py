@@ -92,9 +92,9 @@ class Convergence:
 
     @property
     def uncertainty(self) -> float | None:
-        """Root of the sum of squares over all settings, at least the resolution; None if one is missing or all 0."""
+        """Root of the sum of squares over all settings, at least the resolution; None if one is missing or it is 0."""
         error = combine([refinement.uncertainty for refinement in self.refinements.values()])
-        return max(error, self.resolution) if error else None
+        return None if error is None else max(error, self.resolution) or None
 
     @property
     def unsettled_settings(self) -> tuple[str, ...]:

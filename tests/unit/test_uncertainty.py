@@ -106,5 +106,8 @@ def test_a_number_converges_when_it_does_with_every_setting_and_their_uncertaint
     both = Convergence("q", "s", 2.0, {"mesh": good, "step": bad})
     assert both.unsettled_settings == ("step",)
     assert Convergence("q", "s", 2.0, {"mesh": good}, resolution=2.0).uncertainty == 2.0, "no better than half a step"
+    still = {"step": series(2.0, 2.0, 2.0)}
+    assert [Convergence("q", "s", 2.0, still, size).uncertainty for size in (0.5, 0.0)] == [0.5, None]
+    assert Convergence("q", "s", 2.0, {"step": series(2.0, None, 2.0)}, 0.5).uncertainty is None
     assert both.uncertainty == pytest.approx(math.hypot(1.25, 9.0))
     assert (combine([3.0, 4.0]), combine([3.0, None]), combine([])) == (5.0, None, None)

@@ -11,6 +11,7 @@ from typing import Any
 
 from fingerslip.errors import InputError
 from fingerslip.model.model import Model
+from fingerslip.model.programme import Slide
 from fingerslip.parameters.dotted import is_below
 from fingerslip.report.tables.compare import convergence_table, series_table
 from fingerslip.results import RunResult, quantities, stored_result
@@ -196,16 +197,21 @@ def _run_convergence(plan: Plan, run: Run, levels: Mapping[Level, Run]) -> RunCo
             values = quantity.value, *(numbers[level][key].value for level in of_setting)
             series[setting] = Series(setting, sizes, values)
         convergences[key] = Convergence(
-            quantity.label, quantity.unit, quantity.value, series, _resolution(base, key, quantity.unit)
+            quantity.label, quantity.unit, quantity.value, series, _resolution(base, run.study, key, quantity.unit)
         )
     return RunConvergence(run.name, plan.identities[run.name], convergences)
 
 
-def _resolution(run: RunResult, key: str, unit: str) -> float:
+def _resolution(run: RunResult, study: Study, key: str, unit: str) -> float:
     """Return half a step of the slide where a number is a time, what the plate travels in it where it is a travel."""
     half, latency = 0.5 * float(run.numbers.get("slide_step_s") or 0.0), run.events.latency
     if key.endswith("_travel_m"):
-        return half * float(run.numbers.get("latency_travel_m") or 0.0) / latency if latency else 0.0
+        if latency:
+            return half * float(run.numbers.get("latency_travel_m") or 0.0) / latency
+        programme = next(
+            (contact.programme for contact in study.all_contacts[:1] if contact.programme), study.programme
+        )
+        return half * next((entry.speed for entry in programme if isinstance(entry, Slide)), 0.0)
     return half if unit == "s" else 0.0
 
 

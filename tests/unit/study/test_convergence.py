@@ -12,9 +12,10 @@ import yaml
 import fingerslip as fs
 from fingerslip.dynamics.system.checks import contact_penalties
 from fingerslip.history import phase_times
-from fingerslip.results import stored_result
+from fingerslip.results import RunResult, stored_result
 from fingerslip.slip import find_events, measures
 from fingerslip.slip.measures import Measure
+from fingerslip.study import convergence
 from fingerslip.study.convergence import (
     Level,
     StudyConvergence,
@@ -142,6 +143,14 @@ def known(tmp_path_factory):
         patch.setattr("fingerslip.dynamics.simulation.simulate", later_with_longer_steps)
         draw_nothing(patch)
         return refined(path), path
+
+
+def test_a_travel_is_known_to_half_a_step_of_the_slide_also_where_all_slips_at_once(block):
+    at_once, later = (fs.SlipEvents(incipient=incipient, overall=0.04) for incipient in (0.04, 0.03))
+    numbers = {"slide_step_s": 2e-3, "latency_travel_m": 4e-5}
+    for slip, expected in ((later, 4e-6), (at_once, 5e-6)):
+        run = RunResult("run", {}, fs.Events(slip), numbers=numbers)
+        assert convergence._resolution(run, block.study, "overall_travel_m", "m") == pytest.approx(expected)
 
 
 @pytest.mark.slow

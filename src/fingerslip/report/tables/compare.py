@@ -193,7 +193,7 @@ def _row(key: str, quantity: Convergence) -> tuple[Cell, ...]:
     refinements = quantity.refinements
     settings = [_setting_cell(refinements.get(setting.name), reason) for setting in SETTINGS]
     uncertainty: Cell = reason if quantity.uncertainty is None else f"{quantity.uncertainty:.4g}"
-    if refinements and all(refinement.behaviour == _UNCHANGED for refinement in refinements.values()):
+    if quantity.uncertainty is None and {refinement.behaviour for refinement in refinements.values()} == {_UNCHANGED}:
         uncertainty = _UNCHANGED
     # A mesh that is read cannot be refined.
     settled = "yes" if "mesh" in refinements else "as far as studied"

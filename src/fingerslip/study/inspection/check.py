@@ -70,10 +70,10 @@ def check_plans(plans: Sequence[Plan]) -> Table:
 
 
 def _of_deck(plan: Plan) -> tuple[str, ...]:
-    """Say of a file of FEBio that its program computes at large strain where the study does not."""
-    is_small = plan.study.kinematics == "small" and getattr(plan.study.mesh, "file", "").lower().endswith(".feb")
+    """Say of a file of FEBio that its program computes at large strain where a run of the study does not."""
+    small = [run.study.mesh for run in plan.runs if run.study.kinematics == "small"]
     said = "kinematics: is small, and FEBio computes at large strain: write kinematics: finite to compare with it"
-    return (said,) if is_small else ()
+    return (said,) if any(getattr(mesh, "file", "").lower().endswith(".feb") for mesh in small) else ()
 
 
 def fold_samples(table: Table) -> Table:

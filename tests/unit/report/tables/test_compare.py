@@ -1,5 +1,7 @@
 """Tables that compare: published values, refinements, two studies; of values with their sources and of models."""
 
+import dataclasses
+
 import pytest
 import xarray as xr
 
@@ -118,6 +120,8 @@ def test_what_did_not_happen_what_was_not_varied_and_what_nothing_changes_are_to
     still = Convergence("overall slip", "s", 1.748, {"step": Series("step", SIZES, (1.748,) * 3)})
     assert still.uncertainty is None
     assert texts(compare.convergence_table({"slip.overall": still}, "run"))[0][2:5] == ["1.748", "unchanged", "n/s"]
+    still = dataclasses.replace(still, resolution=0.0025)
+    assert texts(compare.convergence_table({"slip.overall": still}, "run"))[0][2:5] == ["1.748", "0.0025", "n/s"]
 
 
 def test_what_differs_is_shown_and_what_is_only_recorded_is_named_below():

@@ -225,8 +225,11 @@ def test_a_deck_is_drawn_and_what_it_has_besides_a_mesh_is_told(write_study, tmp
     assert (table.title, Path("study.svg").read_bytes()[:5]) == (str(tmp_path / "study.svg"), b"<?xml")
 
 
-@pytest.mark.parametrize(("kinematics", "is_said"), [("small", True), ("finite", False)])
-def test_a_deck_of_large_strain_in_a_study_of_small_strain_is_a_warning(tmp_path, kinematics, is_said):
+@pytest.mark.parametrize(
+    ("kinematics", "swept", "is_said"),
+    [("small", [], True), ("finite", [], False), ("small", ["finite"], False), ("finite", ["small", "finite"], True)],
+)
+def test_a_deck_of_large_strain_in_a_study_of_small_strain_is_a_warning(tmp_path, kinematics, swept, is_said):
     (tmp_path / "pad.feb").write_text(FEBIO, encoding="latin-1")
     law = {"law": "neo_hookean", "youngs_modulus": "50 kPa", "poisson_ratio": 0.45, "density": "1000 kg/m^3"}
     values = {
@@ -236,6 +239,7 @@ def test_a_deck_of_large_strain_in_a_study_of_small_strain_is_a_warning(tmp_path
         "supports": {"Fixed": ["x", "y", "z"]},
         "kinematics": kinematics,
         "time": {"step": "1 ms", "end": "10 ms"},
+        "sweep": {"kinematics": swept} if swept else {},
     }
     (tmp_path / "pad.yaml").write_text(yaml.safe_dump(values), encoding="utf-8")
     note = check_plans(plan_studies([tmp_path / "pad.yaml"])).note
