@@ -89,9 +89,9 @@ def neo_block(spikes: Spikes, history: xr.Dataset | None = None, *, models: str 
             segment.irregularlysampledsignals.append(signal)
         slip = slip_times(history)
         segment.events.append(neo.Event(list(slip.values()), labels=list(slip), units="s", name="slip"))
-        labels, starts, ends = (list(column) for column in zip(*_epochs(history), strict=True))
-        lengths = np.subtract(ends, starts)
-        segment.epochs.append(neo.Epoch(starts, lengths, labels=labels, units="s", name="programme"))
+        epochs = list(_epochs(history))
+        spans = [first for _, first, _ in epochs], [last - first for _, first, last in epochs]
+        segment.epochs.append(neo.Epoch(*spans, labels=[label for label, *_ in epochs], units="s", name="programme"))
     return block
 
 
@@ -169,7 +169,7 @@ _COLUMNS = {
     "kind": "type of afferent",
     "parameter": "its name",
     "value": "in the unit beside",
-    "unit": "SI unit; empty for words and pure numbers",
+    "unit": "SI unit, 1 for ratios; empty for words and pure numbers",
     "source": "key of a paper, 'assumed' where nobody published the value, empty where the caller set it",
     "note": "what the value rests on",
 }
@@ -195,16 +195,22 @@ def _add_models(file: Any, kinds: Iterable[str], models: Mapping[str, AfferentMo
 
 def _model_parameters(kind: str, model: AfferentModel) -> Iterator[tuple[str, ...]]:
     """Yield type, parameter, value, unit, source and note of each parameter of a model."""
-    name, stimulus = kind.lower(), STIMULI[model.stimulus.removesuffix("_rate")][0]
+    name, stimulus = kind.lower(), STIMULI.get(model.stimulus.removesuffix("_rate"), ("",))[0]
     ships = name in AFFERENTS.names and model == AFFERENTS.read(name)
     sources = {value.path: (value.source, value.note) for value in (AFFERENTS.table(name) if ships else ())}
     values = {"stimulus": (model.stimulus, ""), "highest_frequency": (str(model.highest_frequency), "1/s")}
     if dataclasses.is_dataclass(model):
         values |= {leaf.path: (str(leaf.value), leaf.unit.si if leaf.unit else "") for leaf in walk_values(model)}
-    steady = f"{stimulus}/s" if model.stimulus.endswith("_rate") else stimulus
-    units = {"least_steady": steady, "least_rate": f"{steady}/s".replace("/s/s", "/s^2")}
+    steady = _per_second(stimulus) if model.stimulus.endswith("_rate") else stimulus
+    units = {"least_steady": steady, "least_rate": _per_second(steady)}
     for parameter, (value, unit) in values.items():
         yield kind, parameter, value, units.get(parameter, unit), *sources.get(parameter, ("", ""))
+
+
+def _per_second(unit: str) -> str:
+    """Return the unit of a rate, such as m/s^3 for m/s^2."""
+    of, slash, power = unit.partition("/s")
+    return f"{of}/s^{int(power.removeprefix('^') or 1) + 1}" if slash else f"{unit}/s"
 
 
 _AXES = "x, y (in 3D z); the description of the experiment says which way the counterface slides"

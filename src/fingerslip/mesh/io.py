@@ -316,8 +316,8 @@ def _orient(raw: _Raw) -> Integers:
 def _bad_cell(raw: _Raw, cell: int, what: str) -> MeshError:
     centre = raw.points[raw.cells[cell, : raw.cell.corners]].mean(axis=0)
     needed = "volume" if raw.cell.dim == 3 else "area"
-    named = f"element {raw.labels[cell]}" if raw.labels else f"cell {cell}"
-    fault = f"{named} at {coordinates(centre)} is {what}"
+    label = raw.labels[cell] if raw.labels else ""
+    fault = f"{f'element {label}' if label else f'cell {cell}'} at {coordinates(centre)} is {what}"
     return MeshError(str(raw.path), fault, f"needs cells with positive {needed}")
 
 

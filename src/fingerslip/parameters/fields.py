@@ -250,8 +250,9 @@ def _example(hint: Any) -> str:
     plain, marks = _plain(hint)
     if isinstance(plain, type) and dataclasses.is_dataclass(plain):
         required = [field.name for field in dataclasses.fields(plain) if field.default is field.default_factory]
-        values = {name: _example(type_hints(plain)[name]) for name in required}
-        return f"{{{', '.join(f'{name}: {value}' for name, value in values.items())}}}" if all(values.values()) else ""
+        # Of several, one may have to be larger than another.
+        value = _example(type_hints(plain)[required[0]]) if len(required) == 1 else ""
+        return f"{{{required[0]}: {value}}}" if value else ""
     if _union(plain):
         return _example(_union(plain)[0])
     return next((f"1.5 {mark.shown}" for mark in marks if isinstance(mark, Unit)), "")

@@ -208,7 +208,8 @@ class _Builder:
         for key, item in node.value if node.flow_style else ():
             is_bare = all(isinstance(entry, ScalarNode) and not entry.style for entry in (key, item)) and not item.value
             if is_bare and before and re.fullmatch(r"-?\d+,\d+( *[^\d ].*)?", text := f"{before.value},{key.value}"):
-                repair = f"write {text.replace(',', '.')}"
+                # Three digits may be thousands.
+                repair = "" if re.search(r",\d{3}\b", text) else f"write {text.replace(',', '.')}"
                 raise self._error(before, f"found '{shorten(text)}'", "needs a decimal point, not a comma", repair)
             name, colon, rest = key.value.partition(":") if is_bare else ("", "", "")
             if colon:

@@ -112,6 +112,8 @@ def test_a_block_of_neo_has_trains_signals_and_slip_events(felt):
     assert slip.labels.tolist() == ["incipient", "noticed", "three_quarter", "overall"]
     assert slip.magnitude.tolist() == [times.incipient, times.noticed, times.three_quarter, times.overall]
     assert len(fs.neo_block(SPIKES).segments[0].events) == 0
+    (segment,) = fs.neo_block(SPIKES, felt.isel(phase=slice(0))).segments
+    assert len(segment.epochs[0]) == 0
 
 
 @pytest.mark.slow

@@ -418,7 +418,7 @@ def _downhill(factors: Factors, start: Prediction, way: tuple[_Iterate, _Iterate
             direction = 2.0 * direction
             since = factors.inclusions.since(here + direction, start.displacement, factors.rotations)
             further = _at(factors, start, since, iterate.body)
-            if work(further) <= 0.0:
+            if not work(further) > 0.0:  # nor where it is no number
                 break
             iterate = further
     return iterate

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, TypeAlias
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 import skfem
@@ -26,9 +26,22 @@ _HATCHES = ("///", "...", "\\\\\\", "xx", "ooo")
 _EDGE, _BODY = "#5c5c5c", "#c9ced3"
 _WIDEST, _NARROWEST = 2.6, 1.0  # points
 _COLUMNS, _PANEL, _WINDOW = 3, 2.9, (1000, 900)  # inch, pixels
-# Where the viewer is, above whom z is up; the sides that are seen, from which a cut takes the half before it.
-_FROM = (0.9, -1.0, 0.55)
-_SIDES = ((0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+_Vector: TypeAlias = tuple[float, float, float]
+
+
+class _View(NamedTuple):
+    """From where a solid is seen."""
+
+    up: _Vector
+    place: _Vector  # where the viewer is
+    sides: tuple[_Vector, ...]  # that are seen: a cut takes the half before it away
+
+
+# By the axis that is up.
+_VIEWS = {
+    "y": _View((0.0, 1.0, 0.0), (0.9, 0.55, 1.0), ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))),
+    "z": _View((0.0, 0.0, 1.0), (0.9, -1.0, 0.55), ((0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))),
+}
 _CELLS = {"show_edges": True}
 # Kinds of cells by their corners, as VTK numbers them.
 _KINDS = {4: 10, 8: 12}
@@ -37,9 +50,10 @@ _Scene: TypeAlias = list[tuple[Any, Mapping[str, Any]]]
 
 
 @style.with_style
-def mesh_figure(mesh: skfem.Mesh, title: str = "") -> Figure:
+def mesh_figure(mesh: skfem.Mesh, title: str = "", up: Literal["y", "z"] = "z") -> Figure:
     """Draw the regions and boundaries of a mesh [m]: a section as it is; of a solid half of it, then each boundary."""
-    return (_section if mesh.dim() == 2 else _solid)(mesh, style.join_title("Regions and boundaries", title))
+    heading = style.join_title("Regions and boundaries", title)
+    return _section(mesh, heading) if mesh.dim() == 2 else _solid(mesh, heading, _VIEWS[up])
 
 
 def _regions(mesh: skfem.Mesh) -> tuple[dict[str, Integers], dict[str, Integers]]:
@@ -82,18 +96,18 @@ def _section(mesh: skfem.Mesh, heading: str) -> Figure:
     return figure
 
 
-def _solid(mesh: skfem.Mesh, heading: str) -> Figure:
+def _solid(mesh: skfem.Mesh, heading: str, view: _View) -> Figure:
     regions, above = _regions(mesh)
     groups = [(f"region {name}", _surface(mesh, cells)) for name, cells in above.items()]
     groups += [(name, np.asarray(facets)) for name, facets in (mesh.boundaries or {}).items()]
     everything = _surface(mesh, np.arange(mesh.nelements))
-    colours, layers = region_colours(tuple(regions)), _opened(mesh, regions)
+    colours, layers = region_colours(tuple(regions)), _opened(mesh, regions, view.sides)
     scenes: list[_Scene] = [[(layer, {"color": colours[name], **_CELLS}) for name, layer in layers]]
     for _, facets in groups:
         others, chosen = (_polygons(mesh, which) for which in (np.setdiff1d(everything, facets), facets))
         scenes.append([(others, {"color": _BODY, "opacity": 0.3}), (chosen, {"color": BLUE, **_CELLS})])
     names = ["regions, cut open" if len(layers) > len(regions) else "regions", *(name for name, _ in groups)]
-    images = _render(mesh, scenes)
+    images = _render(mesh, scenes, view)
     height = _PANEL * images[0].shape[0] / images[0].shape[1] + 0.3
     figure, panels = style.figure_grid(len(names), _COLUMNS, (_PANEL, height), heading, ("", ""), share="none")
     for axes, name, image in zip(panels, names, images, strict=True):
@@ -114,7 +128,7 @@ def _polygons(mesh: skfem.Mesh, facets: Integers) -> Any:
     return pyvista.PolyData.from_regular_faces(1e3 * mesh.p.T, mesh.facets[:, facets].T)
 
 
-def _opened(mesh: skfem.Mesh, regions: Mapping[str, Integers]) -> list[tuple[str, Any]]:
+def _opened(mesh: skfem.Mesh, regions: Mapping[str, Integers], sides: Sequence[_Vector]) -> list[tuple[str, Any]]:
     """Return the surfaces of regions behind a plane through the middle, and where it cuts them; whole if one is lost.
 
     The plane goes through cells, so that none stands out of it.
@@ -123,7 +137,7 @@ def _opened(mesh: skfem.Mesh, regions: Mapping[str, Integers]) -> list[tuple[str
     order = VTK_HEXAHEDRON if count == len(VTK_HEXAHEDRON) else slice(None)
     grid: Any = vtk_grid(mesh.t[:count].T[:, order], _KINDS[count], 1e3 * mesh.p.T)
     whole = {name: _polygons(mesh, _surface(mesh, cells)) for name, cells in regions.items()}
-    for side in _SIDES:
+    for side in sides:
         plane = {"normal": side, "origin": grid.center}
         behind = {name: surface.clip(**plane) for name, surface in whole.items()}
         if all(surface.n_cells for surface in behind.values()):
@@ -132,7 +146,7 @@ def _opened(mesh: skfem.Mesh, regions: Mapping[str, Integers]) -> list[tuple[str
     return list(whole.items())
 
 
-def _render(mesh: skfem.Mesh, scenes: Sequence[_Scene]) -> list[NDArray[np.uint8]]:
+def _render(mesh: skfem.Mesh, scenes: Sequence[_Scene], view: _View) -> list[NDArray[np.uint8]]:
     """Return a picture of each scene with the same camera, without what is white in all of them."""
     pictures = []
     with off_screen(_WINDOW) as plotter:
@@ -142,7 +156,7 @@ def _render(mesh: skfem.Mesh, scenes: Sequence[_Scene]) -> list[NDArray[np.uint8
             for surface, look in scene:
                 if surface.n_cells:
                     plotter.add_mesh(surface, edge_color=_EDGE, line_width=0.5, ambient=0.6, diffuse=0.45, **look)
-            plotter.view_vector(_FROM, viewup=(0.0, 0.0, 1.0))
+            plotter.view_vector(view.place, viewup=view.up)
             plotter.reset_camera(bounds=np.stack([mesh.p.min(axis=1), mesh.p.max(axis=1)], axis=1).ravel() * 1e3)
             pictures.append(picture_of(plotter))
     return style.crop(pictures)

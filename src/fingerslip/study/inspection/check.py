@@ -163,7 +163,8 @@ def save_mesh(target: str, path: Path | None = None, unit: LengthUnit | None = N
         from fingerslip.report.figures.meshes import mesh_figure
         from fingerslip.report.figures.style import save_figure
 
-        save_figure(mesh_figure(inspected.mesh, name), path)
+        # Specimens stand on y, as files of most preprocessors do on z.
+        save_figure(mesh_figure(inspected.mesh, name, up="y" if suffix is None else "z"), path)
     first, *others = inspected.tables
     assumes = suffix is not None and MeshFile(target, unit).assumes_metres
     note = f"{first.note}; lengths are taken as metres without --unit" if assumes else first.note

@@ -125,6 +125,7 @@ MIXED = flat("CPE4", [(0, 0), (1, 0), (1, 1), (0, 1), (2, 0)], [(1, 2, 3, 4)])
         ("*SURFACE, NAME=round\nbody,", {"round": 4}, {"body": 1}),
         ("*SURFACE, NAME=one,\n TYPE=ELEMENT\n1, s2", {"one": 1}, {"body": 1}),
         ("*INCLUDE, INPUT=more.inp", {"low": 1}, {"body": 1}),
+        ("*ELEMENT, TYPE=CPE3, ELSET=corner\n1, 2, 5, 3", {}, {"body": 1, "corner": 1}),  # a label twice
         ("*ELEMENT, TYPE=R2D2, ELSET=stamp\n9, 2, 5", {}, {"body": 1}),
         ("*NSET, NSET=set 1, GENERATE\n1, 2", {"set 1": 1}, {"body": 1}),
     ],

@@ -34,11 +34,12 @@ def test_a_section_shows_its_regions_and_boundaries_by_name():
 
 
 @pytest.mark.slow
-def test_a_solid_shows_half_of_its_regions_and_each_boundary(monkeypatch):
+@pytest.mark.parametrize(("up", "seen"), [("z", ("right", "top", "front")), ("y", ("right", "top", "back"))])
+def test_a_solid_shows_half_of_its_regions_and_each_boundary(monkeypatch, up, seen):
     monkeypatch.setattr(meshes, "_WINDOW", (250, 225))
     mesh = box("H8", *[np.linspace(0.0, 1.0, 3)] * 3, regions=HALVES)
     mesh = mesh.with_subdomains({"some of both": np.arange(3)})
-    figure = mesh_figure(mesh, "pad")
+    figure = mesh_figure(mesh, "pad", up)
     names = [axes.get_title("left") for axes in figure.axes if axes.images]
     assert names == ["regions, cut open", "region some of both", *mesh.boundaries]
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["low", "high"]
@@ -48,7 +49,7 @@ def test_a_solid_shows_half_of_its_regions_and_each_boundary(monkeypatch):
         image = np.asarray(axes.images[0].get_array(), dtype=int)
         shares[axes.get_title("left")] = np.mean((image[..., 2] - image[..., 0]) > 0.3 * (blue - red))
     # The camera looks from the right, above and before: these sides are seen as they are, the others through the body.
-    assert all(shares[name] > 0.02 for name in ("right", "top", "front"))
+    assert all(shares[name] > 0.02 for name in seen)
     assert shares["regions, cut open"] < 0.01
 
 
@@ -64,7 +65,7 @@ def test_a_cut_goes_through_cells_and_shows_every_region_where_it_is():
     thirds = [np.linspace(0.0, 1.0, 4)] * 3
     mesh = skfem.MeshHex.init_tensor(*thirds).with_subdomains({"core": lambda x: np.abs(x - 0.5).max(axis=0) < 0.2})
     rest = np.setdiff1d(np.arange(mesh.nelements), mesh.subdomains["core"])
-    layers = meshes._opened(mesh, {"core": mesh.subdomains["core"], "skin": rest})
+    layers = meshes._opened(mesh, {"core": mesh.subdomains["core"], "skin": rest}, meshes._VIEWS["z"].sides)
     assert [name for name, _ in layers] == ["core", "skin"] * 2
     depths = [surface.bounds[2:4] for _, surface in layers]
     assert np.ravel(depths) == pytest.approx([500.0, 2000.0 / 3.0, 500.0, 1000.0, *[500.0] * 4])

@@ -116,6 +116,7 @@ def test_markers_that_slip_past_their_neighbours_are_kept() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:.*leap past their neighbours or touch")
 @pytest.mark.parametrize("layout", ["rings", "hex"])
 def test_halves_that_part_by_a_whole_distance_between_markers_are_kept(layout: str) -> None:
     points = clips.field(layout=layout, rings=4 if layout == "rings" else 5)
@@ -127,6 +128,7 @@ def test_halves_that_part_by_a_whole_distance_between_markers_are_kept(layout: s
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:.*not seen in more than a tenth:fingerslip.vision.tracking.track.TrackingWarning")
+@pytest.mark.filterwarnings("ignore:.*leap past their neighbours or touch")
 @pytest.mark.parametrize(("radius", "share"), [(9.0, 0.99), (11.0, 0.97)])
 def test_markers_that_touch_or_overlap_are_themselves_when_they_part(radius: float, share: float) -> None:
     path, look = clips.pinch(clips.field(), 0.7, count=40, rest=REST), clips.with_look(clips.DEFAULT, radius=radius)
