@@ -50,6 +50,7 @@ _RIGID = 0.3  # share of the first motion of a slide that is not rigid, at most
 _BEHIND = 0.25  # share of the markers that may stay behind the first motion where no slip is said
 _MANY = 20  # markers that determine the motion of a plane before a camera
 _ROUNDS = 4  # in which markers lose their weight as far as they left the pattern
+_SAME = 1e-12  # eigenvalue over the largest of motions that are one
 
 
 @parameters
@@ -204,10 +205,11 @@ class ResidualDetector(FrameByFrame[ResidualFinding]):
             columns += [(x, -y), (y, x), (x * seen_x, x * seen_y), (y * seen_x, y * seen_y)]
         basis = np.array([*columns, self._pattern.T]).transpose(2, 1, 0)
         weights, left = counted.astype(np.float64), moved
+        basis /= np.maximum(np.linalg.norm(basis, axis=(0, 1)), np.finfo(np.float64).tiny)
         for _ in range(1 + _ROUNDS):
-            root = np.sqrt(weights)
-            rows = (root[:, None, None] * basis).reshape(2 * len(moved), -1)
-            left = moved - basis @ np.linalg.lstsq(rows, (root[:, None] * moved).ravel(), rcond=None)[0]
+            rows = (weights[:, None, None] * basis).reshape(2 * len(moved), -1).T
+            normal = rows @ basis.reshape(2 * len(moved), -1)
+            left = moved - basis @ np.linalg.lstsq(normal, rows @ moved.ravel(), rcond=_SAME)[0]
             weights = counted / (1.0 + (left**2).sum(axis=1) / limit**2)
         return left / limit
 

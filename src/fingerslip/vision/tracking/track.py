@@ -425,7 +425,8 @@ def lagging_markers(reference: Floats, displacement: Floats, least: float) -> Fl
 def _largest(displacement: Floats) -> Floats:
     """Return how far displacements (n_frames, n, 2) go in all but a few frames, (n,)."""
     lengths = np.linalg.norm(displacement, axis=2)
-    seen = np.isfinite(lengths).any(axis=0)
+    whole, seen = np.isfinite(lengths).all(axis=0), np.isfinite(lengths).any(axis=0)
     largest = np.zeros(len(seen))
-    largest[seen] = np.nanpercentile(lengths[:, seen], _LARGEST, axis=0)
+    largest[whole] = np.percentile(lengths[:, whole], _LARGEST, axis=0)  # much faster than where there are gaps
+    largest[seen & ~whole] = np.nanpercentile(lengths[:, seen & ~whole], _LARGEST, axis=0)
     return largest
