@@ -264,6 +264,10 @@ def test_the_page_says_when_and_how_sure_and_shows_it(tmp_path, monkeypatch):
     assert answer.startswith("Slip begins at 1.1")
     assert answer.endswith("slip: 98 %.")
     assert error.startswith("Error of the time when slip begins, in tests: 0.0 s (0.0 to 0.1) on analytic slides")
+    assert "Of gross slip: 0.0 s (0.0 to 1.4), -0.1 s (-0.4 to 2.0); false in 5 of 5 clips in which" in error
+    told, falsely, gross_error = tuple(zip(*page.tested_table().rows, strict=True))[-3:]
+    assert (told, falsely) == ((61, 0, 15, 5, 12), (0, 0, 0, 5, 0))
+    assert gross_error[0] == "0.00 (0.00 to 1.37)"
     trained = replace(clip, findings=[replace_kind(entry) for entry in clip.findings])
     assert answer_of(trained) == (answer, "Error of the time not known.")
     known = answer_of(replace(trained, time_error=(0.012, 0.001, 0.05)))[-1]
@@ -292,6 +296,8 @@ def test_the_page_says_when_and_how_sure_and_shows_it(tmp_path, monkeypatch):
         write_figure(tmp_path / "page", FigureChoice("confusion"))
     header = (tmp_path / "page" / "slip.csv").read_text().splitlines()[0]
     assert header == "begins [s],ends [s],what,slip [s],gross slip [s],sure [%]"
+    assert "linearly across the markers looks like a camera that moves" in text
+    assert "orange ones stick" in text
     for section in ("When", "Timeline", "Which markers", "The moments around", "How it was found", "Speed"):
         assert f">{section}</h2>" in text
     assert text.count("image/webp") == 2
