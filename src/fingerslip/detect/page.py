@@ -324,11 +324,11 @@ _Errors = tuple[float, float, float] | None
 #: What the detector that ships was tested on: clips, in how many slip was found, alarms that were false or early by
 #: over 0.1 s, median and 5 to 95 % of the error [s]; in how many gross slip was told, in how many falsely, its error.
 TESTED: Sequence[tuple[str, int, int, int, _Errors, int, int, _Errors]] = (
-    ("analytic slides of a disc", 64, 64, 0, (0.03, 0.00, 0.10), 61, 0, (0.00, 0.00, 1.37)),
+    ("analytic slides of a disc", 64, 64, 0, (0.03, 0.00, 0.10), 64, 0, (0.00, 0.00, 0.00)),
     ("the same without slip", 24, 0, 0, None, 0, 0, None),
-    ("simulated slides, ridged skin", 16, 16, 0, (1.33, 0.79, 2.09), 15, 0, (-0.14, -0.36, 2.02)),
+    ("simulated slides, ridged skin", 16, 16, 0, (1.33, 0.79, 2.09), 15, 0, (-0.15, -0.36, 1.96)),
     ("the same, so much friction that a part always sticks", 5, 5, 1, (0.73, -1.78, 6.70), 5, 5, None),
-    ("simulated slides, smooth skin", 12, 12, 0, (0.61, 0.35, 1.72), 12, 0, (0.43, 0.17, 1.36)),
+    ("simulated slides, smooth skin", 12, 12, 0, (0.61, 0.35, 1.72), 12, 0, (0.43, 0.14, 1.29)),
 )
 
 

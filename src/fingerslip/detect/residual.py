@@ -39,12 +39,12 @@ if TYPE_CHECKING:
 #: (right + 1) / (all + 2): 121 clips, of which 97 slip. Below the limit of 0.1 the shares are assumed.
 RIGHT = ((0.0, 0.0), (0.05, 0.25), (0.1, 97 / 99), (1.0, 97 / 99))
 #: The same of gross slip, which was told in five clips in which a part of the contact always sticks.
-GROSS_RIGHT = 89 / 95
+GROSS_RIGHT = 92 / 98
 
 _MOST = 100  # frames that are taken for rest
 # The first motion is one of so many times the noise, and of this share of the distance between markers.
 _CLEAR, _FIRST = 10.0, 0.05
-_WINDOW = 5  # frames over which markers spring back
+_WINDOW, _QUICK = 5, 2  # frames over which markers spring back, slowly and at once
 _STILL = 0.5  # time that markers have to stay where they are to rest again [s]
 _RIGID = 0.3  # share of the first motion of a slide that is not rigid, at most
 _BEHIND = 0.25  # share of the markers that may stay behind the first motion where no slip is said
@@ -220,10 +220,11 @@ class ResidualDetector(FrameByFrame[ResidualFinding]):
         if len(self._means) <= _WINDOW or length < self._clear:
             return False
         step = float((mean - before) @ before) / length
-        fall = max(self.settings.fall * length, 3.0 * self._noise, self.settings.speed * self._fastest)
+        quick = float((mean - self._means[-1 - _QUICK]) @ before) / length
+        least, carried = max(self.settings.fall * length, 3.0 * self._noise), self.settings.speed * self._fastest
         self._steps.append(step)
         self._fastest = max(self._fastest, float(np.median(self._steps)))
-        return -step > fall
+        return -step > max(least, carried) or -quick > max(least, carried * _QUICK / _WINDOW)
 
     def _watch(self, time: float, share: float, is_back: bool) -> None:
         """Note what a frame says of the slide."""
