@@ -58,7 +58,7 @@ def test_a_truth_comes_back_within_its_interval(
     data = measure(study, tmp_path / "data.csv")
     posterior = fs.fit(study, data, results_dir=tmp_path / "results", workers=1)
     summary = posterior.summary.set_index("value")
-    for name, truth in (("Young's modulus", 110.0), ("friction coefficient", 0.45)):
+    for name, truth in (("block Young's modulus", 110.0), ("friction coefficient", 0.45)):
         low, high, left = summary.loc[name, ["95 % from", "95 % to", "share of prior left"]]
         assert low < truth < high
         assert left < 0.2
@@ -68,14 +68,14 @@ def test_a_truth_comes_back_within_its_interval(
     assert low < truth_events.overall < high
     assert "way" in predictions.index
     assert list(posterior.samples) == [f"{MODULUS} [kPa]", FRICTION, "discrepancy [standard deviations]"]
-    modulus, samples = summary.loc["Young's modulus"], posterior.samples.iloc[:, 0]
+    modulus, samples = summary.loc["block Young's modulus"], posterior.samples.iloc[:, 0]
     intervals = modulus[["median", "68 % from", "68 % to", "95 % from", "95 % to"]].tolist()
     # The file has 2000 of the samples, so the ends of their intervals differ a little.
     assert intervals == pytest.approx(np.percentile(samples, (50.0, 16.0, 84.0, 2.5, 97.5)), abs=0.3 * samples.std())
     assert modulus["share of prior left"] == pytest.approx((intervals[2] - intervals[1]) / (0.68 * 100.0))
     methods, _, entries = methods_and_papers(posterior.folder.parent).partition("\n\n")
     low, high = modulus[["68 % from", "68 % to"]]
-    assert f"Young's modulus {modulus['median']:.4g} kPa ({low:.4g} to {high:.4g}), friction coefficient" in methods
+    assert f"block Young's modulus {modulus['median']:.4g} kPa ({low:.4g} to {high:.4g}), friction coefficient" in methods
     assert "foreman2013" in entries
 
 
