@@ -75,7 +75,7 @@ def test_a_truth_comes_back_within_its_interval(
     assert modulus["share of prior left"] == pytest.approx((intervals[2] - intervals[1]) / (0.68 * 100.0))
     methods, _, entries = methods_and_papers(posterior.folder.parent).partition("\n\n")
     low, high = modulus[["68 % from", "68 % to"]]
-    assert f"block Young's modulus {modulus['median']:.4g} kPa ({low:.4g} to {high:.4g}), friction coefficient" in methods
+    assert f"block Young's modulus {modulus['median']:.4g} kPa ({low:.4g} to {high:.4g}), friction" in methods
     assert "foreman2013" in entries
 
 
