@@ -84,11 +84,13 @@ def compute_group(
     except (FingerslipError, MemoryError) as error:
         if len(jobs) == 1:
             return {jobs[0].run.name: error}
-        halves = jobs[: len(jobs) // 2], jobs[len(jobs) // 2 :]
-        return {name: error for half in halves for name, error in compute_group(half, tell, threads, show).items()}
-    for run in finished:
-        show(run)
-    return {}
+    else:
+        for run in finished:
+            show(run)
+        return {}
+    # Behind the clause, whose error holds all that the group had in memory.
+    halves = jobs[: len(jobs) // 2], jobs[len(jobs) // 2 :]
+    return {name: error for half in halves for name, error in compute_group(half, tell, threads, show).items()}
 
 
 def compute(jobs: Sequence[Job], progress: Callable[[float], None], threads: int | None = None) -> list[Finished]:

@@ -12,12 +12,14 @@ import subprocess
 import sys
 import threading
 import time
+import weakref
 from concurrent.futures import Future, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from importlib import metadata
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 import yaml
 
@@ -160,6 +162,22 @@ def test_where_a_group_fails_its_halves_are_computed(monkeypatch, error):
     assert errors == {"b": error}
     assert tried == ["abc", "a", "a shown", "bc", "b", "c", "c shown"], "what is finished is let go before the next"
     assert told == [("a", 1.0), ("b", 1.0), ("c", 1.0)]
+
+
+def test_what_a_group_had_in_memory_is_let_go_before_its_halves_are_computed(monkeypatch):
+    held = []
+
+    def failing(jobs, *_):
+        assert [array for array in held if array() is not None] == []
+        array = np.zeros(3)
+        held.append(weakref.ref(array))
+        if len(jobs) > 1:
+            raise MemoryError
+        return []
+
+    monkeypatch.setattr(compute, "compute", failing)
+    assert compute_group([job_of(name) for name in "abc"], lambda *_: None, 1) == {}
+    assert len(held) == 5
 
 
 def test_failures_are_kept_by_name_and_the_others_go_on(monkeypatch, tmp_path):
