@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from pydantic.dataclasses import is_pydantic_dataclass
 
 from fingerslip.afferents.model import (
     AFFERENTS,
@@ -199,8 +200,10 @@ def _model_parameters(kind: str, model: AfferentModel) -> Iterator[tuple[str, ..
     ships = name in AFFERENTS.names and model == AFFERENTS.read(name)
     sources = {value.path: (value.source, value.note) for value in (AFFERENTS.table(name) if ships else ())}
     values = {"stimulus": (model.stimulus, ""), "highest_frequency": (str(model.highest_frequency), "1/s")}
-    if dataclasses.is_dataclass(model):
+    if is_pydantic_dataclass(type(model)):
         values |= {leaf.path: (str(leaf.value), leaf.unit.si if leaf.unit else "") for leaf in walk_values(model)}
+    elif dataclasses.is_dataclass(model):
+        values = {field.name: (str(getattr(model, field.name)), "") for field in dataclasses.fields(model)} | values
     steady = _per_second(stimulus) if model.stimulus.endswith("_rate") else stimulus
     units = {"least_steady": steady, "least_rate": _per_second(steady)}
     for parameter, (value, unit) in values.items():

@@ -3,6 +3,7 @@
 import dataclasses
 import datetime as dt
 import sys
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,6 +20,19 @@ SPIKES = fs.Spikes(
     3.0,
 )
 START = dt.datetime(2026, 1, 2, tzinfo=dt.UTC)
+
+
+@dataclasses.dataclass
+class Kernel:
+    """A model of someone else's, with a parameter that is an array."""
+
+    stimulus: str = "pressure"
+    highest_frequency: float = 50.0
+    kernel: Any = dataclasses.field(default_factory=lambda: np.array([1.0, 0.0]))
+
+    def spikes(self, times, values):
+        """Return no spikes."""
+        return [times[:0]] * values.shape[1]
 
 
 @pytest.fixture(scope="module")
@@ -71,6 +85,11 @@ def test_a_file_of_nwb_has_the_parameters_of_the_models_with_units_and_what_is_a
         assert rows.loc["SA-I", "least_rate"][["value", "unit", "source"]].tolist() == ["2.0", "Pa/s^2", ""]
         assert "counts of spikes are no result: FA-I stimulus." in table.description
         assert "thresholds are rough: counts are no result" in file.units.description
+    path = fs.write_nwb(SPIKES, tmp_path / "other.nwb", felt, models=models | {"SA-I": Kernel()})
+    with pynwb.NWBHDF5IO(str(path), "r") as stream:
+        rows = stream.read().processing["afferents"]["models"].to_dataframe().set_index("kind").loc["SA-I"]
+        assert rows["parameter"].tolist() == ["stimulus", "highest_frequency", "kernel"]
+        assert rows[["value", "unit"]].to_numpy()[1:].tolist() == [["50.0", "1/s"], ["[1. 0.]", ""]]
     with pytest.raises(InputError, match="models: have none of SA-I, need one for each type of afferent"):
         fs.write_nwb(SPIKES, tmp_path / "more.nwb", models={"FA-I": models["FA-I"]})
 
