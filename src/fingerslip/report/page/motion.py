@@ -24,9 +24,16 @@ from fingerslip.report.figures.patches import HAS_SLIPPED, slipped_share
 from fingerslip.report.figures.signals import PRESSED, SLIPS
 from fingerslip.report.figures.style import event_times
 from fingerslip.report.labels import of_histories
-from fingerslip.report.scene import scene
 from fingerslip.report.scene.options import SCALARS, SceneOptions
-from fingerslip.report.scene.scene import CORNERS, field_limits, region_names, soft_regions, upright, vtk_grid
+from fingerslip.report.scene.scene import (
+    CORNERS,
+    field_limits,
+    one_scale,
+    region_names,
+    soft_regions,
+    upright,
+    vtk_grid,
+)
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import Events, contact_forces, receptor_signals, slide_tangent, slide_window, slipping_fraction
 from fingerslip.slip.windows import EVENTS
@@ -66,13 +73,18 @@ def run_motions(runs: Iterable[tuple[xr.Dataset, Events, str]]) -> tuple[dict[st
     """Return runs in motion, the first and as many more as keep the page small; their colours have one scale."""
     motions: list[dict[str, Any]] = []
     size, touched = 0, [run for run in runs if run[0].sizes.get("counterface", 0)]
-    with scene.one_scale(history for history, *_ in touched):
+    with one_scale(history for history, *_ in touched if not is_solid(history)):
         for history, events, title in touched:
             motion = run_motion(history, events, title)
             size += len(motion["data"])
             if motions and size > _MOST_BYTES:
                 break
             motions.append(motion)
+    # Solids have the stress of their surface, whose ends are found as it is made.
+    bodies = [motion["body"] for motion in motions if motion["body"]]
+    top = max((body["top"] for body in bodies), default=0.0)
+    for body in bodies:
+        body["top"] = top
     return tuple(motions)
 
 
@@ -198,6 +210,7 @@ def _moving_arrays(body: dict[str, Any], points: Floats, displacements: Floats, 
     """
     places, body["unit"] = quantise(1e3 * points)
     changes, body["movedUnit"] = quantise(1e3 * displacements)
+    body["stressUnit"] = body["top"] / 255.0
     shades = np.clip(255e-3 * stress / body["top"], 0.0, 255.0).astype(np.uint8)
     return {"points": places, "moved": _differences(changes), "stress": _differences(shades)}
 

@@ -282,7 +282,7 @@ class Section {
     for (let cell = 0; cell < count; cell++) {
       const layer = body.regions[region[cell]];
       const colour = field === "layers" || layer.stiff ? layer.colour
-        : `rgb(${mapColour(stress[frame * count + cell] / 255)})`;
+        : `rgb(${mapColour(stress[frame * count + cell] * body.stressUnit / body.top)})`;
       draw.fillStyle = draw.strokeStyle = colour;
       draw.beginPath();
       for (let c = 0; c < corners; c++) draw.lineTo(...places[cells[cell * corners + c]]);

@@ -130,7 +130,7 @@ class Solid {
       const state = run.vertexState[frame * count + v];
       const shade = field === "layers" || (field !== "contact" && stiff[layer[v]]) ? layers[layer[v]]
         : field === "contact" ? (state < 255 ? STATES[state] : layers[layer[v]])
-          : mapColour(run.stress[frame * count + v] / 255).map((one) => one / 255);
+          : mapColour(run.stress[frame * count + v] * run.body.stressUnit / run.body.top).map((one) => one / 255);
       colours.set(shade, 3 * v);
       // Vertices in the cut itself are kept.
       depth[v] = run.points[3 * v + 2] * run.body.unit - run.body.cutAt - 2e-3;

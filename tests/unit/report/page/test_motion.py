@@ -110,6 +110,14 @@ def test_a_solid_stands_on_its_plate_and_is_cut_across_it():
     assert upright(turned) is turned
 
 
+def test_solids_compare_by_their_colours():
+    history = block_history("T4")
+    weak = history.assign(snapshot_von_mises=0.5 * history["snapshot_von_mises"])
+    bodies = [motion["body"] for motion in run_motions((each, Events(), "t") for each in (weak, history))]
+    assert [body["top"] for body in bodies] == [run_motion(history, Events(), "t")["body"]["top"]] * 2
+    assert [255.0 * body["stressUnit"] / body["top"] for body in bodies] == pytest.approx([0.5, 1.0])
+
+
 @pytest.mark.parametrize("element", ["Q4", "T4"])
 def test_the_phalanx_does_not_set_the_colours(element):
     history = block_history(element)
