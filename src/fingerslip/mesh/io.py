@@ -201,9 +201,7 @@ def _raw(file: Path, kind: str, points: Floats, data: meshio.Mesh) -> _Raw:
     corners = np.sort(cells[:, : cell.corners], axis=1)
     _, first, same = np.unique(corners, axis=0, return_index=True, return_inverse=True)
     order = np.argsort(first)
-    listed = zip(data.cells, data.cell_data.get(LABELS, ()), strict=False)
-    labels = [label for block, rows in listed if block.type == kind for label in rows]
-    labels = [labels[number] for number in first[order]] if labels else []
+    labels = data.get_cell_data(LABELS, kind)[first[order]].tolist() if LABELS in data.cell_data else []
     cells, same = cells[first[order]], np.argsort(order)[same.ravel()]
     regions = {name: np.unique(same[_members(data, {kind}, blocks)]) for name, blocks in groups.items()}
     sides = [block.data[:, : cell.side_corners] for block in data.cells if block.type in cell.sides]

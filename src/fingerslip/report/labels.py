@@ -68,10 +68,10 @@ def path_labels(paths: Sequence[str]) -> dict[str, str]:
     >>> path_label("fingertip.materials.epidermis.youngs_modulus")
     "epidermis Young's modulus"
     """
-    parts = {path: path.split(".") for path in paths}
-    count = {path: 2 if set(names[-2:-1]) & set(_NAMED_WITH) else 1 for path, names in parts.items()}
-    count |= {path: names[::-1].index(_LAYERS) for path, names in parts.items() if _LAYERS in names[:-1]}
-    for _ in range(max(map(len, parts.values()), default=0)):
+    keys = {path: path.split(".") for path in paths}
+    count = {path: 2 if set(names[-2:-1]) & set(_NAMED_WITH) else 1 for path, names in keys.items()}
+    count |= {path: names[::-1].index(_LAYERS) for path, names in keys.items() if _LAYERS in names[:-1]}
+    for _ in range(max(map(len, keys.values()), default=0)):
         labels = {path: _words(path, count[path]) for path in paths}
         twins = [path for path in paths if list(labels.values()).count(labels[path]) > 1]
         count |= {path: count[path] + 1 for path in twins}

@@ -20,6 +20,7 @@ from fingerslip.report.colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, V
 from fingerslip.report.figures import style
 from fingerslip.report.scene.scene import vtk_grid
 from fingerslip.report.scene.viewer import off_screen, picture_of
+from fingerslip.snapshot import CELL_TYPES
 
 _BOUNDARY_COLOURS = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, BLACK)
 _HATCHES = ("///", "...", "\\\\\\", "xx", "ooo")
@@ -33,7 +34,7 @@ class _View(NamedTuple):
     """From where a solid is seen."""
 
     up: _Vector
-    place: _Vector  # where the viewer is
+    viewer: _Vector  # where that is
     sides: tuple[_Vector, ...]  # that are seen: a cut takes the half before it away
 
 
@@ -43,8 +44,6 @@ _VIEWS = {
     "z": _View((0.0, 0.0, 1.0), (0.9, -1.0, 0.55), ((0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))),
 }
 _CELLS = {"show_edges": True}
-# Kinds of cells by their corners, as VTK numbers them.
-_KINDS = {4: 10, 8: 12}
 #: Surfaces of a mesh, each with how it looks.
 _Scene: TypeAlias = list[tuple[Any, Mapping[str, Any]]]
 
@@ -133,9 +132,8 @@ def _opened(mesh: skfem.Mesh, regions: Mapping[str, Integers], sides: Sequence[_
 
     The plane goes through cells, so that none stands out of it.
     """
-    count = mesh.elem.refdom.nnodes
-    order = VTK_HEXAHEDRON if count == len(VTK_HEXAHEDRON) else slice(None)
-    grid: Any = vtk_grid(mesh.t[:count].T[:, order], _KINDS[count], 1e3 * mesh.p.T)
+    order, kind = (VTK_HEXAHEDRON, "H8") if mesh.elem.refdom.nnodes == 8 else ([0, 1, 2, 3], "T4")
+    grid: Any = vtk_grid(mesh.t[order].T, CELL_TYPES[kind], 1e3 * mesh.p.T)
     whole = {name: _polygons(mesh, _surface(mesh, cells)) for name, cells in regions.items()}
     for side in sides:
         plane = {"normal": side, "origin": grid.center}
@@ -156,7 +154,7 @@ def _render(mesh: skfem.Mesh, scenes: Sequence[_Scene], view: _View) -> list[NDA
             for surface, look in scene:
                 if surface.n_cells:
                     plotter.add_mesh(surface, edge_color=_EDGE, line_width=0.5, ambient=0.6, diffuse=0.45, **look)
-            plotter.view_vector(view.place, viewup=view.up)
+            plotter.view_vector(view.viewer, viewup=view.up)
             plotter.reset_camera(bounds=np.stack([mesh.p.min(axis=1), mesh.p.max(axis=1)], axis=1).ravel() * 1e3)
             pictures.append(picture_of(plotter))
     return style.crop(pictures)
