@@ -7,7 +7,8 @@ from dataclasses import replace
 from typing import Any
 
 from fingerslip.arrays import Floats
-from fingerslip.dynamics.finite.newton import Factors, advance_finite
+from fingerslip.dynamics.finite.factors import Factors
+from fingerslip.dynamics.finite.newton import advance_finite
 from fingerslip.dynamics.loop import BodyIntegrator, ByLength
 from fingerslip.dynamics.step.state import State, first_state
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
