@@ -38,6 +38,7 @@ _MOST, _HALVINGS, _RENEWALS = 60, 8, 15
 # How many slow iterations in a row ask for new factors, and how many once there were some in the step.
 _PATIENCE, _LITTLE = 3, 1
 # Work of the forces at the end of an iteration over that at its beginning, above which it went far too short a way.
+# On the ridged section at 5 mm 0.5 does as well; where no iterate goes on, a step of 200 ms is not solved.
 _DOWNHILL = 0.9
 # What contact may miss its law by, relative to the largest force: in the iteration that should be the last, in others
 # over the error of the iterate, and at most. On the shipped fingertip in 3D this takes as many iterations as 1e-12
