@@ -17,6 +17,7 @@ import functools
 import glob
 import hashlib
 import io
+import itertools
 import json
 import os
 import re
@@ -251,7 +252,7 @@ def check_decimals(path: Path) -> None:
     by_semicolon = by_comma
     # What cannot be read at all is told by the reader.
     with contextlib.suppress(OSError, ValueError, csv.Error), path.open(encoding="utf-8-sig") as file:
-        lines = [line for line in file if not line.startswith("#")][:2] or [""]
+        lines = [*itertools.islice((line for line in file if not line.startswith("#")), 2)] or [""]
         by_comma, by_semicolon = ([*csv.reader(lines, delimiter=mark, skipinitialspace=True)] for mark in ",;")
     has_semicolons = len(by_semicolon[0]) > len(by_comma[0])
     table = by_semicolon if has_semicolons else by_comma
