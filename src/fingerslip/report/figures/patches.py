@@ -154,13 +154,9 @@ def _moments_with_events(history: xr.Dataset, events: Events) -> Floats:
     """Return evenly spaced times, the nearest ones moved to the first records after the events."""
     moments, times = slide_moments(history, events, _FRAMES), history["time"].values
     free = np.arange(1, moments.size)
-    for event in style.event_times(events.slip).values():
-        if not moments[0] < event <= moments[-1] or free.size == 0:
-            continue
-        record = times[min(int(np.searchsorted(times, event)), times.size - 1)]
-        chosen = (
-            np.abs(moments - record).argmin() if record in moments else free[np.abs(moments[free] - record).argmin()]
-        )
+    within = [time for time in style.event_times(events.slip).values() if moments[0] < time <= moments[-1]]
+    for record in np.unique(times[np.searchsorted(times, within)]):
+        chosen = free[np.abs(moments[free] - record).argmin()]
         moments[chosen] = record
         free = free[free != chosen]
     return np.sort(moments)

@@ -713,6 +713,12 @@ def test_frames_end_after_overall_slip_and_strains_and_stick_ratios_have_their_r
     assert [text.get_text() for text in axes.get_legend().get_texts()] == ["one", "other"]
 
 
+def test_every_event_has_its_frame_where_several_are_near_the_last():
+    events = SlipEvents(incipient=1.541, noticed=1.725, three_quarter=1.962, overall=1.981)
+    moments = patches._moments_with_events(make(Process()), Events(events))
+    assert {1.545, 1.725, 1.965, 1.985} <= set(np.round(moments, 6))
+
+
 def test_the_frame_holds_whole_triangles_that_ever_touch_or_all_where_nothing_does():
     history = block_history()
     patch = contact_patch(history)
