@@ -33,8 +33,7 @@ _FAINT = 0.3
 _LEAST_QUALITY = 0.5
 # Without a blob a marker needs a better fit, a contrast within this logarithm of its own, and a place so near.
 _LEAST_AGAIN, _CONTRAST, _NEAR = 0.75, 1.0, 0.25
-# A marker that leaps out of reach needs such a fit and contrast.
-_LEAST_LEAPT, _SAME_CONTRAST = 0.6, 0.4
+_SAME_CONTRAST = 0.4  # the same of a marker that leaps out of reach
 # A blob within this logarithm of the markers' strength, and so near, in distances between them, may be another one.
 _USUAL, _BESIDE = 0.3, 1.25
 _OF_BLOBS = 0.3  # quality of a marker whose blob is seen, but no profile in it that is its own
@@ -64,7 +63,7 @@ def follow(markers: Markers, state: State, image: Frame, mask: Flags | None) -> 
     match = _match(markers, state, _flown(markers, state, image, window), blobs)
     if not match.sure.any():
         return dataclasses.replace(state, visible=0), np.full_like(rest, np.nan), np.zeros(len(rest))
-    match = _with_leaps(markers, state, image, blobs, match)
+    match = untangle(markers, state.position, rematch(markers, state, image, blobs, match))
     position, sure, used = match.position, match.sure, match.used
     expected, _ = expected_displacement(position - rest, sure, markers.neighbours)
     expected = np.where(np.isfinite(expected), rest + expected, position)
@@ -74,7 +73,7 @@ def follow(markers: Markers, state: State, image: Frame, mask: Flags | None) -> 
     far = sure & (np.linalg.norm(position - match.guess, axis=1) > _REACH * markers.spacing)
     # What leaps out of reach has to look like itself there, and what leaps onto another marker to be there again.
     leaps = far & ~match.shares & (np.linalg.norm(position - expected, axis=1) > _BACK * markers.spacing)
-    leaps &= ~fits | (measured.quality < _LEAST_LEAPT) | (_contrast(markers, state, measured) > _SAME_CONTRAST)
+    leaps &= ~fits | (_contrast(markers, state, measured) > _SAME_CONTRAST)
     sure, seen = sure & ~leaps, (sure | fits) & ~leaps
     exact = np.where(leaps[:, None], match.guess, np.where(fits[:, None], measured.position, position))
     fits &= seen
@@ -170,11 +169,3 @@ def _match_guess(markers: Markers, state: State, guess: Floats, flown: Floats, b
         position[astray[rows]], used[astray[rows]] = blobs.position[free[columns]], free[columns]
         sure[astray[rows]] = True
     return Match(guess, position, sure, used, np.zeros_like(sure), explained)
-
-
-def _with_leaps(markers: Markers, state: State, image: Frame, blobs: Blobs, match: Match) -> Match:
-    """Return a match with what slipped alone since the last frame: it was seen there, and is no more where it was."""
-    lost = state.seen & ~match.sure
-    if lost.any():
-        match = rematch(markers, state, image, blobs, match)
-    return untangle(markers, state.position, match)

@@ -11,13 +11,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 
 from fingerslip.arrays import Flags, Floats
 from fingerslip.vision.tracking.blobs import Blobs
-from fingerslip.vision.tracking.layouts import assign, expected_displacement
+from fingerslip.vision.tracking.layouts import Integers, assign, expected_displacement
 from fingerslip.vision.tracking.markers import Markers
 from fingerslip.vision.video import Frame, opencv
 
@@ -27,9 +26,8 @@ _LEAP = 1.3
 _NEW = 0.25
 # Area of a blob that two markers share, in those of a marker. Where a larger share of the blobs is so, it says nothing.
 _FEWEST_DISKS, _MOST_DISKS, _RARE = 1.1, 2.3, 0.34
-# Where many leap at once, by about the same, long ways count more than short ones. Where so many markers are explained,
-# what leaps so pushes others on, and the last one onto another marker.
-_EVEN, _WELL = 3.0, 0.9
+# Where many leap at once, by about the same, long ways count more than short ones.
+_EVEN = 3.0
 # Markers that touched and both go farther than this, in distances of neighbours, are told apart anew.
 _ON = 0.15
 
@@ -53,7 +51,7 @@ class Match:
     guess: Floats  # (n, 2), where each marker was expected [px]
     position: Floats  # (n, 2) [px]
     sure: Flags  # (n,), whether it has a blob
-    used: NDArray[np.intp]  # (n,), which
+    used: Integers  # (n,), which
     shares: Flags  # (n,), whether it has half of it
     explained: float  # how many markers are how near to where they were expected
 
@@ -63,45 +61,40 @@ def rematch(markers: Markers, state: State, image: Frame, blobs: Blobs, match: M
 
     The image is (height, width).
     """
-    reach, lost = _LEAP * markers.spacing, state.seen & ~match.sure
-    hosts, halves = _shared(markers, state, image, blobs, match, lost, 2.0 * reach)
-    there = cKDTree(np.vstack([state.blobs, state.position])).query(blobs.position)[0]
-    new = np.flatnonzero(there > _NEW * float(np.median(markers.spacing)))
-    free = np.setdiff1d(new, match.used[match.sure])
+    leaping = state.seen & ~match.sure
+    if not leaping.any():
+        return match
+    hosts, halves = _shared(markers, state, image, blobs, match)
+    is_new = cKDTree(state.blobs).query(blobs.position)[0] > _NEW * float(np.median(markers.spacing))
+    taken = match.used[match.sure]
+    free = np.setdiff1d(np.flatnonzero(is_new), taken)
     if not hosts.size and not free.size:
         return match
     # One half has the number of its blob, the other one comes after all blobs.
     first, second = match.used[hosts], len(blobs.strength) + np.arange(len(hosts))
     places = np.concatenate([blobs.position, halves[:, 1]])
     places[first] = halves[:, 0]
-    leaping, most, best = lost.copy(), int(match.sure.sum()), None
+    everyone = leaping | match.sure
     leaping[hosts] = True
-    attempts, seen = [(leaping, np.concatenate([free, first, second]), 1.0)], lost | match.sure
-    is_poor = match.explained < _WELL * seen.sum()
-    if is_poor or hosts.size:
-        others = free if is_poor else first
-        attempts.append((seen, np.unique(np.concatenate([match.used[match.sure], second, others])), _EVEN))
-    for rows, columns, power in attempts:
-        taken, which = assign(match.guess[rows], reach[rows], places[columns], power)
-        taken = np.flatnonzero(rows)[taken]
-        if len(taken) + (match.sure & ~rows).sum() > most:
-            most, best = len(taken) + int((match.sure & ~rows).sum()), (rows, taken, columns[which])
-        if np.isin(np.flatnonzero(lost), taken).all():
-            break
-    if best is None:
-        return match
-    position, sure, used = match.position.copy(), match.sure.copy(), match.used.copy()
-    rows, taken, columns = best
-    sure[rows] = False
-    position[taken], used[taken], sure[taken] = places[columns], columns, True
-    shares = np.zeros_like(sure)
-    for one, other in zip(first, second, strict=True):
-        ends = sure & ((used == one) | (used == other))
+    # What leaps may push others on, and the last one onto another marker.
+    matches = [match]
+    for rows, numbers, power in ((leaping, first, 1.0), (everyone, taken, _EVEN)):
+        columns = np.concatenate([free, numbers, second])
+        reached, chosen = assign(match.guess[rows], _LEAP * markers.spacing[rows], places[columns], power)
+        reached, columns = np.flatnonzero(rows)[reached], columns[chosen]
+        position, sure, used = match.position.copy(), match.sure & ~rows, match.used.copy()
+        position[reached], sure[reached], used[reached] = places[columns], True, columns
+        matches.append(dataclasses.replace(match, position=position, sure=sure, used=used))
+    best = max(matches, key=lambda each: int(each.sure.sum()))
+    position, used, shares = best.position.copy(), best.used.copy(), best.shares.copy()
+    for number, half in zip(first, second, strict=True):
+        ends = best.sure & np.isin(best.used, (number, half))
+        used[ends] = number
         if ends.sum() > 1:
             shares |= ends
-        position[ends] = position[ends] if ends.sum() > 1 else blobs.position[one]
-        used[ends] = one
-    return dataclasses.replace(match, position=position, sure=sure, used=used, shares=shares)
+        else:
+            position[ends] = blobs.position[number]
+    return dataclasses.replace(best, position=position, used=used, shares=shares)
 
 
 def untangle(markers: Markers, before: Floats, match: Match) -> Match:
@@ -118,40 +111,33 @@ def untangle(markers: Markers, before: Floats, match: Match) -> Match:
     return dataclasses.replace(match, position=position, used=used)
 
 
-def _shared(  # noqa: PLR0917  what is known of two frames
-    markers: Markers, state: State, image: Frame, blobs: Blobs, match: Match, lost: Flags, reach: Floats
-) -> tuple[NDArray[np.intp], Floats]:
-    """Return whose blobs in reach (n,) [px] of those lost (n,) are two now, (k,), and halves (k, 2, 2) [px]."""
-    apart = cdist(match.guess[lost], match.position)
-    candidates = np.flatnonzero(match.sure & (apart < reach).any(axis=0))
-    touches = (apart < 2.0 * markers.radius).any(axis=0)
-    last = image if state.image is None else state.image
-    hosts, halves, count = [], [], 0
-    for host in candidates:
-        look = float(markers.radius[host]), markers.polarity
-        half = _halves(image, blobs.position, blobs.position[match.used[host]], *look)
-        count += half is not None
-        # Glue on a marker was there in the last frame, too.
-        if half is not None and (touches[host] or _halves(last, state.blobs, state.position[host], *look) is None):
-            hosts.append(host)
-            halves.append(half)
-        if count > _RARE * len(candidates):
-            hosts, halves = [], []
-            break
-    return np.array(hosts, dtype=np.intp), np.array(halves, dtype=np.float64).reshape(-1, 2, 2)
+def _shared(markers: Markers, state: State, image: Frame, blobs: Blobs, match: Match) -> tuple[Integers, Floats]:
+    """Return whose blobs, in reach of markers that are lost, are two now, (k,), and their halves (k, 2, 2) [px]."""
+    apart = cdist(match.guess[state.seen & ~match.sure], match.position)
+    candidates = np.flatnonzero(match.sure & (apart < 2.0 * _LEAP * markers.spacing).any(axis=0)).tolist()
+    places = blobs.position[match.used]
+    halves = {host: _halves(markers, host, image, blobs.position, places[host]) for host in candidates}
+    double = [host for host, half in halves.items() if half is not None]
+    if len(double) > _RARE * len(candidates):
+        double = []
+    # Glue on a marker was there in the last frame, too.
+    last, touches = image if state.image is None else state.image, (apart < 2.0 * markers.radius).any(axis=0)
+    hosts = [h for h in double if touches[h] or _halves(markers, h, last, state.blobs, state.position[h]) is None]
+    return np.array(hosts, dtype=np.intp), np.array([halves[host] for host in hosts]).reshape(-1, 2, 2)
 
 
-def _halves(image: Frame, places: Floats, place: Floats, radius: float, polarity: float) -> Floats | None:
+def _halves(markers: Markers, marker: int, image: Frame, places: Floats, place: Floats) -> Floats | None:
     """Return the centres (2, 2) [px] of the two disks that a blob may be, None where it is one disk or many blobs.
 
-    Arrays: image (height, width), places of all blobs (m, 2), that of the blob (2,) [px].
+    Arrays: image (height, width), places of all blobs (m, 2), that of the marker's blob (2,) [px].
     """
+    radius = float(markers.radius[marker])
     x, y = np.rint(place).astype(int)
     if not (0 <= y < image.shape[0] and 0 <= x < image.shape[1]):
         return None
     side = math.ceil(2.5 * radius)
     top, left = max(y - side, 0), max(x - side, 0)
-    patch = polarity * image[top : y + side + 1, left : x + side + 1].astype(np.float32)
+    patch = markers.polarity * image[top : y + side + 1, left : x + side + 1].astype(np.float32)
     labels = opencv().connectedComponents((patch > 0.5 * (patch[y - top, x - left] + patch.min())).astype(np.uint8))[1]
     is_blob = labels == labels[y - top, x - left]
     columns, rows = np.rint(places).astype(int).T - np.array([[left], [top]])

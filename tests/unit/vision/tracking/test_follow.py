@@ -80,10 +80,10 @@ def test_a_frame_in_which_all_leap_to_what_is_no_marker_leaves_the_light(markers
     state = begun(markers)
     beside = np.random.default_rng(1).uniform((5.0, 5.0), (90.0, 475.0), (len(FIELD), 2))
 
-    def leapt(_markers, state, _image, _blobs, match):
+    def leapt(_markers, _before, match):
         return dataclasses.replace(match, position=beside, guess=state.position)
 
-    monkeypatch.setattr(follow_module, "_with_leaps", leapt)
+    monkeypatch.setattr(follow_module, "untangle", leapt)
     after, found, _ = follow(markers, state, one(FIELD), None)
     assert np.isnan(found).all()
     assert after.light == state.light
