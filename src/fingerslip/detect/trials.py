@@ -120,13 +120,13 @@ def layout_digest(tracks: xr.Dataset) -> str:
 def layout_text(tracks: xr.Dataset) -> str:
     """Return a layout in words, such as '7 internal and 1 external markers (rings of 1 and 6) in px'."""
     kinds = tracks["kind"].values.astype(str)
-    counts = [f"{(kinds == kind).sum()} {kind}" for kind in ("internal", "external") if (kinds == kind).any()]
-    rings = "no rings"
+    counts = {kind: (kinds == kind).sum() for kind in ("internal", "external") if (kinds == kind).any()}
+    rings, words = "no rings", " and ".join(f"{count} {kind}" for kind, count in counts.items())
     if "ring" in tracks.variables:
-        numbers = tracks["ring"].values[kinds == counts[0].split()[1]]
+        numbers = tracks["ring"].values[kinds == next(iter(counts))]
         sizes = np.unique(numbers[numbers >= 0], return_counts=True)[1]  # others have no ring
         rings = f"rings of {' and '.join(', '.join(map(str, sizes)).rsplit(', ', 1))}" if sizes.size else rings
-    return f"{' and '.join(counts)} markers ({rings}) in {tracks['position'].attrs['units']}"
+    return f"{words} markers ({rings}) in {tracks['position'].attrs['units']}"
 
 
 def write_trial(trial: Trial, folder: Path) -> None:

@@ -281,8 +281,8 @@ def _unsure(position: Floats, markers: Markers) -> Flags:
     """Tell where markers (n_frames, n_markers, 2) touch another one, or leave their neighbours from frame to frame."""
     unsure = np.zeros(position.shape[:2], dtype=bool)
     unsure[1:] = _steps_alone(position, markers.neighbours) > _LEAP * markers.spacing
-    for frame, here in zip(unsure, np.where(np.isfinite(position), position, 1e6), strict=True):
-        seen_here = np.flatnonzero(here[:, 0] < 1e6)
+    for frame, here in zip(unsure, position, strict=True):
+        seen_here = np.flatnonzero(np.isfinite(here[:, 0]))
         pairs = cKDTree(here[seen_here]).query_pairs(2.0 * float(np.median(markers.radius)), output_type="ndarray")
         frame[seen_here[pairs]] = True
     return unsure
