@@ -253,8 +253,8 @@ class IntegrateAndFire:
         tau dV/dt = -V + |s| / s_0 + |ds/dt| / r_0
 
     that fires when V reaches 1, falls to 0 and does not rise for a while. So s_0 and r_0 are the least steady stimulus,
-    and the least steady rate of it, at which an afferent fires; under a drive d > 1 it fires every tau ln(d / (d - 1))
-    and the time of rest. Drives saturate, d c / (d + c), and a time t after a spike, with u = ln(1 + t / 1 ms), lack ::
+    and the least steady rate of it, at which an afferent fires; uninhibited, under a drive d > 1, it fires every
+    tau ln(d / (d - 1)) and its rest. Drives saturate, d c / (d + c), and t after a spike, u = ln(1 + t / 1 ms), lack ::
 
         a_early b(u) + a_late b(u - ln 9),  b(x) = (1 + cos(min(3 pi |x| / ln 81, pi))) / 2
 

@@ -35,10 +35,10 @@ _OF_REST = 1e-3
 
 
 class MadeOf(NamedTuple):
-    """What factors are made of: a body, and whether they may be rough."""
+    """What factors are made of: a body, the share of its tangent made definite, and whether they may be rough."""
 
     body: BodyState
-    positive: float  # share of the tangent that was made definite [-]
+    definite: float
     rough: bool
 
 
@@ -94,7 +94,7 @@ class Factors:
     @property
     def is_positive(self) -> bool:
         """Whether the tangent of the present factors was made definite."""
-        return self._made_of is not None and self._made_of.positive > 0.0
+        return self._made_of is not None and self._made_of.definite > 0.0
 
     def renew(self, state: BodyState, ahead: BodyState | None = None, *, rough: bool = True) -> Stepper:
         """Return the stepper with the tangent of a body, or of where it goes if that can be factorised.
@@ -108,10 +108,10 @@ class Factors:
         self._least = self._excess = self._served = 0
         for body in (state,) if ahead is None else (ahead, state):
             with contextlib.suppress(FingerslipError):
-                return self._make(MadeOf(body, positive=0.0, rough=rough))
+                return self._make(MadeOf(body, definite=0.0, rough=rough))
         with contextlib.suppress(FingerslipError):
-            return self._make(MadeOf(state, positive=_DEFINITE, rough=False))
-        return self._make(MadeOf(state, positive=1.0, rough=False))
+            return self._make(MadeOf(state, definite=_DEFINITE, rough=False))
+        return self._make(MadeOf(state, definite=1.0, rough=False))
 
     def release(self) -> None:
         """Let go of the factors, and of the analyses that serve the next ones, which take as much memory."""
@@ -153,7 +153,7 @@ class Factors:
 
     def _make(self, made_of: MadeOf) -> Stepper:
         with self.watch.part("tangent"):
-            body, share = self.system.require_body(), made_of.positive
+            body, share = self.system.require_body(), made_of.definite
             tangent = body.tangent(made_of.body)
             if share:
                 tangent = (1.0 - share) * tangent + share * body.tangent(made_of.body, positive=True)

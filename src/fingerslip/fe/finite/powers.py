@@ -139,7 +139,7 @@ def laws_of_points(materials: Sequence[FiniteMaterial], number: Integers) -> Poi
     table[1] = 1.0
     for column, (powers, _, _) in enumerate(sums):
         table[:, : len(powers), column] = np.transpose(powers)
-    moduli, isochoric = np.array([one[1:] for one in sums], dtype=float).T
+    moduli, isochoric = np.array([law[1:] for law in sums], dtype=float).T
     return PointLaws(*(values[..., number] for values in (*table, moduli, isochoric)))
 
 
