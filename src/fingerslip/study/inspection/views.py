@@ -5,7 +5,8 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import functools
-from collections.abc import Callable, Mapping, Sequence
+import itertools
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -122,12 +123,20 @@ _OF_FIELDS = ("composed", "deformed", "cut", "forces", FILM)
 
 def _one_scale(target: Path, choice: FigureChoice, run: RunSubject) -> contextlib.AbstractContextManager[None]:
     """Give the colours of a field the same range for all runs of a study, the first of many."""
+    if choice.kind not in _OF_FIELDS:
+        return contextlib.nullcontext()
     from fingerslip.report.scene.scene import one_scale
 
-    folder = target if choice.run else target.parent
-    names = dict.fromkeys([choice.run or target.name, *list(read_manifest(folder).get("runs", {}))[:MOST_RUNS]])
-    paths = [folder / name / HISTORY for name in names if choice.kind in _OF_FIELDS]
-    return one_scale((read_history(path) for path in paths if path.is_file()), run.options)
+    folder, name = (target, choice.run) if choice.run else (target.parent, target.name)
+    others = [other for other in list(read_manifest(folder).get("runs", {}))[:MOST_RUNS] if other != name]
+    return one_scale(itertools.chain([run.history], _whole_histories(folder, others)), run.options)
+
+
+def _whole_histories(folder: Path, names: Iterable[str]) -> Iterator[xr.Dataset]:
+    """Yield the histories of runs, without those that cannot be read."""
+    for name in names:
+        with contextlib.suppress(ResultError):
+            yield read_history(folder / name / HISTORY)
 
 
 def _save(draw_figure: Callable[[], Figure], path: Path, choice: FigureChoice) -> Path:

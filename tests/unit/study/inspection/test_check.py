@@ -313,7 +313,9 @@ def test_the_colours_of_fields_have_one_scale_over_the_runs_of_a_study(tmp_path,
     for target, choice in ((tmp_path, FigureChoice("deformed", run="a")), (tmp_path / "a", FigureChoice("deformed"))):
         write_figure(target, choice)
     write_figure(tmp_path, FigureChoice("energy", run="a"))
-    assert tops == pytest.approx([2.0 * tops[2]] * 2 + [tops[2]])
+    (tmp_path / "b" / "history.nc").write_bytes(b"damaged")
+    write_figure(tmp_path, FigureChoice("deformed", run="a"))
+    assert tops == pytest.approx([2.0 * tops[2]] * 2 + [tops[2]] * 2), "of the runs that can be read"
 
 
 def test_a_composed_figure_of_a_study_with_several_runs_says_which_it_shows(finished, monkeypatch):
