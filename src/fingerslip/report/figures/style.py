@@ -284,7 +284,7 @@ def figure_bytes(figure: Figure, kind: str = "png", dpi: int | None = None) -> b
 
 
 def final_bytes(figure: Figure) -> bytes:
-    """Render a figure that stays as it is: to find places for labels without text takes a tenth of the time."""
+    """Render a figure that stays as it is, some per cent faster: labels without text have their places."""
     for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis) if not axis.get_label_text()):
         axis.set_label_coords(0.5, 0.5)
     return figure_bytes(figure)
