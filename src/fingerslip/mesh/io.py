@@ -314,8 +314,8 @@ def _orient(raw: _Raw) -> Integers:
 def _bad_cell(raw: _Raw, cell: int, what: str) -> MeshError:
     centre = raw.points[raw.cells[cell, : raw.cell.corners]].mean(axis=0)
     needed = "volume" if raw.cell.dim == 3 else "area"
-    label = raw.labels[cell] if raw.labels else ""
-    fault = f"{f'element {label}' if label else f'cell {cell}'} at {coordinates(centre)} is {what}"
+    name = f"element {raw.labels[cell]}" if raw.labels else f"cell {cell}"
+    fault = f"{name} at {coordinates(centre)} is {what}"
     return MeshError(str(raw.path), fault, f"needs cells with positive {needed}")
 
 

@@ -107,7 +107,8 @@ def assemble(
         sets[name][block] = np.arange(len(corners))
     bare = [name for name, members in sets.items() if not any(map(len, members))]
     listed = [f"sets and surfaces with no cell and no side: {', '.join(bare)}"] if bare else []
-    every = [labels.get(number, "") for number in range(first)]  # a label that stands twice is of the last
+    # A label that stands twice is of the last.
+    every = [labels.get(number, f"{number} (counted from 0)") for number in range(first)]
     ends = np.cumsum([len(nodes) for _, nodes in cells])
     rows = [*np.split(np.array(every), ends[:-1]), *(np.full(len(corners), "") for _, corners in named)]
     return Deck(meshio.Mesh(points, blocks, cell_data={LABELS: rows}, cell_sets=sets), (*left_out, *listed))

@@ -243,6 +243,12 @@ def test_a_damaged_deck_is_one_error_with_its_line(tmp_path, before, after, mess
             ),
             "has cells that fold over each other: 12 and 15 at",
         ),
+        (
+            flat("CPE4", [*SQUARE, (0.5, 2), (2, 2)], [(1, 2, 3, 4), (4, 3, 5), (4, 3, 6)]).replace(
+                "2, 4, 3, 5\n3, 4, 3, 6", "*ELEMENT, TYPE=CPE3, ELSET=body\n12, 4, 3, 5\n12, 4, 3, 6"
+            ),
+            r"fold over each other: 1 \(counted from 0\) and 12 at",
+        ),
     ],
 )
 def test_decks_without_a_mesh_are_refused(tmp_path, text, message):
