@@ -222,7 +222,7 @@ def test_a_study_in_space_has_a_report():
     [
         ("Q4", "FA-II", "times, stick and slip along it, and forces."),
         ("T4", "FA-II", "times, and forces."),
-        ("T4", "SA-I", "times, what afferents answer, and forces. Models of afferents have assumed thresholds."),
+        ("T4", "SA-I", "times, what afferents answer, and forces. Models of afferents have rough thresholds."),
     ],
 )
 def test_the_answer_has_a_caption_of_what_it_shows_and_no_more(element, kind, words):
