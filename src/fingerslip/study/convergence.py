@@ -208,10 +208,11 @@ def _resolution(run: RunResult, study: Study, key: str, unit: str) -> float:
     if key.endswith("_travel_m"):
         if latency:
             return half * float(run.numbers.get("latency_travel_m") or 0.0) / latency
-        programme = next(
-            (contact.programme for contact in study.all_contacts[:1] if contact.programme), study.programme
+        programmes = (
+            study.bodies[contact.rigid_body].programme if contact.rigid_body else contact.programme or study.programme
+            for contact in study.all_contacts[:1]
         )
-        return half * next((entry.speed for entry in programme if isinstance(entry, Slide)), 0.0)
+        return half * next((entry.speed for entry in itertools.chain(*programmes) if isinstance(entry, Slide)), 0.0)
     return half if unit == "s" else 0.0
 
 

@@ -151,6 +151,10 @@ def test_a_travel_is_known_to_half_a_step_of_the_slide_also_where_all_slips_at_o
     for slip, expected in ((later, 4e-6), (at_once, 5e-6)):
         run = RunResult("run", {}, fs.Events(slip), numbers=numbers)
         assert convergence._resolution(run, block.study, "overall_travel_m", "m") == pytest.approx(expected)
+    body = fs.RigidBody(0.1, programme=(fs.Slide(distance=1e-3, speed=7e-3),))
+    contact = dataclasses.replace(block.study.contact, rigid_body="plate")
+    study = dataclasses.replace(block.study, bodies={"plate": body}, contact=contact, programme=())
+    assert convergence._resolution(run, study, "overall_travel_m", "m") == pytest.approx(7e-6), "of a rigid body"
 
 
 @pytest.mark.slow
