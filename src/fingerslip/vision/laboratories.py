@@ -77,8 +77,9 @@ def _markers_name(image: str) -> str:
 def _read_markers(path: Path) -> Floats:
     try:
         array = np.load(path, allow_pickle=False)
-    except OSError:
-        raise InputError(str(path), "there is no such file", "needs the markers of every image") from None
+    except OSError as error:
+        fault = f"cannot be read ({error.strerror})"
+        raise InputError(str(path), fault, "needs the markers of every image") from None
     except (ValueError, EOFError) as error:
         raise InputError(str(path), f"is no array ({shorten(str(error))})", "needs x and y of markers") from None
     if array.ndim != 2 or array.shape[1] != 2 or array.dtype.kind not in "fiu":

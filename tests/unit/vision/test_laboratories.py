@@ -49,7 +49,9 @@ def test_markers_that_change_in_number_or_are_no_numbers_are_no_tracks(tmp_path)
     file.write_bytes(b"no array")
     refused(r"markers_2.npy: is no array", read_bristol, tmp_path)
     file.unlink()
-    refused(r"markers_2.npy: there is no such file", read_bristol, tmp_path)
+    refused(r"markers_2.npy: cannot be read \(No such file", read_bristol, tmp_path)
+    file.mkdir()
+    refused(r"markers_2.npy: cannot be read \(Is a directory", read_bristol, tmp_path)
 
 
 def test_damaged_and_missing_parts_of_a_data_set(tmp_path):
