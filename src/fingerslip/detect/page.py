@@ -262,7 +262,8 @@ def answer_of(clip: SlipClip) -> tuple[str, ...]:
         sentences.append(f"Slip in {len(slips) - 3} further slides: see the table.")
     if slips:
         sentences.append(_time_error(clip))
-    behind = max((slide for slide in clip.slides if not slide.is_press), key=lambda slide: slide.behind, default=None)
+    slides = (slide for slide in clip.slides if not slide.is_press)
+    behind = max(slides, key=lambda slide: (not slide.is_judged, slide.behind), default=None)
     if not slips and (behind is None or any(slide.is_judged for slide in clip.slides)):
         sentences.append("No slide was found." if behind is None else "No slip was found.")
     if behind and behind.behind:

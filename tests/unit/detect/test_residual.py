@@ -12,12 +12,14 @@ import xarray as xr
 
 from fingerslip.detect import page
 from fingerslip.detect.evaluation.inquiries import disturb
+from fingerslip.detect.labels import Onsets
 from fingerslip.detect.live import frames_of
 from fingerslip.detect.model_file import write_detector
 from fingerslip.detect.page import SlipClip, answer_of, read_timeline, slide_table, slip_report, write_slip_page
 from fingerslip.detect.residual import (
     ResidualDetector,
     ResidualSettings,
+    Slide,
     detect_residual,
     findings_table,
     frames_at_rest,
@@ -138,6 +140,13 @@ def test_where_many_markers_stay_behind_slip_is_not_denied(share, slips):
     few = answer_of(clip_of(moved(displacement)))
     assert few[-1] == "In a slide 4 of 49 markers stay behind and are not counted."
     assert few[0].startswith("Slip begins" if slips else "No slip was found.")
+
+
+def test_a_slide_of_which_nothing_is_said_is_told_beside_one_that_slips_with_more_markers_behind():
+    clip = clip_of(moved(path((20, 0.0), (20, 12.0))[:, None, None] * ALONG))
+    slides = Slide(0.5, False, Onsets(1.0, None), behind=30, markers=49), Slide(2.0, False, behind=20, markers=49)
+    answer = answer_of(replace(clip, findings=[replace(clip.findings[-1], slides=slides)]))
+    assert answer[-1] == "In a slide 20 of 49 markers stay behind and are not counted: of slip in it nothing is said."
 
 
 def test_markers_that_are_not_counted_and_presses_have_the_colour_and_the_values_of_nothing():
