@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import time
 from dataclasses import replace
 
 import numpy as np
@@ -13,11 +12,9 @@ import xarray as xr
 from fingerslip.detect import page
 from fingerslip.detect.evaluation.inquiries import disturb
 from fingerslip.detect.labels import Onsets
-from fingerslip.detect.live import frames_of
 from fingerslip.detect.model_file import write_detector
 from fingerslip.detect.page import SlipClip, answer_of, read_timeline, slide_table, slip_report, write_slip_page
 from fingerslip.detect.residual import (
-    ResidualDetector,
     ResidualSettings,
     Slide,
     detect_residual,
@@ -164,18 +161,6 @@ def test_markers_that_are_not_counted_and_presses_have_the_colour_and_the_values
     for name in ("sure of slip [%]", "left pattern [%]"):
         assert (values[name].isna() == is_press).all()
     assert np.isnan(clip.residual[40].residual).all()
-
-
-def test_the_frame_in_which_many_markers_begin_to_move_takes_not_much_longer_than_others():
-    grid = np.stack(np.meshgrid(np.arange(40.0), np.arange(40.0)), axis=-1).reshape(-1, 2)
-    along = path((20, 0.0), (20, 2.4))[:, None, None] * np.array([1.0, 0.0])
-    noisy = 20 * grid + along + np.random.default_rng(0).normal(0.0, 0.03, (40, 1600, 2))
-    detector, seconds = ResidualDetector(SETTINGS), []
-    for seen in frames_of(make_tracks(noisy, np.arange(40) / 30.0, units="px")):
-        start = time.process_time()
-        if detector.take(seen):
-            seconds.append(time.process_time() - start)
-    assert max(seconds[1:]) < 12.0 * np.median(seconds[-10:])
 
 
 def test_a_press_is_not_judged_and_a_slide_behind_it_is():
