@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
-import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar
 
@@ -14,30 +13,12 @@ from pydantic_core import core_schema
 
 from fingerslip.errors import InputError
 from fingerslip.parameters import plain_fields
-
-_ENTRY = re.compile(r"^(?P<names>\w+(?:, \w+)*) : .*\n(?P<words>(?:(?:    .*)?(?:\n|$))*)", re.MULTILINE)
-_ROLE = re.compile(r":\w+:`~?(?:[\w.]*\.)?(\w+)`")
+from fingerslip.parameters.words import field_words, plain_words
 
 
 def json_schema(cls: type) -> dict[str, Any]:
     """Return the JSON Schema of a parameter set, for editors: words of the docstring, units, defaults as files have."""
     return TypeAdapter(cls).json_schema(schema_generator=_ForEditors)
-
-
-def field_words(cls: type) -> dict[str, str]:
-    """Return what the docstring of a class says of each of its parameters."""
-    words: dict[str, str] = {}
-    for base in reversed(cls.__mro__[:-1]):
-        text = inspect.cleandoc(base.__doc__ or "")
-        section = re.search(r"^Parameters\n-+\n(.*?)(?=^\w[\w ]*\n-+\n|\Z)", text, re.DOTALL | re.MULTILINE)
-        for entry in _ENTRY.finditer(section[1] if section else ""):
-            words |= dict.fromkeys(entry["names"].split(", "), _plain(entry["words"]))
-    return words
-
-
-def _plain(words: str) -> str:
-    """Return words of a docstring on one line and without its marks."""
-    return _ROLE.sub(r"\1", " ".join(words.split())).replace("``", "").replace("`", "")
 
 
 class _ForEditors(GenerateJsonSchema):
@@ -64,7 +45,7 @@ class _ForEditors(GenerateJsonSchema):
                 key["description"] = " ".join(f"{sentence.rstrip('.')}." for sentence in sentences if sentence)
             if name in defaults and _is_plain(defaults[name]):
                 key["default"] = defaults[name]
-        return definition | {"description": _plain((inspect.getdoc(cls) or "").partition("\n\n")[0])}
+        return definition | {"description": plain_words((inspect.getdoc(cls) or "").partition("\n\n")[0])}
 
 
 def _is_plain(value: object) -> bool:

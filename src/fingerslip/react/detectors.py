@@ -10,6 +10,8 @@ from fingerslip.parameters import Duration, Fraction, PositiveDuration, Positive
 from fingerslip.react.moment import SLIPPED, Alarm, Moment, Watch
 from fingerslip.sites import ReceptorKind
 
+Delay = Annotated[Duration, "Time from what it measures to its alarm [s]."]
+
 
 class _Stateless:
     """A detector that remembers nothing from step to step, and needs no sites."""
@@ -26,21 +28,11 @@ class _Stateless:
 
 @parameters
 class SlippedArea(_Stateless):
-    """The truth: a share of the contact area has slipped since the load began.
+    """The truth: a share of the contact area has slipped since the load began."""
 
-    Parameters
-    ----------
-    fraction : float
-        The share [-]; people notice slip at 0.48 (Barrea et al. 2018).
-    tolerance : float
-        Slip from which a node counts [m].
-    delay : float
-        Time from what it measures to its alarm [s].
-    """
-
-    fraction: Fraction = 0.48
-    tolerance: PositiveLength = SLIPPED
-    delay: Duration = 0.0
+    fraction: Annotated[Fraction, "The share [-]; people notice slip at 0.48 (Barrea et al. 2018)."] = 0.48
+    tolerance: Annotated[PositiveLength, "Slip from which a node counts [m]."] = SLIPPED
+    delay: Delay = 0.0
 
     def take(self, moment: Moment) -> Alarm | None:
         """Return an alarm, or None, after a step."""
@@ -50,18 +42,10 @@ class SlippedArea(_Stateless):
 
 @parameters
 class StickRatio(_Stateless):
-    """The truth: no more than a share of the contact area sticks.
+    """The truth: no more than a share of the contact area sticks."""
 
-    Parameters
-    ----------
-    ratio : float
-        The share [-].
-    delay : float
-        Time from what it measures to its alarm [s].
-    """
-
-    ratio: Fraction = 0.5
-    delay: Duration = 0.0
+    ratio: Annotated[Fraction, "The share [-]."] = 0.5
+    delay: Delay = 0.0
 
     def take(self, moment: Moment) -> Alarm | None:
         """Return an alarm, or None, after a step."""
@@ -71,21 +55,11 @@ class StickRatio(_Stateless):
 
 @parameters
 class ForceRatio(_Stateless):
-    """Normal and tangential force, and a friction coefficient that is known.
+    """Normal and tangential force, and a friction coefficient that is known."""
 
-    Parameters
-    ----------
-    friction : float
-        The coefficient that the detector believes in [-].
-    share : float
-        Share of it that the ratio of the forces has to reach [-].
-    delay : float
-        Time from what it measures to its alarm [s].
-    """
-
-    friction: Annotated[float, pydantic.Field(gt=0)]
-    share: Fraction = 0.9
-    delay: Duration = 0.0
+    friction: Annotated[float, pydantic.Field(gt=0), "The coefficient that the detector believes in [-]."]
+    share: Annotated[Fraction, "Share of it that the ratio of the forces has to reach [-]."] = 0.9
+    delay: Delay = 0.0
 
     def take(self, moment: Moment) -> Alarm | None:
         """Return an alarm, or None, after a step."""
@@ -95,15 +69,9 @@ class ForceRatio(_Stateless):
 
 @parameters
 class AtOnce(_Stateless):
-    """An alarm as soon as the load begins.
+    """An alarm as soon as the load begins."""
 
-    Parameters
-    ----------
-    delay : float
-        Time from the load to the alarm [s].
-    """
-
-    delay: Duration = 0.0
+    delay: Annotated[Duration, "Time from the load to the alarm [s]."] = 0.0
 
     def take(self, moment: Moment) -> Alarm | None:
         """Return an alarm."""
@@ -112,15 +80,9 @@ class AtOnce(_Stateless):
 
 @parameters
 class Never(_Stateless):
-    """No alarm, whatever happens.
+    """No alarm, whatever happens."""
 
-    Parameters
-    ----------
-    delay : float
-        Of no consequence [s].
-    """
-
-    delay: Duration = 0.0
+    delay: Annotated[Duration, "Of no consequence [s]."] = 0.0
 
     def take(self, moment: Moment) -> Alarm | None:  # noqa: ARG002  as for all detectors
         """Return None."""
@@ -129,24 +91,16 @@ class Never(_Stateless):
 
 @parameters
 class SpikeCount:
-    """Spikes of a population of afferents.
+    """Spikes of a population of afferents."""
 
-    Parameters
-    ----------
-    kind : {'FA-I', 'SA-I', 'FA-II', 'SA-II'}
-        Type of the afferents; the holder has to record their receptors.
-    count : int
-        Spikes of all of them together, since the load began, that are an alarm.
-    window : float
-        Time within which they have to arrive [s].
-    delay : float
-        Time from where spikes are counted, after each afferent's own conduction, to the alarm [s].
-    """
-
-    kind: ReceptorKind = "FA-I"
-    count: Annotated[int, pydantic.Field(gt=0)] = 10
-    window: PositiveDuration = 20e-3
-    delay: Duration = 0.0
+    kind: Annotated[ReceptorKind, "Type of the afferents; the holder has to record their receptors."] = "FA-I"
+    count: Annotated[
+        int, pydantic.Field(gt=0), "Spikes of all of them together, since the load began, that are an alarm."
+    ] = 10
+    window: Annotated[PositiveDuration, "Time within which they have to arrive [s]."] = 20e-3
+    delay: Annotated[
+        Duration, "Time from where spikes are counted, after each afferent's own conduction, to the alarm [s]."
+    ] = 0.0
 
     @property
     def groups(self) -> tuple[str, ...]:

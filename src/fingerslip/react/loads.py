@@ -11,7 +11,7 @@ import pydantic
 
 from fingerslip.errors import InputError
 from fingerslip.parameters import Duration, Force, Mass, PositiveDuration, PositiveLength, one_of, parameters
-from fingerslip.react.reflex import ForceRate
+from fingerslip.react.reflex import ForceRate, PositiveForce
 from fingerslip.units import Unit
 from fingerslip.vision.tracks import read_csv
 
@@ -22,18 +22,10 @@ _COLUMNS = ("time [s]", "force [N]")
 
 @parameters
 class StepLoad:
-    """A force that comes at once.
+    """A force that comes at once."""
 
-    Parameters
-    ----------
-    force : float
-        The force [N].
-    rise : float
-        How long it takes to come [s].
-    """
-
-    force: Force
-    rise: PositiveDuration = 1e-3
+    force: Annotated[Force, "The force [N]."]
+    rise: Annotated[PositiveDuration, "How long it takes to come [s]."] = 1e-3
 
     def series(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Return times [s] and forces [N]."""
@@ -42,18 +34,10 @@ class StepLoad:
 
 @parameters
 class RampLoad:
-    """A force that grows evenly, as that of a motor or of what is poured into a vessel.
+    """A force that grows evenly, as that of a motor or of what is poured into a vessel."""
 
-    Parameters
-    ----------
-    rate : float
-        How fast it grows [N/s].
-    force : float
-        What it grows to [N].
-    """
-
-    rate: ForceRate
-    force: Annotated[Force, pydantic.Field(gt=0)]
+    rate: Annotated[ForceRate, "How fast it grows [N/s]."]
+    force: Annotated[PositiveForce, "What it grows to [N]."]
 
     def series(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Return times [s] and forces [N]."""
@@ -62,21 +46,11 @@ class RampLoad:
 
 @parameters
 class DroppedBall:
-    """A ball that falls into the object: a pulse in the form of half a sine, then its weight.
+    """A ball that falls into the object: a pulse in the form of half a sine, then its weight."""
 
-    Parameters
-    ----------
-    mass : float
-        Mass of the ball [kg].
-    height : float
-        How deep it falls [m].
-    contact_time : float
-        How long the pulse lasts [s].
-    """
-
-    mass: Mass
-    height: PositiveLength
-    contact_time: PositiveDuration = 10e-3
+    mass: Annotated[Mass, "Mass of the ball [kg]."]
+    height: Annotated[PositiveLength, "How deep it falls [m]."]
+    contact_time: Annotated[PositiveDuration, "How long the pulse lasts [s]."] = 10e-3
 
     def series(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Return times [s] and forces [N]."""
@@ -95,17 +69,6 @@ class FilledVessel:
 
     The vessel's inertia stays that of the object.
 
-    Parameters
-    ----------
-    mass : float
-        Mass that is poured in [kg].
-    flow : float
-        Mass that is poured in a second [kg/s].
-    height : float
-        How deep it falls [m].
-    rise : float
-        How long the blow takes to come, and to go [s].
-
     Examples
     --------
     >>> times, forces = FilledVessel(mass=0.1, flow=0.05).series()
@@ -113,10 +76,10 @@ class FilledVessel:
     ['0.000 s: 0.00 N', '0.005 s: 0.07 N', '2.000 s: 1.05 N', '2.005 s: 0.98 N']
     """
 
-    mass: Mass
-    flow: Annotated[float, Unit("kg/s"), pydantic.Field(gt=0)]
-    height: PositiveLength = 0.1
-    rise: PositiveDuration = 5e-3
+    mass: Annotated[Mass, "Mass that is poured in [kg]."]
+    flow: Annotated[float, Unit("kg/s"), pydantic.Field(gt=0), "Mass that is poured in a second [kg/s]."]
+    height: Annotated[PositiveLength, "How deep it falls [m]."] = 0.1
+    rise: Annotated[PositiveDuration, "How long the blow takes to come, and to go [s]."] = 5e-3
 
     def __post_init__(self) -> None:
         if self.mass <= self.flow * self.rise:
@@ -132,21 +95,14 @@ class FilledVessel:
 
 @parameters
 class LoadSeries:
-    """A force that was recorded: its times and forces, or the file that has them.
+    """A force that was recorded: its times and forces, or the file that has them."""
 
-    Parameters
-    ----------
-    times : tuple of float
-        Ascending times, the first 0 [s].
-    forces : tuple of float
-        The force at each [N].
-    file : str, optional
-        A file of comma-separated values with the columns `time [s]` and `force [N]`, of a study beside its file.
-    """
-
-    times: tuple[Duration, ...] = ()
-    forces: tuple[Force, ...] = ()
-    file: str | None = None
+    times: Annotated[tuple[Duration, ...], "Ascending times, the first 0 [s]."] = ()
+    forces: Annotated[tuple[Force, ...], "The force at each [N]."] = ()
+    file: Annotated[
+        str | None,
+        "A file of comma-separated values with the columns `time [s]` and `force [N]`, of a study beside its file.",
+    ] = None
 
     def __post_init__(self) -> None:
         if self.file is not None:

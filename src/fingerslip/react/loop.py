@@ -13,7 +13,7 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from fingerslip.dynamics.steering.commands import Command
 from fingerslip.dynamics.steering.steering import Observation, Simulation
 from fingerslip.errors import InputError
 from fingerslip.model.model import Model
+from fingerslip.parameters.words import documented
 from fingerslip.react.moment import Alarm, Detector, Moment, require_sites
 from fingerslip.react.reflex import Reaction, Response, require_whole_step
 from fingerslip.react.scenario import HeldObject, held_model
@@ -97,42 +98,24 @@ class OpenLoop:
         return None if alarm is None or self.gross is None else self.gross - alarm.time
 
 
+@documented
 @dataclass(frozen=True)
 class Outcome:
-    """What comes of a reaction.
+    """What comes of a reaction."""
 
-    Parameters
-    ----------
-    saved : bool
-        Whether the travel stayed within its limit.
-    travel : float
-        Largest travel of the object since the load began, elastic shear of the skin included [m].
-    largest_slip : float
-        Largest slip of a node since the load began [m].
-    grip : float
-        Largest grip force [N].
-    grip_added : float
-        What of it the reaction added [N].
-    false_grip : bool
-        Whether the grip rose for an object that would have been held without it.
-    start : float or None
-        When the grip began to rise, since the load began [s]; None without a reaction.
-    end : float
-        When it was decided, since the load began [s].
-    times, travels : array
-        The travel [m] over time [s] since the load began, from the branch on.
-    """
-
-    saved: bool
-    travel: float
-    largest_slip: float
-    grip: float
-    grip_added: float
-    false_grip: bool
-    start: float | None
-    end: float
-    times: Floats
-    travels: Floats
+    saved: Annotated[bool, "Whether the travel stayed within its limit."]
+    travel: Annotated[
+        float,
+        "Largest travel of the object since the load began, elastic shear of the skin included [m].",
+    ]
+    largest_slip: Annotated[float, "Largest slip of a node since the load began [m]."]
+    grip: Annotated[float, "Largest grip force [N]."]
+    grip_added: Annotated[float, "What of it the reaction added [N]."]
+    false_grip: Annotated[bool, "Whether the grip rose for an object that would have been held without it."]
+    start: Annotated[float | None, "When the grip began to rise, since the load began [s]; None without a reaction."]
+    end: Annotated[float, "When it was decided, since the load began [s]."]
+    times: Annotated[Floats, "array : The travel [m] over time [s] since the load began, from the branch on."]
+    travels: Annotated[Floats, "array : The travel [m] over time [s] since the load began, from the branch on."]
 
 
 class Grasp:

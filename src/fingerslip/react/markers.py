@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 import xarray as xr
@@ -12,28 +12,19 @@ from fingerslip.detect.live import LiveDetector, frames_of
 from fingerslip.detect.training import Detector, check_tracks_fit
 from fingerslip.history import COORDINATES, VARIABLES
 from fingerslip.marker_tracks import marker_tracks
+from fingerslip.parameters.words import documented
 from fingerslip.react.moment import Alarm, Moment
 
 _RECORDS = ("site", "site_kind", "site_position", "displacement")
 
 
+@documented
 @dataclass(frozen=True)
 class LearnedMarkers:
     """A trained detector that sees the pins of a sensor.
 
     It sees the run from its start, and needs its frames at rest before the load begins. An onset before the load is an
     alarm as the load begins.
-
-    Parameters
-    ----------
-    detector : Detector
-        The detector, as :func:`fingerslip.detect.model_file.read_detector` reads it.
-    frame_rate : float
-        Frames a second of the camera [1/s]; no frame lies between two steps.
-    event : {'incipient', 'gross'}
-        The onset that is an alarm.
-    delay : float
-        Time that camera, tracker and classifier take [s].
 
     Examples
     --------
@@ -45,10 +36,10 @@ class LearnedMarkers:
             outcome = grasp.react(fs.reaction("servo"), "learned")
     """
 
-    detector: Detector
-    frame_rate: float = 60.0
-    event: Literal["incipient", "gross"] = "incipient"
-    delay: float = 0.0
+    detector: Annotated[Detector, "The detector, as :func:`fingerslip.detect.model_file.read_detector` reads it."]
+    frame_rate: Annotated[float, "Frames a second of the camera [1/s]; no frame lies between two steps."] = 60.0
+    event: Annotated[Literal["incipient", "gross"], "The onset that is an alarm."] = "incipient"
+    delay: Annotated[float, "Time that camera, tracker and classifier take [s]."] = 0.0
 
     @property
     def groups(self) -> tuple[str, ...]:

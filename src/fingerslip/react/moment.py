@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Annotated, Protocol
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from fingerslip.arrays import Flags, Floats
 from fingerslip.contact.states import OPEN, STICK
 from fingerslip.errors import InputError
 from fingerslip.model.model import Model
+from fingerslip.parameters.words import documented
 from fingerslip.slip.settings import EventSettings
 
 if TYPE_CHECKING:
@@ -23,20 +24,13 @@ if TYPE_CHECKING:
 SLIPPED = EventSettings().slip_tolerance
 
 
+@documented
 @dataclass(frozen=True)
 class Alarm:
-    """What a detector says when it notices slip.
+    """What a detector says when it notices slip."""
 
-    Parameters
-    ----------
-    time : float
-        When, since the load began [s].
-    value : float
-        What it measured, such as the share of the contact that has slipped.
-    """
-
-    time: float
-    value: float
+    time: Annotated[float, "When, since the load began [s]."]
+    value: Annotated[float, "What it measured, such as the share of the contact that has slipped."]
 
 
 @dataclass(frozen=True)

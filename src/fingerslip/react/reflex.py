@@ -17,7 +17,7 @@ from fingerslip.parameters.presets import Presets
 from fingerslip.units import Unit
 
 ForceRate = Annotated[float, Unit("N/s"), pydantic.Field(gt=0)]
-_PositiveForce = Annotated[Force, pydantic.Field(gt=0)]
+PositiveForce = Annotated[Force, pydantic.Field(gt=0)]
 
 _ROUNDING = 1e-9
 
@@ -26,19 +26,6 @@ _ROUNDING = 1e-9
 class Reflex:
     """What an alarm sets off.
 
-    Parameters
-    ----------
-    latency : float
-        Time to the command [s].
-    since : {'alarm', 'load'}
-        From when it counts: the alarm of a detector, or the start of the load, as in experiments without a detector.
-    jitter : float
-        Standard deviation of the latency from trial to trial [s].
-    gain : float
-        Grip force that is added, as a share of that at the alarm [-].
-    shape : {'ramp', 'smooth', 'exponential'}
-        How the force rises: evenly, with a smooth start and end, or ever slower. None is ever faster than the actuator.
-
     Examples
     --------
     >>> reflex = Reflex(latency=74e-3, jitter=9e-3)
@@ -46,11 +33,18 @@ class Reflex:
     '0.84'
     """
 
-    latency: Duration = 0.0
-    since: Literal["alarm", "load"] = "alarm"
-    jitter: Duration = 0.0
-    gain: NonNegativeNumber = 1.0
-    shape: Literal["ramp", "smooth", "exponential"] = "ramp"
+    latency: Annotated[Duration, "Time to the command [s]."] = 0.0
+    since: Annotated[
+        Literal["alarm", "load"],
+        "From when it counts: the alarm of a detector, or the start of the load, as in experiments without a detector.",
+    ] = "alarm"
+    jitter: Annotated[Duration, "Standard deviation of the latency from trial to trial [s]."] = 0.0
+    gain: Annotated[NonNegativeNumber, "Grip force that is added, as a share of that at the alarm [-]."] = 1.0
+    shape: Annotated[
+        Literal["ramp", "smooth", "exponential"],
+        "How the force rises: evenly, with a smooth start and end, or ever slower. "
+        "None is ever faster than the actuator.",
+    ] = "ramp"
 
     def share_within(self, latency: float) -> float:
         """Return the share of trials that are no later than a latency [s]; latencies are normally distributed."""
@@ -68,36 +62,19 @@ def require_whole_step(where: str, latency: float, step: float) -> None:
 
 @parameters
 class Actuator:
-    """What moves the fingers.
+    """What moves the fingers."""
 
-    Parameters
-    ----------
-    dead_time : float
-        Time from the command to the first change of the force [s].
-    force_rate : float
-        Largest rate of the grip force [N/s].
-    largest_force : float
-        Largest grip force [N].
-    update_period : float
-        Time between changes of the force [s]; 0 for one that changes continuously.
-    """
-
-    dead_time: Duration = 0.0
-    force_rate: ForceRate = 20.0
-    largest_force: _PositiveForce = 40.0
-    update_period: Duration = 0.0
+    dead_time: Annotated[Duration, "Time from the command to the first change of the force [s]."] = 0.0
+    force_rate: Annotated[ForceRate, "Largest rate of the grip force [N/s]."] = 20.0
+    largest_force: Annotated[PositiveForce, "Largest grip force [N]."] = 40.0
+    update_period: Annotated[
+        Duration, "Time between changes of the force [s]; 0 for one that changes continuously."
+    ] = 0.0
 
 
 @parameters
 class Reaction:
     """A reflex and the actuator that it drives.
-
-    Parameters
-    ----------
-    reflex : Reflex
-        What an alarm sets off.
-    actuator : Actuator
-        What moves the fingers.
 
     Examples
     --------
@@ -105,8 +82,8 @@ class Reaction:
     0.074
     """
 
-    reflex: Reflex = Reflex()
-    actuator: Actuator = Actuator()
+    reflex: Annotated[Reflex, "What an alarm sets off."] = Reflex()
+    actuator: Annotated[Actuator, "What moves the fingers."] = Actuator()
 
     @property
     def delay(self) -> float:

@@ -11,12 +11,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
 from fingerslip.dynamics.reduced.basis import BasisStore
 from fingerslip.model.model import Model
+from fingerslip.parameters.words import documented
 from fingerslip.react.loads import RampLoad
 from fingerslip.react.loop import Grasp, MemoryBases
 from fingerslip.react.reflex import Reaction
@@ -31,23 +32,18 @@ if TYPE_CHECKING:
 _FIRST_STEP = 4.0  # in tolerances: how far from its guess a search looks first
 
 
+@documented
 @dataclass(frozen=True)
 class CriticalStart:
-    """The latest time since the load began at which the grip may begin to rise.
+    """The latest time since the load began at which the grip may begin to rise."""
 
-    Parameters
-    ----------
-    time : float or None
-        That time [s]; None where not even a grip that rises with the load saves the object, infinite where none has to.
-    error : float
-        How much later it may be [s].
-    runs : int
-        How many reactions were computed.
-    """
-
-    time: float | None
-    error: float
-    runs: int
+    time: Annotated[
+        float | None,
+        "That time [s]; None where not even a grip that rises with the load saves the object, infinite where none has "
+        "to.",
+    ]
+    error: Annotated[float, "How much later it may be [s]."]
+    runs: Annotated[int, "How many reactions were computed."]
 
     def latency(self, grasp: Grasp, detector: str) -> float | None:
         """Return the critical latency after a detector's alarm [s], its delay taken off.

@@ -12,7 +12,6 @@ lies on a rigid body that only moves along the grip, and sticks to that whatever
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Annotated, Any, Literal
@@ -31,6 +30,7 @@ from fingerslip.model.rigid_bodies import BodyLoad, RigidBody
 from fingerslip.model.timing import TimeStepping
 from fingerslip.parameters import Duration, Force, Mass, NonNegativeNumber, PositiveDuration, PositiveLength, parameters
 from fingerslip.react.loads import GRAVITY, LoadChoice, RampLoad
+from fingerslip.react.reflex import PositiveForce
 from fingerslip.specimens.protocol import Specimen
 
 #: Name of the rigid body.
@@ -55,19 +55,25 @@ _TIME = TimeStepping(step=1e-3, end=1.0)
 
 @parameters
 class ObjectSettings:
-    """An object that is held, apart from its friction and from steps; its words are those of :class:`HeldObject`."""
+    """An object that is held, apart from its friction and from steps."""
 
-    load: LoadChoice = _LOAD
-    mass: Mass = 0.2
-    margin: NonNegativeNumber = 0.45
-    grip: Annotated[Force, pydantic.Field(gt=0)] | None = None
-    weight: Annotated[Force, pydantic.Field(ge=0)] | None = None
-    opposite: Literal["mirror", "plate"] = "mirror"
-    direction: Literal[1, -1] = 1
-    travel_limit: PositiveLength = 10e-3
-    settle: PositiveDuration = 0.3
-    rest: Duration = 0.05
-    after: PositiveDuration = 0.5
+    load: Annotated[LoadChoice, "What comes on top of the weight."] = _LOAD
+    mass: Annotated[Mass, "Mass of the object [kg]."] = 0.2
+    margin: Annotated[NonNegativeNumber, "Grip force over the least that holds the weight, less one [-]."] = 0.45
+    grip: Annotated[PositiveForce | None, "Grip force at first [N], in place of the margin."] = None
+    weight: Annotated[
+        Annotated[Force, pydantic.Field(ge=0)] | None,
+        "Force along the faces at first [N]; without it the weight of the mass.",
+    ] = None
+    opposite: Annotated[
+        Literal["mirror", "plate"],
+        "What is on the other side: the mirror image of what holds it, or a flat plate with the same friction.",
+    ] = "mirror"
+    direction: Annotated[Literal[1, -1], "Whether weight and load act along +x or -x."] = 1
+    travel_limit: Annotated[PositiveLength, "Travel from which the object is lost [m]."] = 10e-3
+    settle: Annotated[PositiveDuration, "How long grip and weight take to rise [s]."] = 0.3
+    rest: Annotated[Duration, "How long they rest before the load begins [s]."] = 0.05
+    after: Annotated[PositiveDuration, "How long is looked at once the load no longer changes [s]."] = 0.5
 
 
 @parameters
@@ -76,35 +82,6 @@ class HeldObject(ObjectSettings):
 
     Grip and weight rise together, then rest, then the load begins: that is time zero of a reaction.
 
-    Parameters
-    ----------
-    mass : float
-        Mass of the object [kg].
-    load : StepLoad, RampLoad, FilledVessel, DroppedBall or LoadSeries
-        What comes on top of the weight.
-    margin : float
-        Grip force over the least that holds the weight, less one [-].
-    grip : float, optional
-        Grip force at first [N], in place of the margin.
-    weight : float, optional
-        Force along the faces at first [N]; without it the weight of the mass.
-    opposite : {'mirror', 'plate'}
-        What is on the other side: the mirror image of what holds it, or a flat plate with the same friction.
-    direction : {1, -1}
-        Whether weight and load act along +x or -x.
-    travel_limit : float
-        Travel from which the object is lost [m].
-    settle : float
-        How long grip and weight take to rise [s].
-    rest : float
-        How long they rest before the load begins [s].
-    after : float
-        How long is looked at once the load no longer changes [s].
-    friction : float
-        Friction coefficient of each of its two faces [-].
-    step : float
-        Time step [s].
-
     Examples
     --------
     >>> held = HeldObject(mass=0.2, friction=0.6, load=RampLoad(rate=4.0, force=2.0))
@@ -112,8 +89,8 @@ class HeldObject(ObjectSettings):
     '2.37 N, slips 0.22 s after the load begins'
     """
 
-    friction: Annotated[float, pydantic.Field(gt=0)] = 0.6
-    step: PositiveDuration = 1e-3
+    friction: Annotated[float, pydantic.Field(gt=0), "Friction coefficient of each of its two faces [-]."] = 0.6
+    step: Annotated[PositiveDuration, "Time step [s]."] = 1e-3
 
     def __post_init__(self) -> None:
         least = self.first_load / (2.0 * self.friction)
@@ -168,10 +145,6 @@ class HeldObject(ObjectSettings):
         last = int(above[0])
         # Before the first knot the weight alone acts, which the grip holds.
         return float(times[last - 1] - excess[last - 1] * np.diff(times)[last - 1] / np.diff(excess)[last - 1])
-
-
-# From Python 3.13 on docstrings have no indent.
-ObjectSettings.__doc__ = re.split(r"\n\s*Examples\n", HeldObject.__doc__ or "")[0]
 
 
 def holder_of(

@@ -6,6 +6,7 @@ import itertools
 from collections.abc import Mapping
 from dataclasses import fields, replace
 from pathlib import Path
+from typing import Annotated
 
 import pydantic
 
@@ -31,22 +32,6 @@ class ReactionSettings(ObjectSettings):
     Its friction is that of the study's contact, its step that of the study's time. Where a sweep has a run with the
     study's own values, `reactions` and `latencies` are tried there alone, and in all runs elsewhere.
 
-    Parameters
-    ----------
-    detectors : mapping of str to detector
-        What notices slip; the first one is that of the answer.
-    reflex : Reflex
-        How the grip rises in the search for the critical latency. If it has a latency itself, it is tried as a reaction
-        in all runs.
-    actuator : Actuator
-        What moves the fingers in this search.
-    reactions : tuple of str
-        Names of reactions that ship, which are tried after every detector.
-    latencies : tuple of float
-        Latencies after the alarm of the first detector whose travel is computed [s].
-    tolerance : float
-        Largest error of a critical latency [s].
-
     Examples
     --------
     >>> settings = ReactionSettings(mass=0.1, reactions=("human-slip", "servo"))
@@ -54,12 +39,20 @@ class ReactionSettings(ObjectSettings):
     ['human-slip', 'servo']
     """
 
-    detectors: Mapping[str, DetectorChoice] = pydantic.Field(default_factory=lambda: dict(_DETECTORS))
-    reflex: Reflex = Reflex()
-    actuator: Actuator = Actuator()
-    reactions: tuple[str, ...] = ()
-    latencies: tuple[Duration, ...] = ()
-    tolerance: PositiveDuration = 1e-3
+    detectors: Annotated[Mapping[str, DetectorChoice], "What notices slip; the first one is that of the answer."] = (
+        pydantic.Field(default_factory=lambda: dict(_DETECTORS))
+    )
+    reflex: Annotated[
+        Reflex,
+        "How the grip rises in the search for the critical latency. If it has a latency itself, it is tried as a "
+        "reaction in all runs.",
+    ] = Reflex()
+    actuator: Annotated[Actuator, "What moves the fingers in this search."] = Actuator()
+    reactions: Annotated[tuple[str, ...], "Names of reactions that ship, which are tried after every detector."] = ()
+    latencies: Annotated[
+        tuple[Duration, ...], "Latencies after the alarm of the first detector whose travel is computed [s]."
+    ] = ()
+    tolerance: Annotated[PositiveDuration, "Largest error of a critical latency [s]."] = 1e-3
 
     def __post_init__(self) -> None:
         mistakes = Mistakes()

@@ -11,7 +11,8 @@ import fingerslip as fs
 from fingerslip.errors import InputError
 from fingerslip.parameters import Density, PositiveLength, parameters
 from fingerslip.parameters.presets import Presets, PresetValue
-from fingerslip.parameters.schema import conforms, field_words, json_schema, require
+from fingerslip.parameters.schema import conforms, json_schema, require
+from fingerslip.parameters.words import field_words
 
 
 @parameters
