@@ -19,7 +19,7 @@ from fingerslip.slip.front import EdgeContact, edge_contact
 from fingerslip.slip.measures import Number
 from fingerslip.slip.receptors import Peak
 from fingerslip.slip.windows import READINGS, TIMES, defines_time, event_label
-from fingerslip.storage.files import file_digest, read_json, write_json
+from fingerslip.storage.files import check_digests, file_digest, read_json, write_json
 from fingerslip.uncertainty import Convergence
 
 if TYPE_CHECKING:
@@ -255,13 +255,8 @@ def stored_result(folder: Path, *, is_whole: bool = False) -> RunResult:
         result, digests = result_from_mapping(values), dict(values["files"])
     except (KeyError, TypeError, ValueError):
         raise DamagedError(str(folder / RESULT), "is of another version", _REPAIR) from None
-    for file, written in () if is_whole else ((folder / name, digest) for name, digest in digests.items()):
-        try:
-            checksum = file_digest(file)
-        except OSError as error:
-            raise DamagedError(str(file), f"cannot be read ({error.strerror})", _REPAIR) from None
-        if checksum != written:
-            raise DamagedError(str(file), "is damaged: its checksum is another", _REPAIR)
+    if not is_whole:
+        check_digests(folder, digests, "is damaged: its checksum is another", _REPAIR)
     return result
 
 

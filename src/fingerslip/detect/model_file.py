@@ -18,6 +18,7 @@ from fingerslip.detect.labels import CLASSES
 from fingerslip.detect.training import Detector, candidate_of_name
 from fingerslip.errors import DamagedError, InputError, shorten
 from fingerslip.storage.files import (
+    check_digests,
     check_replaceable,
     file_digest,
     new_folder,
@@ -129,10 +130,9 @@ def _load_estimator(path: Path, wanted: object) -> Any:
             size = sum(member.file_size for member in packed.infolist())
         if size > LARGEST:
             raise InputError(str(path), f"has {size / 1e6:.0f} MB", f"needs at most {LARGEST / 1e6:.0f} MB", _REPAIR)
-        if file_digest(path) != wanted:
-            raise DamagedError(str(path), f"is not the file that {_DESCRIPTION} names", _REPAIR)
     except (OSError, zipfile.BadZipFile) as error:
         raise DamagedError(str(path), f"cannot be read ({shorten(str(error))})", _REPAIR) from error
+    check_digests(path.parent, {path.name: wanted}, f"is not the file that {_DESCRIPTION} names", _REPAIR)
     store = optional("skops.io")
     try:
         _check_trees(path)

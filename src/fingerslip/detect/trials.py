@@ -18,8 +18,9 @@ import numpy as np
 
 from fingerslip.detect.classifiers import optional
 from fingerslip.detect.labels import CLASSES, Onsets, classes_at, read_onsets, write_onsets
-from fingerslip.errors import DamagedError, InputError, ResultError, shorten
+from fingerslip.errors import DamagedError, InputError, shorten
 from fingerslip.storage.files import (
+    check_digests,
     check_replaceable,
     digest,
     file_digest,
@@ -246,13 +247,8 @@ def open_trials(folder: str | Path) -> TrialSet:
     for name in sorted(present ^ set(entries)):
         fault = f"is in the folder, not in {MANIFEST}" if name in present else f"is in {MANIFEST}, not in the folder"
         raise DamagedError(str(path / name), fault, _REPAIR)
-    for name, file in ((name, file) for name, entry in entries.items() for file in entry["files"]):
-        try:
-            is_same = file_digest(path / name / file) == entries[name]["files"][file]
-        except OSError as error:
-            raise ResultError(f"{path / name / file}: cannot be read ({error.strerror}); {_REPAIR}") from error
-        if not is_same:
-            raise DamagedError(str(path / name / file), f"is not the file of {MANIFEST}", _REPAIR)
+    for name, entry in entries.items():
+        check_digests(path / name, entry["files"], f"is not the file of {MANIFEST}", _REPAIR)
     conditions = {name: entry["conditions"] for name, entry in entries.items()}
     whole = digest({name: entry["files"] for name, entry in entries.items()})
     return TrialSet(path, tuple(sorted(entries)), conditions, manifest["layout"], whole, manifest["title"])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,7 +17,6 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import FancyArrowPatch, Rectangle
 from numpy.typing import NDArray
-from PIL import Image
 
 from fingerslip.arrays import Floats
 from fingerslip.contact.states import OPEN
@@ -28,7 +26,7 @@ from fingerslip.react.reflex import Reaction, Response
 from fingerslip.react.scenario import PLATE
 from fingerslip.report.colours import BLACK, BLUE, FIELD_MAP, SKY, STATE_COLOURS, VERMILLION, YELLOW
 from fingerslip.report.figures.motion import Film
-from fingerslip.report.figures.style import with_style
+from fingerslip.report.figures.style import picture_bytes, with_style
 from fingerslip.report.scene.scene import CORNERS
 from fingerslip.vision.video import write_video
 
@@ -88,9 +86,7 @@ def write_film(path: Path, grasp: Grasp, detector: str, reactions: Mapping[str, 
                 figure.set_layout_engine("none")
 
     write_video(path, frames(), SHOWN_FILM.frame_rate, codec=_CODEC)
-    stream = io.BytesIO()
-    Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3]).save(stream, "PNG")
-    return stream.getvalue()
+    return picture_bytes([pixels(canvas)], ".png")
 
 
 def pixels(canvas: Any) -> Frame:

@@ -65,6 +65,17 @@ def file_digest(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
+def check_digests(folder: Path, digests: Mapping[str, object], fault: str, repair: str) -> None:
+    """Raise DamagedError, with a fault, where a file of a folder has another SHA-256 hash than was written of it."""
+    for name, written in digests.items():
+        try:
+            is_same = file_digest(folder / name) == written
+        except OSError as error:
+            raise DamagedError(str(folder / name), f"cannot be read ({error.strerror})", repair) from error
+        if not is_same:
+            raise DamagedError(str(folder / name), fault, repair)
+
+
 try:
     import fcntl
 except ImportError:  # not on Windows
