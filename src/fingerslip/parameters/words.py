@@ -27,7 +27,7 @@ def documented(cls: type[T]) -> type[T]:
     does not say it, as in ``"(n,) array : Times [s]."``.
     """
     described: Any = cls
-    hints = getattr(described, "__pydantic_fields__", None) or {
+    hints = vars(cls).get("__pydantic_fields__") or {
         name: pydantic.fields.FieldInfo.from_annotation(hint)
         for name, hint in get_type_hints(cls, include_extras=True).items()
     }
@@ -51,8 +51,9 @@ def documented(cls: type[T]) -> type[T]:
 
 
 def _entry(name: str, words: str, annotation: Any, *, is_optional: bool) -> str:
-    kind, separator, explanation = words.rpartition(" : ")
+    kind, separator, explanation = words.partition(" : ")
     if not separator:
+        explanation = words
         kind = f"{_type_words(annotation)}{', optional' if is_optional else ''}"
     return f"{name} : {kind}\n{textwrap.indent(textwrap.fill(explanation, _WIDTH - 4), '    ')}\n"
 

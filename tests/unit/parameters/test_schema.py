@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import inspect
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from importlib import resources
-from typing import Literal, Protocol
+from typing import Annotated, Literal, Protocol
 
 import pytest
 
@@ -12,7 +15,7 @@ from fingerslip.errors import InputError
 from fingerslip.parameters import Density, PositiveLength, parameters
 from fingerslip.parameters.presets import Presets, PresetValue
 from fingerslip.parameters.schema import conforms, json_schema, require
-from fingerslip.parameters.words import field_words
+from fingerslip.parameters.words import documented, field_words
 
 
 @parameters
@@ -59,6 +62,40 @@ def test_words_are_those_of_the_docstring_and_of_the_bases():
     size = "Its size, see Model and a [m]."
     assert field_words(Width) == {"width": size, "height": size, "kind": "A word."}
     assert field_words(Sides) == {"width": size, "height": size, "kind": "Another word.", "left": "One side."}
+
+
+@parameters
+class Box:
+    """A box.
+
+    Examples
+    --------
+    >>> Box(1.0)
+    """
+
+    size: Annotated[PositiveLength | None, "Its size [m]."]
+    names: Annotated[tuple[str, ...], "What is in it."] = ()
+    form: Literal["round", "square"] = "round"
+
+
+@documented
+@dataclass(frozen=True)
+class Lid(Box):
+    """A lid."""
+
+    rims: Annotated[Mapping[str, object], "(n,) array : Its rims : all."] = field(default_factory=dict)
+    kind: Annotated[Literal["round", "square"], "Its kind."] = "round"
+
+
+def test_words_beside_fields_stand_in_the_docstring_and_not_in_the_signature():
+    of_box = (
+        "Parameters\n----------\nsize : float, optional\n    Its size [m].\nnames : tuple of str\n    What is in it.\n"
+    )
+    assert inspect.getdoc(Box) == f"A box.\n\n{of_box}\nExamples\n--------\n>>> Box(1.0)"
+    more = "rims : (n,) array\n    Its rims : all.\nkind : {'round', 'square'}\n    Its kind."
+    assert inspect.getdoc(Lid) == f"A lid.\n\n{of_box}{more}"
+    assert str(inspect.signature(Box)) == "(size, names=(), form='round') -> None"
+    assert field_words(Box) == {"size": "Its size [m].", "names": "What is in it."}
 
 
 def test_schema_says_that_quantities_are_text_with_a_unit_and_parts_have_their_words():
