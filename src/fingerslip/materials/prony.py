@@ -52,26 +52,36 @@ Prony = tuple[PronyTerm, ...]
 
 @dataclass(frozen=True)
 class Recurrence:
-    """How dashpots follow strain over a step: a number for each of t terms, in rows (..., t) for several materials."""
+    """How dashpots follow a field over a step: a number for each of t terms."""
 
     shares: Floats  # shares of the shear modulus [-]
     decay: Floats  # weights of the dashpot at the start [-]
-    end: Floats  # weights of the strain at the end [-]
-    start: Floats  # weights of the strain at the start [-]
+    end: Floats  # weights of the field at the end [-]
+    start: Floats  # weights of the field at the start [-]
 
     @property
-    def taken_share(self) -> Floats:
-        """Share of a strain at the end of a step that dashpots have taken by then [-]."""
-        return np.asarray((self.shares * self.end).sum(axis=-1))
+    def taken_share(self) -> float:
+        """Share a of a field at the end of a step that dashpots have taken by then [-]."""
+        return float(self.shares @ self.end)
 
-    def follow(self, strains: Floats) -> Floats:
-        """Return the dashpots, shape (t, n_times, ...), of strains (n_times, ...) [-] at equal steps from rest."""
-        weights = zip(self.decay, self.end, self.start, strict=True)
-        # scipy.signal is slow to import, and only relaxing materials need it.
-        from scipy.signal import lfilter
+    def left(self, field: Floats, dashpots: Floats) -> Floats:
+        """Return what of sum s_i z_i at the end of a step follows from field (...) and dashpots (t, ...) before it."""
+        total = np.zeros_like(field)
+        for share, decay, start, dashpot in zip(self.shares, self.decay, self.start, dashpots, strict=True):
+            of_term = decay * dashpot
+            of_term += start * field
+            of_term *= share
+            total += of_term
+        return total
 
-        strains_of_terms = [lfilter([end, start], [1.0, -decay], strains, axis=0) for decay, end, start in weights]
-        return np.stack(strains_of_terms) if strains.size else np.zeros((len(self.decay), *strains.shape))
+    def follow(self, before: Floats, dashpots: Floats, field: Floats) -> Floats:
+        """Return the dashpots (t, ...) at the end of a step, from those before it and the field (...) at both ends."""
+        followed = np.empty_like(dashpots)
+        for number, dashpot in enumerate(dashpots):
+            followed[number] = self.decay[number] * dashpot
+            followed[number] += self.start[number] * before
+            followed[number] += self.end[number] * field
+        return followed
 
 
 def check_prony(terms: Prony) -> None:

@@ -14,8 +14,6 @@ import numpy as np
 
 from fingerslip.arrays import Floats
 from fingerslip.materials.elastic import Elastic
-from fingerslip.materials.material import Formulation
-from fingerslip.materials.prony import Recurrence, recurrence
 
 
 @dataclass(frozen=True)
@@ -61,34 +59,6 @@ def with_across(strains: Floats, across: Floats | float = 0.0) -> Floats:
     whole = np.empty((4, *strains.shape[:-1]))
     whole[0], whole[1], whole[2], whole[3] = strains[..., 0], strains[..., 1], across, strains[..., 2]
     return np.moveaxis(whole, 0, -1)
-
-
-def follow_strains(material: Elastic, strains: Floats, formulation: Formulation, step: float) -> Relaxed:
-    """Return strains (n_times, ..., m) [-] at equal steps [s] from rest, with their dashpots."""
-    follow = recurrence(material.prony, step)
-    dashpots = follow.follow(strains)
-    if formulation != "plane_stress":
-        return Relaxed(with_across(strains), with_across(dashpots))
-    along, of_dashpots = strains[..., :2].sum(axis=-1), dashpots[..., :2].sum(axis=-1)
-    thickness_strain, of_thickness = _thickness_strain(material, along, of_dashpots, follow)
-    return Relaxed(with_across(strains, -thickness_strain), with_across(dashpots, -of_thickness))
-
-
-def _thickness_strain(material: Elastic, along: Floats, dashpots: Floats, follow: Recurrence) -> tuple[Floats, Floats]:
-    """Return w (n_times, ...) and its dashpots (t, n_times, ...), from the strain along the plane and its dashpots."""
-    across, count = across_of(material.poisson_ratio), len(follow.shares)
-    share = float(follow.shares @ follow.end)
-    whole = 1.0 - 2.0 * across.relaxed * share
-    thickness_strain, of_thickness = np.zeros_like(along), np.zeros_like(dashpots)
-    shape, weights = (count, *[1] * (along.ndim - 1)), (follow.decay, follow.end, follow.start)
-    decay, end, start = (weight.reshape(shape) for weight in weights)
-    for now in range(1, len(along)):
-        # The dashpots of w but for w at the end of the step itself.
-        explicit = start * thickness_strain[now - 1] + decay * of_thickness[:, now - 1]
-        relaxed = np.tensordot(follow.shares, dashpots[:, now] + 2.0 * explicit, axes=1)
-        thickness_strain[now] = (across.along * along[now] + across.relaxed * relaxed) / whole
-        of_thickness[:, now] = end * thickness_strain[now] + explicit
-    return thickness_strain, of_thickness
 
 
 def stress(material: Elastic, relaxed: Relaxed) -> Floats:

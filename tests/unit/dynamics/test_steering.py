@@ -13,9 +13,7 @@ import xarray as xr
 from threadpoolctl import threadpool_info
 
 import fingerslip as fs
-from fingerslip.dynamics.steering import packing
 from fingerslip.errors import DamagedError, InputError
-from fingerslip.materials.prony import Recurrence
 from unit.dynamics.models import contact, slid_block, solved_by_steps
 
 STEPS = 24
@@ -38,10 +36,6 @@ def test_steps_are_those_of_a_simulation_at_once_whatever_the_threads(kinematics
     stepped = solved_by_steps(MODELS[kinematics], threads=threads)
     assert stepped.time.values == pytest.approx(5e-3 * np.arange(STEPS + 1))
     xr.testing.assert_equal(stepped, fs.simulate(MODELS[kinematics], threads=1))
-
-
-def test_saved_simulations_may_name_what_was_moved() -> None:
-    assert packing._kind("fingerslip.fe.finite.history:Terms") is Recurrence
 
 
 # Models at large strain are saved in the press; in the slow tier at the start and in the slide, too.

@@ -1,5 +1,6 @@
 """Prony terms: their recurrence, small and large strain."""
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -11,10 +12,35 @@ import fingerslip as fs
 from fingerslip.materials.large_strain import log_volume_of
 from fingerslip.materials.prony import check_prony, recurrence, relaxation
 from fingerslip.materials.relaxing import StepLaw, shape_energy, shape_stress, spring_strain, volume_part
-from fingerslip.materials.viscoelastic import Relaxed, across_of, follow_strains, stored_energy, stress, with_across
+from fingerslip.materials.viscoelastic import Relaxed, across_of, stored_energy, stress, with_across
 from unit.fe.finite.bodies import LAWS, SOFT
 
 TERMS = (fs.PronyTerm(0.3, 0.1), fs.PronyTerm(0.2, 2.0))
+
+
+def dashpots_of(follows, fields):
+    """Return the dashpots (t, n_times, ...) of fields (n_times, ...) at equal steps from rest."""
+    dashpots = [np.zeros((len(follows.shares), *fields.shape[1:]))]
+    for before, field in itertools.pairwise(fields):
+        dashpots.append(follows.follow(before, dashpots[-1], field))
+    return np.stack(dashpots, axis=1)
+
+
+def follow_strains(material, strains, formulation, step):
+    """Return strains (n_times, ..., m) at equal steps from rest, with their dashpots, in 3D."""
+    follows = recurrence(material.prony, step)
+    dashpots = dashpots_of(follows, strains)
+    if formulation != "plane_stress":
+        return Relaxed(with_across(strains), with_across(dashpots))
+    now, earlier = across_of(material.poisson_ratio).of_step(follows.taken_share)
+    along, of_along = strains[..., :2].sum(axis=-1), dashpots[..., :2].sum(axis=-1)
+    across, of_across = np.zeros_like(along), np.zeros_like(of_along)
+    for end in range(1, len(along)):
+        at = end - 1
+        left, left_across = (follows.left(field[at], z[:, at]) for field, z in ((along, of_along), (across, of_across)))
+        across[end] = now * along[end] + earlier * (left + 2.0 * left_across)
+        of_across[:, end] = follows.follow(across[at], of_across[:, at], across[end])
+    return Relaxed(with_across(strains, -across), with_across(dashpots, -of_across))
 
 
 def test_modulus_falls_from_all_to_what_never_relaxes_and_the_recurrence_takes_fields():
@@ -24,18 +50,19 @@ def test_modulus_falls_from_all_to_what_never_relaxes_and_the_recurrence_takes_f
     follow = recurrence(TERMS, 0.1)
     strains = np.random.default_rng(0).normal(size=(6, 4, 3))
     strains[0] = 0.0
-    found = follow.follow(strains)
+    found = dashpots_of(follow, strains)
     assert found.shape == (2, 6, 4, 3)
     expected = follow.end[0] * strains[1] + follow.start[0] * strains[0]
     np.testing.assert_allclose(found[0, 1], expected)
-    assert follow.follow(np.zeros((6, 0, 3))).shape == (2, 6, 0, 3)
+    left = follow.left(strains[1], found[:, 1])
+    np.testing.assert_allclose(left, np.tensordot(follow.shares, found[:, 2], 1) - follow.taken_share * strains[2])
 
 
 @pytest.mark.parametrize("step", [0.01, 0.1, 0.2])
 def test_recurrence_is_exact_where_strain_is_linear_in_a_step(step):
     """Of a strain that grows at rate 1 the dashpot is t - tau (1 - exp(-t/tau))."""
     times = step * np.arange(50)
-    found = recurrence(TERMS, step).follow(times)
+    found = dashpots_of(recurrence(TERMS, step), times)
     for term, dashpot in zip(TERMS, found, strict=True):
         np.testing.assert_allclose(dashpot, times + term.time * np.expm1(-times / term.time), rtol=1e-10, atol=1e-15)
 
@@ -74,7 +101,7 @@ def test_steps_may_be_short_and_relaxation_is_not_faster_than_half_of_one_unless
     with pytest.raises(fs.InputError, match=message):
         recurrence((*TERMS, fs.PronyTerm(0.1, 0.04)), 0.1, "materials.skin.prony")
     long = recurrence((fs.PronyTerm(0.3, 1e-3),), 10.0, controlled=True)
-    assert long.follow(np.array([0.0, 1.0, 1.0]))[0] == pytest.approx([0.0, 1.0 - 1e-4, 1.0], abs=1e-12)
+    assert dashpots_of(long, np.array([0.0, 1.0, 1.0]))[0] == pytest.approx([0.0, 1.0 - 1e-4, 1.0], abs=1e-12)
 
 
 EVERY_LAW = pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)

@@ -7,12 +7,11 @@ from __future__ import annotations
 
 import logging
 import operator
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from fingerslip.arrays import Floats, Integers
+from fingerslip.arrays import Floats
 from fingerslip.dynamics.recording.body_records import BodyRecords, SupportRecords, moments
 from fingerslip.dynamics.recording.labels import record_coordinates
 from fingerslip.dynamics.recording.snapshots import Recoveries, SnapshotRecords, of_state
@@ -24,10 +23,7 @@ from fingerslip.dynamics.system.system import System
 from fingerslip.fe.finite.recovery import finite_site_recovery
 from fingerslip.fe.space import inverted_cells, vector_dofs
 from fingerslip.history import COORDINATES, VARIABLES
-from fingerslip.materials.elastic import Elastic
-from fingerslip.materials.viscoelastic import Relaxed, follow_strains
 from fingerslip.model.model import Model
-from fingerslip.model.timing import Adaptive
 from fingerslip.units import coordinates
 
 _logger = logging.getLogger("fingerslip.dynamics")
@@ -71,16 +67,9 @@ class Recorder:
         self._finite = None if body is None else finite_site_recovery(body.bulk, system.site_nodes, regions)
         self._at_sites = recoveries.at_sites(system.site_nodes, regions)
         scheme = make_scheme(model.time)
-        formulation, length = system.materials.formulation, scheme.step
-
-        # Not a method: a recorder in a ring would keep all factors until Python looks for rings.
-        def histories(material: Elastic, strains: Floats, _: Integers) -> Relaxed:
-            return follow_strains(material, strains, formulation, length)
-
-        self._sites = replace(self._at_sites.recovery, relax=histories)
         self._viscous = viscous_steps(system.viscoelastic, scheme.step)
-        # Dashpots follow recorded strains from step to step; where steps lie between records, states remember them.
-        self._of_states = bool(self._viscous) and isinstance(model.time, Adaptive)
+        # Of large strain and of viscoelastic materials, stresses follow from more than the strains at sites.
+        self._of_states = body is not None or bool(self._viscous)
         self._supports = SupportRecords(system, scheme, model.damping, self._viscous)
         self._bodies = BodyRecords(model, system)
         near = self._at_sites.near
@@ -101,7 +90,7 @@ class Recorder:
         shapes = record_shapes(model, self._size, len(snapshots), len(space.positions), candidates)
         has = {name: snapshots or "snapshot_time" not in VARIABLES[name].dims for name in shapes}
         self._shapes = {name: shape for name, shape in shapes.items() if has[name]}
-        of_states = set(_OF_STRAINS) if self._finite or self._of_states else set()
+        of_states = set(_OF_STRAINS) if self._of_states else set()
         recorded = self._shapes.keys() & {*_RECORDED, *of_states, *self._snapshots.recorded}
         self._arrays: dict[str, Any] = {
             name: np.zeros(self._shapes[name], dtype=record_type(name)) for name in sorted(recorded)
@@ -149,8 +138,9 @@ class Recorder:
         self._supports.record(arrays["held"][step], state)
         if self._next % self._at_once == 0:
             self._complete_last()
-        if state.body is not None or self._of_states:
-            sites, strained = of_state(self._system, self._viscous, state, self._sites, self._finite)
+        if self._of_states:
+            recovery = self._finite or self._at_sites.recovery
+            sites, strained = of_state(self._viscous, state, recovery, self._at_sites.strains)
             for name, method in _OF_STRAINS.items():
                 arrays[name][step] = getattr(sites, method)(strained)
         for column, energy in enumerate(_energies_of(state.energies)):
@@ -183,17 +173,16 @@ class Recorder:
 
     def at(self, step: int, name: str) -> Any:
         """Return a variable at a step that was recorded; where more than the motion is needed for it, None."""
-        if name in _AS_RECORDED:
+        if name in _AS_RECORDED or (self._of_states and name in _OF_STRAINS):
             return self._arrays[name][step].copy()
-        is_elastic = self._finite is None and not self._viscous
-        if name not in _FIELDS and not (is_elastic and name in _OF_STRAINS):
+        if name not in _FIELDS and name not in _OF_STRAINS:
             return None
         if self._completed != (step, self._next):
             self._completed = step, self._next
             self._complete_last(self._next - step)
         if name in _FIELDS:
             return self._arrays[name][step].copy()
-        return getattr(self._sites, _OF_STRAINS[name])(self._arrays["strains"][step : step + 1])[0]
+        return getattr(self._at_sites.recovery, _OF_STRAINS[name])(self._arrays["strains"][step : step + 1])[0]
 
     def values(self, start: int = 0, end: int | None = None) -> dict[str, Any]:
         """Return the history from one step to before another, or to the last that was recorded.
@@ -213,7 +202,7 @@ class Recorder:
             if name not in values:
                 count = len(values[_first_dimension(name)])
                 values[name] = np.zeros((count, *shape[1:]), dtype=record_type(name))
-        self._complete(values, end)
+        self._complete(values)
         return {name: values[name] for name in (*COORDINATES, *VARIABLES) if name in values}
 
     def saved_state(self) -> Any:
@@ -231,16 +220,14 @@ class Recorder:
         """Go on with a system whose counterfaces move otherwise from now on."""
         self._system = system
 
-    def _complete(self, values: dict[str, Any], end: int) -> None:
-        """Fill in what follows from recorded states before some step."""
+    def _complete(self, values: dict[str, Any]) -> None:
+        """Fill in what follows from recorded states."""
         system = self._system
         values |= {name: values[name].copy() for name in _CHANGED}
         self._snapshots.complete(values)
-        if self._finite is None and not self._of_states:
-            # Dashpots follow all strains from the start.
-            strains = self._arrays["strains"][:end] if self._viscous else values["strains"]
+        if not self._of_states:
             for name, method in _OF_STRAINS.items():
-                values[name] = getattr(self._sites, method)(strains)[-len(values["time"]) :]
+                values[name] = getattr(self._at_sites.recovery, method)(values["strains"])
         for name, energies in zip(_ENERGIES, values["energies"].T, strict=True):
             values[name] = energies.copy()
         self._bodies.complete_motion(values, system)

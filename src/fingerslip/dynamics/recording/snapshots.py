@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -37,6 +37,10 @@ class AtSites:
         """Points at which strains are read, and strain components at each."""
         return self.strain.shape[0] // self.recovery.components, self.recovery.components
 
+    def strains(self, field: Floats) -> Floats:
+        """Return the strains (n_sites, m) of a field (n,) of the unknowns."""
+        return np.asarray(self.strain @ self.near.read(field)).reshape(self.strain_shape)
+
 
 class Recoveries:
     """The recovery of strains of a body, made when it is first needed."""
@@ -49,6 +53,10 @@ class Recoveries:
     def cells(self) -> Recovery:
         """The strains of all cells at small strain."""
         return cell_recovery(self._system.space, self._system.materials)
+
+    def cell_strains(self, field: Floats) -> Floats:
+        """Return the strains (n_cells, m) of a field (n,) of the unknowns."""
+        return self.cells.strains(self._system.coordinates.on_mesh(field))
 
     @functools.cached_property
     def finite_cells(self) -> FiniteRecovery:
@@ -69,35 +77,33 @@ class Recoveries:
         return self._at_sites[key]
 
 
-def _dashpots_reader(system: System, viscous: Sequence[Viscous], state: State, recovery: Recovery) -> Relax:
-    """Return what gives the dashpots of materials at the points of a recovery from what a state remembers."""
+#: Gives the strains (n, m) at n points of a field (n,) of the unknowns.
+_Strains = Callable[[Floats], Floats]
 
-    def read(field: Floats, points: Integers) -> Floats:
-        strains: Floats = recovery.strains(system.coordinates.on_mesh(field))[points]
-        return strains
+
+def _dashpots_reader(viscous: Sequence[Viscous], state: State, strains_of: _Strains) -> Relax:
+    """Return what gives the dashpots of materials at the points of a recovery from what a state remembers."""
 
     def relax(material: Elastic, strains: Floats, points: Integers) -> Relaxed:
         pairs = zip(viscous, state.history_variables, strict=True)
         variables = next(variables for layer, variables in pairs if layer.layers.belongs_to(material))
-        dashpots = np.stack([read(field, points) for field in variables.dashpots[:, 0]])
-        if not variables.across.size:
+        dashpots = np.stack([strains_of(field)[points] for field in variables.dashpots[:, 0]])
+        if len(variables.given) == 2:
             return Relaxed(with_across(strains), with_across(dashpots))
-        fields = [variables.across[0], *variables.across_dashpots[:, 0]]
-        thinned = [-read(field, points)[:, :2].sum(axis=-1) for field in fields]
+        fields = [variables.given[2], *variables.dashpots[:, 2]]
+        thinned = [-strains_of(field)[points, :2].sum(axis=-1) for field in fields]
         return Relaxed(with_across(strains, thinned[0]), with_across(dashpots, np.stack(thinned[1:])))
 
     return relax
 
 
 def of_state(
-    system: System, viscous: Sequence[Viscous], state: State, small: Recovery | None, finite: FiniteRecovery | None
+    viscous: Sequence[Viscous], state: State, recovery: Recovery | FiniteRecovery, strains_of: _Strains
 ) -> tuple[Recovery | FiniteRecovery, Any]:
     """Return what recovers stresses of a state, with what viscoelastic materials remember, and what it is to read."""
-    if finite is not None:
-        return finite, state.large_body.deformed
-    assert small is not None
-    relax = _dashpots_reader(system, viscous, state, small)
-    return replace(small, relax=relax), small.strains(system.coordinates.on_mesh(state.displacement))
+    if isinstance(recovery, FiniteRecovery):
+        return recovery, state.large_body.deformed
+    return replace(recovery, relax=_dashpots_reader(viscous, state, strains_of)), strains_of(state.displacement)
 
 
 _MOTION = frozenset({"snapshot_displacement", "snapshot_velocity"})
@@ -148,9 +154,8 @@ class SnapshotRecords:
             if len(self._waiting) >= _CARRIED_AT_ONCE:
                 self.carry(values)
             if self._of_states:
-                finite = None if state.body is None else self._recoveries.finite_cells
-                small = None if finite else self._recoveries.cells
-                _record(*of_state(self._system, self._viscous, state, small, finite), number, values)
+                recovery = self._recoveries.cells if state.body is None else self._recoveries.finite_cells
+                _record(*of_state(self._viscous, state, recovery, self._recoveries.cell_strains), number, values)
 
     def carry(self, values: dict[str, Any]) -> None:
         """Carry the motions that wait to the mesh, together."""

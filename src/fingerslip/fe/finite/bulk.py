@@ -17,6 +17,7 @@ from fingerslip.fe.finite.history import (
     Left,
     Relaxation,
     end_history,
+    members_of,
     relaxation_of,
     selective_excess,
     spring_excess,
@@ -244,7 +245,7 @@ class LargeStrain:
         """Return the law of a material at the end of a step."""
         if left is None or self.relaxation is None or not self.relaxation.constants[number].prony:
             return material
-        share, pressure = float(left.terms.taken_share[number]), left.points[points, self.relaxation.tensor]
+        share, pressure = left.terms[number].taken_share, left.points[points, self.relaxation.tensor]
         return StepLaw(material, share, pressure)
 
     def _across(self, state: Deformed, points: Integers | slice) -> Pulled | None:
@@ -368,12 +369,7 @@ class LargeStrain:
     def _members(self) -> tuple[list[Integers | slice], list[Integers | slice]]:
         points, groups = self._point_materials, self._group_materials
         every = range(len(self.materials.materials))
-        return [_members_of(points, number) for number in every], [_members_of(groups, number) for number in every]
-
-
-def _members_of(material: Integers, number: int) -> Integers | slice:
-    """Return where a material is; a slice where it is everywhere, which is faster."""
-    return slice(None) if (material == number).all() else np.flatnonzero(material == number)
+        return [members_of(points, number) for number in every], [members_of(groups, number) for number in every]
 
 
 def large_strain(

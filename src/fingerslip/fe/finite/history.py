@@ -25,7 +25,7 @@ import numpy as np
 
 from fingerslip.arrays import Floats, Integers
 from fingerslip.fe.cell_materials import CellMaterials
-from fingerslip.fe.finite.history_kernels import follow, leave, principal_values, push_forward, shape_tensors
+from fingerslip.fe.finite.history_kernels import principal_values, push_forward, shape_tensors
 from fingerslip.fe.finite.volumes import Volumes
 from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.large_strain import FiniteMaterial, log_volume_of
@@ -36,8 +36,6 @@ from fingerslip.materials.viscoelastic import across_of
 
 # Strain up to which a spring is guessed to be linear.
 _LINEAR = 0.5
-# What saved simulations name.
-Terms = Recurrence
 #: Components of a packed tensor, by the dimension of space.
 PACKED = {2: 4, 3: 6}
 
@@ -56,7 +54,7 @@ class History:
 class Left:
     """What the start of a step leaves for its end."""
 
-    terms: Recurrence  # (n_materials, t), the terms of all materials for the step; missing ones have a share of 0
+    terms: tuple[Recurrence, ...]  # those of every material for the step
     points: Floats  # (n_p, k + 3), sums of s_i times the part of the dashpots at the end that the start gives
     groups: Floats  # (n_groups, 2), the same of groups with a mean volume
     moduli: Floats  # (n_materials,), what the step adds to the selective modulus [Pa]
@@ -91,34 +89,27 @@ class Relaxation:
 
     def left(self, history: History, step: float) -> Left:
         """Return what a step [s] that the model was checked for finds at its start."""
-        count = max(len(constant.prony) for constant in self.constants)
-        of_terms = np.zeros((4, len(self.constants), count))
-        for number, constants in enumerate(self.constants):
-            follows, size = recurrence(constants.prony, step, controlled=True), len(constants.prony)
-            of_terms[:, number, :size] = follows.shares, follows.decay, follows.end, follows.start
-        terms = Recurrence(*of_terms)
-        points, groups = np.empty_like(history.points), np.empty_like(history.groups)
-        tables = terms.shares, terms.decay, terms.start
-        leave(self.points, *tables, history.points, history.point_dashpots, points)
-        leave(self.groups, *tables, history.groups, history.group_dashpots, groups)
+        terms = tuple(recurrence(constants.prony, step, controlled=True) for constants in self.constants)
+        points = _left(terms, self.points, history.points, history.point_dashpots)
+        groups = _left(terms, self.groups, history.groups, history.group_dashpots)
         moduli, pairs = self._selective(terms)
         offsets = (pairs[self.points] * points[:, self.tensor + 1 :]).sum(axis=1)
         return Left(terms, points, groups, moduli, offsets, (pairs[self.groups] * groups).sum(axis=1))
 
-    def _selective(self, terms: Recurrence) -> tuple[Floats, Floats]:
+    def _selective(self, terms: Sequence[Recurrence]) -> tuple[Floats, Floats]:
         """Return what the step adds to the selective modulus, (n_materials,), and its derivatives by what is left."""
-        twice = 2.0 * self.shear_moduli
+        twice, taken = 2.0 * self.shear_moduli, np.array([follows.taken_share for follows in terms])
         if self.formulation != "plane_stress":
-            return twice / 3.0 * terms.taken_share, twice[:, None] * [1.0 / 3.0, 0.0]
+            return twice / 3.0 * taken, twice[:, None] * [1.0 / 3.0, 0.0]
         now, earlier = self.thickness_shares(terms).T
         along = [across_of(constant.poisson_ratio).along for constant in self.constants]
-        rest = 1.0 - terms.taken_share
+        rest = 1.0 - taken
         return twice * (rest * now - along), (twice * [rest * earlier, 2.0 * rest * earlier - 1.0]).T
 
-    def thickness_shares(self, terms: Recurrence) -> Floats:
+    def thickness_shares(self, terms: Sequence[Recurrence]) -> Floats:
         """Return the parts in w at the end of a step of x there and of what is left, shape (n_materials, 2) [-]."""
-        pairs = zip(self.constants, terms.taken_share, strict=True)
-        return np.array([across_of(element.poisson_ratio).of_step(float(share)) for element, share in pairs])
+        pairs = zip(self.constants, terms, strict=True)
+        return np.array([across_of(element.poisson_ratio).of_step(follows.taken_share) for element, follows in pairs])
 
     def after(self, history: History, left: Left, tensors: Floats, log_volume: Floats, groups: Floats) -> History:
         """Return what is remembered at the end of a step, from the history at its start and what the step found there.
@@ -129,10 +120,8 @@ class Relaxation:
         of_points = self._thickness_strain(left, self.points, log_volume, left.points[:, self.tensor + 1 :])
         updated = np.column_stack([tensors, of_points])
         mean = self._thickness_strain(left, self.groups, groups, left.groups)
-        dashpots, of_groups = np.empty_like(history.point_dashpots), np.empty_like(history.group_dashpots)
-        tables = left.terms.decay, left.terms.end, left.terms.start
-        follow(self.points, *tables, history.points, updated, history.point_dashpots, dashpots)
-        follow(self.groups, *tables, history.groups, mean, history.group_dashpots, of_groups)
+        dashpots = _follow(left.terms, self.points, history.points, history.point_dashpots, updated)
+        of_groups = _follow(left.terms, self.groups, history.groups, history.group_dashpots, mean)
         return History(updated, dashpots, mean, of_groups)
 
     def _thickness_strain(self, left: Left, number: Integers, log_volume: Floats, rest: Floats) -> Floats:
@@ -141,6 +130,29 @@ class Relaxation:
             return np.column_stack([log_volume, np.zeros_like(log_volume)])
         now, earlier = self.thickness_shares(left.terms)[number].T
         return np.column_stack([log_volume, now * log_volume + earlier * (rest[:, 0] + 2.0 * rest[:, 1])])
+
+
+def _left(terms: Sequence[Recurrence], number: Integers, values: Floats, dashpots: Floats) -> Floats:
+    """Return what the start of a step leaves of values (n, m) of materials with numbers (n,), shape (n, m)."""
+    left = np.zeros_like(values)
+    for material, follows in enumerate(terms):
+        rows = members_of(number, material)
+        left[rows] = follows.left(values[rows], dashpots[: len(follows.shares), rows])
+    return left
+
+
+def _follow(terms: Sequence[Recurrence], number: Integers, before: Floats, dashpots: Floats, values: Floats) -> Floats:
+    """Return the dashpots (t, n, m) at the end of a step; see :func:`_left`."""
+    followed = np.zeros_like(dashpots)
+    for material, follows in enumerate(terms):
+        rows, some = members_of(number, material), slice(len(follows.shares))
+        followed[some, rows] = follows.follow(before[rows], dashpots[some, rows], values[rows])
+    return followed
+
+
+def members_of(number: Integers, material: int) -> Integers | slice:
+    """Return where a material is; a slice where it is everywhere, which is faster."""
+    return slice(None) if (number == material).all() else np.flatnonzero(number == material)
 
 
 def relaxation_of(materials: CellMaterials[FiniteMaterial], points: int, volumes: Volumes | None) -> Relaxation | None:

@@ -19,32 +19,6 @@ from fingerslip.fe.finite.kernels import LANES, ROWS, diagonalise, multiply
 
 
 @numba.njit(cache=True, nogil=True)
-def leave(number, weights, decay, start, stress, dashpots, left):  # type: ignore[no-untyped-def]  # noqa: PLR0917
-    """Fill in what a step leaves (n, m) of values (n, m) and their dashpots (t, n, m) at its start.
-
-    `number` (n,) is the material, `weights`, `decay` and `start` (n_materials, t) are its terms' shares and recurrence.
-    """
-    for p in range(stress.shape[0]):
-        law = number[p]
-        for k in range(stress.shape[1]):
-            total = 0.0
-            for i in range(dashpots.shape[0]):
-                total += weights[law, i] * (decay[law, i] * dashpots[i, p, k] + start[law, i] * stress[p, k])
-            left[p, k] = total
-
-
-@numba.njit(cache=True, nogil=True)
-def follow(number, decay, end, start, given0, strain, dashpots0, dashpots):  # type: ignore[no-untyped-def]  # noqa: PLR0917
-    """Fill in the dashpots (t, n, m) at the end of a step; see :func:`leave`."""
-    for i in range(dashpots.shape[0]):
-        for p in range(strain.shape[0]):
-            law = number[p]
-            for k in range(strain.shape[1]):
-                part_before = decay[law, i] * dashpots0[i, p, k] + start[law, i] * given0[p, k]
-                dashpots[i, p, k] = part_before + end[law, i] * strain[p, k]
-
-
-@numba.njit(cache=True, nogil=True)
 def _unpack(packed, dim, tensor):  # type: ignore[no-untyped-def]
     """Fill in a tensor (dim, dim), and return its component zz in 2D."""
     if dim == 2:

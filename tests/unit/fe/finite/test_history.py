@@ -38,7 +38,7 @@ def test_halved_steps_have_their_own_weights_and_the_state_keeps_its_history():
     bulk = relaxing_body(("H8", "selective", "solid"))
     state = stepped(bulk)
     whole, half = bulk.begun(state, STEP), bulk.begun(state, STEP / 2)
-    assert half.left.terms.taken_share[0] < whole.left.terms.taken_share[0]
+    assert half.left.terms[0].taken_share < whole.left.terms[0].taken_share
     assert whole.history is half.history is state.history
     ended = bulk.ended(bulk.deformed(moved(bulk, 0.02), whole))
     assert ended.history is not state.history
