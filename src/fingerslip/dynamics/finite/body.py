@@ -83,10 +83,8 @@ class Body:
 
     def tangent(self, state: BodyState, *, positive: bool = False) -> sparse.csr_matrix:
         """Return the derivative of the force by the displacement, shape (n, n) [N/m]; see :class:`LargeStrain`."""
-        unknowns, of_mesh = self.unknowns, self.bulk.tangent(state.deformed, positive=positive)
-        if unknowns.count == unknowns.free.size:
-            return of_mesh[unknowns.free][:, unknowns.free]
-        return sparse.csr_matrix(unknowns.expansion.T @ of_mesh @ unknowns.expansion + sparse.diags(self.springs))
+        of_mesh = self.bulk.tangent(state.deformed, positive=positive)
+        return self.unknowns.project(of_mesh, self.springs[self.unknowns.rigid])
 
 
 # Stiffness over that of the softest material from which cells are stiff.

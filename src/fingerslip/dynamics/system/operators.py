@@ -190,8 +190,13 @@ class Unknowns:
 
     def restrict(self, forces: Floats) -> Floats:
         """Return nodal forces (n_dofs,) [N] on the unknowns, shape (n,): zero for rigid bodies, sums for supports."""
-        sums = [forces[dofs].sum() for dofs in self.carried]
-        return np.concatenate([forces[self.free], np.zeros(len(self.freedoms)), sums])
+        return np.asarray(self.expansion.T @ forces)
+
+    def project(self, matrix: sparse.csr_matrix, of_rigid: Floats | float = 0.0) -> sparse.csr_matrix:
+        """Return a matrix (n_dofs, n_dofs) on the unknowns, with values (n_rigid,) of the free directions, (n, n)."""
+        diagonal = np.zeros(self.count)
+        diagonal[self.rigid] = of_rigid
+        return sparse.csr_matrix(self.expansion.T @ matrix @ self.expansion + sparse.diags(diagonal))
 
     def components(self, dofs: Integers) -> NodalComponents:
         """Find degrees of freedom (k,) among the unknowns."""
@@ -205,13 +210,7 @@ class Unknowns:
 
     def on_mesh(self, field: Floats) -> Floats:
         """Return a field (n,) or (n, k) on all of the mesh, shape (n_dofs,) or (n_dofs, k)."""
-        full = np.zeros((self.n_dofs, *field.shape[1:]), order="F")
-        # Column by column: memory is read and written in its order.
-        for column, of_field in zip(np.atleast_2d(full.T), np.atleast_2d(field.T), strict=True):
-            column[self.free] = of_field[: self.free.size]
-            for unknown, dofs in zip(self.moving, self.carried, strict=True):
-                column[dofs] = of_field[unknown]
-        return full
+        return np.asarray(self.expansion @ field)
 
     def solve(self, matrix: sparse.csr_matrix, right_hand_side: Floats, solver: LinearSolver) -> Floats:
         """Solve with a sparse matrix (n, n) for a right-hand side (n,)."""

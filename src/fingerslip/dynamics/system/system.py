@@ -215,29 +215,19 @@ def _assemble(
 
     There are no viscoelastic layers at large strain, where the body itself remembers.
     """
-    space, free = checked_model.space, checked_model.free
-    springs, masses = ([getattr(freedom, name) for freedom in unknowns.freedoms] for name in ("stiffness", "mass"))
+    space, expansion = checked_model.space, unknowns.expansion
+    of_rigid = np.array([(freedom.stiffness, freedom.mass) for freedom in unknowns.freedoms]).reshape(-1, 2).T
     of_mesh = (
         stiffness_matrix(space, checked_model.materials, model.depth, model.integration),
         mass_matrix(space, checked_model.materials, model.depth),
     )
-    expansion = unknowns.expansion
-    held = [sparse.csr_matrix((rows @ matrix) @ expansion) for matrix in of_mesh]
     layers: Sequence[ViscoelasticLayers] = ()
     if checked_model.finite_materials is None:
         layers = viscoelastic_layers(space, checked_model.materials, model.depth, model.integration)
-    viscoelastic = tuple(layer.apply_map(lambda matrix: expansion.T @ matrix @ expansion) for layer in layers)
+    stiffness, mass = map(unknowns.project, of_mesh, of_rigid)
+    held = [sparse.csr_matrix((rows @ matrix) @ expansion) for matrix in of_mesh]
+    viscoelastic = tuple(layer.apply_map(unknowns.project) for layer in layers)
     of_held = held[0], held[1], tuple(layer.apply_map(lambda matrix: rows @ matrix @ expansion) for layer in layers)
-    if unknowns.carried:
-        stiffness, mass = (sparse.csr_matrix(expansion.T @ matrix @ expansion) for matrix in of_mesh)
-        at = unknowns.rigid
-        stiffness += sparse.csr_matrix((springs, (at, at)), shape=mass.shape)
-        mass += sparse.csr_matrix((masses, (at, at)), shape=mass.shape)
-        return (stiffness, mass, viscoelastic), of_held
-    stiffness, mass = (
-        sparse.block_diag([matrix[free][:, free], *(sparse.csr_matrix([[value]]) for value in values)], format="csr")
-        for matrix, values in zip(of_mesh, (springs, masses), strict=True)
-    )
     return (stiffness, mass, viscoelastic), of_held
 
 
