@@ -136,8 +136,8 @@ VARIABLES: Mapping[str, Variable] = {
 }
 
 
-# Share of zeros from which values are compressed, and the share of all values that is counted.
-_ZEROS, _ONE_OF = 0.5, 7
+# Share of zeros from which values are compressed, the share of all values that is counted, and how many are worth it.
+_ZEROS, _ONE_OF, _MANY = 0.5, 7, 10_000
 
 
 def make_history(values: Mapping[str, Any], attributes: Mapping[str, Any]) -> xr.Dataset:
@@ -175,7 +175,8 @@ def write_history(history: xr.Dataset, path: str | Path) -> None:
     # Compression takes longer than all other work on a file. Where nodes are open or at rest values are zero, and a
     # third of the bytes is left. Most bytes of other numbers look random: two thirds are left, after five to ten times
     # as long for a byte. Where these prevail, writing is faster.
-    samples = {name: item.values.ravel()[::_ONE_OF] for name, item in history.items() if item.dtype.kind == "f"}
+    large = {name: item for name, item in history.variables.items() if item.dtype.kind == "f" and item.size > _MANY}
+    samples = {name: item.values.ravel("K")[::_ONE_OF] for name, item in large.items()}
     compressed = [name for name, some in samples.items() if np.count_nonzero(some) < (1.0 - _ZEROS) * some.size]
     # Built in memory first: on a full disk the HDF5 library ends the process, writing bytes only fails.
     write_bytes(Path(path), netcdf_bytes(history, compressed))

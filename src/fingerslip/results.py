@@ -62,8 +62,6 @@ class RunResult:
 
 def result_of(history: xr.Dataset, name: str, swept: Mapping[str, Any]) -> RunResult:
     """Read off a history what is stored beside it."""
-    # What is read off is looked up many times, each time with all coordinates that fit: without any that is faster.
-    history = history.reset_coords()
     slip = find_slip(history)
     return RunResult(
         name=name,

@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 import platform
 from collections.abc import Mapping
-from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,6 +24,7 @@ from fingerslip.history import COORDINATES, make_history
 from fingerslip.model.model import Model
 from fingerslip.parameters import key_of
 from fingerslip.units import millimetres
+from fingerslip.version import __version__
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -162,7 +162,7 @@ def _provenance(stepper: Stepper, attributes: Mapping[str, object], watch: Stopw
     system = stepper.system
     return {
         "title": "fingerslip history",
-        "fingerslip_version": version("fingerslip"),
+        "fingerslip_version": __version__,
         "python_version": platform.python_version(),
         "kinematics": "small" if system.body is None else "finite",
         "formulation": system.materials.formulation,

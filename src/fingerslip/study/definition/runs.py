@@ -13,7 +13,6 @@ from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from importlib import metadata
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -31,6 +30,7 @@ from fingerslip.study.definition.file import study_file
 from fingerslip.study.definition.spec import NOT_OF_A_RUN, PlainStudy, Study
 from fingerslip.study.definition.sweep import changed_paths, combinations, drawn, scatter_values
 from fingerslip.units import without_rounding
+from fingerslip.version import __version__
 
 #: Raised whenever the numerics or the files of a run change, so that older runs are computed again.
 RESULT_FORMAT = 9
@@ -63,7 +63,7 @@ class Run:
         """Hash of everything that decides its result: its values, its mesh files, the program."""
         values = {key: value for key, value in self.plain_values.items() if key != "title"}
         values["mesh"] = {"hash": self.mesh_key}
-        return digest([{"format": RESULT_FORMAT, "version": metadata.version("fingerslip")}, values])
+        return digest([{"format": RESULT_FORMAT, "version": __version__}, values])
 
     @cached_property
     def plain_values(self) -> Mapping[str, Any]:
