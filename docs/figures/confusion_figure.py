@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fingerslip.detect.evaluation.page import confusion_figure
+from fingerslip.detect.evaluation.figures import confusion_figure
 from fingerslip.published import published_set
 from fingerslip.report.figures.style import save_figure
 

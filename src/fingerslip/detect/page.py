@@ -471,6 +471,6 @@ def draw(folder: Path, kind: str) -> Figure:
     """Draw a figure of a folder that a detector wrote."""
     if kind in OF_CLIPS:
         return timeline_figure(read_timeline(folder))
-    from fingerslip.detect.evaluation.page import FIGURES, read_judged
+    from fingerslip.detect.evaluation.figures import FIGURES, read_judged
 
     return FIGURES[kind][1](*read_judged(folder))

@@ -195,7 +195,7 @@ def evaluate_classifiers(
         *(_left_out_table(run, key, group, candidates) for key, group in groups.items()),
     ]
     if output is not None:
-        from fingerslip.detect.evaluation.page import Judged, write_evaluation, write_judged
+        from fingerslip.detect.evaluation.figures import Judged, write_evaluation, write_judged
 
         output_tables(tables, output)
         judged = {

@@ -1,8 +1,10 @@
-"""Figures of detectors: how well they do over trials, assumptions, features and disturbances."""
+"""Figures of detectors over trials, assumptions, features and disturbances, and the page of an evaluation."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,11 +12,21 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from numpy.typing import NDArray
 
-from fingerslip.arrays import Floats
+from fingerslip.arrays import Flags, Floats
+from fingerslip.detect.classifiers import optional
+from fingerslip.detect.evaluation.crossval import UNREADABLE, read_arrays
 from fingerslip.detect.evaluation.scores import Estimate
-from fingerslip.report.colours import BLACK, BLUE, GREEN, GREY, ORANGE
-from fingerslip.report.figures.style import add_legend, figure_grid, join_title, say, with_style
+from fingerslip.detect.folders import JUDGED
+from fingerslip.detect.labels import CLASSES, Onsets, onsets_of, times_of
+from fingerslip.errors import DamagedError, shorten
+from fingerslip.report.colours import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION
+from fingerslip.report.figures.style import add_legend, columns_for, figure_grid, join_title, say, with_style
+from fingerslip.report.page.page import Picture, Report, ReportSection, write_page
+from fingerslip.storage.files import new_file
+from fingerslip.tables.table import Table
+from fingerslip.version import __version__
 
 #: What the amount of a disturbance of tracks means, by its name.
 _AMOUNTS = {
@@ -117,3 +129,189 @@ def _draw_estimates(
     position, centre, ends = _estimates(places, values)
     axes.vlines(position, *ends, color=colour, linewidth=1.2)
     return axes.plot(position, centre, style, color=colour)
+
+
+_COLOURS = (BLUE, ORANGE, GREEN, VERMILLION, PURPLE, SKY, BLACK, GREY)
+_WORDS = ("no slip", "incipient", "gross")
+_TRIALS = 24  # that the timelines show
+
+
+@dataclass(frozen=True)
+class Judged:
+    """What a classifier says of trials that it has not seen."""
+
+    matrix: NDArray[np.intp]  # (3, 3), frames by true class (rows) and predicted class (columns)
+    slip: Floats  # (n_samples,), probability of slip of each sampled frame
+    slips: Flags  # (n_samples,), whether it does
+    events: Mapping[str, Onsets]  # onsets found, by trial
+
+
+Draw = Callable[[Mapping[str, Judged], Mapping[str, Onsets]], Figure]
+
+
+def write_evaluation(
+    tables: Sequence[Table], judged: Mapping[str, Judged], labels: Mapping[str, Onsets], path: Path, title: str
+) -> None:
+    """Write the page of an evaluation."""
+    pictures = [Picture(kind, caption, draw(judged, labels)) for kind, (caption, draw) in FIGURES.items()]
+    sections = (ReportSection("Figures", pictures=tuple(pictures)), ReportSection("Tables", tables=tuple(tables)))
+    report = Report(title, sections, {"fingerslip": __version__}, "How well is slip found in trials not seen?")
+    write_page(report, path)
+
+
+def _words(classifier: str) -> str:
+    """Return the name of a classifier in words."""
+    return classifier.replace("_", " ")
+
+
+def _keys(judged: Mapping[str, Judged]) -> dict[str, str]:
+    return {name: _COLOURS[number % len(_COLOURS)] for number, name in enumerate(judged)}
+
+
+@with_style
+def confusion_figure(matrices: Mapping[str, NDArray[np.intp]]) -> Figure:
+    """Draw the confusion matrix (3, 3) of each classifier, rows in per cent, with the numbers of frames."""
+    columns = columns_for(len(matrices))
+    figure, panels = figure_grid(len(matrices), columns, (3.0, 2.8), "Confusion", ("found", "true class"))
+    for axes, (name, matrix) in zip(panels, matrices.items(), strict=True):
+        share = matrix / np.maximum(matrix.sum(axis=1, keepdims=True), 1)
+        axes.imshow(share, cmap="Blues", vmin=0.0, vmax=1.0)
+        for row, column in np.ndindex(share.shape):
+            text = f"{100 * share[row, column]:.1f}\n({matrix[row, column]})"
+            colour = "white" if share[row, column] > 0.6 else BLACK
+            axes.text(column, row, text, ha="center", va="center", color=colour, fontsize=8)
+        axes.set_xticks(range(len(CLASSES)), _WORDS)
+        axes.set_yticks(range(len(CLASSES)), _WORDS, rotation=90, va="center")
+        axes.tick_params(length=0)
+        axes.set_title(_words(name))
+        axes.grid(visible=False)
+    return figure
+
+
+@with_style
+def roc_figure(judged: Mapping[str, Judged]) -> Figure:
+    """Draw the rate of frames with slip that are found over that of false alarms, with the area below."""
+    metrics, keys = optional("sklearn.metrics"), {}
+    figure, (axes,) = figure_grid(1, 1, (4.6, 3.6), "Slip or none, of single frames", ("false alarms", "slip found"))
+    for name, colour in _keys(judged).items():
+        entry = judged[name]
+        if len(np.unique(entry.slips)) > 1:
+            false, right, _ = metrics.roc_curve(entry.slips, entry.slip)
+            (line,) = axes.plot(false, right, color=colour)
+            keys[f"{_words(name)} ({metrics.auc(false, right):.3f})"] = line
+    axes.plot([0, 1], [0, 1], color=GREY, linewidth=0.8, linestyle=":")
+    axes.set_aspect("equal")
+    add_legend(figure, keys)
+    return figure
+
+
+@with_style
+def calibration_figure(judged: Mapping[str, Judged]) -> Figure:
+    """Draw how often frames slip over the probability of slip that they are said to have, in ten bins."""
+    labels = ("probability of slip, said", "share that slips")
+    figure, (axes,) = figure_grid(1, 1, (4.6, 3.6), "Calibration", labels)
+    keys: dict[str, Artist] = {}
+    for name, colour in _keys(judged).items():
+        entry = judged[name]
+        number = np.clip((10 * entry.slip).astype(np.intp), 0, 9)
+        count = np.bincount(number, minlength=10)
+        used = count > 0
+        said, true = (np.bincount(number, values, 10)[used] / count[used] for values in (entry.slip, entry.slips))
+        (keys[_words(name)],) = axes.plot(said, true, "o-", color=colour, markersize=4)
+    axes.plot([0, 1], [0, 1], color=GREY, linewidth=0.8, linestyle=":")
+    axes.set_aspect("equal")
+    add_legend(figure, keys)
+    return figure
+
+
+@with_style
+def leads_figure(judged: Mapping[str, Judged], labels: Mapping[str, Onsets]) -> Figure:
+    """Draw the share of the trials with gross slip in which slip was found, not early, so long before it or longer."""
+    figure, (axes,) = figure_grid(1, 1, (6.0, 2.8), "Lead before gross slip", ("lead [s]", "share of trials"))
+    keys: dict[str, Artist] = {}
+    slips = [name for name, onsets in labels.items() if onsets.gross is not None]
+    incipient, gross = times_of(labels[name] for name in slips).T
+    for name, colour in _keys(judged).items():
+        first = np.fmin(*times_of(judged[name].events[trial] for trial in slips).T)
+        leads = np.sort((gross - first)[~(first < incipient) & np.isfinite(first)])
+        if len(leads):
+            shares = np.arange(len(leads), 0, -1) / len(slips)
+            (keys[_words(name)],) = axes.step(leads, shares, where="pre", color=colour)
+    if not keys:
+        say(axes, "no trial with gross slip in which slip was found")
+    axes.set_ylim(0.0, 1.03)
+    axes.axvline(0.0, color=GREY, linewidth=0.8)
+    add_legend(figure, keys)
+    return figure
+
+
+@with_style
+def trials_figure(judged: Mapping[str, Judged], labels: Mapping[str, Onsets]) -> Figure:
+    """Draw for each trial from when to when it slips in part, and when each classifier found slip."""
+    trials = list(labels)[:_TRIALS]
+    title = "Trials" if len(trials) == len(labels) else f"The first {_TRIALS} of {len(labels)} trials"
+    figure, (axes,) = figure_grid(1, 1, (7.0, 0.8 + 0.22 * len(trials)), title, ("time [s]", ""))
+    keys: dict[str, Artist] = {"incipient slip, label": Line2D([], [], color=SKY, linewidth=6)}
+    for row, trial in enumerate(trials):
+        onsets = labels[trial]
+        if onsets.first is not None:
+            last = onsets.first if onsets.gross is None else onsets.gross
+            # The edge shows labels at which all slips at once, too.
+            axes.barh(row, last - onsets.first, left=onsets.first, height=0.7, color=SKY, edgecolor=SKY, linewidth=1.5)
+    for number, (name, colour) in enumerate(_keys(judged).items()):
+        times = [judged[name].events[trial].first for trial in trials]
+        rows = [row for row, time in enumerate(times) if time is not None]
+        marker = "osD^vP*X"[number % 8]
+        look: dict[str, Any] = {"color": colour, "marker": marker, "s": 18, "zorder": 3}
+        keys[_words(name)] = axes.scatter([time for time in times if time is not None], rows, **look)
+    axes.use_sticky_edges = False
+    axes.margins(x=0.04)
+    axes.set_yticks(range(len(trials)), trials, fontsize=7)
+    axes.set_ylim(len(trials) - 0.5, -0.5)
+    add_legend(figure, keys)
+    return figure
+
+
+#: Figures of an evaluation by their kind: caption, and what draws them of what is said and of the labels.
+FIGURES: Mapping[str, tuple[str, Draw]] = {
+    "confusion": (
+        "Frames by true class, in per cent of each row.",
+        lambda judged, _: confusion_figure({name: entry.matrix for name, entry in judged.items()}),
+    ),
+    "roc": (
+        "Slip found over false alarms, frame by frame, as the threshold falls.",
+        lambda judged, _: roc_figure(judged),
+    ),
+    "calibration": ("How often frames slip that are said to.", lambda judged, _: calibration_figure(judged)),
+    "leads": ("Share of the trials that had at least this lead; early alarms have none.", leads_figure),
+    "trials": ("Onsets of slip found in each trial, beside the labels.", trials_figure),
+}
+
+
+_PARTS = ("matrix", "slip", "slips", "events")
+
+
+def write_judged(judged: Mapping[str, Judged], labels: Mapping[str, Onsets], folder: Path) -> None:
+    """Write what classifiers say of trials, and the labels of these, into a folder."""
+    arrays: dict[str, Any] = {"classifiers": np.array(list(judged)), "trials": np.array(list(labels))}
+    arrays["labels"] = times_of(labels.values())
+    for number, entry in enumerate(judged.values()):
+        values = (entry.matrix, entry.slip, entry.slips, times_of(entry.events[trial] for trial in labels))
+        arrays |= {f"{part}-{number}": array for part, array in zip(_PARTS, values, strict=True)}
+    with new_file(folder / JUDGED) as partial, partial.open("wb") as file:
+        np.savez_compressed(file, **arrays)
+
+
+def read_judged(folder: Path) -> tuple[dict[str, Judged], dict[str, Onsets]]:
+    """Read back what classifiers say of trials, by classifier, and the labels by trial."""
+    path = folder / JUDGED
+    try:
+        stored, judged = read_arrays(path), {}
+        trials = stored["trials"].tolist()
+        for number, name in enumerate(stored["classifiers"].tolist()):
+            matrix, slip, slips, times = (stored[f"{part}-{number}"] for part in _PARTS)
+            judged[name] = Judged(matrix, slip, slips, dict(zip(trials, onsets_of(times), strict=True)))
+        return judged, dict(zip(trials, onsets_of(stored["labels"]), strict=True))
+    except (*UNREADABLE, KeyError) as error:
+        fault = f"cannot be read ({shorten(str(error))})"
+        raise DamagedError(str(path), fault, "run fingerslip detect evaluate again") from error

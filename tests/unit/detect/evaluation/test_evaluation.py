@@ -16,7 +16,14 @@ from sklearn.metrics import brier_score_loss, confusion_matrix, precision_recall
 
 from fingerslip.detect.classifiers import CLASSIFIERS
 from fingerslip.detect.evaluation.crossval import Evaluation, Parts, begin_evaluation, parts_beside
-from fingerslip.detect.evaluation.page import FIGURES, Judged, leads_figure, read_judged, write_evaluation, write_judged
+from fingerslip.detect.evaluation.figures import (
+    FIGURES,
+    Judged,
+    leads_figure,
+    read_judged,
+    write_evaluation,
+    write_judged,
+)
 from fingerslip.detect.evaluation.scores import (
     Estimate,
     bootstrap_estimates,
