@@ -23,7 +23,7 @@ from pydantic.dataclasses import dataclass as pydantic_dataclass
 from fingerslip.errors import InputError, Mistakes, shorten
 from fingerslip.parameters.dotted import walk
 from fingerslip.parameters.fields import Choice, choice_of, in_order, mistakes_in, type_hints, unit_of
-from fingerslip.parameters.words import documented
+from fingerslip.parameters.words import describe_fields
 from fingerslip.units import Unit
 
 Length = Annotated[float, Unit("m", "mm")]
@@ -85,7 +85,7 @@ def parameters(cls: type[T]) -> type[T]:
             raise _together(mistakes_in(error, checked), f"{checked.__name__}.") from None
 
     checked.__init__ = init
-    return documented(checked)
+    return describe_fields(checked)
 
 
 def kinds_of(union: Any) -> dict[str, type]:

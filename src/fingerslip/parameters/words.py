@@ -20,7 +20,7 @@ _SECTION = re.compile(r"^\w[\w ]*\n-+\n", re.MULTILINE)
 _WIDTH = 120
 
 
-def documented(cls: type[T]) -> type[T]:
+def describe_fields(cls: type[T]) -> type[T]:
     """Give the docstring of a dataclass a section of its parameters, by the words beside the fields.
 
     A field is ``mass: Annotated[Mass, "Mass of the object [kg]."]``. Words begin with the type where the annotation

@@ -23,7 +23,7 @@ from fingerslip.dynamics.steering.commands import Command
 from fingerslip.dynamics.steering.steering import Observation, Simulation
 from fingerslip.errors import InputError
 from fingerslip.model.model import Model
-from fingerslip.parameters.words import documented
+from fingerslip.parameters.words import describe_fields
 from fingerslip.react.moment import Alarm, Detector, Moment, require_sites
 from fingerslip.react.reflex import Reaction, Response, require_whole_step
 from fingerslip.react.scenario import HeldObject, held_model
@@ -98,7 +98,7 @@ class OpenLoop:
         return None if alarm is None or self.gross is None else self.gross - alarm.time
 
 
-@documented
+@describe_fields
 @dataclass(frozen=True)
 class Outcome:
     """What comes of a reaction."""

@@ -12,13 +12,13 @@ from fingerslip.detect.live import LiveDetector, frames_of
 from fingerslip.detect.training import Detector, check_tracks_fit
 from fingerslip.history import COORDINATES, VARIABLES
 from fingerslip.marker_tracks import marker_tracks
-from fingerslip.parameters.words import documented
+from fingerslip.parameters.words import describe_fields
 from fingerslip.react.moment import Alarm, Moment
 
 _RECORDS = ("site", "site_kind", "site_position", "displacement")
 
 
-@documented
+@describe_fields
 @dataclass(frozen=True)
 class LearnedMarkers:
     """A trained detector that sees the pins of a sensor.

@@ -13,7 +13,7 @@ from fingerslip.arrays import Flags, Floats
 from fingerslip.contact.states import OPEN, STICK
 from fingerslip.errors import InputError
 from fingerslip.model.model import Model
-from fingerslip.parameters.words import documented
+from fingerslip.parameters.words import describe_fields
 from fingerslip.slip.settings import EventSettings
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 SLIPPED = EventSettings().slip_tolerance
 
 
-@documented
+@describe_fields
 @dataclass(frozen=True)
 class Alarm:
     """What a detector says when it notices slip."""

@@ -17,7 +17,7 @@ import numpy as np
 
 from fingerslip.dynamics.reduced.basis import BasisStore
 from fingerslip.model.model import Model
-from fingerslip.parameters.words import documented
+from fingerslip.parameters.words import describe_fields
 from fingerslip.react.loads import RampLoad
 from fingerslip.react.loop import Grasp, MemoryBases
 from fingerslip.react.reflex import Reaction
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 _FIRST_STEP = 4.0  # in tolerances: how far from its guess a search looks first
 
 
-@documented
+@describe_fields
 @dataclass(frozen=True)
 class CriticalStart:
     """The latest time since the load began at which the grip may begin to rise."""

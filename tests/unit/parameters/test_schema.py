@@ -15,7 +15,7 @@ from fingerslip.errors import InputError
 from fingerslip.parameters import Density, PositiveLength, parameters
 from fingerslip.parameters.presets import Presets, PresetValue
 from fingerslip.parameters.schema import conforms, json_schema, require
-from fingerslip.parameters.words import documented, field_words
+from fingerslip.parameters.words import describe_fields, field_words
 
 
 @parameters
@@ -78,7 +78,7 @@ class Box:
     form: Literal["round", "square"] = "round"
 
 
-@documented
+@describe_fields
 @dataclass(frozen=True)
 class Lid(Box):
     """A lid."""
