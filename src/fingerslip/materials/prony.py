@@ -52,7 +52,7 @@ Prony = tuple[PronyTerm, ...]
 
 @dataclass(frozen=True)
 class Recurrence:
-    """How dashpots follow a field over a step: a number for each of t terms."""
+    """How dashpots follow a field over a step: a number for each of t terms; a history is the field and t dashpots."""
 
     shares: Floats  # shares of the shear modulus [-]
     decay: Floats  # weights of the dashpot at the start [-]
@@ -64,9 +64,10 @@ class Recurrence:
         """Share a of a field at the end of a step that dashpots have taken by then [-]."""
         return float(self.shares @ self.end)
 
-    def left(self, field: Floats, dashpots: Floats) -> Floats:
-        """Return what of sum s_i z_i at the end of a step follows from field (...) and dashpots (t, ...) before it."""
-        total = np.zeros_like(field)
+    def left(self, history: Floats) -> Floats:
+        """Return what of sum s_i z_i at the end of a step follows from the history (1 + t, ...) at its start."""
+        field, *dashpots = history
+        total: Floats = np.zeros_like(field)
         for share, decay, start, dashpot in zip(self.shares, self.decay, self.start, dashpots, strict=True):
             of_term = decay * dashpot
             of_term += start * field
@@ -74,13 +75,14 @@ class Recurrence:
             total += of_term
         return total
 
-    def follow(self, before: Floats, dashpots: Floats, field: Floats) -> Floats:
-        """Return the dashpots (t, ...) at the end of a step, from those before it and the field (...) at both ends."""
-        followed = np.empty_like(dashpots)
-        for number, dashpot in enumerate(dashpots):
-            followed[number] = self.decay[number] * dashpot
-            followed[number] += self.start[number] * before
-            followed[number] += self.end[number] * field
+    def follow(self, history: Floats, field: Floats) -> Floats:
+        """Return the history (1 + t, ...) at the end of a step, where the field is (...): it, and its dashpots."""
+        followed = np.empty_like(history)
+        followed[0] = field
+        for number, dashpot in enumerate(history[1:]):
+            of_term = self.decay[number] * dashpot
+            of_term += self.start[number] * history[0]
+            followed[1 + number] = of_term + self.end[number] * field
         return followed
 
 

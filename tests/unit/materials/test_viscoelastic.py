@@ -1,6 +1,5 @@
 """Prony terms: their recurrence, small and large strain."""
 
-import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -18,29 +17,28 @@ from unit.fe.finite.bodies import LAWS, SOFT
 TERMS = (fs.PronyTerm(0.3, 0.1), fs.PronyTerm(0.2, 2.0))
 
 
-def dashpots_of(follows, fields):
-    """Return the dashpots (t, n_times, ...) of fields (n_times, ...) at equal steps from rest."""
-    dashpots = [np.zeros((len(follows.shares), *fields.shape[1:]))]
-    for before, field in itertools.pairwise(fields):
-        dashpots.append(follows.follow(before, dashpots[-1], field))
-    return np.stack(dashpots, axis=1)
+def history_of(follows, fields):
+    """Return the histories (1 + t, n_times, ...) of fields (n_times, ...) at equal steps from rest."""
+    steps = [np.zeros((1 + len(follows.shares), *fields.shape[1:]))]
+    for field in fields[1:]:
+        steps.append(follows.follow(steps[-1], field))
+    return np.stack(steps, axis=1)
 
 
 def follow_strains(material, strains, formulation, step):
     """Return strains (n_times, ..., m) at equal steps from rest, with their dashpots, in 3D."""
     follows = recurrence(material.prony, step)
-    dashpots = dashpots_of(follows, strains)
-    if formulation != "plane_stress":
-        return Relaxed(with_across(strains), with_across(dashpots))
-    now, earlier = across_of(material.poisson_ratio).of_step(follows.taken_share)
-    along, of_along = strains[..., :2].sum(axis=-1), dashpots[..., :2].sum(axis=-1)
-    across, of_across = np.zeros_like(along), np.zeros_like(of_along)
-    for end in range(1, len(along)):
-        at = end - 1
-        left, left_across = (follows.left(field[at], z[:, at]) for field, z in ((along, of_along), (across, of_across)))
-        across[end] = now * along[end] + earlier * (left + 2.0 * left_across)
-        of_across[:, end] = follows.follow(across[at], of_across[:, at], across[end])
-    return Relaxed(with_across(strains, -across), with_across(dashpots, -of_across))
+    histories = history_of(follows, strains)
+    across = np.zeros_like(histories[..., 0])
+    if formulation == "plane_stress":
+        now, earlier = across_of(material.poisson_ratio).of_step(follows.taken_share)
+        along = histories[..., :2].sum(axis=-1)
+        for end in range(1, len(strains)):
+            left, left_across = (follows.left(field[:, end - 1]) for field in (along, across))
+            thin = now * along[0, end] + earlier * (left + 2.0 * left_across)
+            across[:, end] = follows.follow(across[:, end - 1], thin)
+    whole = with_across(histories, -across)
+    return Relaxed(whole[0], whole[1:])
 
 
 def test_modulus_falls_from_all_to_what_never_relaxes_and_the_recurrence_takes_fields():
@@ -50,11 +48,11 @@ def test_modulus_falls_from_all_to_what_never_relaxes_and_the_recurrence_takes_f
     follow = recurrence(TERMS, 0.1)
     strains = np.random.default_rng(0).normal(size=(6, 4, 3))
     strains[0] = 0.0
-    found = dashpots_of(follow, strains)
+    found = history_of(follow, strains)[1:]
     assert found.shape == (2, 6, 4, 3)
     expected = follow.end[0] * strains[1] + follow.start[0] * strains[0]
     np.testing.assert_allclose(found[0, 1], expected)
-    left = follow.left(strains[1], found[:, 1])
+    left = follow.left(np.stack([strains[1], *found[:, 1]]))
     np.testing.assert_allclose(left, np.tensordot(follow.shares, found[:, 2], 1) - follow.taken_share * strains[2])
 
 
@@ -62,7 +60,7 @@ def test_modulus_falls_from_all_to_what_never_relaxes_and_the_recurrence_takes_f
 def test_recurrence_is_exact_where_strain_is_linear_in_a_step(step):
     """Of a strain that grows at rate 1 the dashpot is t - tau (1 - exp(-t/tau))."""
     times = step * np.arange(50)
-    found = dashpots_of(recurrence(TERMS, step), times)
+    found = history_of(recurrence(TERMS, step), times)[1:]
     for term, dashpot in zip(TERMS, found, strict=True):
         np.testing.assert_allclose(dashpot, times + term.time * np.expm1(-times / term.time), rtol=1e-10, atol=1e-15)
 
@@ -101,7 +99,7 @@ def test_steps_may_be_short_and_relaxation_is_not_faster_than_half_of_one_unless
     with pytest.raises(fs.InputError, match=message):
         recurrence((*TERMS, fs.PronyTerm(0.1, 0.04)), 0.1, "materials.skin.prony")
     long = recurrence((fs.PronyTerm(0.3, 1e-3),), 10.0, controlled=True)
-    assert dashpots_of(long, np.array([0.0, 1.0, 1.0]))[0] == pytest.approx([0.0, 1.0 - 1e-4, 1.0], abs=1e-12)
+    assert history_of(long, np.array([0.0, 1.0, 1.0]))[1] == pytest.approx([0.0, 1.0 - 1e-4, 1.0], abs=1e-12)
 
 
 EVERY_LAW = pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)

@@ -87,11 +87,10 @@ def _dashpots_reader(viscous: Sequence[Viscous], state: State, strains_of: _Stra
     def relax(material: Elastic, strains: Floats, points: Integers) -> Relaxed:
         pairs = zip(viscous, state.history_variables, strict=True)
         variables = next(variables for layer, variables in pairs if layer.layers.belongs_to(material))
-        dashpots = np.stack([strains_of(field)[points] for field in variables.dashpots[:, 0]])
-        if len(variables.given) == 2:
+        dashpots = np.stack([strains_of(field)[points] for field in variables.fields[1:, 0]])
+        if len(variables.relaxed) == 2:
             return Relaxed(with_across(strains), with_across(dashpots))
-        fields = [variables.given[2], *variables.dashpots[:, 2]]
-        thinned = [-strains_of(field)[points, :2].sum(axis=-1) for field in fields]
+        thinned = [-strains_of(field)[points, :2].sum(axis=-1) for field in variables.fields[:, 2]]
         return Relaxed(with_across(strains, thinned[0]), with_across(dashpots, np.stack(thinned[1:])))
 
     return relax

@@ -24,8 +24,7 @@ from fingerslip.materials.prony import Recurrence, recurrence
 class HistoryVariables:
     """What viscoelastic layers alike remember: of a field r rows, u [m] and S u [N], in plane stress w, T w and T u."""
 
-    given: Floats  # (r, n), those of the displacement
-    dashpots: Floats  # (t, r, n), those of the dashpots z_i of t terms, and across of q_i
+    fields: Floats  # (1 + t, r, n), those of the displacement, and of dashpots z_i of t terms, across q_i
     relaxed: Floats  # (r, n), sums of s_i times these
     stored: float = 0.0  # by how much the stored energy differs from that of the elastic stiffness [J]
     of_dashpots: float = 0.0  # sum of s_i z_i.D z_i with the stiffness D of the deviator of the strain [J]
@@ -58,7 +57,7 @@ class Viscous:
 
         It is S m + T (mu - share (m + 2 mu)), with what of the dashpots along and across follows from the start.
         """
-        left, rest = self.recurrence.left(variables.given, variables.dashpots), 1.0 - self.recurrence.taken_share
+        left, rest = self.recurrence.left(variables.fields), 1.0 - self.recurrence.taken_share
         force: Floats = left[1]
         if self.layers.across is not None:
             force = force + left[3] - rest * self.thickness_shares[1] * (left[4] + 2.0 * left[3])
@@ -69,17 +68,17 @@ class Viscous:
         given = np.stack([displacement, self.layers.shape @ displacement])
         if self.layers.thickness is not None:
             pair = np.stack([displacement, self.layers.thickness @ displacement])
-            left = self.recurrence.left(variables.given, variables.dashpots)
+            left = self.recurrence.left(variables.fields)
             across = self.thickness_shares[0] * pair + self.thickness_shares[1] * (left[[0, 4]] + 2.0 * left[2:4])
             given = np.concatenate([given, across, pair[1:]])
-        dashpots = self.recurrence.follow(variables.given, variables.dashpots, given)
+        fields = self.recurrence.follow(variables.fields, given)
         shares = self.recurrence.shares
-        relaxed = np.tensordot(shares, dashpots, 1)
-        of_dashpots = float(shares @ np.array([_product(dashpot, dashpot) for dashpot in dashpots]))
+        relaxed = np.tensordot(shares, fields[1:], 1)
+        of_dashpots = float(shares @ np.array([_product(dashpot, dashpot) for dashpot in fields[1:]]))
         stored = 0.5 * of_dashpots - _product(given, relaxed) + 0.5 * self._beside_elastic(given)
-        moved = _product(variables.given + given, relaxed - variables.relaxed)
+        moved = _product(variables.fields[0] + given, relaxed - variables.relaxed)
         dissipated = 0.5 * (moved - (of_dashpots - variables.of_dashpots))
-        return HistoryVariables(given, dashpots, relaxed, stored, of_dashpots, dissipated)
+        return HistoryVariables(fields, relaxed, stored, of_dashpots, dissipated)
 
     def _beside_elastic(self, given: Floats) -> float:
         """Return by how much twice the energy at once differs from that of the elastic stiffness, as w is free [J]."""
@@ -92,7 +91,7 @@ class Viscous:
 
     def elastic_force(self, variables: HistoryVariables) -> tuple[Floats, Floats | None]:
         """Return y and, in plane stress, what T is to be multiplied with: the force is K u - S y + T of that."""
-        given, relaxed, law = variables.given, variables.relaxed, self.layers.across
+        given, relaxed, law = variables.fields[0], variables.relaxed, self.layers.across
         return relaxed[0], None if law is None else given[2] - law.along * given[0] - relaxed[2]
 
 
@@ -125,4 +124,4 @@ def relaxed_force(
 def variables_at_rest(viscous: Viscous) -> HistoryVariables:
     """Return what layers remember that have never moved."""
     nothing = np.zeros((2 if viscous.layers.across is None else 5, viscous.layers.shape.shape[0]))
-    return HistoryVariables(nothing, np.zeros((len(viscous.recurrence.shares), *nothing.shape)), nothing)
+    return HistoryVariables(np.zeros((1 + len(viscous.recurrence.shares), *nothing.shape)), nothing)

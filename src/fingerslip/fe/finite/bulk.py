@@ -127,9 +127,8 @@ class LargeStrain:
         density = self._selective_energy(np.log(np.asarray(state.mean_volume)), 0, of=1)
         if state.history is not None and self.relaxation is not None:
             for number, (_, _, groups) in enumerate(self._parts()):
-                dashpots = [dashpot[groups] for dashpot in state.history.group_dashpots]
-                constants, values = self.relaxation.constants[number], state.history.groups[groups]
-                density[groups] += selective_excess(constants, self.materials.formulation, values, dashpots)
+                constants, history = self.relaxation.constants[number], state.history.groups[:, groups]
+                density[groups] += selective_excess(constants, self.materials.formulation, history)
         return density
 
     def _point_densities(self, state: Deformed, points: Integers) -> Floats:
@@ -154,9 +153,8 @@ class LargeStrain:
         excess = spring_excess(relaxation, number, material, state, points)
         if self.volumes is None or history is None:
             return excess
-        values = history.points[points, -2:]
-        dashpots = [dashpot[points, -2:] for dashpot in history.point_dashpots]
-        return excess - selective_excess(relaxation.constants[number], relaxation.formulation, values, dashpots)
+        of_volume = history.points[:, points, -2:]
+        return excess - selective_excess(relaxation.constants[number], relaxation.formulation, of_volume)
 
     @cached_property
     def _spread(self) -> sparse.csr_matrix:

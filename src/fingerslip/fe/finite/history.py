@@ -44,10 +44,8 @@ PACKED = {2: 4, 3: 6}
 class History:
     """What a body remembers at one time."""
 
-    points: Floats  # (n_p, k + 3) [Pa]
-    point_dashpots: Floats  # (t, n_p, k + 3), the same of the dashpots
-    groups: Floats  # (n_groups, 2), the last two of groups with a mean volume [-]
-    group_dashpots: Floats  # (t, n_groups, 2), the same of the dashpots
+    points: Floats  # (1 + t, n_p, k + 3), packed stress of the shape, its pressure [Pa], x and w [-]; their dashpots
+    groups: Floats  # (1 + t, n_groups, 2), the last two of groups with a mean volume
 
 
 @dataclass(frozen=True)
@@ -83,15 +81,14 @@ class Relaxation:
 
     def at_rest(self) -> History:
         """Return what a body remembers that has never moved."""
-        count, columns = max(len(constant.prony) for constant in self.constants), self.tensor + 3
-        points, groups = np.zeros((self.points.size, columns)), np.zeros((self.groups.size, 2))
-        return History(points, np.zeros((count, *points.shape)), groups, np.zeros((count, *groups.shape)))
+        count = 1 + max(len(constant.prony) for constant in self.constants)
+        shapes = (self.points.size, self.tensor + 3), (self.groups.size, 2)
+        return History(*(np.zeros((count, *shape)) for shape in shapes))
 
     def left(self, history: History, step: float) -> Left:
         """Return what a step [s] that the model was checked for finds at its start."""
         terms = tuple(recurrence(constants.prony, step, controlled=True) for constants in self.constants)
-        points = _left(terms, self.points, history.points, history.point_dashpots)
-        groups = _left(terms, self.groups, history.groups, history.group_dashpots)
+        points, groups = _left(terms, self.points, history.points), _left(terms, self.groups, history.groups)
         moduli, pairs = self._selective(terms)
         offsets = (pairs[self.points] * points[:, self.tensor + 1 :]).sum(axis=1)
         return Left(terms, points, groups, moduli, offsets, (pairs[self.groups] * groups).sum(axis=1))
@@ -120,9 +117,8 @@ class Relaxation:
         of_points = self._thickness_strain(left, self.points, log_volume, left.points[:, self.tensor + 1 :])
         updated = np.column_stack([tensors, of_points])
         mean = self._thickness_strain(left, self.groups, groups, left.groups)
-        dashpots = _follow(left.terms, self.points, history.points, history.point_dashpots, updated)
-        of_groups = _follow(left.terms, self.groups, history.groups, history.group_dashpots, mean)
-        return History(updated, dashpots, mean, of_groups)
+        points = _follow(left.terms, self.points, history.points, updated)
+        return History(points, _follow(left.terms, self.groups, history.groups, mean))
 
     def _thickness_strain(self, left: Left, number: Integers, log_volume: Floats, rest: Floats) -> Floats:
         """Return ln J (n,) beside the strain across that follows from it at small strain, shape (n, 2) [-]."""
@@ -132,21 +128,21 @@ class Relaxation:
         return np.column_stack([log_volume, now * log_volume + earlier * (rest[:, 0] + 2.0 * rest[:, 1])])
 
 
-def _left(terms: Sequence[Recurrence], number: Integers, values: Floats, dashpots: Floats) -> Floats:
-    """Return what the start of a step leaves of values (n, m) of materials with numbers (n,), shape (n, m)."""
-    left = np.zeros_like(values)
+def _left(terms: Sequence[Recurrence], number: Integers, history: Floats) -> Floats:
+    """Return what the start of a step leaves of a history (1 + t, n, m) of materials with numbers (n,), (n, m)."""
+    left = np.zeros(history.shape[1:])
     for material, follows in enumerate(terms):
         rows = members_of(number, material)
-        left[rows] = follows.left(values[rows], dashpots[: len(follows.shares), rows])
+        left[rows] = follows.left(history[: 1 + len(follows.shares), rows])
     return left
 
 
-def _follow(terms: Sequence[Recurrence], number: Integers, before: Floats, dashpots: Floats, values: Floats) -> Floats:
-    """Return the dashpots (t, n, m) at the end of a step; see :func:`_left`."""
-    followed = np.zeros_like(dashpots)
+def _follow(terms: Sequence[Recurrence], number: Integers, history: Floats, values: Floats) -> Floats:
+    """Return the history (1 + t, n, m) at the end of a step with values (n, m); see :func:`_left`."""
+    followed = np.zeros_like(history)
     for material, follows in enumerate(terms):
-        rows, some = members_of(number, material), slice(len(follows.shares))
-        followed[some, rows] = follows.follow(before[rows], dashpots[some, rows], values[rows])
+        rows, some = members_of(number, material), slice(1 + len(follows.shares))
+        followed[some, rows] = follows.follow(history[some, rows], values[rows])
     return followed
 
 
@@ -164,14 +160,13 @@ def relaxation_of(materials: CellMaterials[FiniteMaterial], points: int, volumes
     return Relaxation(constants, materials.formulation, np.repeat(materials.number, points), groups)
 
 
-def selective_excess(
-    constants: Elastic, formulation: Formulation, values: Floats, dashpots: Sequence[Floats]
-) -> Floats:
+def selective_excess(constants: Elastic, formulation: Formulation, history: Floats) -> Floats:
     """Return by how much the stored energy of what is integrated from mean volumes is above the elastic, (n,) [J/m^3].
 
-    `values` and each of the dashpots are (n, 2) [-].
+    The history is (1 + t, n, 2) [-].
     """
     weights = [1.0 - sum(term.share for term in constants.prony), *(term.share for term in constants.prony)]
+    values, *dashpots = history
     along, across = values.T
     elastic = 0.5 * constants.dilatational_modulus(formulation) * along**2
     excess: Floats = 0.5 * constants.bulk_modulus * (along - across) ** 2 - elastic
@@ -232,10 +227,10 @@ def spring_excess(
         return excess
     strain, deformation = state.log_strain[points], state.deformation[points]
     whole, elastic = log_volume_of(strain), shape_energy(material, strain)
-    source = state.history.points[points, : relaxation.tensor]
-    for term, dashpots in zip(constants.prony, state.history.point_dashpots, strict=False):
+    source, *dashpots = state.history.points[:, points, : relaxation.tensor]
+    for term, dashpot in zip(constants.prony, dashpots, strict=False):
         current, stress = np.empty_like(source), np.empty_like(strain)
-        push_forward(deformation, strain, source - dashpots[points, : relaxation.tensor], current)
+        push_forward(deformation, strain, source - dashpot, current)
         principal_values(current, deformation.shape[1], stress)
         guess = np.clip(stress / (2.0 * constants.shear_modulus), -_LINEAR, _LINEAR)
         excess += term.share * (shape_energy(material, spring_strain(material, stress, whole, guess)) - elastic)
