@@ -147,11 +147,6 @@ def preferred_solver() -> LinearSolver:
     return next(solver for solver in known_solvers() if solver.is_available())
 
 
-def factorise(matrix: sparse.csr_matrix, solver: LinearSolver | None = None) -> Factor:
-    """Factorise a matrix (n, n) by a solver, without one by the preferred one that is available."""
-    return (solver or preferred_solver()).factorise(matrix)
-
-
 def factorise_around(
     matrix: sparse.csr_matrix, interface: Integers, solver: LinearSolver | None = None
 ) -> tuple[SchurFactor, Reals]:

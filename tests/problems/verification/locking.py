@@ -16,7 +16,7 @@ from fingerslip.fe.cell_materials import cell_materials
 from fingerslip.fe.forms import stiffness_matrix
 from fingerslip.fe.integration import Integration
 from fingerslip.fe.space import boundary_nodes, build_space, vector_dofs
-from fingerslip.linear.solver import factorise
+from fingerslip.linear.solver import preferred_solver
 from fingerslip.materials.elastic import Elastic
 from fingerslip.tables.table import Column, Table
 from fingerslip.verification.meshes import box, dimension, formulation_of, ring
@@ -104,7 +104,7 @@ def _level(kind, ratio, cells):
     side = skfem.FacetBasis(mesh, vector, facets=mesh.boundaries["left"], intorder=5)
     load = skfem.LinearForm(lambda v, w: -_PRESSURE * dot(w.n, v)).assemble(side)
     free = np.setdiff1d(np.arange(space.n_dofs), _held(space))
-    factor = factorise(sparse.csr_matrix(stiffness[free][:, free]))
+    factor = preferred_solver().factorise(sparse.csr_matrix(stiffness[free][:, free]))
     displacement = np.zeros(space.n_dofs)
     displacement[free] = factor.backward(factor.forward(load[free]))
     fine = skfem.Basis(mesh, vector, intorder=6)

@@ -16,7 +16,7 @@ import fingerslip as fs
 from fingerslip.errors import FingerslipError
 from fingerslip.linear import solver as factorisation
 from fingerslip.linear import solvers
-from fingerslip.linear.solver import factorise, factorise_around, known_solvers, preferred_solver
+from fingerslip.linear.solver import factorise_around, known_solvers, preferred_solver
 from fingerslip.linear.solvers import pardiso, superlu
 from fingerslip.linear.solvers.pardiso import Pardiso
 from fingerslip.linear.solvers.superlu import SuperLU, nested_dissection
@@ -33,7 +33,7 @@ def test_two_halves_are_a_solution(solver, columns, large, monkeypatch):
     matrix = positive_definite(150)
     right = np.random.default_rng(2).normal(size=(150, *columns))
     right.flags.writeable = False
-    factors = factorise(matrix, solver)
+    factors = solver.factorise(matrix)
     exact = np.linalg.solve(matrix.toarray(), right)
     found = factors.backward(factors.forward(right))
     np.testing.assert_allclose(found, exact, atol=1e-12 * np.abs(exact).max())
@@ -42,7 +42,7 @@ def test_two_halves_are_a_solution(solver, columns, large, monkeypatch):
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_many_factors_live_side_by_side(solver):
     matrices = [positive_definite(30, seed) for seed in range(5)]
-    factors = [factorise(matrix, solver) for matrix in matrices]
+    factors = [solver.factorise(matrix) for matrix in matrices]
     right = np.arange(30.0)
     del factors[2], matrices[2]
     gc.collect()
@@ -174,7 +174,7 @@ def test_a_file_is_all_that_a_new_solver_needs(another_folder):
     (another_folder / "helpers.py").write_text("ONE = 1")
     assert [solver.name for solver in known_solvers()] == ["dense Cholesky", "MKL PARDISO", "SuperLU"]
     matrix, right = positive_definite(20), np.arange(20.0)
-    factor = factorise(matrix)
+    factor = preferred_solver().factorise(matrix)
     np.testing.assert_allclose(matrix @ factor.backward(factor.forward(right)), right, atol=1e-10)
     history, usual = (fs.simulate(push_and_slide(), solver=solver) for solver in (None, SuperLU()))
     assert history.attrs["linear_solver"] == "dense Cholesky"

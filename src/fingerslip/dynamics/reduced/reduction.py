@@ -115,11 +115,6 @@ class ReducedCoordinates:
         """Return a field (m + p,) or (m + p, k) on the unknowns of the mesh, (n,) or (n, k)."""
         return self.basis.field(self.body, field[: self.basis.eigenvalues.size])
 
-    def solve(self, matrix: sparse.csr_matrix, right_hand_side: Floats, solver: LinearSolver) -> Floats:
-        """Solve with a matrix, which is diagonal."""
-        condensed, _ = self.condense(matrix, sparse.csr_matrix((0, matrix.shape[0])), solver, 0)
-        return condensed.backward(condensed.forward(right_hand_side), np.zeros(0))
-
     def condense(
         self,
         matrix: sparse.csr_matrix,

@@ -143,12 +143,13 @@ def _acceleration(stepper: Stepper, forces: Floats) -> tuple[Floats, Floats]:
     forces_left[moving] = 0.0
     if not forces_left.any():
         return forces_left, np.zeros_like(forces_left)
-    if starts_damped(stepper.scheme, stepper.damping, system.dampers):
-        halfway = stepper.condensed.forward(forces_left)
-        acceleration = stepper.condensed.backward(halfway, np.zeros_like(halfway.local))
-        return acceleration, system.mass @ acceleration
-    acceleration = system.coordinates.solve(with_empty(system.mass, moving), forces_left, stepper.solver)
-    return acceleration, (system.mass @ acceleration if moving.size else forces_left)
+    condensed, is_damped = stepper.condensed, starts_damped(stepper.scheme, stepper.damping, system.dampers)
+    if not is_damped:
+        mass = with_empty(system.mass, moving)
+        condensed, _ = system.coordinates.condense(mass, system.relative[:0], stepper.solver, 0)
+    halfway = condensed.forward(forces_left)
+    acceleration = condensed.backward(halfway, np.zeros_like(halfway.local))
+    return acceleration, (system.mass @ acceleration if moving.size or is_damped else forces_left)
 
 
 @dataclass(frozen=True)

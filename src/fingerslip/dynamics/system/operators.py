@@ -16,7 +16,7 @@ from fingerslip.contact.candidates import node_operator
 from fingerslip.dynamics.step.condensation import Condensed, condense
 from fingerslip.dynamics.system.bodies import RigidFreedom
 from fingerslip.fe.space import Space
-from fingerslip.linear.solver import LinearSolver, factorise
+from fingerslip.linear.solver import LinearSolver
 
 
 @dataclass(frozen=True)
@@ -138,9 +138,6 @@ class Coordinates(Protocol):
     def on_mesh(self, field: Floats) -> Floats:
         """Return a field (n,) or k of them (n, k) at all degrees of freedom of the mesh, zero where it is held."""
 
-    def solve(self, matrix: sparse.csr_matrix, right_hand_side: Floats, solver: LinearSolver) -> Floats:
-        """Solve with a matrix (n, n) for a right-hand side (n,)."""
-
     def condense(
         self, matrix: sparse.csr_matrix, local: sparse.csr_matrix, solver: LinearSolver, reserved_bytes: int
     ) -> tuple[Condensed, Reals]:
@@ -211,11 +208,6 @@ class Unknowns:
     def on_mesh(self, field: Floats) -> Floats:
         """Return a field (n,) or (n, k) on all of the mesh, shape (n_dofs,) or (n_dofs, k)."""
         return np.asarray(self.expansion @ field)
-
-    def solve(self, matrix: sparse.csr_matrix, right_hand_side: Floats, solver: LinearSolver) -> Floats:
-        """Solve with a sparse matrix (n, n) for a right-hand side (n,)."""
-        factor = factorise(matrix, solver)
-        return factor.backward(factor.forward(right_hand_side))
 
     def condense(
         self, matrix: sparse.csr_matrix, local: sparse.csr_matrix, solver: LinearSolver, reserved_bytes: int
