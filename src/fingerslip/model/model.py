@@ -62,18 +62,10 @@ FrictionChoice = Annotated[
 
 @parameters
 class Traction:
-    """A dead load per area that changes over time.
+    """A dead load per area that changes over time."""
 
-    Parameters
-    ----------
-    value : tuple of float
-        Traction [Pa], one value per component.
-    ramp : Ramp
-        Its factor over time.
-    """
-
-    value: tuple[SignedPressure, ...]
-    ramp: Ramp
+    value: Annotated[tuple[SignedPressure, ...], "Traction [Pa], one value per component."]
+    ramp: Annotated[Ramp, "Its factor over time."]
 
 
 #: A dead load per area, constant or over time.
@@ -85,18 +77,13 @@ AnyTraction = Annotated[
 
 @parameters
 class SupportMotion:
-    """The prescribed motion of a support: a displacement that grows and falls with a factor over time.
+    """The prescribed motion of a support: a displacement that grows and falls with a factor over time."""
 
-    Parameters
-    ----------
-    displacement : tuple of float
-        Displacement at factor one [m], one value per component; 0 in those that the support leaves free.
-    ramp : Ramp
-        Its factor over time, 0 at the start.
-    """
-
-    displacement: tuple[Length, ...]
-    ramp: Ramp
+    displacement: Annotated[
+        tuple[Length, ...],
+        "Displacement at factor one [m], one value per component; 0 in those that the support leaves free.",
+    ]
+    ramp: Annotated[Ramp, "Its factor over time, 0 at the start."]
 
     def __post_init__(self) -> None:
         if self.ramp.at(0.0):
@@ -181,34 +168,27 @@ class ReducedBasis:
 
     Those that slow motions of the contact excite are taken, as many as the tolerance needs. Where they do not suffice,
     the motion is computed on the mesh. See docs/solver.md.
-
-    Parameters
-    ----------
-    tolerance : float
-        Largest error that the normal modes left out may leave in the displacement, estimated during the motion, over
-        the largest displacement.
-    acceleration_tolerance : float
-        The same of accelerations, in the root of the mean square over the body.
     """
 
-    tolerance: Tolerance = 1e-4
-    acceleration_tolerance: Tolerance = 5e-3
+    tolerance: Annotated[
+        Tolerance,
+        "Largest error that the normal modes left out may leave in the displacement, estimated during the motion, "
+        "over the largest displacement.",
+    ] = 1e-4
+    acceleration_tolerance: Annotated[
+        Tolerance, "The same of accelerations, in the root of the mean square over the body."
+    ] = 5e-3
 
 
 @parameters
 class Recording:
-    """What is recorded beside the contact nodes, forces and energies.
+    """What is recorded beside the contact nodes, forces and energies."""
 
-    Parameters
-    ----------
-    sites : tuple of Site
-        Points at which displacement, velocity, acceleration, stress and strain energy density are recorded.
-    snapshots_every : float
-        Time between snapshots of the whole mesh [s]; 0 for none.
-    """
-
-    sites: tuple[Site, ...] = ()
-    snapshots_every: Duration = 0.0
+    sites: Annotated[
+        tuple[Site, ...],
+        "Points at which displacement, velocity, acceleration, stress and strain energy density are recorded.",
+    ] = ()
+    snapshots_every: Annotated[Duration, "Time between snapshots of the whole mesh [s]; 0 for none."] = 0.0
 
 
 def _check_mesh(value: Any) -> Any:

@@ -13,18 +13,10 @@ from fingerslip.parameters import Duration, Length, PositiveDuration, PositiveLe
 
 @parameters
 class Ramp:
-    """A factor over time: linear between given times, constant before the first and after the last.
+    """A factor over time: linear between given times, constant before the first and after the last."""
 
-    Parameters
-    ----------
-    times : tuple of float
-        Ascending times [s].
-    factors : tuple of float
-        The factor at each [-].
-    """
-
-    times: tuple[Duration, ...]
-    factors: tuple[float, ...]
+    times: Annotated[tuple[Duration, ...], "Ascending times [s]."]
+    factors: Annotated[tuple[float, ...], "The factor at each [-]."]
 
     def __post_init__(self) -> None:
         ascending = all(early < late for early, late in pairwise(self.times))
@@ -44,70 +36,41 @@ CONSTANT = Ramp((0.0,), (1.0,))
 
 @parameters
 class Press:
-    """Move the counterfaces along their outward normals, towards the deformable body.
+    """Move the counterfaces along their outward normals, towards the deformable body."""
 
-    Parameters
-    ----------
-    depth : float
-        Travel [m].
-    speed : float
-        Speed [m/s].
-    """
-
-    depth: PositiveLength
-    speed: Speed
+    depth: Annotated[PositiveLength, "Travel [m]."]
+    speed: Annotated[Speed, "Speed [m/s]."]
 
 
 @parameters
 class Lift:
-    """Move the counterfaces along their normals, away from the deformable body.
+    """Move the counterfaces along their normals, away from the deformable body."""
 
-    Parameters
-    ----------
-    distance : float
-        Travel [m].
-    speed : float
-        Speed [m/s].
-    """
-
-    distance: PositiveLength
-    speed: Speed
+    distance: Annotated[PositiveLength, "Travel [m]."]
+    speed: Annotated[Speed, "Speed [m/s]."]
 
 
 @parameters
 class Hold:
-    """Keep the counterfaces where they are.
+    """Keep the counterfaces where they are."""
 
-    Parameters
-    ----------
-    duration : float
-        Duration [s].
-    """
-
-    duration: PositiveDuration
+    duration: Annotated[PositiveDuration, "Duration [s]."]
 
 
 @parameters
 class Slide:
-    """Move the counterfaces along their surfaces.
+    """Move the counterfaces along their surfaces."""
 
-    Parameters
-    ----------
-    distance : float
-        Travel [m].
-    speed : float
-        Speed [m/s].
-    direction : tuple of float, optional
-        Direction of the counterface's motion, of any length [-]; its part along the normal is left out.
-        Without it the counterface moves along its tangent, +x for a plate below the body.
-    press : float
-        Travel along the normals, towards the body, at the same time [m]; negative away from it.
-    """
-
-    distance: PositiveLength
-    speed: Speed
-    direction: tuple[float, ...] | None = None
-    press: Length = 0.0
+    distance: Annotated[PositiveLength, "Travel [m]."]
+    speed: Annotated[Speed, "Speed [m/s]."]
+    direction: Annotated[
+        tuple[float, ...] | None,
+        "Direction of the counterface's motion, of any length [-]; its part along the normal is left out. Without it "
+        "the counterface moves along its tangent, +x for a plate below the body.",
+    ] = None
+    press: Annotated[
+        Length, "Travel along the normals, towards the body, at the same time [m]; negative away from it."
+    ] = 0.0
 
 
 Phase = Press | Hold | Slide | Lift

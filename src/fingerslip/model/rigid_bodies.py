@@ -115,48 +115,39 @@ class BodyLoad:
 
 @parameters
 class RigidBody:
-    """A rigid body that carries counterfaces, such as an object between two fingers.
+    """A rigid body that carries counterfaces, such as an object between two fingers."""
 
-    Parameters
-    ----------
-    mass : float
-        Mass [kg].
-    free : tuple of {'x', 'y', 'z', 'rx', 'ry', 'rz'}
-        Directions in which it is free: along axes, and about axes through its centre; in the plane of two dimensions
-        'x', 'y' and 'rz'. In all others it moves as its programme prescribes, or rests.
-    centre : tuple of float, optional
-        The point about which it turns, at the start [m]: its centre of mass, where it is free along an axis, too. The
-        body's weight acts there. Needed where it is free about an axis; without it the origin, for the moments that
-        histories hold.
-    inertia : tuple of float
-        Moments of inertia about axes through the centre [kg m^2]: in 3D about x, y and z, which have to be its
-        principal axes, in 2D one value about z. Needed where it is free about an axis.
-    filling : Ramp, optional
-        Share of the mass whose weight acts, over time, such as that of a jug that is filled; 1 without it. Inertia is
-        that of the whole mass at all times, so while a body is being filled, its acceleration is too small.
-    loads : tuple of BodyLoad
-        Forces and moments.
-    springs : Springs, optional
-        Springs to the ground.
-    dampers : Dampers, optional
-        Dampers to the ground.
-    initial_velocity : BodyVelocity, optional
-        Velocity at the start.
-    programme : tuple of Press, Hold, Slide or Lift
-        Motion in the directions that are not free. A press moves the body along the normal of the first counterface
-        on it.
-    """
-
-    mass: Mass
-    free: tuple[Direction, ...] = ()
-    centre: tuple[Length, ...] | None = None
-    inertia: tuple[_Inertia, ...] = ()
-    filling: Ramp = CONSTANT
-    loads: tuple[BodyLoad, ...] = ()
-    springs: Springs | None = None
-    dampers: Dampers | None = None
-    initial_velocity: BodyVelocity | None = None
-    programme: tuple[ProgrammeEntry, ...] = ()
+    mass: Annotated[Mass, "Mass [kg]."]
+    free: Annotated[
+        tuple[Direction, ...],
+        "Directions in which it is free: along axes, and about axes through its centre; in the plane of two "
+        "dimensions 'x', 'y' and 'rz'. In all others it moves as its programme prescribes, or rests.",
+    ] = ()
+    centre: Annotated[
+        tuple[Length, ...] | None,
+        "The point about which it turns, at the start [m]: its centre of mass, where it is free along an axis, too. "
+        "The body's weight acts there. Needed where it is free about an axis; without it the origin, for the moments "
+        "that histories hold.",
+    ] = None
+    inertia: Annotated[
+        tuple[_Inertia, ...],
+        "Moments of inertia about axes through the centre [kg m^2]: in 3D about x, y and z, which have to be its "
+        "principal axes, in 2D one value about z. Needed where it is free about an axis.",
+    ] = ()
+    filling: Annotated[
+        Ramp,
+        "Share of the mass whose weight acts, over time, such as that of a jug that is filled; 1 without it. Inertia "
+        "is that of the whole mass at all times, so while a body is being filled, its acceleration is too small.",
+    ] = CONSTANT
+    loads: Annotated[tuple[BodyLoad, ...], "Forces and moments."] = ()
+    springs: Annotated[Springs | None, "Springs to the ground."] = None
+    dampers: Annotated[Dampers | None, "Dampers to the ground."] = None
+    initial_velocity: Annotated[BodyVelocity | None, "Velocity at the start."] = None
+    programme: Annotated[
+        tuple[ProgrammeEntry, ...],
+        "Motion in the directions that are not free. A press moves the body along the normal of the first counterface "
+        "on it.",
+    ] = ()
 
     def __post_init__(self) -> None:
         if len(set(self.free)) < len(self.free):

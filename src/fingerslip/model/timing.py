@@ -37,21 +37,14 @@ class Timing(Protocol):
 
 @parameters
 class TimeStepping:
-    """HHT-alpha time integration at a fixed step.
+    """HHT-alpha time integration at a fixed step."""
 
-    Parameters
-    ----------
-    step : float
-        Time step [s].
-    alpha : float
-        Numerical damping, from -1/2 to 0; 0 is the trapezoidal rule.
-    end : float, optional
-        End of the simulation [s], a multiple of the step; without it the end of the programme.
-    """
-
-    step: PositiveDuration
-    alpha: NumericalDamping = _ALPHA
-    end: PositiveDuration | None = None
+    step: Annotated[PositiveDuration, "Time step [s]."]
+    alpha: Annotated[NumericalDamping, "Numerical damping, from -1/2 to 0; 0 is the trapezoidal rule."] = _ALPHA
+    end: Annotated[
+        PositiveDuration | None,
+        "End of the simulation [s], a multiple of the step; without it the end of the programme.",
+    ] = None
 
 
 @parameters
@@ -59,17 +52,13 @@ class QuasiStatic:
     """Steps without inertia: every step is in equilibrium.
 
     Supports or contact have to hold the body, and no counterface may be driven by a force.
-
-    Parameters
-    ----------
-    step : float
-        Time step [s].
-    end : float, optional
-        End of the simulation [s], a multiple of the step; without it the end of the programme.
     """
 
-    step: PositiveDuration
-    end: PositiveDuration | None = None
+    step: Annotated[PositiveDuration, "Time step [s]."]
+    end: Annotated[
+        PositiveDuration | None,
+        "End of the simulation [s], a multiple of the step; without it the end of the programme.",
+    ] = None
 
 
 @parameters
@@ -78,38 +67,37 @@ class Adaptive:
 
     Between two knots of the programme and of all ramps there is a whole number of records, and every step ends at or
     before the next of them. See docs/solver.md for the estimates of the error.
-
-    Parameters
-    ----------
-    output : float
-        Longest time between records, in holds with `records_per_decade` the first one there [s].
-    tolerance : float
-        Largest estimated error of a step over the largest displacement so far, both as root of the mean square over
-        the body, weighted by mass. Of quasi-static steps that of all steps since the last knot together, about.
-    scheme : {'hht_alpha', 'quasi_static'}
-        Implicit dynamics, or steps without inertia of which every one is in equilibrium.
-    alpha : float
-        Numerical damping of `hht_alpha`, from -1/2 to 0; quasi-static steps have none.
-    smallest : float, optional
-        Shortest step [s]; without it 1/16 of `output`. Behind every knot the steps begin with it. It is taken whatever
-        its error; the history's attributes say how often that was above the tolerance.
-    largest : float, optional
-        Longest step [s]; without it as long as the tolerance and the records allow.
-    records_per_decade : int, optional
-        Logarithmic records where nothing moves and no load changes: how many there are at least while the time since
-        the last knot grows tenfold. Without it they are even there, too.
-    end : float, optional
-        End of the simulation [s]; without it the end of the programme.
     """
 
-    output: PositiveDuration
-    tolerance: Tolerance = 1e-3
-    scheme: Literal["hht_alpha", "quasi_static"] = "hht_alpha"
-    alpha: NumericalDamping = _ALPHA
-    smallest: PositiveDuration | None = None
-    largest: PositiveDuration | None = None
-    records_per_decade: RecordsPerDecade | None = None
-    end: PositiveDuration | None = None
+    output: Annotated[
+        PositiveDuration, "Longest time between records, in holds with `records_per_decade` the first one there [s]."
+    ]
+    tolerance: Annotated[
+        Tolerance,
+        "Largest estimated error of a step over the largest displacement so far, both as root of the mean square over "
+        "the body, weighted by mass. Of quasi-static steps that of all steps since the last knot together, about.",
+    ] = 1e-3
+    scheme: Annotated[
+        Literal["hht_alpha", "quasi_static"],
+        "Implicit dynamics, or steps without inertia of which every one is in equilibrium.",
+    ] = "hht_alpha"
+    alpha: Annotated[
+        NumericalDamping, "Numerical damping of `hht_alpha`, from -1/2 to 0; quasi-static steps have none."
+    ] = _ALPHA
+    smallest: Annotated[
+        PositiveDuration | None,
+        "Shortest step [s]; without it 1/16 of `output`. Behind every knot the steps begin with it. It is taken "
+        "whatever its error; the history's attributes say how often that was above the tolerance.",
+    ] = None
+    largest: Annotated[
+        PositiveDuration | None, "Longest step [s]; without it as long as the tolerance and the records allow."
+    ] = None
+    records_per_decade: Annotated[
+        RecordsPerDecade | None,
+        "Logarithmic records where nothing moves and no load changes: how many there are at least while the time "
+        "since the last knot grows tenfold. Without it they are even there, too.",
+    ] = None
+    end: Annotated[PositiveDuration | None, "End of the simulation [s]; without it the end of the programme."] = None
 
     def __post_init__(self) -> None:
         if self.scheme == "quasi_static" and self.alpha != _ALPHA:

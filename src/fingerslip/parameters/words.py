@@ -38,9 +38,10 @@ def describe_fields(cls: type[T]) -> type[T]:
         for words in info.metadata
         if isinstance(words, str)
     ]
-    if entries:
-        text = f"{inspect.cleandoc(cls.__doc__ or '')}\n\n"
-        section = _SECTION.search(text)
+    text = f"{inspect.cleandoc(cls.__doc__ or '')}\n\n"
+    section = _SECTION.search(text)
+    # A class that has the section says there what differs from its bases.
+    if entries and not (section and section[0].startswith("Parameters\n")):
         start = section.start() if section else len(text)
         cls.__doc__ = f"{text[:start]}Parameters\n----------\n{''.join(entries)}\n{text[start:]}".rstrip()
         # Help would show all words twice.
@@ -68,6 +69,8 @@ def _type_words(annotation: Any) -> str:
     inner = [_type_words(argument) for argument in arguments if argument not in (type(None), Ellipsis)]
     if origin in (Union, UnionType):
         return " or ".join(", ".join(inner).rsplit(", ", 1))
+    if origin is tuple and Ellipsis not in arguments:
+        return f"({', '.join(inner)})"
     if isinstance(origin, type) and issubclass(origin, Mapping):
         return f"mapping of {inner[0]} to {inner[1]}"
     return f"{origin.__name__} of {inner[0]}" if origin else str(getattr(annotation, "__name__", annotation))

@@ -59,37 +59,34 @@ class PeakSettings:
 
 @parameters
 class EventSettings:
-    """Constants of the slip events.
+    """Constants of the slip events."""
 
-    Parameters
-    ----------
-    slip_tolerance : float
-        Accumulated slip from which a node counts as slipped [m]. A plate at 3 mm/s travels less in one step of 5 ms,
-        so a node that slips only in the step in which the plate's velocity jumps does not count; overall slip comes
-        at most 7 ms later at that speed.
-    displacement_tolerance : float
-        Distance from which a node lags the plate [m]: about a hundredth of a travel of 6 mm, the least that shows in a
-        plot of it.
-    incipient_fraction : float
-        Area fraction slipped at incipient slip [-]: a tenth is more than one node of a coarse contact mesh.
-    noticed_fraction : float
-        Area fraction slipped when people notice slip [-] (Barrea et al. 2018).
-    three_quarter_fraction : float
-        Area fraction slipped shortly before overall slip [-] (Johansson and Westling 1987).
-    overall_fraction : float
-        Area fraction slipped at overall slip [-]: all, up to rounding of areas.
-    sustained : float
-        An event counts when its condition holds for this long, or up to the end of the slide [s]: less than
-        the fastest grip reflex (60 ms), more than the transient of a velocity jump.
-    peaks : PeakSettings
-        How acceleration peaks are read.
-    """
-
-    slip_tolerance: Micrometres = 20e-6
-    displacement_tolerance: Micrometres = 50e-6
-    incipient_fraction: Fraction = 0.10
-    noticed_fraction: Fraction = 0.48
-    three_quarter_fraction: Fraction = 0.75
-    overall_fraction: Fraction = 0.995
-    sustained: Duration = 0.05
-    peaks: PeakSettings = PeakSettings()
+    slip_tolerance: Annotated[
+        Micrometres,
+        "Accumulated slip from which a node counts as slipped [m]. A plate at 3 mm/s travels less in one step of 5 "
+        "ms, so a node that slips only in the step in which the plate's velocity jumps does not count; overall slip "
+        "comes at most 7 ms later at that speed.",
+    ] = 20e-6
+    displacement_tolerance: Annotated[
+        Micrometres,
+        "Distance from which a node lags the plate [m]: about a hundredth of a travel of 6 mm, the least that shows "
+        "in a plot of it.",
+    ] = 50e-6
+    incipient_fraction: Annotated[
+        Fraction, "Area fraction slipped at incipient slip [-]: a tenth is more than one node of a coarse contact mesh."
+    ] = 0.10
+    noticed_fraction: Annotated[Fraction, "Area fraction slipped when people notice slip [-] (Barrea et al. 2018)."] = (
+        0.48
+    )
+    three_quarter_fraction: Annotated[
+        Fraction, "Area fraction slipped shortly before overall slip [-] (Johansson and Westling 1987)."
+    ] = 0.75
+    overall_fraction: Annotated[
+        Fraction, "Area fraction slipped at overall slip [-]: all, up to rounding of areas."
+    ] = 0.995
+    sustained: Annotated[
+        Duration,
+        "An event counts when its condition holds for this long, or up to the end of the slide [s]: less than the "
+        "fastest grip reflex (60 ms), more than the transient of a velocity jump.",
+    ] = 0.05
+    peaks: Annotated[PeakSettings, "How acceleration peaks are read."] = PeakSettings()

@@ -88,24 +88,16 @@ def track_errors(tracks: xr.Dataset, truth: xr.Dataset) -> TrackErrors:
 
 @parameters
 class PositionErrors:
-    """Statistics of the errors of marker positions, over both axes and all markers.
+    """Statistics of the errors of marker positions, over both axes and all markers."""
 
-    Parameters
-    ----------
-    noise : float
-        Root mean square of what changes from frame to frame, along an axis [px].
-    bias : float
-        Root mean square over the markers of what stays, along an axis [px].
-    correlation : float
-        Correlation of what changes with the same one frame later [-]; 0 for white noise.
-    lost : float
-        Share of the markers that are lost in a frame [-].
-    """
-
-    noise: NonNegativeNumber
-    bias: NonNegativeNumber = 0.0
-    correlation: Annotated[Number, pydantic.Field(gt=-1, lt=1)] = 0.0
-    lost: Fraction = 0.0
+    noise: Annotated[NonNegativeNumber, "Root mean square of what changes from frame to frame, along an axis [px]."]
+    bias: Annotated[NonNegativeNumber, "Root mean square over the markers of what stays, along an axis [px]."] = 0.0
+    correlation: Annotated[
+        Number,
+        pydantic.Field(gt=-1, lt=1),
+        "Correlation of what changes with the same one frame later [-]; 0 for white noise.",
+    ] = 0.0
+    lost: Annotated[Fraction, "Share of the markers that are lost in a frame [-]."] = 0.0
 
     @property
     def rms(self) -> float:

@@ -6,7 +6,7 @@ import contextlib
 import dataclasses
 import tempfile
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,33 +36,24 @@ _SHALLOWEST_POKE = 1e-6
 
 @parameters
 class LayerSizes:
-    """Thickness of the skin, element sizes, and what of the finger is meshed.
+    """Thickness of the skin, element sizes, and what of the finger is meshed."""
 
-    Parameters
-    ----------
-    skin_thickness : float
-        Thickness of the skin [m].
-    contact_size : float
-        Edge length along the skin that can touch [m].
-    bulk_size : float
-        Largest edge length, far from the contact [m].
-    contact_reach : float
-        Height above the lowest point up to which the skin is meshed at `contact_size` and called `pad` [m].
-    cut : float, optional
-        Distance along x from the tip at which the finger is cut off [m]; without it the scan has to be closed.
-    phalanx : {'region', 'hole'}
-        Whether the phalanx is a region of its own or a hole with the boundary `phalanx_surface`.
-    tolerance : float
-        How far the mesh may lie off the surfaces [m].
-    """
-
-    skin_thickness: PositiveLength = 1e-3
-    contact_size: PositiveLength = 0.4e-3
-    bulk_size: PositiveLength = 1.6e-3
-    contact_reach: PositiveLength = 2e-3
-    cut: PositiveLength | None = None
-    phalanx: Literal["region", "hole"] = "region"
-    tolerance: PositiveLength = 0.05e-3
+    skin_thickness: Annotated[PositiveLength, "Thickness of the skin [m]."] = 1e-3
+    contact_size: Annotated[PositiveLength, "Edge length along the skin that can touch [m]."] = 0.4e-3
+    bulk_size: Annotated[PositiveLength, "Largest edge length, far from the contact [m]."] = 1.6e-3
+    contact_reach: Annotated[
+        PositiveLength,
+        "Height above the lowest point up to which the skin is meshed at `contact_size` and called `pad` [m].",
+    ] = 2e-3
+    cut: Annotated[
+        PositiveLength | None,
+        "Distance along x from the tip at which the finger is cut off [m]; without it the scan has to be closed.",
+    ] = None
+    phalanx: Annotated[
+        Literal["region", "hole"],
+        "Whether the phalanx is a region of its own or a hole with the boundary `phalanx_surface`.",
+    ] = "region"
+    tolerance: Annotated[PositiveLength, "How far the mesh may lie off the surfaces [m]."] = 0.05e-3
 
     def __post_init__(self) -> None:
         check_sizes(self.contact_size, self.bulk_size)

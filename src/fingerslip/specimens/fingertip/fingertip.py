@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from fingerslip.errors import InputError, did_you_mean
 from fingerslip.materials.choice import kept_values
@@ -28,26 +28,16 @@ _Solid = Literal["T4", "T10"]
 
 @parameters
 class MeshSizes(GradedMesh):
-    """Element sizes and element type of a section.
-
-    Parameters
-    ----------
-    contact_size : float
-        Size along the skin that can touch [m].
-    bulk_size : float
-        Largest size, far from the contact [m].
-    contact_reach : float
-        Height above the lowest point up to which the skin is meshed at `contact_size` [m].
-    element : {'Q4', 'T3', 'T6'}
-        Bilinear quadrilateral, linear or quadratic triangle.
-    """
+    """Element sizes and element type of a section."""
 
     dim: ClassVar[int] = 2
 
-    contact_size: PositiveLength = 0.12e-3
-    bulk_size: PositiveLength = 0.28e-3
-    contact_reach: PositiveLength = 2e-3
-    element: _InPlane = "Q4"
+    contact_size: Annotated[PositiveLength, "Size along the skin that can touch [m]."] = 0.12e-3
+    bulk_size: Annotated[PositiveLength, "Largest size, far from the contact [m]."] = 0.28e-3
+    contact_reach: Annotated[
+        PositiveLength, "Height above the lowest point up to which the skin is meshed at `contact_size` [m]."
+    ] = 2e-3
+    element: Annotated[_InPlane, "Bilinear quadrilateral, linear or quadratic triangle."] = "Q4"
 
     def build(self, specimen: FingertipNumbers, /) -> skfem.Mesh2D:
         """Build the mesh [m]; see :func:`build_section`."""
@@ -68,25 +58,16 @@ class SolidSizes(GradedMesh):
 
     Linear tetrahedra lock near incompressibility, so overall slip comes late on them; quadratic
     ones, the default, do not.
-
-    Parameters
-    ----------
-    element : {'T4', 'T10'}
-        Linear or quadratic tetrahedra.
-    contact_size : float
-        Size along the skin that can touch [m].
-    bulk_size : float
-        Largest size, far from the contact [m].
-    contact_reach : float
-        Height above the lowest point up to which the skin is meshed at `contact_size` [m].
     """
 
     dim: ClassVar[int] = 3
 
-    element: _Solid = "T10"
-    contact_size: PositiveLength = 0.8e-3
-    bulk_size: PositiveLength = 1.3e-3
-    contact_reach: PositiveLength = 1.5e-3
+    element: Annotated[_Solid, "Linear or quadratic tetrahedra."] = "T10"
+    contact_size: Annotated[PositiveLength, "Size along the skin that can touch [m]."] = 0.8e-3
+    bulk_size: Annotated[PositiveLength, "Largest size, far from the contact [m]."] = 1.3e-3
+    contact_reach: Annotated[
+        PositiveLength, "Height above the lowest point up to which the skin is meshed at `contact_size` [m]."
+    ] = 1.5e-3
 
     def build(self, specimen: FingertipNumbers, /) -> skfem.Mesh3D:
         """Build the mesh [m]; see :func:`build_solid`."""

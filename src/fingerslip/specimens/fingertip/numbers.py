@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from fingerslip.errors import InputError
 from fingerslip.materials.choice import MaterialChoice
@@ -46,26 +46,13 @@ class SagittalOutline:
     """Outline of the section along the finger: parabolic pad, elliptic tip, straight back.
 
     The lowest point is at x = 0, y = -`half_height`; the proximal cut at x = -`pad_length`.
-
-    Parameters
-    ----------
-    half_height : float
-        Half the height of the fingertip at x = 0 [m].
-    pad_length : float
-        Distance from the lowest point to the proximal cut [m].
-    pad_rise : float
-        Rise of the palmar skin from the lowest point to the cut [m].
-    tip_length : float
-        Length of the elliptic tip [m].
-    zone : RidgeZone
-        Where ridges, fingerprint and receptors are.
     """
 
-    half_height: PositiveLength
-    pad_length: PositiveLength
-    pad_rise: NonNegativeLength
-    tip_length: PositiveLength
-    zone: RidgeZone
+    half_height: Annotated[PositiveLength, "Half the height of the fingertip at x = 0 [m]."]
+    pad_length: Annotated[PositiveLength, "Distance from the lowest point to the proximal cut [m]."]
+    pad_rise: Annotated[NonNegativeLength, "Rise of the palmar skin from the lowest point to the cut [m]."]
+    tip_length: Annotated[PositiveLength, "Length of the elliptic tip [m]."]
+    zone: Annotated[RidgeZone, "Where ridges, fingerprint and receptors are."]
 
     def __post_init__(self) -> None:
         _check_lengths(self, "half_height", "pad_length", "tip_length")
@@ -102,18 +89,10 @@ def _check_lengths(outline: SagittalOutline | TransverseOutline, *names: str) ->
 
 @parameters
 class Layers:
-    """Thickness of the skin and of its outer layer.
+    """Thickness of the skin and of its outer layer."""
 
-    Parameters
-    ----------
-    skin_thickness : float
-        Epidermis and dermis together [m].
-    epidermis_thickness : float
-        Mean thickness of the epidermis [m].
-    """
-
-    skin_thickness: PositiveLength
-    epidermis_thickness: PositiveLength
+    skin_thickness: Annotated[PositiveLength, "Epidermis and dermis together [m]."]
+    epidermis_thickness: Annotated[PositiveLength, "Mean thickness of the epidermis [m]."]
 
     def __post_init__(self) -> None:
         _check_below("epidermis_thickness", self.epidermis_thickness, self.skin_thickness, " (skin_thickness)")
@@ -154,40 +133,20 @@ class Ridges:
 
 @parameters
 class Fingerprint:
-    """Ripples of the outer skin surface: height/2 cos(2 pi s/pitch + phase) outward.
+    """Ripples of the outer skin surface: height/2 cos(2 pi s/pitch + phase) outward."""
 
-    Parameters
-    ----------
-    enabled : bool
-        Whether the skin surface has ripples.
-    pitch : float
-        Distance between two crests [m].
-    height : float
-        Height from groove to crest [m].
-    phase : float
-        Phase [rad]; at 0 the crests are above the intermediate ridges.
-    """
-
-    enabled: bool
-    pitch: PositiveLength
-    height: NonNegativeLength
-    phase: Angle
+    enabled: Annotated[bool, "Whether the skin surface has ripples."]
+    pitch: Annotated[PositiveLength, "Distance between two crests [m]."]
+    height: Annotated[NonNegativeLength, "Height from groove to crest [m]."]
+    phase: Annotated[Angle, "Phase [rad]; at 0 the crests are above the intermediate ridges."]
 
 
 @parameters
 class Receptors:
-    """Where the mechanoreceptors are that do not sit on ridge tips.
+    """Where the mechanoreceptors are that do not sit on ridge tips."""
 
-    Parameters
-    ----------
-    sa_ii_height : float
-        Height of SA-II above the dermis-tissue border [m].
-    fa_ii_depth : float
-        Depth of FA-II below the skin surface [m].
-    """
-
-    sa_ii_height: NonNegativeLength
-    fa_ii_depth: PositiveLength
+    sa_ii_height: Annotated[NonNegativeLength, "Height of SA-II above the dermis-tissue border [m]."]
+    fa_ii_depth: Annotated[PositiveLength, "Depth of FA-II below the skin surface [m]."]
 
 
 @parameters
@@ -254,31 +213,21 @@ class TransversePhalanx:
 
 @parameters
 class Phalanx:
-    """Distal phalanx: which variant, and its dimensions in either section.
+    """Distal phalanx: which variant, and its dimensions in either section."""
 
-    Parameters
-    ----------
-    variant : {'original', 'flattened', 'scaled'}
-        Concave palmar face; palmar face flat and parallel to the plate; the skin outline scaled inward.
-    rigid : bool
-        Whether the phalanx is taken as undeformable.
-    tissue_thickness : float
-        Uniform thickness of the tissue around the `scaled` phalanx [m].
-    corner_radius : float
-        Radius of the distal corners in the sagittal section and of the sharp ends of a `scaled` phalanx [m]; half of
-        it rounds the other edges of the palmar face.
-    sagittal : SagittalPhalanx
-        Dimensions along the finger.
-    transverse : TransversePhalanx
-        Dimensions across the finger.
-    """
-
-    variant: Literal["original", "flattened", "scaled"]
-    rigid: bool
-    tissue_thickness: PositiveLength
-    corner_radius: PositiveLength
-    sagittal: SagittalPhalanx
-    transverse: TransversePhalanx
+    variant: Annotated[
+        Literal["original", "flattened", "scaled"],
+        "Concave palmar face; palmar face flat and parallel to the plate; the skin outline scaled inward.",
+    ]
+    rigid: Annotated[bool, "Whether the phalanx is taken as undeformable."]
+    tissue_thickness: Annotated[PositiveLength, "Uniform thickness of the tissue around the `scaled` phalanx [m]."]
+    corner_radius: Annotated[
+        PositiveLength,
+        "Radius of the distal corners in the sagittal section and of the sharp ends of a `scaled` phalanx [m]; half "
+        "of it rounds the other edges of the palmar face.",
+    ]
+    sagittal: Annotated[SagittalPhalanx, "Dimensions along the finger."]
+    transverse: Annotated[TransversePhalanx, "Dimensions across the finger."]
 
     def __post_init__(self) -> None:
         height = self.sagittal.dorsal_level - self.sagittal.palmar_level
@@ -315,23 +264,12 @@ class SolidPhalanx:
     They are joined by a smooth monotone curve: the base at the proximal cut, the waist, the tuft at the lowest point
     of the skin, where the half width is that of the transverse section, and the flat distal end. A `scaled` phalanx
     has none of these widths.
-
-    Parameters
-    ----------
-    base_half_width : float
-        Half width at the proximal cut [m].
-    waist_half_width : float
-        Half width at the narrowest place [m].
-    waist_position : float
-        Position x of the waist [m].
-    end_half_width : float
-        Half width of the distal end [m].
     """
 
-    base_half_width: PositiveLength
-    waist_half_width: PositiveLength
-    waist_position: Length
-    end_half_width: PositiveLength
+    base_half_width: Annotated[PositiveLength, "Half width at the proximal cut [m]."]
+    waist_half_width: Annotated[PositiveLength, "Half width at the narrowest place [m]."]
+    waist_position: Annotated[Length, "Position x of the waist [m]."]
+    end_half_width: Annotated[PositiveLength, "Half width of the distal end [m]."]
 
 
 @parameters
@@ -361,24 +299,17 @@ class Nail:
 
 @parameters
 class SolidShape:
-    """What the fingertip in 3D has beyond its sections.
+    """What the fingertip in 3D has beyond its sections."""
 
-    Parameters
-    ----------
-    base_half_width : float
-        Half width of the finger at the proximal cut [m]; at the lowest point it is that of the transverse outline.
-    angle : float
-        Angle by which the finger is turned about z [rad], positive where the tip rises from the plate.
-    phalanx : SolidPhalanx
-        Widths of the phalanx along the finger.
-    nail : Nail, optional
-        The nail; none without it.
-    """
-
-    base_half_width: PositiveLength
-    angle: Angle
-    phalanx: SolidPhalanx
-    nail: Nail | None = None
+    base_half_width: Annotated[
+        PositiveLength,
+        "Half width of the finger at the proximal cut [m]; at the lowest point it is that of the transverse outline.",
+    ]
+    angle: Annotated[
+        Angle, "Angle by which the finger is turned about z [rad], positive where the tip rises from the plate."
+    ]
+    phalanx: Annotated[SolidPhalanx, "Widths of the phalanx along the finger."]
+    nail: Annotated[Nail | None, "The nail; none without it."] = None
 
     def __post_init__(self) -> None:
         # Beyond this the proximal cut, not the pad, would come down on the plate.

@@ -49,24 +49,14 @@ class Markers:
 
 @parameters
 class PadSizes(GradedMesh):
-    """Element sizes and element type of a gel pad.
+    """Element sizes and element type of a gel pad."""
 
-    Parameters
-    ----------
-    contact_size : float
-        Size among the markers on the touched surface, at most: whole cells from marker to marker [m].
-    bulk_size : float
-        Largest size [m].
-    element : {'Q4', 'H8'}
-        Bilinear quadrilateral of a section, trilinear hexahedron in 3D.
-    body : {'gel_pad'}
-        What is meshed.
-    """
-
-    contact_size: PositiveLength = 0.45e-3
-    bulk_size: PositiveLength = 2e-3
-    element: Literal["Q4", "H8"] = "Q4"
-    body: Literal["gel_pad"] = "gel_pad"
+    contact_size: Annotated[
+        PositiveLength, "Size among the markers on the touched surface, at most: whole cells from marker to marker [m]."
+    ] = 0.45e-3
+    bulk_size: Annotated[PositiveLength, "Largest size [m]."] = 2e-3
+    element: Annotated[Literal["Q4", "H8"], "Bilinear quadrilateral of a section, trilinear hexahedron in 3D."] = "Q4"
+    body: Annotated[Literal["gel_pad"], "What is meshed."] = "gel_pad"
 
     @property
     def dim(self) -> int:

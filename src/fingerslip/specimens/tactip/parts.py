@@ -22,20 +22,11 @@ class Dome:
     """The surface that the outermost points of the skin lie on, about the axis of the sensor.
 
     It is flat up to `flat_radius`, then turns with `radius` until it is upright; above that it is straight.
-
-    Parameters
-    ----------
-    radius : float
-        Radius of the dome, or of the rounded edge of a flat sensor [m].
-    height : float
-        From the lowest point to the window [m].
-    flat_radius : float
-        Radius of the flat middle [m]; 0 for a dome.
     """
 
-    radius: PositiveLength
-    height: PositiveLength
-    flat_radius: NonNegativeLength = 0.0
+    radius: Annotated[PositiveLength, "Radius of the dome, or of the rounded edge of a flat sensor [m]."]
+    height: Annotated[PositiveLength, "From the lowest point to the window [m]."]
+    flat_radius: Annotated[NonNegativeLength, "Radius of the flat middle [m]; 0 for a dome."] = 0.0
 
 
 @parameters
@@ -43,23 +34,12 @@ class Ridges:
     """Concentric undulations of the skin, outside and inside, with a crown on the axis.
 
     Crowns and valleys are arcs. Flanks are upright where the height is at least half the pitch.
-
-    Parameters
-    ----------
-    enabled : bool
-        Whether the skin has ridges; without them it is smooth.
-    pitch : float
-        From crown to crown, along the outermost surface [m].
-    height : float
-        From the crown to the valley beside it [m].
-    number : int
-        Ridges around the one on the axis.
     """
 
-    enabled: bool
-    pitch: PositiveLength
-    height: PositiveLength
-    number: _Count
+    enabled: Annotated[bool, "Whether the skin has ridges; without them it is smooth."]
+    pitch: Annotated[PositiveLength, "From crown to crown, along the outermost surface [m]."]
+    height: Annotated[PositiveLength, "From the crown to the valley beside it [m]."]
+    number: Annotated[_Count, "Ridges around the one on the axis."]
 
     @property
     def steepness(self) -> float:
@@ -74,18 +54,10 @@ class Ridges:
 
 @parameters
 class Skin:
-    """The skin.
+    """The skin."""
 
-    Parameters
-    ----------
-    thickness : float
-        Thickness [m].
-    ridges : Ridges
-        Its undulations.
-    """
-
-    thickness: PositiveLength
-    ridges: Ridges
+    thickness: Annotated[PositiveLength, "Thickness [m]."]
+    ridges: Annotated[Ridges, "Its undulations."]
 
     def __post_init__(self) -> None:
         least = 2.0 * self.ridges.bend_radius
@@ -101,43 +73,23 @@ class Skin:
 
 @parameters
 class Rods:
-    """Rigid rods from the skin into the gel, along the normal of the dome; their inner ends carry the markers.
+    """Rigid rods from the skin into the gel, along the normal of the dome; their inner ends carry the markers."""
 
-    Parameters
-    ----------
-    radius : float
-        Radius, in 2D half the width [m].
-    embedding : float
-        How far a rod reaches into the skin under its crown [m].
-    length : float
-        From the innermost points of the skin to the marker [m].
-    """
-
-    radius: PositiveLength
-    embedding: PositiveLength
-    length: PositiveLength
+    radius: Annotated[PositiveLength, "Radius, in 2D half the width [m]."]
+    embedding: Annotated[PositiveLength, "How far a rod reaches into the skin under its crown [m]."]
+    length: Annotated[PositiveLength, "From the innermost points of the skin to the marker [m]."]
 
 
 @parameters
 class Markers:
-    """Where the internal markers are: concentric rings, or a hexagonal grid.
+    """Where the internal markers are: concentric rings, or a hexagonal grid."""
 
-    Parameters
-    ----------
-    layout : {'rings', 'hexagonal'}
-        Arrangement.
-    rings : tuple of int
-        Markers of each ring from the axis outwards, of `rings`.
-    layers : int
-        Hexagons around the middle, of `hexagonal`: n layers are 1 + 3 n (n + 1) markers.
-    spacing : float
-        From ring to ring, or from neighbour to neighbour, along the outermost surface [m].
-    """
-
-    layout: Literal["rings", "hexagonal"]
-    rings: tuple[_Count, ...]
-    layers: _Count
-    spacing: PositiveLength
+    layout: Annotated[Literal["rings", "hexagonal"], "Arrangement."]
+    rings: Annotated[tuple[_Count, ...], "Markers of each ring from the axis outwards, of `rings`."]
+    layers: Annotated[_Count, "Hexagons around the middle, of `hexagonal`: n layers are 1 + 3 n (n + 1) markers."]
+    spacing: Annotated[
+        PositiveLength, "From ring to ring, or from neighbour to neighbour, along the outermost surface [m]."
+    ]
 
     def __post_init__(self) -> None:
         if not self.rings or self.rings[0] != 1 or any(count % 2 for count in self.rings[1:]):
@@ -154,15 +106,9 @@ class Markers:
 
 @parameters
 class Window:
-    """The rigid window on which the gel and the rim of the skin are fixed.
+    """The rigid window on which the gel and the rim of the skin are fixed."""
 
-    Parameters
-    ----------
-    thickness : float
-        Thickness [m].
-    """
-
-    thickness: PositiveLength
+    thickness: Annotated[PositiveLength, "Thickness [m]."]
 
 
 # Points on an arc of a ridge, and the longest distance of two on the plain skin [m]; cubic splines join them.

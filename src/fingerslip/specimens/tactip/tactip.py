@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from fingerslip.errors import InputError
 from fingerslip.materials.choice import kept_values
@@ -20,29 +20,17 @@ if TYPE_CHECKING:
 
 @parameters
 class SensorSectionSizes(GradedMesh):
-    """Element sizes and element type of the section of a TacTip.
-
-    Parameters
-    ----------
-    contact_size : float
-        Size in the skin that can touch, and at the rods [m].
-    bulk_size : float
-        Largest size [m].
-    contact_reach : float
-        Height above the lowest point up to which the skin is meshed at `contact_size` [m].
-    element : {'Q4', 'T3', 'T6'}
-        Bilinear quadrilateral, linear or quadratic triangle.
-    body : {'tactip'}
-        What is meshed.
-    """
+    """Element sizes and element type of the section of a TacTip."""
 
     dim: ClassVar[int] = 2
 
-    contact_size: PositiveLength = 0.3e-3
-    bulk_size: PositiveLength = 1.2e-3
-    contact_reach: PositiveLength = 8e-3
-    element: Literal["Q4", "T3", "T6"] = "Q4"
-    body: Literal["tactip"] = "tactip"
+    contact_size: Annotated[PositiveLength, "Size in the skin that can touch, and at the rods [m]."] = 0.3e-3
+    bulk_size: Annotated[PositiveLength, "Largest size [m]."] = 1.2e-3
+    contact_reach: Annotated[
+        PositiveLength, "Height above the lowest point up to which the skin is meshed at `contact_size` [m]."
+    ] = 8e-3
+    element: Annotated[Literal["Q4", "T3", "T6"], "Bilinear quadrilateral, linear or quadratic triangle."] = "Q4"
+    body: Annotated[Literal["tactip"], "What is meshed."] = "tactip"
 
     def build(self, specimen: TacTipNumbers, /) -> skfem.Mesh2D:
         """Build the mesh [m]: regions `skin`, `gel`, `rods`, `window`, boundaries `contact` and `window_face`."""
@@ -54,33 +42,22 @@ class SensorSectionSizes(GradedMesh):
 
 @parameters
 class SensorSolidSizes(GradedMesh):
-    """Element sizes and element type of a TacTip in 3D.
-
-    Parameters
-    ----------
-    contact_size : float
-        Size in the skin that can touch [m].
-    bulk_size : float
-        Largest size [m].
-    contact_reach : float
-        Height above the lowest point up to which the skin is meshed at `contact_size` [m].
-    rod_size : float
-        Largest size at the rods; bends of ridges get finer with it, eight edges in a circle at 0.35 mm [m].
-    element : {'T4', 'T10'}
-        Linear or quadratic tetrahedron.
-    body : {'tactip'}
-        What is meshed.
-    """
+    """Element sizes and element type of a TacTip in 3D."""
 
     element_sizes: ClassVar[tuple[str, ...]] = ("contact_size", "rod_size", "bulk_size")
     dim: ClassVar[int] = 3
 
-    contact_size: PositiveLength = 1e-3
-    bulk_size: PositiveLength = 3e-3
-    contact_reach: PositiveLength = 6e-3
-    rod_size: PositiveLength = 0.35e-3
-    element: Literal["T4", "T10"] = "T4"
-    body: Literal["tactip"] = "tactip"
+    contact_size: Annotated[PositiveLength, "Size in the skin that can touch [m]."] = 1e-3
+    bulk_size: Annotated[PositiveLength, "Largest size [m]."] = 3e-3
+    contact_reach: Annotated[
+        PositiveLength, "Height above the lowest point up to which the skin is meshed at `contact_size` [m]."
+    ] = 6e-3
+    rod_size: Annotated[
+        PositiveLength,
+        "Largest size at the rods; bends of ridges get finer with it, eight edges in a circle at 0.35 mm [m].",
+    ] = 0.35e-3
+    element: Annotated[Literal["T4", "T10"], "Linear or quadratic tetrahedron."] = "T4"
+    body: Annotated[Literal["tactip"], "What is meshed."] = "tactip"
 
     def build(self, specimen: TacTipNumbers, /) -> skfem.Mesh3D:
         """Build the mesh [m]: regions and boundaries of the section, and `symmetry` of a half."""

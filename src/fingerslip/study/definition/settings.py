@@ -46,30 +46,21 @@ _UPWARDS = (0.0, 1.0)
 
 @parameters
 class ContactSettings(Contact):
-    """A contact in a study file: a plate by its normal, and Coulomb friction by its coefficient, need no more.
+    """A contact in a study file: a plate by its normal, and Coulomb friction by its coefficient, need no more."""
 
-    Parameters
-    ----------
-    friction_coefficient : float, optional
-        Coulomb friction coefficient [-]; short for ``friction: {coulomb: {coefficient: ...}}``.
-    friction : FrictionLaw, optional
-        Any friction law; one of the two is needed.
-    boundary : str
-        Boundary of the mesh that may touch the counterface.
-    normal : tuple of float
-        Normal of the plate, towards the deformable body.
-    offset : float, optional
-        Start of the plate along its normal [m]; without it the plate starts where it just touches.
-    counterface : Counterface, optional
-        Any counterface instead of the plate with `normal` and `offset`.
-    """
-
-    boundary: str = "skin"
-    friction_coefficient: NonNegativeNumber | None = None
-    friction: FrictionChoice | None = None  # type: ignore[assignment]
-    normal: tuple[float, ...] = _UPWARDS
-    offset: Length | None = None
-    counterface: CounterfaceChoice | None = None  # type: ignore[assignment]
+    boundary: Annotated[str, "Boundary of the mesh that may touch the counterface."] = "skin"
+    friction_coefficient: Annotated[
+        NonNegativeNumber | None,
+        "Coulomb friction coefficient [-]; short for ``friction: {coulomb: {coefficient: ...}}``.",
+    ] = None
+    friction: Annotated[FrictionChoice | None, "Any friction law; one of the two is needed."] = None  # type: ignore[assignment]
+    normal: Annotated[tuple[float, ...], "Normal of the plate, towards the deformable body."] = _UPWARDS
+    offset: Annotated[
+        Length | None, "Start of the plate along its normal [m]; without it the plate starts where it just touches."
+    ] = None
+    counterface: Annotated[
+        CounterfaceChoice | None, "Any counterface instead of the plate with `normal` and `offset`."
+    ] = None  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
         if self.friction_coefficient is None and self.friction is None:
@@ -176,24 +167,15 @@ else:
 
 @parameters
 class RefinementSettings:
-    """What ``fingerslip converge`` computes again; empty leaves a setting as it is.
+    """What ``fingerslip converge`` computes again; empty leaves a setting as it is."""
 
-    Parameters
-    ----------
-    mesh : tuple of float
-        Two factors on the element sizes.
-    step : tuple of float
-        Two factors on the time step.
-    penalty : tuple of float
-        Two factors on the contact stiffness, automatic ones included.
-    alpha : tuple of float
-        Other values of the numerical damping.
-    """
-
-    mesh: tuple[PositiveNumber, ...] = (0.6667, 0.5)
-    step: tuple[PositiveNumber, ...] = (0.5, 0.25)
-    penalty: tuple[PositiveNumber, ...] = (4.0, 16.0)
-    alpha: tuple[NumericalDamping, ...] = (-0.05,)
+    mesh: Annotated[tuple[PositiveNumber, ...], "Two factors on the element sizes."] = (0.6667, 0.5)
+    step: Annotated[tuple[PositiveNumber, ...], "Two factors on the time step."] = (0.5, 0.25)
+    penalty: Annotated[tuple[PositiveNumber, ...], "Two factors on the contact stiffness, automatic ones included."] = (
+        4.0,
+        16.0,
+    )
+    alpha: Annotated[tuple[NumericalDamping, ...], "Other values of the numerical damping."] = (-0.05,)
 
     def __post_init__(self) -> None:
         for name, example in (("mesh", "[0.6667, 0.5]"), ("step", "[0.5, 0.25]"), ("penalty", "[4, 16]")):
@@ -326,46 +308,31 @@ class CameraView:
 
 @parameters
 class CameraSettings(CameraView):
-    """A camera of a study; no published sensor prints these values, so every default is assumed.
+    """A camera of a study; no published sensor prints these values, so every default is assumed."""
 
-    Parameters
-    ----------
-    tier : {'pixel', 'point'}
-        Frames, a video and the tracker, or positions with the errors of the tracker at once.
-    lens : {'pinhole', 'fisheye'}
-        Kind of the lens.
-    frame_rate : float
-        Frames a second [1/s].
-    exposure : float
-        Exposure of a frame [s].
-    marker_radius : float
-        Radius of the markers [m].
-    markers : {'bright', 'dark', 'moulded'}
-        Whether markers are brighter than what is around them; moulded ones are bright, on a dome, some with glue.
-    light : {'even', 'harsh', 'lamps'}
-        The light: even; with vignette, gradient, texture, glare and a bright ring; or as in recordings of real sensors,
-        with six lamps that saturate and a white mount.
-    noise : float
-        Standard deviation of the noise of a pixel [grey levels].
-    jpeg_quality : int, optional
-        Quality of the compression of each frame; none without it.
-    rest : float
-        Time that is filmed before the motion begins [s]: the tracker needs markers at rest.
-    seed : int
-        Seed of everything random: the same seed gives the same frames.
-    """
-
-    tier: Literal["pixel", "point"] = "pixel"
-    lens: Literal["pinhole", "fisheye"] = "pinhole"
-    frame_rate: _FrameRate = 30.0
-    exposure: Duration = 10e-3
-    marker_radius: PositiveLength = 0.5e-3
-    markers: Literal["bright", "dark", "moulded"] = "bright"
-    light: Literal["even", "harsh", "lamps"] = "even"
-    noise: NonNegativeNumber = 2.0
-    jpeg_quality: _Quality | None = None
-    rest: Duration = 1.0
-    seed: _Seed = 0
+    tier: Annotated[
+        Literal["pixel", "point"],
+        "Frames, a video and the tracker, or positions with the errors of the tracker at once.",
+    ] = "pixel"
+    lens: Annotated[Literal["pinhole", "fisheye"], "Kind of the lens."] = "pinhole"
+    frame_rate: Annotated[_FrameRate, "Frames a second [1/s]."] = 30.0
+    exposure: Annotated[Duration, "Exposure of a frame [s]."] = 10e-3
+    marker_radius: Annotated[PositiveLength, "Radius of the markers [m]."] = 0.5e-3
+    markers: Annotated[
+        Literal["bright", "dark", "moulded"],
+        "Whether markers are brighter than what is around them; moulded ones are bright, on a dome, some with glue.",
+    ] = "bright"
+    light: Annotated[
+        Literal["even", "harsh", "lamps"],
+        "The light: even; with vignette, gradient, texture, glare and a bright ring; or as in recordings of real "
+        "sensors, with six lamps that saturate and a white mount.",
+    ] = "even"
+    noise: Annotated[NonNegativeNumber, "Standard deviation of the noise of a pixel [grey levels]."] = 2.0
+    jpeg_quality: Annotated[_Quality | None, "Quality of the compression of each frame; none without it."] = None
+    rest: Annotated[
+        Duration, "Time that is filmed before the motion begins [s]: the tracker needs markers at rest."
+    ] = 1.0
+    seed: Annotated[_Seed, "Seed of everything random: the same seed gives the same frames."] = 0
 
     def __post_init__(self) -> None:
         if self.exposure > 1.0 / self.frame_rate:
@@ -383,41 +350,36 @@ class TrialSettings(CameraView):
     Every run of a study with samples is one trial: samples take turns through the directions, so that their number is
     that of directions times repeats. Without samples every run is done in all directions. No published sensor prints
     the values of its cameras: every default here is assumed.
-
-    Parameters
-    ----------
-    directions : int
-        Directions of the slide or fall, evenly over a turn. The run goes along +x; the others are that run turned,
-        which is exact for an upright sensor whose rings all have a multiple of so many markers.
-    rest : float
-        Time at rest that every film has before the slide [s]. A film begins at any moment of the hold that leaves it,
-        so that after a long hold the time since its start tells nothing of slip.
-    frame_rate : float
-        Frames a second of both cameras [1/s].
-    noise : (float, float)
-        Smallest and largest standard deviation of the positions in a trial [px].
-    shift : float
-        Cameras are placed beside the axis by up to this along both axes, anew in each trial [m].
-    turn : float
-        Cameras are turned about their axis by up to this, anew in each trial [rad].
-    hidden : float
-        Skin deeper than this inside the convex hull of the outside is in a groove, and must not touch [m]; it is
-        watched.
-    patch : float
-        Distance of neighbouring contact patches [m]: within each the traction is constant.
-    seed : int
-        Seed of everything random but the samples.
     """
 
-    directions: _Count = 8
-    rest: Duration = 1.5
-    frame_rate: _FrameRate = PUBLISHED_FRAME_RATE
-    noise: tuple[NonNegativeNumber, NonNegativeNumber] = (0.0061, 0.05)
-    shift: NonNegativeLength = 0.5e-3
-    turn: Angle = 0.0175
-    hidden: PositiveLength = 0.3e-3
-    patch: PositiveLength = 1e-3
-    seed: _Seed = 0
+    directions: Annotated[
+        _Count,
+        "Directions of the slide or fall, evenly over a turn. The run goes along +x; the others are that run turned, "
+        "which is exact for an upright sensor whose rings all have a multiple of so many markers.",
+    ] = 8
+    rest: Annotated[
+        Duration,
+        "Time at rest that every film has before the slide [s]. A film begins at any moment of the hold that leaves "
+        "it, so that after a long hold the time since its start tells nothing of slip.",
+    ] = 1.5
+    frame_rate: Annotated[_FrameRate, "Frames a second of both cameras [1/s]."] = PUBLISHED_FRAME_RATE
+    noise: Annotated[
+        tuple[NonNegativeNumber, NonNegativeNumber],
+        "Smallest and largest standard deviation of the positions in a trial [px].",
+    ] = (0.0061, 0.05)
+    shift: Annotated[
+        NonNegativeLength, "Cameras are placed beside the axis by up to this along both axes, anew in each trial [m]."
+    ] = 0.5e-3
+    turn: Annotated[Angle, "Cameras are turned about their axis by up to this, anew in each trial [rad]."] = 0.0175
+    hidden: Annotated[
+        PositiveLength,
+        "Skin deeper than this inside the convex hull of the outside is in a groove, and must not touch [m]; it is "
+        "watched.",
+    ] = 0.3e-3
+    patch: Annotated[
+        PositiveLength, "Distance of neighbouring contact patches [m]: within each the traction is constant."
+    ] = 1e-3
+    seed: Annotated[_Seed, "Seed of everything random but the samples."] = 0
 
     def __post_init__(self) -> None:
         if self.noise[0] > self.noise[1]:

@@ -180,22 +180,20 @@ def _check_scatter(scatter: Mapping[str, Any]) -> Mapping[str, Any]:
 
 @parameters
 class RepeatSettings:
-    """Repeats of every run.
+    """Repeats of every run."""
 
-    Parameters
-    ----------
-    count : int
-        How many.
-    scatter : mapping of str to object
-        Standard deviations by dotted path, numbers or quantities. In each repeat the value is drawn from a normal
-        distribution around that of the run; the draws of a repeat are the same in all runs.
-    seed : int
-        Seed of all random numbers. Each repeat has a seed of its own, which follows from this one and its number.
-    """
-
-    count: Annotated[int, pydantic.Field(ge=1, le=_MOST)]
-    scatter: Annotated[Mapping[str, Any], pydantic.AfterValidator(_check_scatter)]
-    seed: Annotated[int, pydantic.Field(ge=0)] = 1
+    count: Annotated[int, pydantic.Field(ge=1, le=_MOST), "How many."]
+    scatter: Annotated[
+        Mapping[str, Any],
+        pydantic.AfterValidator(_check_scatter),
+        "Standard deviations by dotted path, numbers or quantities. In each repeat the value is drawn from a normal "
+        "distribution around that of the run; the draws of a repeat are the same in all runs.",
+    ]
+    seed: Annotated[
+        int,
+        pydantic.Field(ge=0),
+        "Seed of all random numbers. Each repeat has a seed of its own, which follows from this one and its number.",
+    ] = 1
 
 
 def scatter_values(settings: RepeatSettings, number: int, values: Mapping[str, Any]) -> dict[str, Any]:
@@ -269,34 +267,35 @@ class SampleSettings:
 
     In a Latin hypercube every range is cut into `count` equal parts, and every part holds the value of one sample;
     which parts of different ranges come together is drawn at random.
-
-    Parameters
-    ----------
-    ranges : mapping of str to tuple
-        Smallest and largest value by dotted path, quantities in one unit.
-    count : int
-        Number of samples; with `saltelli` and `morris` the number of their blocks.
-    seed : int
-        Seed of the random numbers: the same settings give the same samples.
-    method : {'latin_hypercube', 'sobol', 'random', 'saltelli', 'morris'}
-        A Latin hypercube; a scrambled Sobol sequence, whose `count` has to be a power of two; independent values; or a
-        design for sensitivities: `saltelli` for Sobol indices, `count` (a power of two) times two samples more than
-        there are values, or `morris` for elementary effects, `count` times one more.
-    choices : mapping of str to tuple
-        Values without order, such as words, by dotted path; each is drawn equally often, but for the last of three
-        with `morris`, which has four levels, and no more choices than these: twice as often.
-    equal : mapping of str to str
-        Dotted paths of further values, which are the same as a sampled one, by the path of that one.
     """
 
-    ranges: Annotated[Mapping[str, tuple[Any, ...]], pydantic.AfterValidator(_check_ranges)]
-    count: Annotated[int, pydantic.Field(ge=2)]
-    seed: Annotated[int, pydantic.Field(ge=0)] = 1
-    method: Method = "latin_hypercube"
-    choices: Annotated[Mapping[str, tuple[Any, ...]], pydantic.AfterValidator(_check_choices)] = pydantic.Field(
-        default_factory=dict
-    )
-    equal: Mapping[str, str] = pydantic.Field(default_factory=dict)
+    ranges: Annotated[
+        Mapping[str, tuple[Any, ...]],
+        pydantic.AfterValidator(_check_ranges),
+        "Smallest and largest value by dotted path, quantities in one unit.",
+    ]
+    count: Annotated[
+        int, pydantic.Field(ge=2), "Number of samples; with `saltelli` and `morris` the number of their blocks."
+    ]
+    seed: Annotated[
+        int, pydantic.Field(ge=0), "Seed of the random numbers: the same settings give the same samples."
+    ] = 1
+    method: Annotated[
+        Method,
+        "A Latin hypercube; a scrambled Sobol sequence, whose `count` has to be a power of two; independent values; "
+        "or a design for sensitivities: `saltelli` for Sobol indices, `count` (a power of two) times two samples more "
+        "than there are values, or `morris` for elementary effects, `count` times one more.",
+    ] = "latin_hypercube"
+    choices: Annotated[
+        Mapping[str, tuple[Any, ...]],
+        pydantic.AfterValidator(_check_choices),
+        "Values without order, such as words, by dotted path; each is drawn equally often, but for the last of three "
+        "with `morris`, which has four levels, and no more choices than these: twice as often.",
+    ] = pydantic.Field(default_factory=dict)
+    equal: Annotated[
+        Mapping[str, str],
+        "Dotted paths of further values, which are the same as a sampled one, by the path of that one.",
+    ] = pydantic.Field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.method in ("sobol", "saltelli") and self.count & (self.count - 1):

@@ -31,21 +31,13 @@ _STEP = 1e-6  # [m] of differences
 
 @parameters
 class Pose:
-    """Where a camera stands and what it looks at.
+    """Where a camera stands and what it looks at."""
 
-    Parameters
-    ----------
-    position : (float, float, float)
-        Centre of the lens [m].
-    target : (float, float, float)
-        A point on the axis of the lens, in front of the camera [m].
-    up : (float, float, float)
-        Direction [-] that is up in the image, as far as it is square to the axis.
-    """
-
-    position: Vector
-    target: Vector
-    up: tuple[float, float, float] = (0.0, 1.0, 0.0)
+    position: Annotated[Vector, "Centre of the lens [m]."]
+    target: Annotated[Vector, "A point on the axis of the lens, in front of the camera [m]."]
+    up: Annotated[
+        tuple[float, float, float], "Direction [-] that is up in the image, as far as it is square to the axis."
+    ] = (0.0, 1.0, 0.0)
 
     def __post_init__(self) -> None:
         axis = np.subtract(self.target, self.position)
@@ -72,27 +64,18 @@ class Pose:
 
 @parameters
 class Camera:
-    """A camera.
+    """A camera."""
 
-    Parameters
-    ----------
-    intrinsics : Pinhole or Fisheye
-        Lens and size of the image.
-    pose : Pose
-        Where it stands.
-    sees : {'internal', 'external'}
-        Kind of the markers that it sees: the inside of a sensor, or its skin through a plate.
-    frame_rate : float
-        Frames a second [1/s]; 30, assumed.
-    exposure : float
-        Time for which a frame is exposed [s]; 10 ms, assumed. It may not be longer than a frame.
-    """
-
-    intrinsics: Pinhole | Fisheye
-    pose: Pose
-    sees: Literal["internal", "external"] = "internal"
-    frame_rate: FrameRate = 30.0
-    exposure: Exposure = 10e-3
+    intrinsics: Annotated[Pinhole | Fisheye, "Lens and size of the image."]
+    pose: Annotated[Pose, "Where it stands."]
+    sees: Annotated[
+        Literal["internal", "external"],
+        "Kind of the markers that it sees: the inside of a sensor, or its skin through a plate.",
+    ] = "internal"
+    frame_rate: Annotated[FrameRate, "Frames a second [1/s]; 30, assumed."] = 30.0
+    exposure: Annotated[
+        Exposure, "Time for which a frame is exposed [s]; 10 ms, assumed. It may not be longer than a frame."
+    ] = 10e-3
 
     def __post_init__(self) -> None:
         if self.exposure > 1.0 / self.frame_rate:

@@ -93,64 +93,35 @@ class Glare:
 
 @parameters
 class BrightRing:
-    """A bright ring around the markers, as the rim of a lit sensor.
+    """A bright ring around the markers, as the rim of a lit sensor."""
 
-    Parameters
-    ----------
-    radius : float
-        Its radius around the middle of the image, as a share of the height [-].
-    width : float
-        Standard deviation across the ring, as a share of the height [-].
-    level : float
-        Grey levels that it adds on its line.
-    outside : float, optional
-        Grey level of all that is outside of it, as of a white mount; without it as inside.
-    """
-
-    radius: PositiveNumber = 0.46
-    width: PositiveNumber = 0.012
-    level: NonNegativeNumber = 180.0
-    outside: GreyLevel | None = None
+    radius: Annotated[PositiveNumber, "Its radius around the middle of the image, as a share of the height [-]."] = 0.46
+    width: Annotated[PositiveNumber, "Standard deviation across the ring, as a share of the height [-]."] = 0.012
+    level: Annotated[NonNegativeNumber, "Grey levels that it adds on its line."] = 180.0
+    outside: Annotated[
+        GreyLevel | None, "Grey level of all that is outside of it, as of a white mount; without it as inside."
+    ] = None
 
 
 @parameters
 class Lighting:
-    """The light: even by default, each fault of it a switch.
+    """The light: even by default, each fault of it a switch."""
 
-    Parameters
-    ----------
-    vignetting : float
-        Share of the light that is lost in the corners [-]; the loss grows with the squared distance from the middle.
-    gradient : float
-        Relative change of the light over the width of the image [-].
-    gradient_angle : float
-        Direction in which it brightens, from x towards y of the image [rad].
-    texture : float
-        Standard deviation of a pattern of the background that stays [grey levels].
-    texture_length : float
-        Length over which that pattern changes [px].
-    glare : tuple of Glare
-        Spots of reflected light.
-    ring : BrightRing, optional
-        A bright ring.
-    drift : float
-        Relative change of brightness a second [1/s].
-    flicker : float
-        Amplitude of a periodic change of brightness [-].
-    flicker_rate : float
-        Its frequency [1/s]; 100, twice that of mains in Europe.
-    """
-
-    vignetting: Fraction = 0.0
-    gradient: Number = 0.0
-    gradient_angle: Angle = 0.0
-    texture: NonNegativeNumber = 0.0
-    texture_length: PositiveNumber = 8.0
-    glare: tuple[Glare, ...] = ()
-    ring: BrightRing | None = None
-    drift: Change = 0.0
-    flicker: Fraction = 0.0
-    flicker_rate: Rate = 100.0
+    vignetting: Annotated[
+        Fraction,
+        "Share of the light that is lost in the corners [-]; the loss grows with the squared distance from the middle.",
+    ] = 0.0
+    gradient: Annotated[Number, "Relative change of the light over the width of the image [-]."] = 0.0
+    gradient_angle: Annotated[Angle, "Direction in which it brightens, from x towards y of the image [rad]."] = 0.0
+    texture: Annotated[
+        NonNegativeNumber, "Standard deviation of a pattern of the background that stays [grey levels]."
+    ] = 0.0
+    texture_length: Annotated[PositiveNumber, "Length over which that pattern changes [px]."] = 8.0
+    glare: Annotated[tuple[Glare, ...], "Spots of reflected light."] = ()
+    ring: Annotated[BrightRing | None, "A bright ring."] = None
+    drift: Annotated[Change, "Relative change of brightness a second [1/s]."] = 0.0
+    flicker: Annotated[Fraction, "Amplitude of a periodic change of brightness [-]."] = 0.0
+    flicker_rate: Annotated[Rate, "Its frequency [1/s]; 100, twice that of mains in Europe."] = 100.0
 
 
 #: Light as bad as that of real sensors may be; assumed, made to try trackers.
@@ -182,46 +153,29 @@ LAMPS = Lighting(
 
 @parameters
 class SensorNoise:
-    """Random noise of the image sensor, new in every pixel of every frame.
+    """Random noise of the image sensor, new in every pixel of every frame."""
 
-    Parameters
-    ----------
-    read : float
-        Standard deviation in the dark [grey levels]; 2, assumed.
-    shot : float
-        Variance that each grey level of light adds [grey levels]; 0, assumed.
-    """
-
-    read: NonNegativeNumber = 2.0
-    shot: NonNegativeNumber = 0.0
+    read: Annotated[NonNegativeNumber, "Standard deviation in the dark [grey levels]; 2, assumed."] = 2.0
+    shot: Annotated[NonNegativeNumber, "Variance that each grey level of light adds [grey levels]; 0, assumed."] = 0.0
 
 
 @parameters
 class PixelCamera:
-    """A camera that takes pictures.
+    """A camera that takes pictures."""
 
-    Parameters
-    ----------
-    camera : Camera
-        Lens, place and times.
-    look : MarkerLook
-        Markers and background.
-    lighting : Lighting
-        The light.
-    noise : SensorNoise
-        Noise of the image sensor.
-    jpeg_quality : int, optional
-        Quality from 1 to 100 of the compression that each frame goes through; none by default.
-    seed : int
-        Seed of everything random: the same seed gives the same frames, whatever part of them is taken.
-    """
-
-    camera: Camera
-    look: MarkerLook = BRIGHT_ON_DARK
-    lighting: Lighting = Lighting()
-    noise: SensorNoise = SensorNoise()
-    jpeg_quality: Annotated[int, pydantic.Field(ge=1, le=100)] | None = None
-    seed: Annotated[int, pydantic.Field(ge=0, lt=2**63)] = 0
+    camera: Annotated[Camera, "Lens, place and times."]
+    look: Annotated[MarkerLook, "Markers and background."] = BRIGHT_ON_DARK
+    lighting: Annotated[Lighting, "The light."] = Lighting()
+    noise: Annotated[SensorNoise, "Noise of the image sensor."] = SensorNoise()
+    jpeg_quality: Annotated[
+        Annotated[int, pydantic.Field(ge=1, le=100)] | None,
+        "Quality from 1 to 100 of the compression that each frame goes through; none by default.",
+    ] = None
+    seed: Annotated[
+        int,
+        pydantic.Field(ge=0, lt=2**63),
+        "Seed of everything random: the same seed gives the same frames, whatever part of them is taken.",
+    ] = 0
 
 
 _REACH = 4.0  # standard deviations of the edge, beyond which a spot covers 3e-5 of a pixel

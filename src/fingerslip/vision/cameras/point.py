@@ -115,22 +115,15 @@ MEASURED_ERRORS = PositionErrors(noise=0.0061, bias=0.0018, correlation=0.09)
 
 @parameters
 class PointCamera:
-    """A camera that gives positions at once.
+    """A camera that gives positions at once."""
 
-    Parameters
-    ----------
-    camera : Camera
-        Lens, place and times.
-    errors : PositionErrors
-        Errors of the positions. :func:`~fingerslip.vision.cameras.point.measure_errors` calibrates them on a pixel
-        camera with any tracker.
-    seed : int
-        Seed of the errors: the same seed gives the same tracks.
-    """
-
-    camera: Camera
-    errors: PositionErrors = MEASURED_ERRORS
-    seed: Annotated[int, pydantic.Field(ge=0, lt=2**63)] = 0
+    camera: Annotated[Camera, "Lens, place and times."]
+    errors: Annotated[
+        PositionErrors,
+        "Errors of the positions. :func:`~fingerslip.vision.cameras.point.measure_errors` calibrates them on a pixel "
+        "camera with any tracker.",
+    ] = MEASURED_ERRORS
+    seed: Annotated[int, pydantic.Field(ge=0, lt=2**63), "Seed of the errors: the same seed gives the same tracks."] = 0
 
 
 def point_tracks(point_camera: PointCamera, tracks: xr.Dataset) -> xr.Dataset:
