@@ -103,9 +103,12 @@ def swept_mistakes(
     """
     if any(is_below(mistake.where, "sweep") for mistake in mistakes):
         return []
-    wrong_fields = {mistake.where.partition(".")[0] for mistake in mistakes} - paths.keys()
     keys = {path: key for key in plain["sweep"] for path in swept_together(key)}
-    keys_of_right_fields = {path: key for path, key in keys.items() if path.partition(".")[0] not in wrong_fields}
+    fields = {path: path.partition(".")[0] for path in keys}
+    # Of a field that is wrong, or whose name is misspelt, nothing is known.
+    wrong_fields = {mistake.where.partition(".")[0] for mistake in mistakes} - paths.keys()
+    unsure = wrong_fields | {nearest(name, list(fields.values())) for name in wrong_fields}
+    keys_of_right_fields = {path: key for path, key in keys.items() if fields[path] not in unsure}
     unknown = unknown_paths(keys_of_right_fields, paths, "sweep")
     misnamed = {mistake.where.removeprefix("sweep.") for mistake in unknown}
     sweep = {
