@@ -269,6 +269,22 @@ def test_halves_of_steps_without_inertia_go_on_with_the_factors_of_whole_ones(gi
     assert halved["velocity"].values[-1] == pytest.approx(whole["velocity"].values[-1], rel=1e-3, abs=1e-6)
 
 
+def test_an_iterate_that_cells_let_go_nowhere_goes_on_with_other_factors(monkeypatch):
+    model = block(0.3, steps=1)
+    history, towards, numbers = fs.simulate(model), newton._towards, itertools.count()
+
+    def stuck(factors, start, iterate, aim):
+        if next(numbers) == 1:
+            raise fs.ConvergenceError(start.time, 0, np.inf, 1e-6, "a cell is turned inside out")
+        return towards(factors, start, iterate, aim)
+
+    monkeypatch.setattr(newton, "_towards", stuck)
+    again = fs.simulate(model)
+    assert again.attrs["halved_steps"] == history.attrs["halved_steps"] == 0
+    assert again.attrs["factorisations"] > history.attrs["factorisations"]
+    np.testing.assert_allclose(forces(again)[-1], forces(history)[-1], atol=1e-5 * np.abs(forces(history)).max())
+
+
 def test_what_is_never_solved_is_an_error_that_says_when_where_and_what_to_try():
     """A body that is pressed through itself: its halves are halved six times."""
     with pytest.raises(fs.ConvergenceError, match=r"mm is turned inside out.*smaller time step") as caught:

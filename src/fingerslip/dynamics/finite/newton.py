@@ -100,7 +100,7 @@ def advance_finite(factors: Factors, before: State, time: float) -> tuple[State,
 def _solve(factors: Factors, start: Prediction) -> tuple[_Iterate, ContactStep, int]:
     """Iterate to the solution of a step; also return its contact and how many iterations it took."""
     iterate, mixing, contact = _first(factors, start), Mixing(), None
-    last, contraction, slow, renewals = np.inf, _USUAL, 0, 0
+    last, contraction, slow, renewals, is_stuck = np.inf, _USUAL, 0, 0, False
     for iteration in range(1, _MOST + 1):
         solved = _linearise(factors, start, iterate, contact, (last, contraction))
         contact, contraction = solved.contact, solved.contraction
@@ -123,9 +123,16 @@ def _solve(factors: Factors, start: Prediction) -> tuple[_Iterate, ContactStep, 
         mixed = mixing.next(end, solved.residual)
         # Only at the end of an iteration does contact obey its law; a mixed iterate cannot be the last.
         is_end = contraction * solved.error <= _TOLERANCE
-        before = iterate
-        iterate, reached = _towards(factors, start, before, end if is_end else mixed)
-        last = solved.error
+        before, last = iterate, solved.error
+        try:
+            iterate, reached = _towards(factors, start, before, end if is_end else mixed)
+        except ConvergenceError:
+            if is_stuck:
+                raise
+            # Cells let it go nowhere: with other factors it may.
+            is_stuck, slow = True, _PATIENCE
+            continue
+        is_stuck = False
         if is_end and reached and _error(factors.current, iterate, solved) <= _TOLERANCE:
             return iterate, contact, iteration
         if factors.is_positive:
