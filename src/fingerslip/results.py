@@ -42,6 +42,7 @@ class RunResult:
     peaks: tuple[Peak, ...] = ()  # its acceleration peaks, in order of time
     numbers: Mapping[str, Number] = field(default_factory=lambda: _EMPTY)  # by key of the measure [SI]
     edge: EdgeContact | None = None  # contact that came close to a free edge of its boundary
+    doubts: tuple[str, ...] = ()  # what was doubtful in its model
     identity: str = ""  # hash of its inputs
     mesh_hash: str = ""  # hash of the mesh
     mesh_size: float = 0.0  # representative element size N^(-1/dim) of a mesh of N cells [-]
@@ -171,6 +172,7 @@ class _Stored(TypedDict):
     acceleration_peaks: list[dict[str, pydantic.FiniteFloat]]
     numbers: dict[str, _Number | None]
     edge_contact: _Edge | None
+    doubts: NotRequired[list[str]]
     reaction_s: NotRequired[dict[str, pydantic.FiniteFloat | None]]
     mesh_hash: str
     mesh_size: pydantic.FiniteFloat
@@ -197,6 +199,7 @@ def result_mapping(result: RunResult) -> dict[str, Any]:
         ],
         "numbers": dict(result.numbers),
         "edge_contact": edge and {"boundary": edge.boundary, "time_s": edge.time, "distance_m": edge.distance},
+        **({"doubts": list(result.doubts)} if result.doubts else {}),
         **({"reaction_s": dict(result.reaction)} if result.reaction else {}),
         "mesh_hash": result.mesh_hash,
         "mesh_size": result.mesh_size,
@@ -219,6 +222,7 @@ def result_from_mapping(values: Mapping[str, Any]) -> RunResult:
         peaks=peaks,
         numbers=dict(values["numbers"]),
         edge=edge and EdgeContact(edge["boundary"], edge["time_s"], edge["distance_m"]),
+        doubts=tuple(values.get("doubts", ())),
         identity=values["identity"],
         mesh_hash=values["mesh_hash"],
         mesh_size=values["mesh_size"],

@@ -118,6 +118,11 @@ def run_title(result: RunResult, study: str) -> str:
     return ", ".join(f"{labels[path]} {text(value)}" for path, value in result.swept.items()) or study or result.name
 
 
+def first_named(names: Sequence[str], most: int = 3) -> str:
+    """Return names as they stand in a sentence: the first few, and how many more."""
+    return ", ".join(names[:most]) + f" and {len(names) - most} more" * (len(names) > most)
+
+
 def number_and_unit(value: object) -> tuple[float, str] | None:
     """Return the number of a swept value and its unit as written, empty for a plain number; None for anything else."""
     if isinstance(value, str):

@@ -35,6 +35,8 @@ if TYPE_CHECKING:
 
 Number = float | int | None
 
+#: Key of the measure, and attribute of a history, that counts cells turned inside out.
+INVERTED = "inverted_cells"
 _SUFFIXES = str.maketrans({"^": "", "/": "_per_"})
 
 
@@ -312,18 +314,29 @@ MEASURES: tuple[Measure, ...] = (
     ),
     _of_slide("nodes_across_contact", "nodes across the contact", _nodes_across),
     _of_slide("slipped_share_of_one_step", "largest share of the contact that slips in one step", _largest_step_share),
+    _of_run(INVERTED, "cells turned inside out", lambda history: history.attrs.get(INVERTED, 0)),
     _of_iterations("contact_iterations_max", "most contact iterations in a step", lambda counts: counts.max()),
     _of_iterations("contact_iterations_mean", "mean contact iterations", lambda counts: round(float(counts.mean()), 2)),
     _of_run("energy_imbalance_over_work", "energy imbalance over external work", _energy_imbalance_over_work),
 )
 
-# Keys of measures with the least and the most that is fine, what they are in words, and what mends it.
-_LIMITS: tuple[tuple[str, float, float, str, str], ...] = (
-    ("slide_records", LEAST_STEPS, np.inf, "{:.0f} steps in the slide", "take a smaller step"),
+_COARSE = "Too coarse for the times of slip"
+# Keys of measures, the least and the most that is fine, what is wrong beyond, what they are in words, what mends it.
+_LIMITS: tuple[tuple[str, float, float, str, str, str], ...] = (
+    (
+        INVERTED,
+        0,
+        0,
+        "Small strain does not hold, and neither do forces and times of slip",
+        "{:.0f} cells turned inside out",
+        "write kinematics: finite, or load the body less",
+    ),
+    ("slide_records", LEAST_STEPS, np.inf, _COARSE, "{:.0f} steps in the slide", "take a smaller step"),
     (
         "slipped_share_of_one_step",
         0.0,
         LARGEST_SHARE,
+        _COARSE,
         "{:.0%} of the contact slips in one step",
         "take a smaller step, unless all of it slips at once",
     ),
@@ -331,6 +344,7 @@ _LIMITS: tuple[tuple[str, float, float, str, str], ...] = (
         "nodes_across_contact",
         LEAST_ACROSS,
         np.inf,
+        _COARSE,
         "{:.0f} nodes across the contact",
         "take smaller elements at the contact",
     ),
@@ -350,9 +364,9 @@ def caveats(numbers: Mapping[str, Mapping[str, float | int | None]]) -> tuple[st
 
 
 def resolution_warnings(numbers: Mapping[str, Mapping[str, float | int | None]]) -> tuple[str, ...]:
-    """Return what is too coarse for the times of slip, from the measures of runs by their titles."""
+    """Return what spoils the times of slip, such as too coarse steps, from the measures of runs by their titles."""
     warnings = []
-    for key, least, most, words, repair in _LIMITS:
+    for key, least, most, fault, words, repair in _LIMITS:
         coarse = [
             f"{title} ({words.format(value).replace('%', ' %')})"
             for title, values in numbers.items()
@@ -360,5 +374,5 @@ def resolution_warnings(numbers: Mapping[str, Mapping[str, float | int | None]])
         ]
         if coarse:
             listed = "; ".join(coarse[:3]) + f" and {len(coarse) - 3} more" * (len(coarse) > 3)
-            warnings.append(f"Too coarse for the times of slip: {listed}: {repair}.")
+            warnings.append(f"{fault}: {listed}: {repair}.")
     return tuple(warnings)

@@ -99,6 +99,7 @@ def test_keys_carry_the_unit_values_are_written_for_people_and_own_measures_are_
     assert read_measures(HISTORY, [own]) == {"end_s": pytest.approx(2.0)}
     numbers = read_measures(HISTORY.drop_dims(["counterface", "contact_node"]))
     of_the_solution = {"records", "contact_iterations_max", "contact_iterations_mean", "energy_imbalance_over_work"}
+    of_the_solution |= {"inverted_cells"}
     assert numbers["records"] == 401
     assert {name for name, value in numbers.items() if value is not None} <= of_the_solution
 

@@ -159,7 +159,7 @@ class Recorder:
         space = self._system.space
         inverted = np.flatnonzero(inverted_cells(space, displacement))
         if inverted.size:
-            self._has_warned = True
+            self._has_warned, self.attributes["inverted_cells"] = True, int(inverted.size)
             place = coordinates(space.mesh.p[:, space.mesh.t[:, inverted[0]]].mean(axis=1))
             _logger.warning(
                 "kinematics: small strain turns %d of %d cells inside out, such as that at %s: write kinematics: "

@@ -10,14 +10,14 @@ from typing import TypeAlias
 from fingerslip.history import is_solid, sites_of_kinds
 from fingerslip.published import PublishedSet, PublishedValue
 from fingerslip.report.content import ReportContent
-from fingerslip.report.labels import number_and_unit, of_runs, path_label, prose, run_title
+from fingerslip.report.labels import first_named, number_and_unit, of_runs, path_label, prose, run_title
 from fingerslip.report.tables.compare import difference_from, span_of
 from fingerslip.report.tables.parameters import ASSUMED, NOT_USED
 from fingerslip.report.tables.runs import differing_paths, latency_column, run_caveats, time_cell, time_digits
 from fingerslip.results import RunResult, StudyResult
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import EventSettings
-from fingerslip.slip.measures import resolution_warnings
+from fingerslip.slip.measures import INVERTED, resolution_warnings
 from fingerslip.slip.windows import LATENCY, READINGS
 from fingerslip.tables.table import Difference
 from fingerslip.uncertainty import studied_settings, varied_settings
@@ -25,7 +25,6 @@ from fingerslip.units import si_quantity
 
 _Pair: TypeAlias = tuple[RunResult, PublishedValue]
 
-_MOST_NAMED = 3  # runs in a sentence
 _SLIDE_SPEED = re.compile(r"programme\.\d+\.slide\.speed")
 
 
@@ -37,7 +36,11 @@ def answer(study: StudyResult, starts: Mapping[str, float], references: Sequence
     sliding = [run for run in study.runs if run.name in starts]
     if not sliding:
         return (*_answer_of_held(study.runs), *run_caveats(study.runs))
+    whole = sliding
+    sliding = [run for run in whole if not run.numbers.get(INVERTED)]
     slipped = [run for run in sliding if run.events.overall is not None]
+    if not sliding:
+        return ("No time of slip is a result here.", *run_caveats(whole))
     if not slipped:
         many = f"any of the {len(sliding)} runs" if len(sliding) > 1 else "this run"
         first: tuple[str, ...] = (
@@ -49,7 +52,7 @@ def answer(study: StudyResult, starts: Mapping[str, float], references: Sequence
         first = _answer_of_many(study, sliding, slipped, starts)
     # What is too coarse, and how to learn how well the times are known where they have no error bars.
     bars = "" if study.ranges else _without_bars(sliding)
-    return tuple(filter(None, (*first, *published_rows_beside(sliding, references), *run_caveats(sliding), bars)))
+    return tuple(filter(None, (*first, *published_rows_beside(sliding, references), *run_caveats(whole), bars)))
 
 
 def _without_bars(runs: Sequence[RunResult]) -> str:
@@ -58,8 +61,7 @@ def _without_bars(runs: Sequence[RunResult]) -> str:
     varied = varied_settings(number for run in runs for number in run.convergence.values())
     if not lacking:
         return prose("notes", "no-mesh") if varied and "mesh" not in varied else ""
-    more = f" and {len(lacking) - _MOST_NAMED} more" if len(lacking) > _MOST_NAMED else ""
-    which = "These times" if len(lacking) == len(runs) else f"The times of {', '.join(lacking[:_MOST_NAMED])}{more}"
+    which = "These times" if len(lacking) == len(runs) else f"The times of {first_named(lacking)}"
     return f"{which} have no error bars yet: fingerslip converge finds them."
 
 
@@ -261,8 +263,14 @@ def quotable(content: ReportContent) -> Mapping[str, str]:
     if not runs or content.study.ranges:
         return {}
     has_bars = any(run.uncertainty for run in runs)
-    is_coarse = bool(resolution_warnings({run.name: run.numbers for run in runs}))
-    wrong = [*(["coarse"] if is_coarse else []), *(["edge"] if any(run.edge for run in runs) else [])]
+    coarse = (resolution_warnings({run.name: {**run.numbers, INVERTED: 0}}) for run in runs)
+    faults = {
+        "inverted": any(run.numbers.get(INVERTED) for run in runs),
+        "coarse": any(coarse),
+        "edge": any(run.edge for run in runs),
+        "doubtful": any(run.doubts for run in runs),
+    }
+    wrong = [name for name, is_there in faults.items() if is_there]
     reasons = "; ".join([*(prose("quote", name) for name in wrong), *_not_to_quote(content, runs)])
     return {
         **({} if wrong else {"Quote": prose("quote", "do", {"bars": ", ±" if has_bars else ""})}),

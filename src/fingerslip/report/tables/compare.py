@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from fingerslip.published import PublishedSet, PublishedValue
-from fingerslip.report.labels import path_label, prose, run_title, swept_text
+from fingerslip.report.labels import first_named, path_label, prose, run_title, swept_text
 from fingerslip.report.tables.parameters import group_of
 from fingerslip.report.tables.runs import run_notes, swept_cells, swept_columns, swept_paths, time_cell
 from fingerslip.results import RunResult
@@ -125,7 +125,6 @@ def difference_cell(first: Cell, second: Cell, factor: float = 1.0) -> Cell:
 
 # What is only kept or filmed differs between most studies, and moves no slip event.
 _ASIDE = "Recording"
-_MOST_NAMED = 4
 
 
 def differences_table(first: Mapping[str, str], second: Mapping[str, str], *, same: str, note: str = "") -> Table:
@@ -137,8 +136,7 @@ def differences_table(first: Mapping[str, str], second: Mapping[str, str], *, sa
         for path in paths
         if path not in aside
     )
-    more = f" and {len(aside) - _MOST_NAMED} more" if len(aside) > _MOST_NAMED else ""
-    recorded = f"Recorded differently, too, which moves no slip event: {', '.join(aside[:_MOST_NAMED])}{more}."
+    recorded = f"Recorded differently, too, which moves no slip event: {first_named(aside, 4)}."
     said = " ".join(filter(None, (note, "" if paths else same, recorded if aside else "")))
     return Table("Values that differ", (Column("value"), Column("A"), Column("B")), rows, said)
 

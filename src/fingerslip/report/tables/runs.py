@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fingerslip.report.labels import groups, path_labels, prose, run_title, swept_text
+from fingerslip.report.labels import first_named, groups, path_labels, prose, run_title, swept_text
 from fingerslip.results import RefusedRun, RunResult, StudyResult
 from fingerslip.slip import PeakTable, measures
 from fingerslip.slip.front import edge_warning
@@ -101,10 +101,19 @@ def run_notes(runs: Sequence[RunResult]) -> str:
 
 
 def run_caveats(runs: Sequence[RunResult]) -> tuple[str, ...]:
-    """Say what to know beside the times of slip: which contact came close to a free edge, and what is too coarse."""
+    """Say what to know beside the times of slip: contact at a free edge, a doubtful model, and what is too coarse."""
     titled = {run_title(run, run.name): run for run in runs}
     edges = edge_warning({title: run.edge for title, run in titled.items()})
-    return (*filter(None, [edges]), *measures.caveats({title: run.numbers for title, run in titled.items()}))
+    doubtful: dict[str, list[str]] = {}
+    for title, run in titled.items():
+        for doubt in run.doubts:
+            doubtful.setdefault(doubt, []).append(title)
+    doubts = (f"Doubtful in {first_named(names)}: {doubt}." for doubt, names in doubtful.items())
+    return (
+        *filter(None, [edges]),
+        *doubts,
+        *measures.caveats({title: run.numbers for title, run in titled.items()}),
+    )
 
 
 def _notes(runs: Sequence[RunResult], readings: Iterable[str]) -> str:

@@ -108,8 +108,8 @@ def compute(jobs: Sequence[Job], progress: Callable[[float], None], threads: int
         for job, folder, history in zip(jobs, folders, histories, strict=True):
             with _log(folder / LOG):
                 _logger.info("simulated %d records in %.1f s", history.sizes["time"], seconds)
-                measured = {"inputs": job.identity, "mesh": job.model.mesh, "seconds": seconds}
-                finished.append(Finished(job, write_run(folder, job.run, history, **measured), history))
+                about = {"inputs": job.identity, "mesh": job.model.mesh, "seconds": seconds, "doubts": job.doubts}
+                finished.append(Finished(job, write_run(folder, job.run, history, **about), history))
     return finished
 
 

@@ -76,11 +76,21 @@ def mesh_hash(mesh: Any) -> str:
     return digest(np.rint(np.asarray(mesh.p) / step).astype(np.int64), np.asarray(mesh.t))
 
 
-def write_run(folder: Path, run: Run, history: xr.Dataset, *, inputs: str, mesh: Any, seconds: float) -> RunResult:
+def write_run(
+    folder: Path,
+    run: Run,
+    history: xr.Dataset,
+    *,
+    inputs: str,
+    mesh: Any,
+    seconds: float,
+    doubts: tuple[str, ...] = (),
+) -> RunResult:
     """Write the files of a run that took so many seconds, log its measures, and return its result."""
     result = dataclasses.replace(
         result_of(history, run.name, run.swept),
         identity=inputs,
+        doubts=doubts,
         mesh_hash=mesh_hash(mesh),
         mesh_size=float(mesh.t.shape[1] ** (-1.0 / mesh.dim())),  # for the ratio of two meshes of a body
         seconds=seconds,

@@ -87,6 +87,21 @@ def test_what_is_too_coarse_is_said():
     assert "a (6 nodes across the contact): take smaller elements" in nodes
 
 
+def test_no_time_is_told_of_a_run_whose_cells_are_turned_inside_out():
+    torn = run("a", 1.71, numbers={"inverted_cells": 1859})
+    said = answer(study(torn), {"a": 1.0})
+    assert said[0] == "No time of slip is a result here."
+    assert said[1].startswith("Small strain does not hold")
+    assert "a (1859 cells turned inside out): write kinematics: finite" in said[1]
+    said = answer(study(torn, run("b", 1.5)), {"a": 1.0, "b": 1.0})
+    assert "1.71" not in " ".join(said)
+    assert "a (1859 cells" in " ".join(said)
+    box = quotable(content(RunResult("a", {}, SLIPPED, numbers={"inverted_cells": 1859})))
+    assert "Quote" not in box
+    assert box["Do not quote"].startswith("forces and times of slip of runs whose cells are turned inside out")
+    assert "too coarse" not in box["Do not quote"]
+
+
 def test_where_there_is_no_trend_or_no_slip_none_is_claimed_and_samples_have_no_names():
     runs = [run(v, t, swept={"mesh.contact_size": v}) for v, t in (("1 mm", 1.2), ("2 mm", 1.1), ("3 mm", 1.3))]
     assert "the later" not in answer(study(*runs), {one.name: 1.0 for one in runs})[0]
@@ -226,6 +241,9 @@ def test_times_of_a_run_that_is_too_coarse_are_not_quoted():
     box = quotable(content(RunResult("a", {}, SLIPPED, numbers={"slide_records": 10})))
     assert "Quote" not in box
     assert box["Do not quote"].startswith("times of slip, for which step or mesh is too coarse, as said above")
+    doubtful = content(RunResult("a", {}, SLIPPED, doubts=("contacts.0: too coarse",)), RunResult("b", {}, SLIPPED))
+    assert "Quote" not in quotable(doubtful)
+    assert quotable(doubtful)["Do not quote"].startswith("times of slip of the runs said to be doubtful above")
     cut_off = RunResult("a", {}, SLIPPED, edge=EdgeContact("skin", 0.02, 0.0))
     assert quotable(content(cut_off))["Do not quote"].startswith(
         "forces and times of slip: contact reaches a free edge"

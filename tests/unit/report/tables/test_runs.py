@@ -105,7 +105,10 @@ def test_known_uncertainties_stand_beside_their_times_and_contact_at_a_free_edge
     assert "cut off" in warning
     assert "cut off" not in tables.events_table([CUT_OFF]).note, "said once, beside the answer"
     assert tables.run_notes(RUNS) == tables.run_notes([CUT_OFF]) == ""
-    assert tables.run_caveats([dataclasses.replace(CUT_OFF, edge=None)]) == ()
+    whole = dataclasses.replace(CUT_OFF, edge=None)
+    assert tables.run_caveats([whole]) == ()
+    doubted = [dataclasses.replace(whole, swept={"n": number}, doubts=("contacts.0: turns",)) for number in range(5)]
+    assert tables.run_caveats([*doubted, whole]) == ("Doubtful in n 0, n 1, n 2 and 2 more: contacts.0: turns.",)
 
 
 NUMBERS = {"normal_force_max_N": 0.159664, "contact_area_max_m2": 1.351e-5, "records": 601, "edge_distance_min_m": None}

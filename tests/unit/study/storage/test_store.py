@@ -36,7 +36,9 @@ def folder(write_study, tmp_path):
     run = plan_study(write_study()).runs[1]
     folder = tmp_path / run.name
     folder.mkdir()
-    write_run(folder, run, make(Process()), inputs="abc", mesh=block_mesh(), seconds=1.2345)
+    write_run(
+        folder, run, make(Process()), inputs="abc", mesh=block_mesh(), seconds=1.2345, doubts=("contacts.0: turns",)
+    )
     return folder
 
 
@@ -49,6 +51,7 @@ def test_what_is_written_is_read_back_with_all_values(folder):
     assert result.values["programme.0.press.depth"] == "0.0001 m"
     assert result.values["materials.block.poisson_ratio"] == 0.3
     assert result.mesh_hash == mesh_hash(block_mesh())
+    assert result.doubts == ("contacts.0: turns",)
     assert result.mesh_size == pytest.approx(32 ** (-1 / 2))
 
 
