@@ -75,6 +75,23 @@ _SOLVERS = {"MKL PARDISO": " (@schenk2004)", "SuperLU": " (@li2005)"}
 _LEAST_ALPHA = -1.0 / 3.0  # that Hilber, Hughes and Taylor recommend
 _TOLERANCE, _TOLERANCE_FINITE = 1e-10, 1e-6  # of contact, and of the balance at large strain, over the largest force
 _TIMES = ("slip.incipient", "slip.overall", "slip.latency")
+# Patterns of paths of what moved or loaded beside the programme, and the words for it.
+_ACTIONS = {
+    r"contacts?\.(\d+\.)?drive\.": "Along its normal, a force moved the counterface",
+    r"contacts?\.(\d+\.)?programme\.": "Counterfaces with a motion of their own",
+    r"bodies\.": "Rigid bodies",
+    r"support_motions\.": "Supports moved",
+    r"tractions\.": "Tractions",
+    r"gravity": "Gravity acted",
+    r"initial_velocity": "The body began in motion",
+}
+# Threshold of a type of afferent that is calibrated, and its unit.
+_THRESHOLDS = {
+    "FA-I": ("least_rate", "/s"),
+    "SA-I": ("least_steady", ""),
+    "FA-II": ("least_steady", " m/s²"),
+    "SA-II": ("least_steady", ""),
+}
 _CITED = re.compile(r"@(\w+)")
 _LENGTH, _STIFFNESS = Unit("m", "µm"), Unit("Pa/m", "GPa/m")
 
@@ -276,6 +293,15 @@ def _motion(facts: _Facts) -> Iterator[str]:
     if phases:
         listed = (f"{phase.split()[1]} ({_in_words(values)})" for phase, values in phases.items())
         yield f"The counterface moved in phases: {', then '.join(listed)}."
+    for pattern, words in _ACTIONS.items():
+        set_values = {
+            path: value.value
+            for path, value in facts.values.items()
+            if re.match(pattern, path) and value.source != DEFAULT
+        }
+        is_constant = "drive" in pattern and not any(".ramp." in path for path in set_values)
+        if set_values:
+            yield f"{words}: {_in_words(set_values)}{', constant from the start' if is_constant else ''}."
     if reaction := facts.below("reaction", only_set=True):
         yield f"Held object and reaction: {_in_words(reaction)}."
     scheme, step, alpha = facts.text("time.scheme"), facts.text("time.step"), facts.text("time.alpha")
@@ -299,19 +325,30 @@ def _receptors_and_afferents(facts: _Facts) -> Iterator[str]:
     if not receptors:
         return
     yield f"Recorded: {_enumerate(f'{recorded.count(kind)} {kind}' for kind in receptors)}."
-    from fingerslip.afferents.model import human_afferents, resolved_afferents  # slow, and few studies have receptors
+    from fingerslip.afferents.model import AFFERENTS, human_afferents, resolved_afferents  # slow
 
     resolved = {kind for history in facts.histories if "strain" in history for kind in resolved_afferents(history)}
     models = human_afferents()
     kinds: dict[str, list[str]] = {}
+    papers: dict[str, list[str]] = {}
     for kind in (kind for kind in receptors if kind in resolved):
         kinds.setdefault(models[kind].stimulus.replace("_", " "), []).append(kind)
+        name, unit = _THRESHOLDS[kind]
+        (threshold,) = (value for value in AFFERENTS.table(kind.lower()) if value.path == name)
+        papers.setdefault(threshold.source, []).append(f"{kind} {threshold.value}{unit}")
     if not kinds:
         return
     stimuli = _enumerate(f"{stimulus} ({', '.join(names)})" for stimulus, names in kinds.items())
+    thresholds = _enumerate(f"{', '.join(names)} (@{paper})" for paper, names in papers.items())
+    least = " That of FA-I is the least of 39, and whether they fire in partial slip hangs on it." * (
+        "FA-I" in resolved
+    )
+    fast = " FA-II are easiest to excite above 64 Hz (@johansson1982)." * ("FA-II" in resolved)
     yield (
-        "Spikes come from leaky integrate-and-fire models with the time constants of @saal2017, driven by "
-        f"{stimuli}; stimuli and thresholds were assumed, so that counts of spikes are no result."
+        "Spikes come from leaky integrate-and-fire models, alike within a type and without noise, with the time "
+        "constants, filters, inhibition and delays of @saal2017, fitted to afferents of monkeys (of SA-II: of SA-I), "
+        f"driven by {stimuli}; stimuli were assumed, thresholds calibrated on single published values: {thresholds}."
+        f"{least}{fast} Counts of spikes are no result."
     )
 
 

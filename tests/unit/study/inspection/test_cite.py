@@ -2,6 +2,7 @@
 
 import dataclasses
 import re
+from pathlib import Path
 
 import pytest
 import xarray as xr
@@ -12,6 +13,7 @@ from fingerslip.dynamics.step import contact_step
 from fingerslip.errors import ResultError
 from fingerslip.mesh.io import write_mesh
 from fingerslip.report.tables.parameters import ShownValue
+from fingerslip.results import StudyResult
 from fingerslip.study.definition.runs import plan_studies
 from fingerslip.study.inspection import cite
 from fingerslip.study.inspection.cite import methods_and_papers
@@ -86,11 +88,14 @@ CASES = {
             "contact size 1 mm, bulk size 2 mm",
             "alpha = -0.41421 and beyond the range that its authors recommend, in steps of 50 ms.",
             "constraint modes and",
-            "FA-II. Spikes come from leaky integrate-and-fire models with the time constants of",
-            "Saal et al. 2017, driven by equivalent strain (FA-I); stimuli and thresholds were assumed, so that counts",
+            "FA-II. Spikes come from leaky integrate-and-fire models, alike within a type and without noise, with",
+            "and delays of Saal et al. 2017, fitted to afferents of monkeys",
+            "driven by equivalent strain (FA-I); stimuli were assumed, thresholds calibrated on single published ",
+            "values: FA-I 0.11/s (Knibestöl 1973). That of FA-I is the least of 39,",
         ),
         {
             "saal2017",
+            "knibestol1973",
             "corniani2024",
             "alart1991",
             "malkus1978",
@@ -151,6 +156,39 @@ def test_vectors_that_differ_between_runs_are_told_apart(write_study):
     path = write_study(block_values() | {"sweep": {"programme.1.slide.direction": directions}})
     rows = {row.path: row.value for row in value_rows(plan_studies([path])[0].runs)}
     assert rows["programme.1.slide.direction"] == "(1, 0), (-1, 0)"
+
+
+@pytest.mark.parametrize(
+    ("values", "sentence"),
+    [
+        (
+            {"contact.drive.mass": "5 g", "contact.drive.force": "1 N"},
+            "Along its normal, a force moved the counterface: mass 5 g, force 1 N, constant from the start.",
+        ),
+        (
+            {"contacts.1.drive.force": "1 N", "contacts.1.drive.ramp.times": "0 s, 1 s"},
+            "Along its normal, a force moved the counterface: force 1 N, times (0 s, 1 s).",
+        ),
+        (
+            {"contacts.0.programme.0.press.depth": "1 mm"},
+            "Counterfaces with a motion of their own: press depth 1 mm.",
+        ),
+        (
+            {"bodies.jug.mass": "300 g", "bodies.jug.loads.0.y": "-1 N", "bodies.jug.free": "x, y"},
+            "Rigid bodies: mass 300 g, y -1 N, free (x, y).",
+        ),
+        ({"support_motions.bone.displacement": "1 mm, 0 mm"}, "Supports moved: displacement (1 mm, 0 mm)."),
+        ({"tractions.base": "1 kPa, 0 kPa"}, "Tractions: base (1 kPa, 0 kPa)."),
+        ({"gravity": "0 m/s^2, -9.81 m/s^2"}, "Gravity acted: gravity (0 m/s^2, -9.81 m/s^2)."),
+    ],
+)
+def test_all_that_moves_or_loads_is_told_beside_the_programme(values, sentence):
+    rows = {path: ShownValue(path, text, "study file") for path, text in values.items()}
+    rows |= {"time.step": ShownValue("time.step", "1 ms", "study file")}
+    rows |= {path: ShownValue(path, "0 s", "default") for path in ("contact.drive.ramp.times", "initial_velocity")}
+    histories, study = (xr.Dataset(),), StudyResult(Path("s"), (), ())
+    said = list(cite._motion(cite._Facts(rows | {"time.alpha": ShownValue("", "0", "")}, histories, study, "")))
+    assert said[0] == sentence
 
 
 def test_error_bars_are_the_largest_of_all_runs():
