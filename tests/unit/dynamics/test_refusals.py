@@ -384,6 +384,8 @@ RINGING: dict[str, object] = {
     [
         ({"time": fs.TimeStepping(10e-3)}, ["programme.0: the press takes 20 steps", "a step of 8 ms or less"]),
         ({"time": fs.QuasiStatic(20e-3)}, ["programme.2: the slide takes 20 steps"]),
+        # Samples of a motion, however many steps each takes.
+        ({"time": fs.TimeStepping(10e-3), "programme": (fs.Press(0.01e-3, 1e-3),) * 40}, []),
         ({"contacts": (dataclasses.replace(PLATE, counterface=fs.Plane(normal=(0, -2))),)},
          ["contacts.0.counterface: its normal points away from the body", "write (0, 1)"]),
         ({"contacts": (dataclasses.replace(PLATE, counterface=fs.Plane(normal=(1, 0))),)},

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from itertools import chain
 
@@ -39,10 +40,14 @@ def _steps(model: Model) -> Iterator[str]:
     # Without inertia a press is a row of equilibria: ten steps in place of forty move slip by less than 0.3 %.
     judged = (Press, Slide) if has_inertia(model) else (Slide,)
     named: set[tuple[type, float]] = set()  # of phases that are alike the first stands for all
+    lasting = Counter(round(phase_duration(phase), 6) for programme in model.programmes for phase in programme)
     for number, phase in ((number, phase) for programme in model.programmes for number, phase in enumerate(programme)):
         duration = phase_duration(phase)
         kind = type(phase), round(duration / model.time.step, 6)
-        if isinstance(phase, judged) and duration < (LEAST_STEPS - 1e-6) * model.time.step and kind not in named:
+        # Many phases of one duration are the samples of a motion.
+        is_sample = lasting[round(duration, 6)] >= LEAST_STEPS
+        is_short = duration < (LEAST_STEPS - 1e-6) * model.time.step
+        if isinstance(phase, judged) and is_short and not is_sample and kind not in named:
             named.add(kind)
             yield (
                 f"programme.{number}: the {type(phase).__name__.lower()} takes {duration / model.time.step:.3g} steps, "

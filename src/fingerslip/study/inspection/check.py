@@ -6,7 +6,7 @@ import dataclasses
 import difflib
 import itertools
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -14,6 +14,7 @@ from fingerslip.dynamics.recording.steps import record_bytes, step_times
 from fingerslip.errors import InputError
 from fingerslip.mesh.io import write_mesh
 from fingerslip.mesh.source import MeshFile
+from fingerslip.model.model import Model
 from fingerslip.model.timing import Adaptive, QuasiStatic
 from fingerslip.results import REPEAT, SAMPLE
 from fingerslip.slip.measures import resolution_warnings
@@ -25,13 +26,15 @@ from fingerslip.study.definition.runs import Plan, plan_study
 from fingerslip.study.running.build import Job, groups, inspect_mesh, prepare_samples
 from fingerslip.study.running.cost import compiling_words, estimated_seconds, kinds_to_compile, process_bytes
 from fingerslip.tables.table import Column, Table
-from fingerslip.units import LengthUnit, metres
+from fingerslip.units import LengthUnit, metres, millimetres
 
 # What numbers samples and repeats in the names of runs.
 _NUMBER = re.compile(rf"({SAMPLE}|{REPEAT})-\d+")
 
 _Row: TypeAlias = tuple[str, str, str, int, int, int | str, float]
 
+_LARGEST_FRICTION = 2.0
+_WIDTH = 0.01  # about that of the contact of a fingertip, across it [m]
 _COLUMNS = (
     Column("study"),
     Column("run"),
@@ -52,6 +55,7 @@ def check_plans(plans: Sequence[Plan]) -> Table:
     rows: list[_Row] = []
     job_groups: list[list[Job]] = []
     doubts: list[str] = []
+    drives: list[str] = []
     for plan in plans:
         finished, name = plan.finished_runs(), plan.source.name
         jobs, refused = prepare_samples(plan, plan.runs)
@@ -59,14 +63,31 @@ def check_plans(plans: Sequence[Plan]) -> Table:
             rows.append((name, job.run.name, "finished" if job.run.name in finished else "to do", *_size(job)))
             doubts += [f"{name}: {doubt}" for doubt in job.doubts]
         rows += [(name, sample.name, f"refused: {sample.reason}", 0, 0, 0, 0.0) for sample in refused]
-        doubts += [f"{name}: {warning}" for warning in (*refinement_warnings(plan), *_of_deck(plan))]
+        doubts += [
+            f"{name}: {warning}" for warning in (*refinement_warnings(plan), *_of_deck(plan), *_of_friction(plan))
+        ]
         measured = resolution_warnings({title: result.numbers for title, result in finished.items()})
         doubts += [f"{name}: {warning.rstrip('.')}" for warning in measured]
+        drives += dict.fromkeys(drive for job in jobs for drive in _drives(job.model))
         job_groups += groups([job for job in jobs if job.run.name not in finished])
     warnings = list(dict.fromkeys(doubts))
     title = "Checked: no mistakes found" + f", {len(warnings)} warning{'s' * (len(warnings) != 1)}" * bool(warnings)
-    note = "\n".join((_note(rows, job_groups), *(f"WARNING: {warning}." for warning in warnings)))
+    note = "\n".join(
+        (_note(rows, job_groups), *dict.fromkeys(drives), *(f"WARNING: {warning}." for warning in warnings))
+    )
     return Table(title, _COLUMNS, tuple(rows), note)
+
+
+def _drives(model: Model) -> Iterator[str]:
+    """Yield what forces on the counterfaces of a section would be on a finger."""
+    for number, contact in enumerate(model.contacts):
+        if contact.drive is not None and model.mesh.dim() == 2:
+            force, per_metre = contact.drive.force, contact.drive.force / model.depth
+            yield (
+                f"contacts.{number}.drive: {force:.4g} N on a section {millimetres(model.depth)} deep is "
+                f"{1e-3 * per_metre:.3g} N per mm: as much as {per_metre * _WIDTH:.4g} N on a finger that touches over "
+                f"{millimetres(_WIDTH)}."
+            )
 
 
 def _of_deck(plan: Plan) -> tuple[str, ...]:
@@ -74,6 +95,16 @@ def _of_deck(plan: Plan) -> tuple[str, ...]:
     small = [run.study.mesh for run in plan.runs if run.study.kinematics == "small"]
     said = "kinematics: is small, and FEBio computes at large strain: write kinematics: finite to compare with it"
     return (said,) if any(getattr(mesh, "file", "").lower().endswith(".feb") for mesh in small) else ()
+
+
+def _of_friction(plan: Plan) -> tuple[str, ...]:
+    """Doubt swept coefficients as a comma for a decimal point makes them: [0.3, 0,6] has three."""
+    values = [run.swept[path] for run in plan.runs for path in run.swept if path.endswith("friction_coefficient")]
+    swept = sorted({float(value) for value in values if isinstance(value, int | float)})
+    if not swept or (swept[-1] <= _LARGEST_FRICTION and (swept[0] > 0.0 or len(swept) == 1)):
+        return ()
+    listed = ", ".join(f"{value:g}" for value in swept)
+    return (f"sweep: has friction coefficients of {listed}: if one is 0.6, write a point, as 0,6 is two numbers",)
 
 
 def fold_samples(table: Table) -> Table:

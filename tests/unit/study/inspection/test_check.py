@@ -51,6 +51,24 @@ def test_every_run_is_counted_with_its_size_and_what_is_too_coarse_is_said(write
     assert ". Meshing, reduced bases and the report come on top." in reduced.note
 
 
+def test_a_force_on_a_section_is_told_as_that_on_a_finger(write_study):
+    driven = {"contact": {**block_values()["contact"], "drive": {"mass": "5 g", "force": "2 N"}}}
+    driven |= {"programme": [{"hold": {"duration": "60 ms"}}]}
+    (said,) = (line for line in check_plans(plan_studies([write_study(block_values() | driven)])).note.splitlines()
+               if ".drive: " in line)  # fmt: skip
+    assert said.startswith("contacts.0.drive: 2 N on a section 1 mm deep is 2 N per mm: as much as 20 N on a finger")
+
+
+@pytest.mark.parametrize(
+    ("swept", "doubted"), [([0.3, 0, 6], "0, 0.3, 6"), ([0.3, 0.6], ""), ([3.0], "3"), ([0.0], "")]
+)
+def test_a_decimal_comma_between_frictions_is_doubted(swept, doubted, write_study):
+    note = check_plans(
+        plan_studies([write_study(block_values() | {"sweep": {"contact.friction_coefficient": swept}})])
+    ).note
+    assert (f"sweep: has friction coefficients of {doubted}: " in note) == bool(doubted)
+
+
 @pytest.mark.parametrize(("scheme", "fewest"), [("hht_alpha", 30), ("quasi_static", 60)])
 def test_steps_that_control_their_error_are_told_from_records(write_study, scheme, fewest):
     path = write_study(block_values() | {"time": {"step": "auto", "output": "2 ms", "scheme": scheme}})
