@@ -81,7 +81,7 @@ def composed_figure(
     _limit_to_programme(ratios, history, shown=(float(history[picture_axis(history)][number]) for number in moments))
     seen = times <= ratios.get_xlim()[1]
     draw_stimulus(stimulus, history.isel(time=seen), times[seen])
-    style.mark_panels([stimulus, *others, forces, ratios], history, events.slip)
+    style.mark_panels([stimulus, *others, forces, ratios], history, events.slip, rasters=others[is_flat:])
     style.letter_panels([*lettered, *others, forces, ratios])
     style.add_legend(figure, {} if is_flat else picture_keys(history))
     if spikes and kinds:
@@ -155,10 +155,10 @@ def spike_figure(
         draw_raster(axes, spikes, history, kind)
         rate.stairs(rates.sel(kind=kind), edges, color=colour, linewidth=1.2, label=kind)
     add_spike_notes(rate, spikes, history, assumed=assumed)
-    rate.set_ylabel("mean rate\n[1/s]")
+    rate.set_ylabel(f"mean rate\nin {1e3 * window:.3g} ms\n[1/s]")
     rate.set_ylim(bottom=0.0)
     _limit_to_programme(stimulus, history)
-    style.mark_panels(panels, history, events.slip)
+    style.mark_panels(panels, history, events.slip, rasters=[*rasters, rate])
     return figure
 
 

@@ -238,7 +238,7 @@ FIGURES = {
         {"plate\n[mm]", "force [mN]", "ratio,\nfraction", "open"}),
     "spikes": (
         of_run("spikes", lambda: block_history("Q4"), AT_EVENTS, afferents=STRAIN_MODELS), [],
-        {"plate\n[mm]", "1 FA-II\nby x", "mean rate\n[1/s]"}, [0.05, 0.06, 0.07, 0.1]),
+        {"plate\n[mm]", "1 FA-II\nby x", "mean rate\nin 100 ms\n[1/s]"}, [0.05, 0.06, 0.07, 0.1]),
     "mesh": (
         of_run("mesh", lambda: block_history("Q4")), ["close view of the framed part"], {"skin", "tissue", "FA-II"}),
     "sensitivity": (
@@ -483,8 +483,10 @@ def test_every_type_has_its_raster_below_the_stimulus_with_rows_by_place_and_rat
     assert line(stimulus, "slide").get_ydata()[-1] == pytest.approx(1.0)
     assert line(stimulus, "press").get_ydata()[-1] == pytest.approx(0.5)
     assert [len(axes.collections) for axes in (slow, fast)] == [2, 1]
-    assert (slow.get_ylabel(), rates.get_ylabel()) == ("2 SA-I\nby x", "mean rate\n[1/s]")
+    assert (slow.get_ylabel(), rates.get_ylabel()) == ("2 SA-I\nby x", "mean rate\nin 100 ms\n[1/s]")
     assert [label.get_text() for label in slow.get_yticklabels()] == ["\N{MINUS SIGN}2.0 mm", "4.0 mm"]
+    (start,) = slow.lines
+    assert start.get_zorder() < min(row.get_zorder() for row in slow.collections), "it hides no spike"
     np.testing.assert_allclose(np.concatenate([row.get_positions() for row in slow.collections]), [0.1, 0.2, 0.3])
     # Records of 10 ms resolve no rate of 20 a second in windows of less than 100 ms.
     edges = rates.patches[0].get_data().edges
