@@ -216,7 +216,7 @@ def available_spikes(history: xr.Dataset, models: Mapping[str, AfferentModel] | 
 
 
 #: What figures and files say of all spikes that the project's models make.
-CAVEAT = "thresholds are rough: counts are no result"
+CAVEAT = "fitted to monkeys, thresholds are rough (of FA-I the least of 39): counts are no result"
 
 
 def spike_notes(kinds: Iterable[str], beyond: Mapping[str, float], history: xr.Dataset) -> list[str]:
@@ -369,9 +369,10 @@ AFFERENTS = Presets(IntegrateAndFire, "fingerslip.afferents")
 
 
 def human_afferents() -> Mapping[str, IntegrateAndFire]:
-    """Return the models of the four types of afferent of the human fingertip, by type.
+    """Return models of the four types of afferent for the human fingertip, by type.
 
-    Time constants and inhibition are published, thresholds calibrated on published ones of a pin
+    Time constants, filters, inhibition and delays were fitted to afferents of monkeys (Saal et al. 2017), for SA-II
+    those of SA-I are taken. Thresholds are calibrated on published ones of a pin, of FA-I on the least of 39 of humans
     (``fingerslip.afferents.model.AFFERENTS.table`` says of every value where it comes from).
 
     Examples

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 _NWB = ("neural", "spikes", "files of NWB need it")
 _KEYWORDS = "simulation, fingertip, slip, tactile afferents"
-_MODELS = f"models of afferents whose {CAVEAT}"
+_MODELS = f"models of afferents {CAVEAT}"
 _ABOUT = f"Simulated by fingerslip {__version__}: a finite-element model and models of afferents, not a recording."
 
 
@@ -119,7 +119,8 @@ def write_nwb(
         What the file calls the start of the session, which it must; without it the time at which it is written.
     models : mapping of str to AfferentModel or str, optional
         The models that the spikes are of, by type: their parameters, with units and where they are from, become a
-        table `models` under ``processing["afferents"]``. Or what the file says of them.
+        table `models` under ``processing["afferents"]``, of a model of one's own the fields of a dataclass. Or what the
+        file says of them.
 
     Returns
     -------
@@ -134,7 +135,7 @@ def write_nwb(
     pynwb = optional_module("pynwb", *_NWB)
     if not spikes.names:
         raise InputError("spikes", "have no afferents", "need one or more")
-    said = models if isinstance(models, str) else _MODELS
+    said = models if isinstance(models, str) else _about_models(spikes.kinds, models)
     file = pynwb.NWBFile(
         session_description=_ABOUT,
         identifier=digest(list(spikes.names), *spikes.times),
@@ -164,6 +165,19 @@ def write_nwb(
     with new_file(Path(path)) as partial, pynwb.NWBHDF5IO(str(partial), "w") as stream:
         stream.write(file)
     return Path(path)
+
+
+def _about_models(kinds: Iterable[str], models: Mapping[str, AfferentModel]) -> str:
+    """Say which types have models of the project's, and which others."""
+    others = [kind for kind in dict.fromkeys(kinds) if kind in models and not _ships(kind, models[kind])]
+    if not others:
+        return _MODELS
+    said = f"models of the caller's own ({', '.join(others)})"
+    return said if set(kinds) <= {*others} else f"{_MODELS} and {said}"
+
+
+def _ships(kind: str, model: AfferentModel) -> bool:
+    return kind.lower() in AFFERENTS.names and model == AFFERENTS.read(kind.lower())
 
 
 _COLUMNS = {
@@ -196,9 +210,9 @@ def _add_models(file: Any, kinds: Iterable[str], models: Mapping[str, AfferentMo
 
 def _model_parameters(kind: str, model: AfferentModel) -> Iterator[tuple[str, ...]]:
     """Yield type, parameter, value, unit, source and note of each parameter of a model."""
-    name, stimulus = kind.lower(), STIMULI.get(model.stimulus.removesuffix("_rate"), ("",))[0]
-    ships = name in AFFERENTS.names and model == AFFERENTS.read(name)
-    sources = {value.path: (value.source, value.note) for value in (AFFERENTS.table(name) if ships else ())}
+    stimulus = STIMULI.get(model.stimulus.removesuffix("_rate"), ("",))[0]
+    table = AFFERENTS.table(kind.lower()) if _ships(kind, model) else ()
+    sources = {value.path: (value.source, value.note) for value in table}
     values = {"stimulus": (model.stimulus, ""), "highest_frequency": (str(model.highest_frequency), "1/s")}
     if is_pydantic_dataclass(type(model)):
         values |= {leaf.path: (str(leaf.value), leaf.unit.si if leaf.unit else "") for leaf in walk_values(model)}

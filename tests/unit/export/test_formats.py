@@ -12,6 +12,7 @@ import pytest
 from scipy.io import loadmat
 
 import fingerslip as fs
+from fingerslip.afferents.model import CAVEAT
 from fingerslip.errors import InputError, ResultError
 from fingerslip.export.formats import FORMATS, export_tables, result_tables, write_history_mat, write_table_mat
 from fingerslip.history import VARIABLES
@@ -59,7 +60,7 @@ def test_times_of_slip_have_text_beside_them_even_without_any_and_spikes_are_los
     assert afferents.attrs["units"] == {"site_position_x_m": "m", "site_position_y_m": "m"}
     (note,) = set(afferents["note"])
     assert note.startswith("SA-I (101 Hz) respond to more than the ")
-    assert note.endswith("; thresholds are rough: counts are no result")
+    assert note.endswith(f"; {CAVEAT}")
     unknown = felt.assign(strain=np.nan * felt["strain"])
     with pytest.raises(ResultError, match="is not known at some receptor"):
         result_tables(unknown)

@@ -84,10 +84,14 @@ def test_a_file_of_nwb_has_the_parameters_of_the_models_with_units_and_what_is_a
         assert rows.loc["FA-I", "least_rate"][["value", "unit", "source"]].tolist() == ["0.11", "1/s", "knibestol1973"]
         assert rows.loc["SA-I", "least_rate"][["value", "unit", "source"]].tolist() == ["2.0", "Pa/s^2", ""]
         assert "counts of spikes are no result: FA-I stimulus." in table.description
-        assert "thresholds are rough: counts are no result" in file.units.description
-    path = fs.write_nwb(SPIKES, tmp_path / "other.nwb", felt, models=models | {"SA-I": Kernel()})
+        assert "fitted to monkeys, thresholds are rough" in file.units.description
+        assert "and models of the caller's own (SA-I)" in file.units.description
+    path = fs.write_nwb(SPIKES, tmp_path / "other.nwb", felt, models=dict.fromkeys(SPIKES.kinds, Kernel()))
     with pynwb.NWBHDF5IO(str(path), "r") as stream:
-        rows = stream.read().processing["afferents"]["models"].to_dataframe().set_index("kind").loc["SA-I"]
+        file = stream.read()
+        assert "counts are no result" not in file.units.description + file.data_collection
+        assert "models of the caller's own" in file.data_collection
+        rows = file.processing["afferents"]["models"].to_dataframe().set_index("kind").loc["SA-I"]
         assert rows["parameter"].tolist() == ["stimulus", "highest_frequency", "kernel"]
         assert rows[["value", "unit"]].to_numpy()[1:].tolist() == [["50.0", "1/s"], ["[1. 0.]", ""]]
     with pytest.raises(InputError, match="models: have none of SA-I, need one for each type of afferent"):
