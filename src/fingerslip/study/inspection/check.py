@@ -11,10 +11,12 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from fingerslip.dynamics.recording.steps import record_bytes, step_times
+from fingerslip.dynamics.system.scheme import has_inertia
 from fingerslip.errors import InputError
 from fingerslip.mesh.io import write_mesh
 from fingerslip.mesh.source import MeshFile
 from fingerslip.model.model import Model
+from fingerslip.model.programme import CONSTANT
 from fingerslip.model.timing import Adaptive, QuasiStatic
 from fingerslip.results import REPEAT, SAMPLE
 from fingerslip.slip.measures import resolution_warnings
@@ -34,6 +36,7 @@ _NUMBER = re.compile(rf"({SAMPLE}|{REPEAT})-\d+")
 _Row: TypeAlias = tuple[str, str, str, int, int, int | str, float]
 
 _LARGEST_FRICTION = 2.0
+_AT_ONCE = " It acts at once, so that the plate rings: give it a ramp."
 _WIDTH = 0.01  # about that of the contact of a fingertip, across it [m]
 _COLUMNS = (
     Column("study"),
@@ -86,7 +89,7 @@ def _drives(model: Model) -> Iterator[str]:
             yield (
                 f"contacts.{number}.drive: {force:.4g} N on a section {millimetres(model.depth)} deep is "
                 f"{1e-3 * per_metre:.3g} N per mm: as much as {per_metre * _WIDTH:.4g} N on a finger that touches over "
-                f"{millimetres(_WIDTH)}."
+                f"{millimetres(_WIDTH)}.{_AT_ONCE * (contact.drive.ramp == CONSTANT and has_inertia(model))}"
             )
 
 

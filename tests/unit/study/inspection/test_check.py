@@ -57,6 +57,7 @@ def test_a_force_on_a_section_is_told_as_that_on_a_finger(write_study):
     (said,) = (line for line in check_plans(plan_studies([write_study(block_values() | driven)])).note.splitlines()
                if ".drive: " in line)  # fmt: skip
     assert said.startswith("contacts.0.drive: 2 N on a section 1 mm deep is 2 N per mm: as much as 20 N on a finger")
+    assert said.endswith("It acts at once, so that the plate rings: give it a ramp.")
 
 
 @pytest.mark.parametrize(
