@@ -202,11 +202,12 @@ def _write_json(frame: pd.DataFrame, path: Path) -> None:
 
 
 # What writes a table into a file with the ending of its format.
-_OF_TABLES = {"csv": _write_csv, "json": _write_json, "mat": write_table_mat, "parquet": _write_parquet}
+#: What writes tables, by the names of their formats.
+TABULAR = {"csv": _write_csv, "json": _write_json, "mat": write_table_mat, "parquet": _write_parquet}
 # What is more than tables: all arrays with their dimensions, the whole mesh, and spikes.
 _OF_HISTORIES = {"mat": write_history_mat, "nwb": write_history_nwb, "vtu": write_paraview}
 #: The names of all formats.
-FORMATS: tuple[str, ...] = tuple(sorted({*_OF_TABLES, *_OF_HISTORIES}))
+FORMATS: tuple[str, ...] = tuple(sorted({*TABULAR, *_OF_HISTORIES}))
 
 
 def export_history(history: xr.Dataset, folder: str | Path, kind: str) -> Path:
@@ -245,12 +246,12 @@ def export_history(history: xr.Dataset, folder: str | Path, kind: str) -> Path:
 
 def export_tables(tables: Mapping[str, pd.DataFrame], folder: str | Path, kind: str) -> Path:
     """Write tables for other programs, whole or not at all."""
-    if kind not in _OF_TABLES:
+    if kind not in TABULAR:
         repair = "name the folder of a run: tracks and studies are tables" if kind in _OF_HISTORIES else ""
-        raise InputError("format", f"got '{kind}'", f"needs one of {', '.join(_OF_TABLES)}", repair)
+        raise InputError("format", f"got '{kind}'", f"needs one of {', '.join(TABULAR)}", repair)
     with _export(Path(folder), kind) as partial:
         for name, frame in tables.items():
-            _OF_TABLES[kind](frame, partial / f"{name}.{kind}")
+            TABULAR[kind](frame, partial / f"{name}.{kind}")
     return Path(folder)
 
 

@@ -131,10 +131,12 @@ def export_result(
     if target.is_file():
         raise InputError(f"export {target}", "is a file", "needs the folder of a run or of a study, or tracks.nc")
     folder = output or target / f"export-{kind}"
-    if read_manifest(target).get("runs"):
-        study = open_study(target)
-        from fingerslip.export.formats import export_tables
+    if runs := list(read_manifest(target).get("runs") or ()):
+        from fingerslip.export.formats import TABULAR, export_tables
 
+        if len(runs) == 1 and kind not in TABULAR:
+            return export_result(target / runs[0], kind, folder, say)
+        study = open_study(target)
         return export_tables({"runs": study.to_dataframe()}, folder, kind)
     read_stored_run(target)
     from fingerslip.export.formats import export_history, export_notes

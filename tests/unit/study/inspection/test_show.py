@@ -187,6 +187,13 @@ def test_what_is_no_result_is_refused(finished, ask, message):
         ask(finished)
 
 
+def test_a_study_of_one_run_is_written_as_its_run(finished, monkeypatch):
+    runs = {finished: {"runs": {FIRST: ""}}}
+    monkeypatch.setattr("fingerslip.study.inspection.show.read_manifest", lambda folder: runs.get(folder, {}))
+    with pytest.raises(fs.ResultError, match="snapshots"):
+        export_result(finished, "vtu")
+
+
 RANGES = {"contact.friction_coefficient": [0.2, 0.4], "programme.0.press.depth": ["0.05 mm", "0.1 mm"]}
 AT = ["contact.friction_coefficient=0.3", "programme.0.press.depth=0.07 mm"]
 
