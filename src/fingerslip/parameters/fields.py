@@ -259,5 +259,8 @@ def _example(hint: Any) -> str:
 
 
 def _nearest_key(location: Location) -> str:
-    near = difflib.get_close_matches(location.path[-1], location.keys, n=1, cutoff=_ALIKE)
-    return near[0] if near else ""
+    key = location.path[-1]
+    near = difflib.get_close_matches(key, location.keys, n=1, cutoff=_ALIKE)
+    # FA-I for FA-II is no slip of the pen.
+    is_another = bool(near) and ("_ii_" in key) != ("_ii_" in near[0])
+    return near[0] if near and not is_another else ""

@@ -15,6 +15,7 @@ from fingerslip.materials.elastic import Elastic
 from fingerslip.model.programme import Press, Slide
 from fingerslip.parameters import PositiveDuration, PositiveLength, from_mapping, parameters
 from fingerslip.parameters.fields import in_order, locate, mistakes_in, type_hints, unit_of
+from fingerslip.specimens.fingertip.numbers import Receptors
 from fingerslip.study.definition.settings import ContactSettings
 from fingerslip.study.definition.spec import Study
 from unit.study.block import block_values
@@ -52,6 +53,11 @@ MISTAKES = {
             "distance: got '1 kg', needs a unit of [m]; write for example '1 mm'",
             "way: is not known, may be one of distance, speed, direction, press",
         ],
+    ),
+    "the depth of another receptor": (
+        Receptors,
+        {"fa_i_depth": "1 mm", "sa_ii_height": "0 mm", "fa_ii_depth": "3 mm"},
+        ["fa_i_depth: is not known, may be one of sa_ii_height, fa_ii_depth"],
     ),
     "a misspelt key and a missing one": (
         Press,
