@@ -217,11 +217,11 @@ def test_a_section_of_a_finger_without_error_bars_says_all_that_is_no_result():
     assert box["Quote"].endswith("State friction, speed.")
     assert box["Do not quote"] == (
         "incipient slip from acceleration peaks, which moves with mesh and step; forces as those of a whole body: the "
-        "section is 1 mm deep; counts of spikes: thresholds are rough."
+        "section is 1 mm deep; spikes, which hang on rough thresholds."
     )
     assert box["How sure"] == (
-        "Numerical uncertainty is not known yet. At 1.5 mm and 3 mm/s this finger slips after 0.7 s; at large "
-        "strain 0.2 to 0.5 s later, in plane strain 0.8 s. 2 values are assumed."
+        "Numerical uncertainty is not known yet. The preset's own study (1.5 mm, 3 mm/s) slips after 0.7 s; at "
+        "large strain 0.2 to 0.5 s later, in plane strain 0.8 s. 2 values are assumed."
     )
     assert len(" ".join((*box, *box.values())).split()) <= 90
 

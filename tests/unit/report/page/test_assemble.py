@@ -217,12 +217,19 @@ def test_a_study_in_space_has_a_report():
     assert [section.title for section in report.sections[-3:-1]] == ["angle -30 deg", "angle 30 deg"]
 
 
+OF_AFFERENTS = "Models of afferents are fitted to monkeys and have rough thresholds."
+
+
 @pytest.mark.parametrize(
     ("element", "kind", "words"),
     [
         ("Q4", "FA-II", "times, stick and slip along it, and forces."),
         ("T4", "FA-II", "times, and forces."),
-        ("T4", "SA-I", "times, what afferents answer, and forces. Models of afferents have rough thresholds."),
+        (
+            "T4",
+            "SA-I",
+            f"times, what afferents answer, and forces. {OF_AFFERENTS}",
+        ),
     ],
 )
 def test_the_answer_has_a_caption_of_what_it_shows_and_no_more(element, kind, words):
