@@ -261,8 +261,10 @@ def test_steps_that_make_energy_are_warned_of_more_than_was_put_in_is_refused_an
     assert "have made" not in caplog.text
     with pytest.raises(fs.ConvergenceError, match=r"more than the 0\.25 J put in.* take a smaller step"):
         rod(0.0, 100.0, careless)
-    energy = stored_energy(rod(0.0, 60.0, careless))
+    history = rod(0.0, 60.0, careless)
+    energy = stored_energy(history)
     assert energy.max() - energy[0] > 0.1 * energy[0]
+    assert history.attrs["doubt"] in caplog.text
     assert "time steps have made" in caplog.text
     assert "softer contact penalties or the scheme TimeStepping" in caplog.text
 

@@ -140,7 +140,10 @@ def _check_made_energy(history: xr.Dataset, stepper: Stepper) -> None:
         problem = f"steps that have made {energy:.3g} J, more than the {work:.3g} J put in,"
         raise ConvergenceError(float(history["time"][-1]), -1, energy / work if work else np.inf, 1.0, advice, problem)
     if share > _MADE_ENERGY:
-        _logger.warning("time steps have made %.3g J, %.0f %% of the largest energy: %s", energy, 100 * share, advice)
+        history.attrs["doubt"] = (
+            f"time steps have made {energy:.3g} J, {100 * share:.0f} % of the largest energy: {advice}"
+        )
+        _logger.warning("%s", history.attrs["doubt"])
 
 
 def made_energy(history: xr.Dataset) -> tuple[float, float]:

@@ -90,7 +90,7 @@ def write_run(
     result = dataclasses.replace(
         result_of(history, run.name, run.swept),
         identity=inputs,
-        doubts=doubts,
+        doubts=(*doubts, *filter(None, [history.attrs.get("doubt")])),
         mesh_hash=mesh_hash(mesh),
         mesh_size=float(mesh.t.shape[1] ** (-1.0 / mesh.dim())),  # for the ratio of two meshes of a body
         seconds=seconds,

@@ -36,9 +36,8 @@ def folder(write_study, tmp_path):
     run = plan_study(write_study()).runs[1]
     folder = tmp_path / run.name
     folder.mkdir()
-    write_run(
-        folder, run, make(Process()), inputs="abc", mesh=block_mesh(), seconds=1.2345, doubts=("contacts.0: turns",)
-    )
+    doubts, history = ("contacts.0: turns",), make(Process()).assign_attrs(doubt="time steps have made energy")
+    write_run(folder, run, history, inputs="abc", mesh=block_mesh(), seconds=1.2345, doubts=doubts)
     return folder
 
 
@@ -51,7 +50,7 @@ def test_what_is_written_is_read_back_with_all_values(folder):
     assert result.values["programme.0.press.depth"] == "0.0001 m"
     assert result.values["materials.block.poisson_ratio"] == 0.3
     assert result.mesh_hash == mesh_hash(block_mesh())
-    assert result.doubts == ("contacts.0: turns",)
+    assert result.doubts == ("contacts.0: turns", "time steps have made energy")
     assert result.mesh_size == pytest.approx(32 ** (-1 / 2))
 
 
