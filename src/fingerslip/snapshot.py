@@ -86,12 +86,16 @@ class Face:
 
 
 def faces_at(history: xr.Dataset, number: int, half_side: float) -> tuple[Face, ...]:
-    """Return the counterfaces in a snapshot, with lines and squares of a half side [m] for flat ones.
+    """Return the counterfaces in a snapshot, see :func:`faces_at_record`."""
+    return faces_at_record(history, nearest_record(history, float(history["snapshot_time"][number])), half_side)
+
+
+def faces_at_record(history: xr.Dataset, step: int, half_side: float) -> tuple[Face, ...]:
+    """Return the counterfaces in a record, with lines and squares of a half side [m] for flat ones.
 
     Flat ones are below what may touch them, where the gaps of contact candidates say; others move as recorded. Those of
     old histories, which do not tell their outline, are left out.
     """
-    step = nearest_record(history, float(history["snapshot_time"][number]))
     faces = []
     for counterface, normal in enumerate(in_space(history["counterface_normal"].values)):
         centre = _centre_of_flat(history, counterface, step)
@@ -117,14 +121,6 @@ def curved_points(history: xr.Dataset, depth: float) -> Floats:
             moved = middle + history["counterface_displacement"].values[steps, number]
             points += [moved, moved - depth * history["counterface_normal"].values[number]]
     return np.concatenate(points)
-
-
-def curved_outlines(history: xr.Dataset) -> tuple[Floats, ...]:
-    """Return the lines (n, 2) [m] of the counterfaces of a section at the start; none where all of them are flat."""
-    if "counterface_outline" not in history.coords:
-        return ()
-    outlines = tuple(history["counterface_outline"].values[:, :, 0])
-    return outlines if any(_centre_of_flat(history, number, 0) is None for number in range(len(outlines))) else ()
 
 
 def _centre_of_flat(history: xr.Dataset, counterface: int, step: int) -> Floats | None:

@@ -17,6 +17,9 @@ from fingerslip.history import phase_times
 if TYPE_CHECKING:
     import xarray as xr
 
+# Travel along its surface from which on a counterface slides [m]; a press along a tilted normal leaves rounding.
+_STILL = 1e-9
+
 
 @dataclass(frozen=True)
 class SlideWindow:
@@ -184,11 +187,20 @@ def slide_tangent(history: xr.Dataset, counterface: int = 0) -> Floats:
     normal = counterface_normal(history, counterface)
     if normal.size == 2:
         return np.array([normal[1], -normal[0]])
+    direction = travel_direction(history, counterface)
+    if not direction.any():
+        direction = split_along(np.eye(3)[0], normal)[1]
+        direction /= np.linalg.norm(direction)
+    return direction
+
+
+def travel_direction(history: xr.Dataset, counterface: int = 0) -> Floats:
+    """Return the unit direction (dim,) in which a counterface travels furthest along its surface; zeros at rest."""
     travel = np.asarray(history["counterface_displacement"].values[:, counterface], dtype=float)
-    _, along = split_along(travel, normal)
+    _, along = split_along(travel, counterface_normal(history, counterface))
     furthest = along[np.linalg.norm(along, axis=1).argmax()]
-    direction = furthest if np.linalg.norm(furthest) > 0.0 else split_along(np.eye(3)[0], normal)[1]
-    return np.asarray(direction / np.linalg.norm(direction))
+    length = np.linalg.norm(furthest)
+    return np.asarray(furthest / length if length > _STILL else np.zeros_like(furthest))
 
 
 def split_along(vectors: Floats, normals: Floats) -> tuple[Floats, Floats]:

@@ -31,7 +31,7 @@ from fingerslip.report.scene.names import Scalar
 from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.report.scene.viewer import stills
 from fingerslip.slip import Events, contact_patch, slide_tangent, slide_window
-from fingerslip.slip.windows import EVENTS, MAIN_EVENTS
+from fingerslip.slip.windows import EVENTS, MAIN_EVENTS, travel_direction
 from fingerslip.snapshot import curved_points, faces_at
 
 _SKIN_WIDTH = 3.2
@@ -228,16 +228,14 @@ def _draw_skin(axes: Axes, history: xr.Dataset, number: int, points: Floats) -> 
 def _draw_plates(axes: Axes, history: xr.Dataset, number: int) -> None:
     left, right = axes.get_xlim()
     for face in faces_at(history, number, 1e-3 * (right - left)):
-        along = np.array([face.normal[1], -face.normal[0]])
+        along = travel_direction(history, face.number)
         for line in face.outline:
             axes.plot(*1e3 * line[:, :2].T, color=palette.BLACK, linewidth=1.4, zorder=3)
         travel = history["counterface_displacement"].values[:, face.number] @ along
-        largest = travel[np.abs(travel).argmax()]
-        sign = float(np.sign(np.round(largest, 9)))
         now = travel[nearest_record(history, float(history["snapshot_time"][number]))]
-        if sign and abs(now) > _MOVES * abs(largest):
+        if abs(now) > _MOVES * np.abs(travel).max():
             middle = 1e3 * face.centre[:2] - 0.06 * (right - left) * face.normal[:2]
-            half = 0.09 * (right - left) * sign * along
+            half = 0.09 * (right - left) * along
             look = {"arrowstyle": "-|>", "color": palette.BLACK, "linewidth": 1.1, "shrinkA": 0, "shrinkB": 0}
             axes.annotate("", xy=tuple(middle + half), xytext=tuple(middle - half), arrowprops=look)
 

@@ -17,7 +17,6 @@ from matplotlib.patches import Rectangle
 from matplotlib.transforms import Bbox
 from mpl_toolkits.mplot3d import Axes3D
 from numpy.typing import NDArray
-from scipy.spatial.distance import cdist
 
 from fingerslip.arrays import Floats
 from fingerslip.history import sites_of_kinds
@@ -27,7 +26,7 @@ from fingerslip.report.figures.style import add_legend, figure_grid, join_title,
 from fingerslip.report.labels import of_histories
 from fingerslip.report.scene.options import SceneOptions
 from fingerslip.report.scene.scene import CORNERS, check_options, region_names
-from fingerslip.snapshot import curved_outlines
+from fingerslip.snapshot import faces_at_record
 from fingerslip.specimens.fingertip import outline
 from fingerslip.specimens.fingertip.fingertip import Fingertip
 from fingerslip.specimens.fingertip.numbers import REGIONS, Section
@@ -110,6 +109,7 @@ def _draw_solid(axes: Axes3D, fingertip: Fingertip) -> None:
 
 
 _ZOOM_WIDTH = 3.2e-3
+_SAME_GAP = 1e-9  # m
 
 
 def receptor_positions(history: xr.Dataset) -> dict[str, Floats]:
@@ -135,35 +135,38 @@ def section_figure(
 ) -> Figure:
     """Draw a section with its layers, elements, receptors (n, 2) [m] and the plate, and a close view of the skin.
 
-    The counterfaces of a history are drawn as they are, where they are no plates.
+    The counterfaces of a history are drawn as they are, the plate of a specimen below it.
     """
-    curved = () if history is None else curved_outlines(history)
     labels, heading = ("x [mm]", "y [mm]"), join_title("Section", title)
     figure, (whole, close) = figure_grid(2, 2, (4.6, 3.5), heading, labels, share="none", widths=(1.75, 1.0))
     points = mesh.p.T[:, :2]
-    heights = points[:, 1] if not curved else cdist(points, np.concatenate(curved)).min(axis=1)
-    lowest, colours = points[np.argmin(heights)], region_colours(tuple(mesh.subdomains or {}))
+    box, colours = np.array([points.min(axis=0), points.max(axis=0)]), region_colours(tuple(mesh.subdomains or {}))
+    size, first, normal, gap = float(np.ptp(box)), points[np.argmin(points[:, 1])], np.array([0.0, 1.0]), 0.0
+    lines = [first + size * np.array([[-1.0, 0.0], [1.0, 0.0]])]
+    if history is not None:
+        lines = [line[:, :2] for face in faces_at_record(history, 0, size) for line in face.outline]
+        if history.sizes.get("contact_node"):
+            first, normal, gap = _first_touched(history)
     corners = mesh.t.T[:, : 4 if mesh.t.shape[0] in (4, 9) else 3]
     regions: Mapping[str, NDArray[np.int64]] = mesh.subdomains or {"body": np.arange(mesh.t.shape[1])}
-    # The skin round the lowest point, or where the counterface is nearest, and a frame around that part in the whole.
-    corner, width = 1e3 * (lowest - np.array([0.5, 0.06]) * _ZOOM_WIDTH), 1e3 * _ZOOM_WIDTH
+    # The skin round the point that touches first, which is near the edge, and a frame around that part in the whole.
+    middle = first + 0.49 * _ZOOM_WIDTH * normal
+    corner, width = 1e3 * (middle - np.array([0.5, 0.55]) * _ZOOM_WIDTH), 1e3 * _ZOOM_WIDTH
     for axes, line, size in ((whole, 0.12, 1.6), (close, 0.3, 5.0)):
         for name, cells in regions.items():
             colour, shapes = colours.get(name, REGION_COLOURS["tissue"]), _MILLIMETRES * points[corners[cells]]
             if axes is close:  # the cells in its frame, and some beside them
                 shapes = shapes[(np.abs(shapes - corner) < 3.0 * width).any(axis=1).all(axis=1)]
             axes.add_collection(PolyCollection(shapes, facecolor=colour, edgecolor=_EDGE, linewidth=line))
-        if not curved:
-            axes.axhline(1e3 * lowest[1], color=BLACK, linewidth=1.6, zorder=3)
-        for shape in curved:
-            axes.add_line(Line2D(*1e3 * shape.T, color=BLACK, linewidth=1.6, zorder=3))
+        for points_of_line in lines:
+            axes.add_line(Line2D(*1e3 * points_of_line.T, color=BLACK, linewidth=1.6, zorder=3))
         _draw_to_scale(axes)
         for kind, values in receptors.items():
             look: dict[str, Any] = {"markeredgecolor": "white", "markeredgewidth": 0.15 * size / 2, "markersize": size}
             colour = RECEPTOR_COLOURS.get(kind, BLACK)
             axes.plot(*1e3 * values.T, RECEPTOR_MARKS.get(kind, "x"), color=colour, **look)
-    if curved:
-        whole.dataLim = Bbox(1e3 * np.array([points.min(axis=0), points.max(axis=0)]))
+    plate_and_body = np.array([*box, first - gap * normal])
+    whole.dataLim = Bbox(1e3 * np.array([plate_and_body.min(axis=0), plate_and_body.max(axis=0)]))
     whole.autoscale_view()
     close.set(xlim=(corner[0], corner[0] + width), ylim=(corner[1], corner[1] + 1.1 * width))
     close.set_title("close view of the framed part")
@@ -172,9 +175,24 @@ def section_figure(
     for kind in receptors:
         mark, colour = RECEPTOR_MARKS.get(kind, "x"), RECEPTOR_COLOURS.get(kind, BLACK)
         keys[kind] = Line2D([], [], linestyle="", marker=mark, color=colour, markersize=5)
-    keys[of_histories("plate", [history] if history is not None else [])] = Line2D([], [], color=BLACK, linewidth=1.6)
+    if lines:
+        plate = of_histories("plate", [history] if history is not None else [])
+        keys[plate] = Line2D([], [], color=BLACK, linewidth=1.6)
     add_legend(figure, keys)
     return figure
+
+
+def _first_touched(history: xr.Dataset) -> tuple[Floats, Floats, float]:
+    """Return position (dim,), counterface normal and gap [m] of the node that is nearest at the start.
+
+    Of several it is the one in the middle.
+    """
+    gaps = history["gap"].values[0]
+    nearest = np.flatnonzero(gaps <= gaps.min() + _SAME_GAP)
+    positions = history["contact_position"].values[nearest]
+    middle = int(np.linalg.norm(positions - positions.mean(axis=0), axis=1).argmin())
+    normals = history["counterface_normal"].values[history["contact_counterface"].values[nearest]]
+    return positions[middle], normals[middle], float(gaps[nearest[middle]])
 
 
 #: Colours of the regions of a sensor.

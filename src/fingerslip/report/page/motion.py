@@ -36,7 +36,7 @@ from fingerslip.report.scene.scene import (
 )
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import Events, contact_forces, receptor_signals, slide_tangent, slide_window, slipping_fraction
-from fingerslip.slip.windows import EVENTS
+from fingerslip.slip.windows import EVENTS, travel_direction
 from fingerslip.snapshot import CELL_TYPES, faces_at
 
 if TYPE_CHECKING:
@@ -171,8 +171,7 @@ def _panels(history: xr.Dataset, records: NDArray[np.intp], arrays: Arrays) -> l
 def _common_body(history: xr.Dataset, frames: Sequence[int], top: float) -> dict[str, Any]:
     """Return what sections and solids share; the colours of their stress end at `top` [kPa]."""
     names = region_names(history)
-    colours, tangent = palette.region_colours(names), slide_tangent(history)
-    travel = history["counterface_displacement"].values[:, 0] @ tangent
+    colours = palette.region_colours(names)
     low, high = extent(history)
     half_side = 1e-3 * float((high - low).max()) * (_HALF_SQUARE if is_solid(history) else 1.0)
     return {
@@ -184,9 +183,8 @@ def _common_body(history: xr.Dataset, frames: Sequence[int], top: float) -> dict
             for number, name in enumerate(names)
         ],
         "field": SCALARS["von_mises"][0],
-        "slide": tangent.tolist(),
-        # How the plate moves along the tangent: 1, -1, or 0 where it does not.
-        "travels": float(np.sign(np.round(travel[np.abs(travel).argmax()], 9))),
+        # Where the plate goes along its surface; zeros where it does not.
+        "slide": travel_direction(history).tolist(),
         "plates": [
             [
                 {

@@ -22,7 +22,7 @@ from fingerslip.report.scene.names import Camera, Cut
 from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.slip.patch import Patch as ContactPatch
 from fingerslip.slip.patch import contact_patch
-from fingerslip.slip.windows import split_along
+from fingerslip.slip.windows import travel_direction
 from fingerslip.snapshot import Face, faces_at, in_space, read_snapshot
 
 if TYPE_CHECKING:
@@ -54,8 +54,6 @@ _LEAST_LEVEL = 0.05
 _PLATE, _ARROW = 1.1, 0.3
 # How far outside of the skin the states of its contact are drawn [mm].
 _OUTSIDE = 0.12
-# Motions along the surface that are rounding [m].
-_STILL = 1e-9
 # What VTK fits is the box around everything, which leaves wide margins.
 _ZOOM = 1.35
 # A wider picture than what moves has room for the scale bar.
@@ -317,12 +315,8 @@ def _draw_plates(plotter: Any, history: xr.Dataset, number: int, grid: pyvista.U
         if pieces:
             look = {"color": palette.BLACK, "line_width": 2.0 if face.is_flat or not is_solid(history) else 1.0}
             plotter.add_mesh(pyvista.merge(pieces), name=f"plate {face.number}", **look, **_FLAT)
-        displacement, normal = history["counterface_displacement"].values, history["counterface_normal"].values
-        _, along = split_along(displacement[:, face.number], normal[face.number])
-        furthest = along[np.linalg.norm(along, axis=1).argmax()]
-        length = float(np.linalg.norm(furthest))
-        if length > _STILL:
-            travel = in_space(furthest[None] / length)[0]
+        travel = in_space(travel_direction(history, face.number))
+        if travel.any():
             beside = 0.06 * face.normal if flat else 0.42 * np.cross(face.normal, travel)
             if not flat and beside @ _directions(history, "oblique")[0] > 0.0:
                 beside = -beside  # on the side of the camera

@@ -233,7 +233,7 @@ class Section {
     return [0, 1].map((c) => points[2 * node + c] * body.unit + moved[base + 2 * node + c] * body.movedUnit);
   }
 
-  // The whole section above, and a close view of the contact's lowest part below it.
+  // The whole section above, and a close view of the contact below it.
   draw(frame, field) {
     const wide = this.canvas.clientWidth || 500, [whole, close] = [this.whole(), this.closer(frame)];
     const high = ([x0, x1, y0, y1]) => Math.round(wide * (y1 - y0) / (x1 - x0));
@@ -267,12 +267,16 @@ class Section {
     return [x0 - pad, x1 + pad, y0 - 1.6 * pad, y1 + 2.2 * pad];
   }
 
+  // Around what touches, or what is nearest to the plate where nothing does; most of it is the body.
   closer(frame) {
-    const skin = Array.from(this.run.skin, (node) => this.at(frame, node)).sort((a, b) => a[1] - b[1]);
-    const low = skin.slice(0, Math.ceil(skin.length / 4)), middle = low.reduce((sum, one) => sum + one[0], 0) / low.length;
-    const half = 0.11 * (this.box[1] - this.box[0]);
-    const plate = this.run.body.plates[frame][0], [below, above] = plate && plate.normal[1] < 0 ? [0.75, 0.38] : [0.18, 0.95];
-    return [middle - half, middle + half, skin[0][1] - below * half, skin[0][1] + above * half];
+    const { skin, skinStates, body } = this.run, { normal: [n, m] } = body.plates[frame][0] || { normal: [0, 1] };
+    const places = Array.from(skin, (node) => this.at(frame, node)), height = ([x, y]) => n * x + m * y;
+    const touching = places.filter((_, i) => skinStates[frame * skin.length + i]);
+    places.sort((a, b) => height(a) - height(b));
+    const near = touching.length ? touching : places.slice(0, Math.ceil(places.length / 4));
+    const half = 0.11 * (this.box[1] - this.box[0]), inside = 0.385 * half;
+    const [x, y] = [0, 1].map((c) => near.reduce((sum, place) => sum + place[c], 0) / near.length + inside * [n, m][c]);
+    return [x - half, x + half, y - 0.565 * half, y + 0.565 * half];
   }
 
   cells(draw, frame, field, to) {
@@ -300,14 +304,14 @@ class Section {
       draw.stroke();
     }
     draw.lineWidth = 1;
-    const { travels } = this.run.body;
-    if (!travels) return;
+    const [u, v] = this.run.body.slide;
+    if (!u && !v) return;
     // A flat one has its arrow in the middle of the picture, a curved one at its contact, on the side off the body.
-    const middle = plate.flat ? width * 0.5 : x, level = y + (plate.normal[1] < 0 ? -12 : 12);
-    const start = [middle - travels * 34, level], end = middle + travels * 34;
+    const middle = plate.flat ? (width * 0.5 - x) * u : 0, [n, m] = plate.normal;
+    const at = (along, off) => [x + (middle + along) * u - (12 + off) * n, y - (middle + along) * v + (12 + off) * m];
     draw.fillStyle = "#000";
-    draw.beginPath(); draw.moveTo(...start); draw.lineTo(end, level); draw.stroke();
-    draw.beginPath(); draw.moveTo(end + travels * 7, level); draw.lineTo(end, level - 4); draw.lineTo(end, level + 4); draw.fill();
+    draw.beginPath(); draw.moveTo(...at(-34, 0)); draw.lineTo(...at(34, 0)); draw.stroke();
+    draw.beginPath(); draw.moveTo(...at(41, 0)); draw.lineTo(...at(34, -4)); draw.lineTo(...at(34, 4)); draw.fill();
   }
 
   skin(draw, frame, to, close) {

@@ -160,11 +160,11 @@ class Solid {
     const { body } = this.run, lines = [], half = 0.55 * Math.max(this.high[0] - this.low[0], this.high[2] - this.low[2]);
     for (const plate of body.plates[frame]) {
       for (const line of plate.lines) for (let i = 1; i < line.length; i++) lines.push(line[i - 1], line[i]);
-      if (!body.travels) continue;
+      if (!body.slide.some(Boolean)) continue;
       const along = body.slide, across = cross(plate.normal, along);
       const corner = (a, b) => plate.centre.map((one, i) => one + half * (a * along[i] + b * across[i]));
-      const tip = corner(0.95 * body.travels, 0.8);
-      lines.push(corner(0.35 * body.travels, 0.8), tip, corner(0.83 * body.travels, 0.88), tip, corner(0.83 * body.travels, 0.72), tip);
+      const tip = corner(0.95, 0.8);
+      lines.push(corner(0.35, 0.8), tip, corner(0.83, 0.88), tip, corner(0.83, 0.72), tip);
     }
     const places = new Float32Array(lines.flat());
     this.buffers({ place: [places, 3], normal: [places.slice(), 3], colour: [new Float32Array(places.length), 3],

@@ -911,6 +911,25 @@ def test_a_meshed_section_has_its_cells_and_receptors_and_a_frame_round_what_is_
     assert close.get_ylim() == pytest.approx((frame.get_y(), frame.get_y() + frame.get_height()))
 
 
+@pytest.mark.parametrize(("side", "inside"), [(1.0, 1.0), (-1.0, -1.0)])
+def test_the_plate_of_a_section_is_drawn_where_it_starts_and_the_close_view_is_of_what_it_touches_first(side, inside):
+    history = block_history("Q4")
+    flipped = [history[name] * [1.0, side] for name in ("counterface_normal", "node_position", "contact_position")]
+    names = ("counterface_normal", "node_position", "contact_position")
+    turned = history.assign_coords(dict(zip(names, flipped, strict=True)))
+    turned = turned.assign(contact_displacement=turned["contact_displacement"] * [1.0, side], gap=turned["gap"] + 2e-3)
+    whole, close = panels(specimens.mesh_figure(turned))
+    for axes in (whole, close):
+        assert axes.lines[0].get_ydata() == pytest.approx([-2.0 * side] * 2), "2 mm off the body"
+    low, high = close.get_ylim()
+    assert np.mean(close.get_xlim()) == pytest.approx(5.0), "the middle of the nodes that touch at the same time"
+    assert (0.5 * (low + high)) * inside > 0.0, "most of it is the body"
+    assert low < 0.0 < high
+    assert whole.get_ylim()[0] < -2.0 * side < whole.get_ylim()[1]
+    bare = history.isel(contact_node=slice(0), counterface=slice(0))
+    assert "plate" not in words(specimens.mesh_figure(bare))
+
+
 def test_quadratic_triangles_are_drawn_by_their_corners_and_a_mesh_without_regions_whole():
     mesh = skfem.MeshTri2().refined(1).scaled(1e-3).with_subdomains({"gel": np.arange(8)})
     figure = specimens.section_figure(mesh, {"probe": np.array([[0.0, 0.0]])})

@@ -2,7 +2,10 @@
 
 import base64
 import json
+import shutil
+import subprocess
 import zlib
+from importlib import resources
 
 import numpy as np
 import pytest
@@ -21,6 +24,8 @@ from fingerslip.report.scene.scene import upright
 from fingerslip.slip import Events, SlipEvents
 from unit.report.scenes import block_history
 from unit.synthetic import Process, make
+
+TEMPLATE = resources.files("fingerslip.report") / "templates" / "motion.js"
 
 
 @pytest.fixture(scope="module")
@@ -54,7 +59,7 @@ def test_section_moves_as_its_snapshots_do_and_those_nearest_to_events_are_among
     shown = np.minimum(1e-3 * plane["snapshot_von_mises"].values, body["top"])
     np.testing.assert_allclose(stress, shown, atol=body["top"] / 255.0)
     assert [region["name"] for region in body["regions"]] == ["skin", "tissue"]
-    assert body["travels"] == 1.0
+    assert body["slide"] == [1.0, 0.0]
     assert len(body["plates"][0]) == 1
     json.dumps(motion)
     weak = plane.assign(snapshot_von_mises=0.5 * plane["snapshot_von_mises"])
@@ -64,6 +69,41 @@ def test_section_moves_as_its_snapshots_do_and_those_nearest_to_events_are_among
     assert run_motion(plane, Events(), "t")["body"]["frames"] == [0.05, 0.1]
     motion = run_motion(plane, Events(slip=SlipEvents(incipient=0.01)), "t")
     assert motion["body"]["frames"] == [0.0, 0.05, 0.1]
+
+
+BACKWARDS = {"counterface_displacement": lambda history: -history["counterface_displacement"]}
+ABOVE = {"counterface_normal": lambda history: -history["counterface_normal"]}
+
+
+@pytest.mark.parametrize(
+    ("changes", "slide"), [({}, [1.0, 0.0]), (ABOVE, [1.0, 0.0]), (BACKWARDS, [-1.0, 0.0]), (ABOVE | BACKWARDS, [-1, 0])]
+)
+def test_the_arrow_points_where_the_plate_goes_on_whichever_side_it_is(plane, changes, slide):
+    assert run_motion(plane.assign(changes), Events(), "t")["body"]["slide"] == slide
+
+
+SCRIPT = """
+const document = { getElementById: () => ({ textContent: '{"map": []}' }), querySelectorAll: () => [], addEventListener() {} };
+eval(require("fs").readFileSync(process.argv[1], "utf8").replace('"use strict";', "") + "; var Section_ = Section");
+const view = (run) => Object.assign(Object.create(Section_.prototype), { run, box: [0, 10, 0, 10], at: (frame, node) => run.places[node] }).closer(0);
+console.log(JSON.stringify(JSON.parse(process.argv[2]).map(view)));
+"""
+
+
+@pytest.mark.skipif(not shutil.which("node"), reason="needs Node.js")
+@pytest.mark.parametrize(("normal", "states", "seen"), [
+    ([0, -1], [1, 1, 0, 0], [0.9, 0.0]), ([0, 1], [0, 0, 1, 1], [9.1, 0.0]), ([0, -1], [0, 0, 0, 0], [1.8, 9.0]),
+])  # fmt: skip
+def test_the_close_view_is_of_what_touches(normal, states, seen):
+    places = [[0.0, 0.0], [1.8, 0.0], [8.4, 0.0], [9.8, 0.0]]
+    if not any(states):
+        places[1][1] = 9.0  # nearest to the plate above
+    run = {"skin": [0, 1, 2, 3], "skinStates": states, "places": places, "body": {"plates": [[{"normal": normal}]]}}
+    words = ["node", "-e", SCRIPT, str(TEMPLATE), json.dumps([run])]
+    ((left, right, low, high),) = json.loads(subprocess.run(words, capture_output=True, text=True, check=True).stdout)
+    assert 0.5 * (left + right) == pytest.approx(seen[0])
+    assert low < seen[1] < high
+    assert (0.5 * (low + high) - seen[1]) * normal[1] > 0.0, "most of it is the body"
 
 
 def test_a_run_without_snapshots_has_no_body_and_its_events_are_named():
