@@ -56,15 +56,24 @@ COORDINATES: Mapping[str, Variable] = {
     "rigid_body": Variable(("rigid_body",), "", "name of the rigid body"),
     "rigid_body_centre": Variable(("rigid_body", "component"), "m", "centre of the rigid body at the start"),
     "support": Variable(("support",), "", "boundary or region that the support holds"),
-    "contact_node": Variable(("contact_node",), "", "mesh node of the contact candidate"),
-    "contact_counterface": Variable(("contact_node",), "", "index of the counterface that the candidate may touch"),
+    "contact_node": Variable(("contact_node",), "", "mesh node of the contact candidate, counted from 0"),
+    "contact_counterface": Variable(
+        ("contact_node",), "", "number of the counterface that the candidate may touch, counted from 0"
+    ),
     "contact_position": Variable(("contact_node", "component"), "m", "reference position of the candidate"),
     "contact_area": Variable(("contact_node",), "m^2", "tributary area of the candidate"),
     "contact_edge_distance": Variable(("contact_node",), "m", "distance to the nearest free edge of the boundary"),
     "snapshot_time": Variable(("snapshot_time",), "s", "time of the snapshot"),
     "node_position": Variable(("node", "component"), "m", "reference position of the mesh node"),
-    "cell_nodes": Variable(("cell", "cell_node"), "", "mesh nodes of the cell, in the order of VTK"),
-    "cell_region": Variable(("cell",), "", "index of the cell's region in the attribute regions; -1 for none"),
+    "cell_nodes": Variable(
+        ("cell", "cell_node"),
+        "",
+        "mesh nodes of the cell, counted from 0, in the order of VTK; a triangle among quadrilaterals and each end of "
+        "a prism among hexahedra has its last node twice",
+    ),
+    "cell_region": Variable(
+        ("cell",), "", "number of the cell's region in the attribute regions, counted from 0; one less for none"
+    ),
 }
 
 _TIME, _SITE, _CONTACT = ("time",), ("time", "site"), ("time", "contact_node")

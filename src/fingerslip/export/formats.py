@@ -65,9 +65,10 @@ def write_history_mat(history: xr.Dataset, folder: Path) -> None:
 
     Its fields are the arrays under their names, ``attributes``, and the structures ``units``, ``dimensions`` and
     ``meaning`` with a field for each array. Dimensions keep their order: ``history.displacement(i, j, 1)`` is the first
-    component of site j at time i. Names and kinds are cell arrays of text; indices of nodes and cells count from zero.
+    component of site j at time i. Names and kinds are cell arrays of text; numbers of nodes, counterfaces and regions
+    count from one.
     """
-    variables = {str(name): variable for name, variable in history.variables.items()}
+    variables = {str(name): _counted_from_one(str(name), variable) for name, variable in history.variables.items()}
     fields: dict[str, Any] = {name: _array(variable.values) for name, variable in variables.items()}
     fields["units"] = {name: variable.attrs.get("units", "") for name, variable in variables.items()}
     fields["dimensions"] = {name: _texts(variable.dims) for name, variable in variables.items()}
@@ -80,6 +81,16 @@ def write_history_mat(history: xr.Dataset, folder: Path) -> None:
     _write_mat(folder / "history.mat", fields)
     for name, frame in result_tables(history).items():
         write_table_mat(frame, folder / f"{name}.mat")
+
+
+def _counted_from_one(name: str, variable: xr.Variable) -> xr.Variable:
+    """Return a variable as MATLAB counts: what the history counts from 0 from 1, as its meaning says."""
+    meaning = _KNOWN[name].long_name if name in _KNOWN else ""
+    if _FROM_ZERO not in meaning:
+        return variable
+    counted = (variable + 1).astype(variable.dtype)
+    counted.attrs = {**variable.attrs, "long_name": meaning.replace(_FROM_ZERO, "counted from 1")}
+    return counted
 
 
 def write_table_mat(frame: pd.DataFrame, path: Path) -> None:
@@ -125,7 +136,7 @@ _TABLES: Mapping[tuple[str, ...], tuple[str, tuple[str, ...]]] = {
     ("time", "support"): ("supports", ("support",)),
 }
 _COMPONENTS, _UNITLESS = ("component", "stress_component", "rotation_axis"), ("", "1")
-_KNOWN = {**COORDINATES, **VARIABLES}
+_KNOWN, _FROM_ZERO = {**COORDINATES, **VARIABLES}, "counted from 0"
 # By this file a folder is known as an export, which another one may replace.
 _MARK = "fingerslip-export.json"
 

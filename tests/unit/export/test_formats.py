@@ -121,6 +121,9 @@ def test_an_export_is_replaced_and_nothing_else(pushed, tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["mine", "out"]
 
 
+COUNTED = ("contact_node", "contact_counterface", "cell_nodes", "cell_region")
+
+
 def test_histories_and_tables_read_back_with_units_under_names_that_matlab_takes(pushed, tmp_path):
     write_history_mat(pushed, tmp_path)
     history = loadmat(tmp_path / "history.mat", simplify_cells=True)["history"]
@@ -128,6 +131,11 @@ def test_histories_and_tables_read_back_with_units_under_names_that_matlab_takes
     np.testing.assert_array_equal(history["contact_state"], pushed["contact_state"].values)
     assert list(history["dimensions"]["displacement"]) == ["time", "site", "component"]
     assert (history["units"]["stress"], history["meaning"]["time"]) == ("Pa", "time")
+    assert {name for name, meaning in history["meaning"].items() if "counted from 1" in meaning} == set(COUNTED)
+    for name in COUNTED:
+        np.testing.assert_array_equal(np.ravel(history[name]), pushed[name].values.ravel() + 1, "as in MATLAB")
+        assert "counted from 0" in pushed[name].attrs["long_name"]
+    assert not any("counted from 0" in meaning for meaning in history["meaning"].values())
     assert list(history["site"]) == ["deep", "low"]
     assert history["attributes"]["element"] == pushed.attrs["element"]
     frame = pd.DataFrame({"run": ["a", "b"], "contact.friction_coefficient": [0.2, np.nan]})

@@ -65,6 +65,8 @@ _SEARCH = 1.5
 _ONE_SIDED = 0.1
 #: Least cosine between the normals of a counterface and of a facet, inwards, that faces it.
 FACED = 0.25
+# Of the largest extent of a body: how far it is in a counterface at the start beyond rounding.
+_INSIDE = 1e-6
 
 # Of the soft thickness. A mean strain of a half is small in no sense (the published press is less than a third); one
 # of 99 % leaves nothing that could be a body.
@@ -108,6 +110,9 @@ def inspect_model(model: Model, space: Space | None = None) -> CheckedModel:
         recurrence(terms, shortest_step(model.time), f"materials.{name}.prony")
     check_bodies(model)
     counterfaces = tuple(_at_start(model, space, number) for number in numbers)
+    for number, counterface in enumerate(counterfaces):
+        if counterface.gap(space.positions).min() < -_INSIDE * np.ptp(space.positions, axis=0).max():
+            _require_facing(model, number, counterface, -FACED)
     motions = tuple(contact_motion(model, number) for number in numbers)
     candidates = tuple(map(_candidates, repeat(model), repeat(space), numbers, counterfaces, motions))
     _check_order(model, counterfaces, motions, candidates)
@@ -375,12 +380,15 @@ def _check_depth(
             )
 
 
-def _require_facing(model: Model, number: int, counterface: Counterface) -> None:
-    """Refuse a counterface that presses along its boundary, not into it, as where a mesh lies in another direction."""
+def _require_facing(model: Model, number: int, counterface: Counterface, least: float = FACED) -> None:
+    """Refuse a counterface that presses along its boundary or out of it, as where a mesh lies in another direction.
+
+    `least` is the cosine between its normal and the mean one of the boundary, inwards.
+    """
     boundary = model.contacts[number].boundary
     inwards = inward_normals(model, boundary)[0].mean(axis=0)
     length = float(np.linalg.norm(inwards))
-    if length < _ONE_SIDED or inwards @ counterface.unit_normal >= FACED * length:
+    if length < _ONE_SIDED or inwards @ counterface.unit_normal >= least * length:
         return
     normal = direction_text(inwards)
     along = direction_text(counterface.unit_normal)

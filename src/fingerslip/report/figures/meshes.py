@@ -72,13 +72,15 @@ def _section(mesh: skfem.Mesh, heading: str) -> Figure:
     figure, (axes,) = style.figure_grid(1, 1, size, heading, ("x [mm]", "y [mm]"))
     points, keys = 1e3 * mesh.p.T, dict[str, Artist]()
     regions, above = _regions(mesh)
+    # In a deck a set of elements and one of nodes may share their name.
+    shared = {*regions, *above} & set(mesh.boundaries or {})
     colours = region_colours(tuple(regions))
     corners = mesh.t[: mesh.elem.refdom.nnodes].T
     looks: list[dict[str, Any]] = [{"facecolor": colours[name], "linewidth": 0.25} for name in regions]
     looks += [{"facecolor": "none", "linewidth": 0.0, "hatch": hatch} for hatch in _HATCHES * len(above)]
     for (name, cells), look in zip((regions | above).items(), looks, strict=False):
         axes.add_collection(PolyCollection(points[corners[cells]], edgecolor=_EDGE, **look))
-        keys[name] = Patch(edgecolor=_EDGE, **look)
+        keys[f"{name} (region)" if name in shared else name] = Patch(edgecolor=_EDGE, **look)
     # Wide lines below narrow ones, so that each is seen where several lie on each other.
     boundaries = sorted((mesh.boundaries or {}).items(), key=lambda item: -len(item[1]))
     widths = np.linspace(_WIDEST, _NARROWEST, max(len(boundaries), 2))
@@ -86,7 +88,7 @@ def _section(mesh: skfem.Mesh, heading: str) -> Figure:
         look = {"color": _BOUNDARY_COLOURS[number % len(_BOUNDARY_COLOURS)], "linewidth": line}
         lines = list(points[mesh.facets[:, np.asarray(facets)].T])
         axes.add_collection(LineCollection(lines, capstyle="round", zorder=3, **look))
-        keys[name] = Line2D([], [], **look)
+        keys[f"{name} (boundary)" if name in shared else name] = Line2D([], [], **look)
     axes.set_aspect("equal")
     axes.grid(visible=False)
     axes.margins(0.03)

@@ -53,7 +53,7 @@ _LARGE_ENERGIES: Mapping[str, tuple[str, str]] = {
 }
 _SMALL_ENERGIES: Mapping[str, tuple[str, str]] = {
     "kinetic_energy": ("kinetic energy", palette.VERMILLION),
-    "numerical_dissipation": ("numerical damping", palette.PURPLE),
+    "numerical_dissipation": ("time integration", palette.PURPLE),
     "damping_dissipation": ("material damping", palette.GREEN),
     "contact_energy": ("contact penalty", palette.SKY),
     "energy_imbalance": ("imbalance", palette.GREY),

@@ -66,6 +66,11 @@ class Run:
         return digest([{"format": RESULT_FORMAT, "version": __version__}, values])
 
     @cached_property
+    def written_values(self) -> Mapping[str, Any]:
+        """What is written of it: its plain values with the directions of slides, which decide nothing new."""
+        return dataclasses.replace(self, study=self.study.with_directions).plain_values
+
+    @cached_property
     def plain_values(self) -> Mapping[str, Any]:
         """Everything that makes the run as plain data, which is a study file of its own."""
         mapping: dict[str, Any] = as_mapping(self.study)

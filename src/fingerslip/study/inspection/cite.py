@@ -92,6 +92,7 @@ _THRESHOLDS = {
     "FA-II": ("least_steady", " m/s²"),
     "SA-II": ("least_steady", ""),
 }
+_NORMAL = re.compile(r"contacts?\.(\d+\.)?(counterface\.\w+\.)?normal$")
 _CITED = re.compile(r"@(\w+)")
 _LENGTH, _STIFFNESS = Unit("m", "µm"), Unit("Pa/m", "GPa/m")
 
@@ -267,7 +268,9 @@ def _contact(facts: _Facts) -> Iterator[str]:
     normal, tangential = facts.span("normal_penalty", _STIFFNESS), facts.span("tangential_penalty", _STIFFNESS)
     parameters = _in_words({path: value.value for path, value in friction.items()})
     penalties = f"by penalties at the nodes ({normal} normal, {tangential} tangential)"
-    pair = f"{_enumerate(dict.fromkeys(boundaries))} with a rigid {_enumerate(bodies) or 'plane'}"
+    normals = dict.fromkeys(f"({value.value})" for path, value in facts.values.items() if _NORMAL.match(path))
+    facing = f" (outward normal {_enumerate(normals)})" if normals else ""
+    pair = f"{_enumerate(dict.fromkeys(boundaries))} with a rigid {_enumerate(bodies) or 'plane'}{facing}"
     penetration, stretch = facts.largest("penetration_max_m"), facts.largest("elastic_slip_max_m")
     deviations = ""
     if penetration is not None and stretch is not None:
@@ -287,9 +290,11 @@ def _contact(facts: _Facts) -> Iterator[str]:
 def _motion(facts: _Facts) -> Iterator[str]:
     """Yield sentences on what was done to the specimen, and how time was integrated."""
     phases: dict[str, dict[str, str]] = {}
-    for path, text in facts.below("programme", only_set=True).items():
+    set_values = facts.below("programme", only_set=True)
+    for path, text in facts.below("programme").items():
         number, verb, name = path.split(".", 2)
-        phases.setdefault(f"{number} {verb}", {})[name] = text
+        if path in set_values or name == "direction":
+            phases.setdefault(f"{number} {verb}", {})[name] = text
     if phases:
         listed = (f"{phase.split()[1]} ({_in_words(values)})" for phase, values in phases.items())
         yield f"The counterface moved in phases: {', then '.join(listed)}."

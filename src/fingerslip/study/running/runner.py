@@ -288,7 +288,7 @@ def _study_result(plan: Plan, refused: tuple[RefusedRun, ...], whole: Collection
     runs = []
     for run in (run for run in plan.runs if run.name in finished):
         result = with_convergence(finished[run.name], convergences.get(run.name))
-        result = dataclasses.replace(result, values=flatten(run.plain_values))
+        result = dataclasses.replace(result, values=flatten(run.written_values))
         derived = {name: derive(name, text, result) for name, text in plan.study.derived.items()}
         runs.append(dataclasses.replace(result, derived=derived))
     return StudyResult(

@@ -91,18 +91,21 @@ def value_rows(runs: Sequence[Run], paths: Collection[str] | None = None) -> tup
 def _rows(run: Run, paths: Collection[str] | None) -> Iterator[_Row]:
     if run.specimen is not None:
         yield from _specimen_rows(run, run.specimen, paths)
-    if _is_solid(run.study) and run.study.formulation is None:
+    if run.study.is_solid and run.study.formulation is None:
         yield _row("formulation", "solid", "derived", "three-dimensional elements")
     named = {f"materials.{name}": entry for name, entry in run.study.materials.items() if isinstance(entry, Mapping)}
     for path, entry in named.items():
         yield _row(f"{path}.{PRESET}", str(entry[PRESET]), STUDY_FILE)
         origin = _origin_of(MATERIALS, str(entry[PRESET]), path)
         yield from (_row_of(path, leaf, origin, paths) for leaf in walk_values(material_of(entry)))
-    for leaf in walk_values(run.study):
+    for leaf in walk_values(run.study.with_directions):
         is_named = any(is_below(leaf.path, path) for path in named)
         if not is_named and leaf.path.partition(".")[0] not in (*_ABOUT, *SPECIMENS):
             is_given = not leaf.is_default if paths is None else any(is_below(path, leaf.path) for path in paths)
-            yield _row(leaf.path, _text(leaf.value, leaf.unit), STUDY_FILE if is_given else DEFAULT)
+            source, reason = STUDY_FILE if is_given else DEFAULT, ""
+            if leaf.path == "time.alpha" and run.study.time.scheme == "quasi_static":
+                source, reason = NOT_USED, "quasi-static steps have no numerical damping"
+            yield _row(leaf.path, _text(leaf.value, leaf.unit), source, reason)
 
 
 def _row(path: str, value: str, source: str, note: str = "") -> _Row:
@@ -167,16 +170,12 @@ def _unused_reason(path: str, study: Study, specimen: Specimen) -> str:
     if group == "materials" and rest.partition(".")[0] in study.materials:
         return "the study gives its own material"
     use = ModelUse(
-        dim=3 if _is_solid(study) else 2,
+        dim=3 if study.is_solid else 2,
         meshed=study.mesh.needs_specimen,
         held=not study.supports,
         groups=frozenset(study.record.all_groups),
     )
     return specimen.unused_reason(path, use)
-
-
-def _is_solid(study: Study) -> bool:
-    return study.formulation == "solid" or study.mesh.dim == 3
 
 
 def _text(value: object, unit: Unit | None) -> str:

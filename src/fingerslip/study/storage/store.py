@@ -107,7 +107,7 @@ def write_run(
             _logger.warning("%s", warning)
     write_history(history, folder / HISTORY)
     with writing(folder):
-        write_mapping(run.plain_values, folder / RUN, comment=REPEATS)
+        write_mapping(run.written_values, folder / RUN, comment=REPEATS)
         write_snapshots(history, folder)
     write_result(result, folder)
     return result

@@ -33,6 +33,14 @@ def test_a_section_shows_its_regions_and_boundaries_by_name():
         np.testing.assert_allclose(segments, expected)
 
 
+def test_a_region_and_a_boundary_of_one_name_are_both_in_the_legend():
+    mesh = box("Q4", *[np.linspace(0.0, 1.0, 3)] * 2, regions=HALVES)
+    mesh = mesh.with_boundaries({"low": mesh.boundaries["bottom"]})
+    (legend,) = mesh_figure(mesh).figure.legends
+    names = [text.get_text() for text in legend.get_texts()]
+    assert sorted(names) == sorted(["low (region)", "high", "low (boundary)", *(set(mesh.boundaries) - {"low"})])
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("up", "seen"), [("z", ("right", "top", "front")), ("y", ("right", "top", "back"))])
 def test_a_solid_shows_half_of_its_regions_and_each_boundary(monkeypatch, up, seen):

@@ -76,16 +76,21 @@ ABOVE = {"counterface_normal": lambda history: -history["counterface_normal"]}
 
 
 @pytest.mark.parametrize(
-    ("changes", "slide"), [({}, [1.0, 0.0]), (ABOVE, [1.0, 0.0]), (BACKWARDS, [-1.0, 0.0]), (ABOVE | BACKWARDS, [-1, 0])]
+    ("changes", "slide"), [({}, [1.0, 0.0]), (ABOVE, [1.0, 0.0]), (BACKWARDS, [-1, 0]), (ABOVE | BACKWARDS, [-1, 0])]
 )
 def test_the_arrow_points_where_the_plate_goes_on_whichever_side_it_is(plane, changes, slide):
     assert run_motion(plane.assign(changes), Events(), "t")["body"]["slide"] == slide
 
 
 SCRIPT = """
-const document = { getElementById: () => ({ textContent: '{"map": []}' }), querySelectorAll: () => [], addEventListener() {} };
+const document = {
+  getElementById: () => ({ textContent: '{"map": []}' }), querySelectorAll: () => [], addEventListener() {},
+};
 eval(require("fs").readFileSync(process.argv[1], "utf8").replace('"use strict";', "") + "; var Section_ = Section");
-const view = (run) => Object.assign(Object.create(Section_.prototype), { run, box: [0, 10, 0, 10], at: (frame, node) => run.places[node] }).closer(0);
+const view = (run) => {
+  const section = { run, box: [0, 10, 0, 10], at: (frame, node) => run.places[node] };
+  return Object.assign(Object.create(Section_.prototype), section).closer(0);
+};
 console.log(JSON.stringify(JSON.parse(process.argv[2]).map(view)));
 """
 

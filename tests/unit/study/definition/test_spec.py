@@ -68,6 +68,39 @@ def contact(**values):
     return block_values() | {"contact": {"boundary": "bottom"} | values, "sweep": {}}
 
 
+ABOVE, BELOW, TILTED = ({"normal": normal} for normal in ([0, -1], [0, 2], [3, 4]))
+SLIDES = [{"slide": {"distance": "1 mm", "speed": "1 mm/s"}}]
+OTHER_WAY = {"programme": [{"slide": {"distance": "1 mm", "speed": "1 mm/s", "direction": [-1, 0]}}]}
+
+
+@pytest.mark.parametrize(
+    ("contacts", "directions"),
+    [
+        ([BELOW], [(1, 0)]),
+        ([ABOVE], [(-1, 0)]),
+        ([TILTED], [(0.8, -0.6)]),
+        ([{"counterface": {"sphere": {"radius": "5 mm", "normal": [0, 0, -1]}}}], [(1, 0, 0)]),
+        ([BELOW, BELOW], [(1, 0)]),
+        ([BELOW, ABOVE], [None]),
+        ([BELOW, ABOVE | {"programme": SLIDES}], [(1, 0), (-1, 0)]),
+        ([BELOW | OTHER_WAY], [None, (-1, 0)]),
+    ],
+)
+def test_slides_say_in_which_direction_counterfaces_go(contacts, directions):
+    mapping = contact() | {"programme": SLIDES, "contacts": [{"friction_coefficient": 0.5} | each for each in contacts]}
+    del mapping["contact"]
+    study = parse_study(mapping, SOURCE)
+    resolved = study.with_directions
+    programmes = [resolved.programme, *(each.programme for each in resolved.contacts if each.programme)]
+    assert [programme[0].direction for programme in programmes] == [
+        direction and pytest.approx(direction) for direction in directions
+    ]
+    assert study.programme[0].direction is None
+    alone = {**mapping, "contact": mapping["contacts"][0]}
+    del alone["contacts"]
+    assert parse_study(alone, SOURCE).with_directions.contact == resolved.contacts[0]
+
+
 EVERYTHING = """
 contacts:
   - friction: {static_kinetic: {static: 0.8, kinetic: 0.5, decay_speed: 1 mm/s}}

@@ -24,6 +24,7 @@ from fingerslip.slip import find_events, measures
 from fingerslip.slip.measures import Measure
 from fingerslip.study.definition.runs import plan_study
 from fingerslip.study.storage import store
+from fingerslip.study.storage.reporting import read_run_values
 from fingerslip.study.storage.store import BasisFolder, commit, mesh_hash, read_run, write_run, write_snapshots
 from problems.blocks import distorted
 from unit.study.block import block_mesh, block_values
@@ -49,6 +50,7 @@ def test_what_is_written_is_read_back_with_all_values(folder):
     assert result.events == find_events(read_history(folder / "history.nc"))
     assert result.values["programme.0.press.depth"] == "0.0001 m"
     assert result.values["materials.block.poisson_ratio"] == 0.3
+    assert read_run_values(folder / "run.yaml").study.programme[1].direction == (1.0, 0.0), "where the plate went"
     assert result.mesh_hash == mesh_hash(block_mesh())
     assert result.doubts == ("contacts.0: turns", "time steps have made energy")
     assert result.mesh_size == pytest.approx(32 ** (-1 / 2))

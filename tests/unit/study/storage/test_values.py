@@ -189,8 +189,21 @@ OFF = FINGER | {"ridges": {"enabled": False}}
 STIFF = {"epidermis": {"youngs_modulus": "1 MPa"}}
 DERMIS = {"dermis": {"youngs_modulus": "1 kPa", "poisson_ratio": 0.3, "density": "1 kg/m^3"}}
 ACROSS, SECTIONS = "of the transverse section only", "of 2D sections only"
+BLOCK_STATIC = block_values() | {
+    "time": {"step": "2 ms", "scheme": "quasi_static"},
+    "programme": [{"slide": {"distance": "1 mm", "speed": "5 mm/s"}}],
+    "contact": {"boundary": "bottom", "normal": [1, 0], "friction_coefficient": 0.5},
+    "sweep": {},
+}
 #: Studies, and value, source and note of some of their values as they are shown.
 SHOWN = {
+    "quasi-static": (
+        BLOCK_STATIC,
+        {
+            "time.scheme": ("quasi_static", STUDY_FILE, ""),
+            "time.alpha": ("-0.05", NOT_USED, "quasi-static steps have no numerical damping"),
+        },
+    ),
     "defaults": (
         PLANE,
         {
@@ -277,6 +290,9 @@ def test_given_paths_count_where_they_are_known_and_what_another_law_brings_is_a
     (run,) = expand_mapping(PLANE, Path("study.yaml")).runs
     rows = {row.path: row for row in value_rows([run], ["time.scheme", "fingertip.layers.skin_thickness"])}
     assert (rows["time.scheme"].source, rows["time.alpha"].source) == (STUDY_FILE, DEFAULT)
+    (block,) = expand_mapping(BLOCK_STATIC, Path("study.yaml")).runs
+    directions = [row for row in value_rows([block], ["programme.0.slide.speed"]) if row.path.endswith("direction")]
+    assert directions == [ShownValue("programme.0.slide.direction", "0, -1", DEFAULT)], "as it was resolved"
     skin = rows["fingertip.layers.skin_thickness"]
     assert (skin.value, skin.source, skin.note) == ("1.5 mm", STUDY_FILE, "preset: 1.5 mm")
     law = {"law": "mooney_rivlin", "c10": "2 kPa", "poisson_ratio": 0.45}
