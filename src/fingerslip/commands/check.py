@@ -9,11 +9,14 @@ from fingerslip.commands.shared import AsJson, Results, Studies, print_tables
 
 def check(studies: Studies, results: Results = Path("results"), as_json: AsJson = False) -> None:
     """Check studies without computing them: the runs, their size and about how long they take."""
-    from fingerslip.study.definition.runs import plan_studies
+    from fingerslip.study.definition.runs import plan_each
 
-    plans = plan_studies(studies, results)
+    plans, mistakes = plan_each(studies, results)
+    if not plans:
+        mistakes.raise_all()
     # What builds meshes and models is slow to load: mistakes in the files are said before.
     from fingerslip.study.inspection.check import check_plans, fold_samples
 
-    table = check_plans(plans)
+    table = check_plans(plans, mistakes)
     print_tables([table if as_json else fold_samples(table)], as_json)
+    mistakes.raise_all()

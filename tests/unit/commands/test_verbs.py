@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+import yaml
 
 import fingerslip as fs
 from fingerslip.published import published_set
@@ -52,6 +53,27 @@ def test_a_study_is_checked_run_compared_exported_drawn_and_reported(invoke, blo
     monkeypatch.delattr("fingerslip.dynamics.simulation.simulate")
     assert "Slip events from accumulated slip" in invoke("report", "results/block").output
     assert made == [Path("results/block")]
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"time": {"step": "-1 ms"}}, {"contact.normal": [0, -1]}], ids=["of its file", "of its model"]
+)
+def test_studies_without_mistakes_are_shown_beside_the_mistakes_of_others(invoke, block, wrong):
+    path = block()
+    other = Path(path).with_name("other.yaml")
+    values = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+    changes = (
+        {"contact": values["contact"] | {"normal": wrong["contact.normal"]}} if "contact.normal" in wrong else wrong
+    )
+    other.write_text(yaml.safe_dump(values | changes), encoding="utf-8")
+    result = invoke("check", path, str(other), code=2)
+    assert "block.yaml" in result.stdout
+    assert "Checked: the others have mistakes" in result.stdout
+    assert "WARNING: block.yaml: programme.0" in re.sub(r"\s+", " ", result.stdout)
+    assert "other.yaml" in result.stderr
+    assert "other.yaml" not in result.stdout
+    assert "block.yaml" not in result.stderr
+    assert invoke("check", str(other), code=2).stdout == ""
 
 
 @pytest.mark.parametrize(

@@ -304,9 +304,9 @@ def test_a_mesh_that_folds_over_itself_is_refused(element):
         {"programme": (fs.Press(4.5e-3, 1e-3),), "supports": {"bulk": ("y",), "top": ("x", "y")}},
         {"programme": (fs.Press(4.2e-3, 1e-3),), "contacts": contact(clearance=0.35e-3)},
         {
-            "mesh": pad("Q4").with_boundaries({"foot": lambda x: x[1] < 1.1e-3}),
+            "mesh": pad("Q4").with_boundaries({"foot": lambda x: (x[0] < -3.9e-3) & (x[1] < 1.6e-3)}),
             "contacts": contact(
-                boundary="top", counterface=fs.Plane(normal=(0, 1), offset=3.9e-3), programme=(fs.Press(0.2e-3, 1e-3),)
+                boundary="top", counterface=fs.Plane(normal=(4, 1)), programme=(fs.Press(0.2e-3, 1e-3),)
             ),
             "supports": {"foot": ("x", "y")},
         },

@@ -117,6 +117,12 @@ def file_materials(file: Path, given: LengthUnit | None) -> FileMaterials:
             unweighed.append(region)
         if said is None and given is None and (laws[region].stiffness < _SOFTEST or 0.0 < written < _DENSITIES[0]):
             doubtful.append(region)
+    with_cells = {*domains.values(), *(blocks[0].get("mat") for blocks in content.parts().values())}
+    refused += [
+        f"the material {tag.get('name', '')} ({tag.get('type', 'of no type')}), which no cells have"
+        for tag in materials
+        if not with_cells & {tag.get("id"), tag.get("name")}
+    ]
     assumed = [f"the file names no units, so moduli are taken in N/{unit}^2"] if said is None and laws else []
     if unweighed:
         assumed.append(f"{_USUAL:g} kg/m^3 for {', '.join(unweighed)}, whose density is none of a tissue")

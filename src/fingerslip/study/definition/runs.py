@@ -61,14 +61,16 @@ class Run:
     @cached_property
     def identity(self) -> str:
         """Hash of everything that decides its result: its values, its mesh files, the program."""
-        values = {key: value for key, value in self.plain_values.items() if key != "title"}
+        # A slide that says its default direction gives the same result as one that does not.
+        plain_values = dataclasses.replace(self, study=self.study.with_directions(default=False)).plain_values
+        values = {key: value for key, value in plain_values.items() if key != "title"}
         values["mesh"] = {"hash": self.mesh_key}
         return digest([{"format": RESULT_FORMAT, "version": __version__}, values])
 
     @cached_property
     def written_values(self) -> Mapping[str, Any]:
-        """What is written of it: its plain values with the directions of slides, which decide nothing new."""
-        return dataclasses.replace(self, study=self.study.with_directions).plain_values
+        """What is written of it: its plain values and the directions in which slides go by default."""
+        return dataclasses.replace(self, study=self.study.with_directions()).plain_values
 
     @cached_property
     def plain_values(self) -> Mapping[str, Any]:
@@ -138,6 +140,13 @@ def plan_study(path: str | Path, results_dir: str | Path = "results") -> Plan:
 
 def plan_studies(paths: Sequence[str | Path], results_dir: str | Path = "results") -> tuple[Plan, ...]:
     """Read several studies and plan their runs."""
+    plans, mistakes = plan_each(paths, results_dir)
+    mistakes.raise_all()
+    return plans
+
+
+def plan_each(paths: Sequence[str | Path], results_dir: str | Path = "results") -> tuple[tuple[Plan, ...], Mistakes]:
+    """Return the plans of studies without mistakes, and the mistakes of the others."""
     mistakes, plans = Mistakes(), dict[Path, Plan]()
     for path in paths:
         with mistakes.collect():
@@ -145,8 +154,7 @@ def plan_studies(paths: Sequence[str | Path], results_dir: str | Path = "results
             twin = plans.setdefault(plan.folder, plan)
             if twin is not plan:
                 raise InputError(str(plan.source), f"has the file name of {twin.source}", "needs a name of its own")
-    mistakes.raise_all()
-    return tuple(plans.values())
+    return tuple(plans.values()), mistakes
 
 
 def plan_mapping(mapping: Mapping[str, Any], source: Path, folder: Path) -> Plan:

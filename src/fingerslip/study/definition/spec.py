@@ -334,21 +334,23 @@ class Study(SpecimenChoice):
         """Whether its body is modelled in 3D."""
         return self.formulation == "solid" or self.mesh.dim == 3
 
-    @property
-    def with_directions(self) -> Study:
-        """The study whose slides say in which direction counterfaces go, unless they go in several."""
+    def with_directions(self, *, default: bool = True) -> Study:
+        """Return the study whose slides say in which direction counterfaces go, unless they go in several.
+
+        Without `default` none says the direction that it has by default.
+        """
         dim = 3 if self.is_solid or not (self.formulation or self.specimen_kind) else 2
         followers = [contact for contact in self.all_contacts if contact.programme is None and not contact.rigid_body]
 
         def directed(contact: ContactSettings) -> ContactSettings:
-            programme = contact.programme and _directed(contact.programme, [contact], dim)
+            programme = contact.programme and _directed(contact.programme, [contact], dim, default)
             return dataclasses.replace(contact, programme=programme)
 
         return dataclasses.replace(
             self,
             contact=self.contact and directed(self.contact),
             contacts=tuple(map(directed, self.contacts)),
-            programme=_directed(self.programme, followers, dim),
+            programme=_directed(self.programme, followers, dim, default),
         )
 
     @property
@@ -357,15 +359,18 @@ class Study(SpecimenChoice):
         return {name: material_of(entry) for name, entry in self.materials.items()}
 
 
-def _directed(programme: Sequence[Phase], contacts: Sequence[ContactSettings], dim: int) -> tuple[Phase, ...]:
-    """Return a programme whose slides without a direction have that of all its contacts, if it is one."""
+def _directed(
+    programme: Sequence[Phase], contacts: Sequence[ContactSettings], dim: int, said: bool
+) -> tuple[Phase, ...]:
+    """Return a programme whose slides have the default direction of all its contacts, if it is one, or leave it out."""
     normals = (contact.contact(dim).counterface.unit_normal for contact in contacts)
     directions = {tuple(map(float, sliding_direction(normal) + 0.0)) for normal in normals}
     if len(directions) != 1:
         return tuple(programme)
+    direction = directions.pop()
     return tuple(
-        dataclasses.replace(phase, direction=next(iter(directions)))
-        if isinstance(phase, Slide) and phase.direction is None
+        dataclasses.replace(phase, direction=direction if said else None)
+        if isinstance(phase, Slide) and phase.direction in (None, direction)
         else phase
         for phase in programme
     )

@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 
 from fingerslip.dynamics.recording.steps import record_bytes, step_times
 from fingerslip.dynamics.system.scheme import has_inertia
-from fingerslip.errors import InputError
+from fingerslip.errors import InputError, Mistakes
 from fingerslip.mesh.io import write_mesh
 from fingerslip.mesh.source import MeshFile
 from fingerslip.model.model import Model
@@ -53,28 +53,35 @@ _CONTROLLED = (
 )
 
 
-def check_plans(plans: Sequence[Plan]) -> Table:
-    """Check studies, and estimate the size and time of every run."""
+def check_plans(plans: Sequence[Plan], mistakes: Mistakes | None = None) -> Table:
+    """Check studies, and estimate the size and time of every run.
+
+    Mistakes are collected where that is asked for and a study is without; else they are raised.
+    """
     rows: list[_Row] = []
     job_groups: list[list[Job]] = []
     doubts: list[str] = []
     drives: list[str] = []
+    collected = Mistakes() if mistakes is None else mistakes
     for plan in plans:
-        finished, name = plan.finished_runs(), plan.source.name
-        jobs, refused = prepare_samples(plan, plan.runs)
-        for job in jobs:
-            rows.append((name, job.run.name, "finished" if job.run.name in finished else "to do", *_size(job)))
-            doubts += [f"{name}: {doubt}" for doubt in job.doubts]
-        rows += [(name, sample.name, f"refused: {sample.reason}", 0, 0, 0, 0.0) for sample in refused]
-        doubts += [
-            f"{name}: {warning}" for warning in (*refinement_warnings(plan), *_of_deck(plan), *_of_friction(plan))
-        ]
-        measured = resolution_warnings({title: result.numbers for title, result in finished.items()})
-        doubts += [f"{name}: {warning.rstrip('.')}" for warning in measured]
-        drives += dict.fromkeys(drive for job in jobs for drive in _drives(job.model))
-        job_groups += groups([job for job in jobs if job.run.name not in finished])
+        with collected.collect():
+            finished, name = plan.finished_runs(), plan.source.name
+            jobs, refused = prepare_samples(plan, plan.runs)
+            for job in jobs:
+                rows.append((name, job.run.name, "finished" if job.run.name in finished else "to do", *_size(job)))
+                doubts += [f"{name}: {doubt}" for doubt in job.doubts]
+            rows += [(name, sample.name, f"refused: {sample.reason}", 0, 0, 0, 0.0) for sample in refused]
+            of_plan = *refinement_warnings(plan), *_of_deck(plan), *_of_friction(plan)
+            doubts += [f"{name}: {warning}" for warning in of_plan]
+            measured = resolution_warnings({title: result.numbers for title, result in finished.items()})
+            doubts += [f"{name}: {warning.rstrip('.')}" for warning in measured]
+            drives += dict.fromkeys(drive for job in jobs for drive in _drives(job.model))
+            job_groups += groups([job for job in jobs if job.run.name not in finished])
+    if mistakes is None or not rows:
+        collected.raise_all()
     warnings = list(dict.fromkeys(doubts))
-    title = "Checked: no mistakes found" + f", {len(warnings)} warning{'s' * (len(warnings) != 1)}" * bool(warnings)
+    title = "Checked: the others have mistakes" if collected.found else "Checked: no mistakes found"
+    title += f", {len(warnings)} warning{'s' * (len(warnings) != 1)}" * bool(warnings)
     note = "\n".join(
         (_note(rows, job_groups), *dict.fromkeys(drives), *(f"WARNING: {warning}." for warning in warnings))
     )

@@ -98,7 +98,7 @@ def _rows(run: Run, paths: Collection[str] | None) -> Iterator[_Row]:
         yield _row(f"{path}.{PRESET}", str(entry[PRESET]), STUDY_FILE)
         origin = _origin_of(MATERIALS, str(entry[PRESET]), path)
         yield from (_row_of(path, leaf, origin, paths) for leaf in walk_values(material_of(entry)))
-    for leaf in walk_values(run.study.with_directions):
+    for leaf in walk_values(run.study.with_directions()):
         is_named = any(is_below(leaf.path, path) for path in named)
         if not is_named and leaf.path.partition(".")[0] not in (*_ABOUT, *SPECIMENS):
             is_given = not leaf.is_default if paths is None else any(is_below(path, leaf.path) for path in paths)

@@ -181,6 +181,12 @@ def test_every_material_is_a_law_or_is_listed(tmp_path, text, expected):
         assert laws["Tissue"] == expected
 
 
+def test_a_material_that_no_cells_have_is_listed(tmp_path):
+    text = FEBIO.replace("</Material>", '<material id="4" name="Plate" type="rigid body"></material></Material>')
+    refused = file_materials(write(tmp_path / "pad.feb", text), "mm").refused
+    assert refused[-1] == "the material Plate (rigid body), which no cells have"
+
+
 def test_a_file_in_millimetres_that_is_read_in_metres_is_warned_of(tmp_path):
     text = re.sub(r' units="[^"]*"|<units>.*?</units>', "", FEBIO)
     path = write(tmp_path / "pad.feb", text.replace(GEL, material("neo-Hookean", "<E>0.05</E><v>0.3</v>")))

@@ -90,15 +90,15 @@ def test_slides_say_in_which_direction_counterfaces_go(contacts, directions):
     mapping = contact() | {"programme": SLIDES, "contacts": [{"friction_coefficient": 0.5} | each for each in contacts]}
     del mapping["contact"]
     study = parse_study(mapping, SOURCE)
-    resolved = study.with_directions
+    resolved = study.with_directions()
     programmes = [resolved.programme, *(each.programme for each in resolved.contacts if each.programme)]
     assert [programme[0].direction for programme in programmes] == [
         direction and pytest.approx(direction) for direction in directions
     ]
-    assert study.programme[0].direction is None
+    assert study == study.with_directions(default=False) == resolved.with_directions(default=False)
     alone = {**mapping, "contact": mapping["contacts"][0]}
     del alone["contacts"]
-    assert parse_study(alone, SOURCE).with_directions.contact == resolved.contacts[0]
+    assert parse_study(alone, SOURCE).with_directions().contact == resolved.contacts[0]
 
 
 EVERYTHING = """
