@@ -146,7 +146,7 @@ def plan_studies(paths: Sequence[str | Path], results_dir: str | Path = "results
 
 
 def plan_each(paths: Sequence[str | Path], results_dir: str | Path = "results") -> tuple[tuple[Plan, ...], Mistakes]:
-    """Return the plans of studies without mistakes, and the mistakes of the others."""
+    """Return the plans of studies without mistakes, and the mistakes of the others; raised where all have some."""
     mistakes, plans = Mistakes(), dict[Path, Plan]()
     for path in paths:
         with mistakes.collect():
@@ -154,6 +154,8 @@ def plan_each(paths: Sequence[str | Path], results_dir: str | Path = "results") 
             twin = plans.setdefault(plan.folder, plan)
             if twin is not plan:
                 raise InputError(str(plan.source), f"has the file name of {twin.source}", "needs a name of its own")
+    if not plans:
+        mistakes.raise_all()
     return tuple(plans.values()), mistakes
 
 

@@ -397,6 +397,7 @@ def test_energy_balance_keeps_small_parts_apart_as_shares_of_the_largest_work():
     small, work = panels(signals.energy_figure(HISTORY))[1], float(HISTORY["external_work"].max())
     shares = {name: np.asarray(line(small, name).get_ydata()) for name in ("contact penalty", "material damping")}
     assert shares["contact penalty"][-1] == pytest.approx(float(HISTORY["contact_energy"][-1]) / work)
+    assert line(small, "time integration"), "which steps without inertia have, too, and of either sign"
     # Zero cannot be shown on a logarithmic scale.
     assert shares["material damping"].tolist() == [1e-16] * HISTORY.sizes["time"]
     relaxing = HISTORY.assign(viscous_dissipation=HISTORY["external_work"] / 3.0)
