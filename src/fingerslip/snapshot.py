@@ -125,7 +125,9 @@ def curved_points(history: xr.Dataset, depth: float) -> Floats:
 
 def _centre_of_flat(history: xr.Dataset, counterface: int, step: int) -> Floats | None:
     """Return the middle (3,) of a flat counterface's contact candidates, on it [m]; None for any other."""
-    extent = float(np.linalg.norm(np.ptp(history["node_position"].values, axis=0)))
+    # Without snapshots a history does not have the whole mesh.
+    points = history["node_position" if "node_position" in history.coords else "contact_position"].values
+    extent = float(np.linalg.norm(np.ptp(points, axis=0)))
     normal, nodes = (
         history["counterface_normal"].values[counterface],
         history["contact_counterface"].values == counterface,
