@@ -2,10 +2,11 @@
 
 As long as all sticks, markers move in one pattern that grows: a motion as one, and how the sensor yields to it (Dong et
 al. 2019 take a rigid motion alone). That is how a plane moves that a moving camera sees, so that no wall slips;
-few markers tell the turn and size of the plane alone. Both are fitted to the markers that agree. How the sensor yields
-is seen in the first motion from rest. Slip begins where a share of the markers leaves the pattern by more than they do
-at rest. It is gross where the markers spring back, faster than they were ever carried along. A motion that is not rigid
-from its start is no slide but a press; where the sensor then rests, the next one begins.
+few markers tell the turn and size of the plane alone; it is fitted to the markers that agree. How the sensor yields is
+fitted to its motion from rest until it is known as well as it has to be; the limit grows by what noise leaves unknown.
+Slip begins where a share of the markers leaves the pattern by more than the limit. It is gross where the markers spring
+back, faster than they were ever carried along. A motion that is not rigid from its start is no slide but a press; where
+the sensor then rests, the next one begins.
 """
 
 from __future__ import annotations
@@ -134,7 +135,8 @@ class ResidualDetector(FrameByFrame[ResidualFinding]):
         self._weights = neighbour_weights(rest)
         moved = fill_unseen(positions - rest, visible, self._weights)
         spacing = float(np.median(nearest_neighbours(rest)[1]))
-        self._noise = max(_rms(fit_rigid_motions(rest, rest + moved).residual), 1e-3 * spacing)
+        self._spread = _rms(fit_rigid_motions(rest, rest + moved).residual)
+        self._noise = max(self._spread, 1e-3 * spacing)
         self._jitter = max(_rms(moved), self._noise)
         self._clear = max(_CLEAR * self._jitter, _FIRST * spacing)
         self._rest_at(rest)
@@ -142,7 +144,9 @@ class ResidualDetector(FrameByFrame[ResidualFinding]):
     def _rest_at(self, rest: Floats) -> None:
         """Count all motion from markers at rest (n, 2), until they rest again."""
         self._rest, self._is_moving = rest, False
-        self._pattern = np.zeros_like(rest)  # what the sensor yields to the first motion
+        # How the sensor yields along its first motion, of which these are sums, and the error [-] of that.
+        self._pattern, self._error = np.zeros_like(rest), 0.0
+        self._along, self._moment, self._power = np.zeros_like(rest), np.zeros_like(rest), 0.0
         self._still: Flags = np.zeros(len(rest), dtype=bool)  # which stay behind their neighbours
         self._first: deque[Floats] = deque(maxlen=_MOST)
         self._means: deque[Floats] = deque(maxlen=_WINDOW + 1)
@@ -163,9 +167,14 @@ class ResidualDetector(FrameByFrame[ResidualFinding]):
         is_press = self._is_moving and self._slides[-1].is_press
         counted = visible & ~self._still & (not is_press)
         if self._is_moving and counted.any():
-            limit = max(settings.noise * self._noise, settings.growth * displacement)
-            left = self._less_pattern(moved, counted, limit)
+            along = float((moved * self._along).sum())
+            noise = float(np.hypot(self._noise, self._error * along))
+            limit = max(settings.noise * noise, settings.growth * displacement)
+            left = self._less_motion(moved - along * self._pattern, counted, limit)
             share = float((np.linalg.norm(left[counted], axis=1) > 1.0).mean())
+            is_rough = settings.noise * self._spread > settings.growth * self._power**0.5
+            if is_rough and share < settings.share and self._slides[-1].onsets.first is None:
+                self._fit_pattern(moved[None])
             self._watch(frame.time, share, self._is_back(moved.mean(axis=0)))
         residual[self._chosen] = np.where(counted[:, None], left, np.nan)
         self._rest_again(frame.time, self._rest + moved)
@@ -183,19 +192,30 @@ class ResidualDetector(FrameByFrame[ResidualFinding]):
             self._stirred = time
         if displacement > self._clear:
             self._still = lagging_markers(self._rest, moved[None], 0.5 * self._clear)
-            self._pattern = self._less_rigid(np.mean(self._first, axis=0))
+            self._along = moved / (len(moved) * displacement)
+            self._fit_pattern(np.stack(self._first))
             self._is_moving, self._clear_since = True, time
             start = time if self._stirred is None else self._stirred
             is_press, behind = _rms(self._less_rigid(moved)) > _RIGID * displacement, int(self._still.sum())
             self._slides.append(Slide(start, is_press, behind=behind, markers=len(moved)))
+
+    def _fit_pattern(self, moved: Floats) -> None:
+        """Fit how the sensor yields to further displacements (n_frames, n, 2), as far as noise lets it be known."""
+        lengths = np.tensordot(moved, self._along)
+        self._moment += np.tensordot(lengths, moved, 1)
+        self._power += float(lengths @ lengths)
+        pattern, error = self._less_rigid(self._moment / self._power), self._spread / self._power**0.5
+        # The share of the pattern that is no noise, as an empirical Bayes estimate has it.
+        share = 1.0 - (error / _rms(pattern)) ** 2 if _rms(pattern) > error else 0.0
+        self._pattern, self._error = share * pattern, share**0.5 * error
 
     def _less_rigid(self, moved: Floats) -> Floats:
         position = np.where(self._still[:, None], np.nan, self._rest + moved)
         residual: Floats = np.nan_to_num(fit_rigid_motions(self._rest, position[None]).residual[0])
         return residual
 
-    def _less_pattern(self, moved: Floats, counted: Flags, limit: float) -> Floats:
-        """Return what the pattern leaves of displacements (n, 2), in limits; those that are counted (n,) make it."""
+    def _less_motion(self, moved: Floats, counted: Flags, limit: float) -> Floats:
+        """Return what a motion as one leaves of displacements (n, 2), in limits; those that count (n,) make it."""
         middle, size = self._rest.mean(axis=0), float(np.ptp(self._rest, axis=0).max())
         x, y = ((self._rest - middle) / size).T
         one, none = np.ones_like(x), np.zeros_like(x)
@@ -203,7 +223,7 @@ class ResidualDetector(FrameByFrame[ResidualFinding]):
         if counted.sum() >= _MANY:
             seen_x, seen_y = ((self._rest + moved - middle) / size).T
             columns += [(x, -y), (y, x), (x * seen_x, x * seen_y), (y * seen_x, y * seen_y)]
-        basis = np.array([*columns, self._pattern.T]).transpose(2, 1, 0)
+        basis = np.array(columns).transpose(2, 1, 0)
         weights, left = counted.astype(np.float64), moved
         basis /= np.maximum(np.linalg.norm(basis, axis=(0, 1)), np.finfo(np.float64).tiny)
         for _ in range(1 + _ROUNDS):

@@ -77,10 +77,27 @@ def test_nothing_is_found_where_all_sticks():
     assert findings[-1].onsets.first is None
     assert max(entry.share for entry in findings) < 0.1
     assert findings[-1].displacement > 10.0
-    # How the sensor yields to a motion is no slip.
-    yielding = path((20, 0.0), (60, 12.0), (20, 12.0))[:, None, None] * (ALONG + 0.1 * SPREAD)
-    (slide,) = slides_of(detect_residual(moved(yielding, noise=0.002), SETTINGS))
+
+
+def yields(share: float, frames: int, noise: float, slipping: int = 0) -> xr.Dataset:
+    """Return tracks of markers that go 24 px in so many frames, at the rim by a share less; some stop after 16 px."""
+    travel, less = path((20, 0.0), (frames, 24.0), (20, 24.0)), 1.0 - share * (SPREAD**2).sum(axis=1) / 2.0
+    along = np.tile(travel[:, None], len(SPREAD))
+    along[:, :slipping] = np.minimum(along[:, :slipping], 16.0)
+    return moved((along * less)[:, :, None] * ALONG, noise)
+
+
+@pytest.mark.parametrize("noise", [0.005, 0.03, 0.1])
+@pytest.mark.parametrize(("share", "frames"), [(0.1, 20), (0.25, 5)])
+def test_how_a_sensor_that_sticks_yields_is_no_slip(share, frames, noise):
+    (slide,) = slides_of(detect_residual(yields(share, frames, noise), SETTINGS))
     assert (slide.is_press, slide.onsets.first) == (False, None)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.1, 0.25])
+def test_slip_of_a_sensor_that_yields_is_told_when_it_begins(share):
+    onsets = detect_residual(yields(share, 60, 0.03, slipping=7), SETTINGS)[-1].onsets
+    assert onsets.incipient == pytest.approx(60 / 30, abs=0.11)
 
 
 def stray(displacement: np.ndarray) -> None:
