@@ -37,8 +37,10 @@ if TYPE_CHECKING:
 
 
 #: Share of the markers that left the pattern, and in how many tested clips slip had begun when it was first reached, as
-#: (right + 1) / (all + 2): 121 clips, of which 97 slip. Below the limit of 0.1 the shares are assumed.
-RIGHT = ((0.0, 0.0), (0.05, 0.25), (0.1, 97 / 99), (1.0, 97 / 99))
+#: (right + 1) / (all + 2): 193 clips, of which 97 slip. Below the limit of 0.1 the shares are assumed.
+RIGHT = ((0.0, 0.0), (0.05, 0.25), (0.1, 98 / 99), (1.0, 98 / 99))
+#: Time that markers have to stay where they are to rest again [s].
+STILL = 0.5
 #: The same of gross slip, which was told in five clips in which a part of the contact always sticks.
 GROSS_RIGHT = 92 / 98
 
@@ -46,7 +48,6 @@ _MOST = 100  # frames that are taken for rest
 # The first motion is one of so many times the noise, and of this share of the distance between markers.
 _CLEAR, _FIRST = 10.0, 0.05
 _WINDOW, _QUICK = 5, 2  # frames over which markers spring back, slowly and at once
-_STILL = 0.5  # time that markers have to stay where they are to rest again [s]
 _RIGID = 0.3  # share of the first motion of a slide that is not rigid, at most
 _BEHIND = 0.25  # share of the markers that may stay behind the first motion where no slip is said
 _MANY = 20  # markers that determine the motion of a plane before a camera
@@ -267,9 +268,9 @@ class ResidualDetector(FrameByFrame[ResidualFinding]):
         if len(newest) == FEWEST and _rms(np.stack(newest) - self._rest) < 0.5 * self._clear:
             self._end(time, self._rest)  # back where it began
             return
-        if time - self._clear_since < _STILL:
+        if time - self._clear_since < STILL:
             return
-        recent = np.stack([places for then, places in self._history if time - then <= _STILL])
+        recent = np.stack([places for then, places in self._history if time - then <= STILL])
         earlier, later = np.array_split(recent, 2)
         is_still = _rms(recent - recent.mean(axis=0)) < STIRRED * self._jitter
         if is_still and len(recent) >= FEWEST and _rms(later.mean(axis=0) - earlier.mean(axis=0)) < self._jitter:
@@ -300,7 +301,7 @@ def sureness(share: float) -> float:
     >>> sureness(0.0), sureness(0.04)
     (0.0, 0.2)
     """
-    return round(float(np.interp(share, [row[0] for row in RIGHT], [row[1] for row in RIGHT])), 3)
+    return float(np.interp(share, [row[0] for row in RIGHT], [row[1] for row in RIGHT]))
 
 
 def _log_odds(chance: float) -> float:
@@ -344,9 +345,12 @@ def findings_table(findings: Sequence[Finding], title: str, note: str) -> Table:
     latency, onsets, slides = latency_of(findings), findings[-1].onsets, slides_of(findings)
     is_judged = not slides or any(slide.is_judged for slide in slides)
     no_event = Missing.NO_EVENT if is_judged else Missing.NOT_JUDGED
+    # Markers that only stop are not seen to slip as one.
+    is_open = isinstance(findings[-1], ResidualFinding) and onsets.incipient is not None
+    no_gross = Missing.NOT_JUDGED if is_open else no_event
     rows: tuple[tuple[Cell, ...], ...] = (
         ("slip begins [s]", no_event if onsets.incipient is None else f"{onsets.incipient:.4g}"),
-        ("gross slip begins [s]", no_event if onsets.gross is None else f"{onsets.gross:.4g}"),
+        ("gross slip begins [s]", no_gross if onsets.gross is None else f"{onsets.gross:.4g}"),
         ("frames", str(latency.frames)),
         ("median latency [ms]", f"{1e3 * latency.median:.3g}"),
         ("latency of 95 % of frames below [ms]", f"{1e3 * latency.late:.3g}"),

@@ -100,6 +100,17 @@ def test_slip_of_a_sensor_that_yields_is_told_when_it_begins(share):
     assert onsets.incipient == pytest.approx(60 / 30, abs=0.11)
 
 
+def test_markers_that_only_stop_are_no_denial_of_gross_slip_and_later_is_before_the_new_rest():
+    clip = clip_of(
+        yields(0.1, 60, 0.03, slipping=7).pad(time=(0, 150), mode="edge").assign_coords(time=np.arange(250) / 30)
+    )
+    (row,), (slide,) = slide_table(clip).rows, clip.slides
+    assert row[4] is Missing.NOT_JUDGED
+    assert findings_table(clip.findings, "", "").rows[1][1] is Missing.NOT_JUDGED
+    assert "where they only stop, it is not seen" in slide_table(clip).note
+    assert slide.onsets.incipient < clip.findings[clip.moments["later"]].time < slide.end
+
+
 def stray(displacement: np.ndarray) -> None:
     """One marker in a corner is taken for something else."""
     displacement[60:, 0] += (25.0, -20.0)
@@ -284,7 +295,7 @@ def test_the_page_says_when_and_how_sure_and_shows_it(tmp_path, monkeypatch):
     assert error.startswith("Error of the time when slip begins, in tests: 0.0 s (0.0 to 0.1) on analytic slides")
     assert "Of gross slip: 0.0 s (0.0 to 0.0), -0.1 s (-0.4 to 2.0); false in 5 of 5 clips in which" in error
     told, falsely, gross_error = tuple(zip(*page.tested_table().rows, strict=True))[-3:]
-    assert (told, falsely) == ((64, 0, 15, 5, 12), (0, 0, 0, 5, 0))
+    assert (told, falsely) == ((64, 0, 0, 15, 5, 12), (0, 0, 0, 0, 5, 0))
     assert gross_error[0] == "0.00 (0.00 to 0.00)"
     trained = replace(clip, findings=[replace_kind(entry) for entry in clip.findings])
     assert answer_of(trained) == (answer, "Error of the time not known.")
@@ -315,7 +326,7 @@ def test_the_page_says_when_and_how_sure_and_shows_it(tmp_path, monkeypatch):
     header = (tmp_path / "page" / "slip.csv").read_text().splitlines()[0]
     assert header == "begins [s],ends [s],what,slip [s],gross slip [s],sure [%]"
     assert "linearly across the markers looks like a camera that moves" in text
-    assert "orange ones stick" in text
+    assert "Orange is where slipping and sticking markers meet" in text
     for section in ("When", "Timeline", "Which markers", "The moments around", "How it was found", "Speed"):
         assert f">{section}</h2>" in text
     assert text.count("image/webp") == 2
@@ -341,7 +352,9 @@ def test_pages_without_a_video_without_a_slide_and_of_trained_detectors():
     still = clip_of(moved(np.zeros((40, 49, 2))))
     assert answer_of(still) == ("No slide was found.",)
     press = clip_of(moved(path((20, 0.0), (10, 6.0), (40, 6.0))[:, None, None] * SPREAD))
-    assert answer_of(press)[1] == "1 motion is a press or begins one: of slip in it nothing is said."
+    (told,) = answer_of(press)
+    assert told.startswith("Not judged: 1 motion is not rigid from the start")
+    assert told.endswith("Hold still for 0.5 s between press and slide.")
     slid = clip_of(trial().tracks)
     trained = replace(slid, findings=[replace_kind(entry) for entry in slid.findings])
     for clip, sections in ((still, 4), (press, 4), (slid, 5), (trained, 3)):
@@ -350,9 +363,12 @@ def test_pages_without_a_video_without_a_slide_and_of_trained_detectors():
         assert "<html" in render_page(report)
     assert answer_of(trained)[0] == answer_of(slid)[0]
     (row,) = slide_table(trained).rows
-    assert row[0] is None, "it does not know when the slide began"
+    assert row[:3] == (Missing.NOT_DEFINED,) * 3, "it does not know when the slide began"
+    pictures = Frames("slide", 30.0, lambda: iter(np.full((200, 240, 320), 90, dtype=np.uint8)))
+    (hero,) = slip_report(replace(trained, frames=pictures)).hero
+    assert hero.caption.endswith("which of them slip, it does not say.")
     assert "the probability that the detector itself gives" in slide_table(trained).note
-    assert slide_table(press).rows[0][2:] == ("press", *[Missing.NOT_JUDGED] * 3)
+    assert slide_table(press).rows[0][2:] == ("not rigid", *[Missing.NOT_JUDGED] * 3)
     assert findings_table(press.findings, "", "").rows[0][1] is Missing.NOT_JUDGED
 
 
