@@ -123,7 +123,9 @@ def recorded_trials(
             labels["external_markers"] = labels_from_external_markers(tracks, settings)
         if not labels and SLIP not in values:
             allowed = "needs external markers in the tracks, a label of your own, or yes or no in a column 'slip'"
-            raise InputError(f"trial {path.stem}", "has nothing to label it by", allowed)
+            unused = ", ".join(sorted(set(onsets) - {Path(name).stem for name in table}))
+            repair = f"labels name {shorten(unused)}, as no trial here is named" if unused else ""
+            raise InputError(f"trial {path.stem}", "has nothing to label it by", allowed, repair)
         yield Trial(path.stem, tracks, labels, values, origin)
 
 

@@ -241,8 +241,9 @@ def test_missing_recordings_and_labels_are_named(folder):
     with pytest.raises(InputError, match=r"names third\.nc, needs files that are in"):
         list(recorded_trials(folder, folder / "more.csv"))
     write_tracks(TRIAL.tracks.isel(marker=TRIAL.tracks["kind"].values == "internal"), folder / "first.nc")
-    with pytest.raises(InputError, match="trial first: has nothing to label it by"):
-        list(recorded_trials(folder, folder / "conditions.csv"))
+    labels = {"first.nc": Onsets(1.0, None), "second": Onsets(1.0, None)}
+    with pytest.raises(InputError, match=r"first: has nothing to label it by, .*; labels name first.nc, as no trial"):
+        list(recorded_trials(folder, folder / "conditions.csv", labels))
 
 
 @pytest.mark.parametrize(
