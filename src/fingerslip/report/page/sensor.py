@@ -125,7 +125,12 @@ def _summary(tracks: xr.Dataset) -> Table:
         ("markers", tracks.sizes["marker"], ""),
         ("markers that do not move with their neighbours", still, ""),
         ("fewest markers in a frame", int(count.min()), ""),
-        ("marker-frames with a position", 100.0 * seen_share(tracks), "%"),
+        (
+            "marker-frames with a position, of followed markers",
+            100.0 * float(count.mean()) / tracks.sizes["marker"],
+            "%",
+        ),
+        ("the same, of all visible markers", 100.0 * seen_share(tracks), "%"),
         ("intervals in which a marker was lost", len(lost_intervals(tracks)), ""),
         ("mean quality", float(tracks["quality"].mean()), ""),
         ("median noise at rest", float(np.median(noise)) if noise.size else None, "px"),

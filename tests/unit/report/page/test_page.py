@@ -217,7 +217,11 @@ def test_folder_stands_beside_the_video_its_page_says_what_is_wrong_and_a_failur
     assert "a-avi_tracks" in list(track_video(other, None, {"rest_frames": 3}))[-1], "not over those of the other"
     tracks = fs.read_tracks(tmp_path / "a_tracks" / "tracks.nc")
     tracks.attrs |= {"partial": 1, "warnings": "something is odd"}
-    page = render_page(quality_report(tracks, frames[0]))
+    report = quality_report(tracks.assign(visible=("time", [50] * 5)), frames[0])
+    values = {row[0]: row[1] for section in report.sections for table in section.tables for row in table.rows}
+    assert values["marker-frames with a position, of followed markers"] == 100.0
+    assert values["the same, of all visible markers"] == 50.0
+    page = render_page(report)
     for words in ("These tracks are partial.", "something is odd", "largest noise at rest", "No marker was lost"):
         assert words in page
     broken = open_frames([*frames[:3], frames[3][:100]], 30.0)
