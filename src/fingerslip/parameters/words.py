@@ -31,11 +31,10 @@ def describe_fields(cls: type[T]) -> type[T]:
         name: pydantic.fields.FieldInfo.from_annotation(hint)
         for name, hint in get_type_hints(cls, include_extras=True).items()
     }
-    marks = {field.name: hints[field.name] for field in dataclasses.fields(described)}
     entries = [
-        _entry(name, words, info.annotation, is_optional=type(None) in get_args(info.annotation))
-        for name, info in marks.items()
-        for words in info.metadata
+        _entry(field, words, hints[field.name].annotation)
+        for field in dataclasses.fields(described)
+        for words in hints[field.name].metadata
         if isinstance(words, str)
     ]
     text = f"{inspect.cleandoc(cls.__doc__ or '')}\n\n"
@@ -44,26 +43,31 @@ def describe_fields(cls: type[T]) -> type[T]:
     if entries and not (section and section[0].startswith("Parameters\n")):
         start = section.start() if section else len(text)
         cls.__doc__ = f"{text[:start]}Parameters\n----------\n{''.join(entries)}\n{text[start:]}".rstrip()
-        # Help would show all words twice.
-        signature = inspect.signature(cls)
-        bare = [entry.replace(annotation=entry.empty) for entry in signature.parameters.values()]
-        described.__signature__ = signature.replace(parameters=bare)
+        # Help would show all words twice. Subclasses of plain dataclasses would inherit a signature.
+        if "__signature__" in vars(cls):
+            signature = inspect.signature(cls)
+            bare = [entry.replace(annotation=entry.empty) for entry in signature.parameters.values()]
+            described.__signature__ = signature.replace(parameters=bare)
+        else:
+            described.__init__.__annotations__ = {"return": None}
     return cls
 
 
-def _entry(name: str, words: str, annotation: Any, *, is_optional: bool) -> str:
+def _entry(field: dataclasses.Field[Any], words: str, annotation: Any) -> str:
     kind, separator, explanation = words.partition(" : ")
     if not separator:
-        explanation = words
-        kind = f"{_type_words(annotation)}{', optional' if is_optional else ''}"
-    return f"{name} : {kind}\n{textwrap.indent(textwrap.fill(explanation, _WIDTH - 4), '    ')}\n"
+        explanation, kind = words, _type_words(annotation)
+        if type(None) in get_args(annotation):
+            is_needed = field.default is field.default_factory is dataclasses.MISSING
+            kind += " or None" if is_needed else ", optional"
+    return f"{field.name} : {kind}\n{textwrap.indent(textwrap.fill(explanation, _WIDTH - 4), '    ')}\n"
 
 
 def _type_words(annotation: Any) -> str:
     """Return a type as docstrings write it, such as 'tuple of float'."""
     origin, arguments = get_origin(annotation), get_args(annotation)
-    if origin is Annotated:
-        return _type_words(arguments[0])
+    if origin is Annotated or annotation is Any:
+        return _type_words(arguments[0] if arguments else object)
     if origin is Literal:
         return f"{{{', '.join(map(repr, arguments))}}}"
     inner = [_type_words(argument) for argument in arguments if argument not in (type(None), Ellipsis)]

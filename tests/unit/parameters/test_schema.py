@@ -6,7 +6,7 @@ import inspect
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib import resources
-from typing import Annotated, Literal, Protocol
+from typing import Annotated, Any, Literal, Protocol
 
 import pytest
 
@@ -85,16 +85,36 @@ class Lid(Box):
 
     rims: Annotated[Mapping[str, object], "(n,) array : Its rims : all."] = field(default_factory=dict)
     kind: Annotated[Literal["round", "square"], "Its kind."] = "round"
+    colour: Annotated[str | None, "Its colour."] = None
+    notes: Annotated[Mapping[str, Any], "What else."] = field(default_factory=dict)
+
+
+@describe_fields
+@dataclass(frozen=True)
+class Weight:
+    """A weight."""
+
+    value: Annotated[float | None, "Its value [kg]; None where it is not known."]
+
+
+@dataclass(frozen=True)
+class Load(Weight):
+    """A weight that lasts."""
+
+    duration: float = 1.0
 
 
 def test_words_beside_fields_stand_in_the_docstring_and_not_in_the_signature():
     of_box = (
-        "Parameters\n----------\nsize : float, optional\n    Its size [m].\nnames : tuple of str\n    What is in it.\n"
+        "Parameters\n----------\nsize : float or None\n    Its size [m].\nnames : tuple of str\n    What is in it.\n"
     )
     assert inspect.getdoc(Box) == f"A box.\n\n{of_box}\nExamples\n--------\n>>> Box(1.0)"
-    more = "rims : (n,) array\n    Its rims : all.\nkind : {'round', 'square'}\n    Its kind."
+    more = "rims : (n,) array\n    Its rims : all.\nkind : {'round', 'square'}\n    Its kind.\n"
+    more += "colour : str, optional\n    Its colour.\nnotes : mapping of str to object\n    What else."
     assert inspect.getdoc(Lid) == f"A lid.\n\n{of_box}{more}"
     assert str(inspect.signature(Box)) == "(size, names=(), form='round') -> None"
+    assert str(inspect.signature(Weight)) == "(value) -> None"
+    assert list(inspect.signature(Load).parameters) == ["value", "duration"]
     assert field_words(Box) == {"size": "Its size [m].", "names": "What is in it."}
 
 
