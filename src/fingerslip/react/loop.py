@@ -114,8 +114,8 @@ class Outcome:
     false_grip: Annotated[bool, "Whether the grip rose for an object that would have been held without it."]
     start: Annotated[float | None, "When the grip began to rise, since the load began [s]; None without a reaction."]
     end: Annotated[float, "When it was decided, since the load began [s]."]
-    times: Annotated[Floats, "array : The travel [m] over time [s] since the load began, from the branch on."]
-    travels: Annotated[Floats, "array : The travel [m] over time [s] since the load began, from the branch on."]
+    times: Annotated[Floats, "(n,) array : Times since the load began, from the branch on [s]."]
+    travels: Annotated[Floats, "(n,) array : The travel at these times [m]."]
 
 
 class Grasp:
