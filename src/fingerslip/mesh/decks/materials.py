@@ -117,9 +117,10 @@ def file_materials(file: Path, given: LengthUnit | None) -> FileMaterials:
             unweighed.append(region)
         if said is None and given is None and (laws[region].stiffness < _SOFTEST or 0.0 < written < _DENSITIES[0]):
             doubtful.append(region)
-    with_cells = {*domains.values(), *(blocks[0].get("mat") for blocks in content.parts().values())}
+    with_cells = {*domains.values(), *(tag.get("mat") for tag in content.mesh.iterfind("Elements"))} - {None}
     refused += [
-        f"the material {tag.get('name', '')} ({tag.get('type', 'of no type')}), which no cells have"
+        f"the material {tag.get('name') or tag.get('id', 'of no name')} ({tag.get('type', 'of no type')}), "
+        "which no cells have"
         for tag in materials
         if not with_cells & {tag.get("id"), tag.get("name")}
     ]

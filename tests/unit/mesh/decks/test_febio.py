@@ -181,10 +181,17 @@ def test_every_material_is_a_law_or_is_listed(tmp_path, text, expected):
         assert laws["Tissue"] == expected
 
 
-def test_a_material_that_no_cells_have_is_listed(tmp_path):
-    text = FEBIO.replace("</Material>", '<material id="4" name="Plate" type="rigid body"></material></Material>')
+@pytest.mark.parametrize(
+    ("names", "name"), [('id="4" name="Plate"', "Plate"), ('id="4"', "4"), ("", "of no name")], ids=str
+)
+def test_a_material_that_no_cells_have_is_listed(tmp_path, names, name):
+    text = FEBIO.replace("</Material>", f'<material {names} type="rigid body"></material></Material>')
     refused = file_materials(write(tmp_path / "pad.feb", text), "mm").refused
-    assert refused[-1] == "the material Plate (rigid body), which no cells have"
+    assert refused[-1] == f"the material {name} (rigid body), which no cells have"
+    if names:
+        # Cells of a kind that is not read have it.
+        text = text.replace("</Mesh>", '<Elements type="line2" mat="4" name="Wire"></Elements></Mesh>')
+        assert len(file_materials(write(tmp_path / "wire.feb", text), "mm").refused) == len(refused) - 1
 
 
 def test_a_file_in_millimetres_that_is_read_in_metres_is_warned_of(tmp_path):
