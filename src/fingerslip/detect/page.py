@@ -135,9 +135,9 @@ _CLIPS = 4
 _FILE = "slip.csv"
 _HOW = (
     "While all sticks, the markers of a sensor move in one pattern that grows: a motion as one, and how the sensor "
-    "yields to it in its first motion from rest. A marker has left it where what is left of its "
-    "displacement is more than {noise:g} times the noise at rest and more than {growth:g} % of the displacement. Slip "
-    "begins where {share:g} % of the markers have; it is gross where all spring back, faster than they were carried."
+    "yields to it, fitted until noise lets it be known. A marker has left it where what is left of its displacement is "
+    "more than {noise:g} times the noise, at rest and of that fit, and more than {growth:g} % of the displacement. "
+    "Slip begins where {share:g} % of the markers have; it is gross where all spring back faster than carried."
 )
 _WHAT_IT_NEEDS = (
     "The clip, or a part of it, has to begin at rest and pressed on what it will slide on. A motion that is not rigid "
