@@ -65,34 +65,34 @@ class Viscous:
 
     def after(self, variables: HistoryVariables, displacement: Floats) -> HistoryVariables:
         """Return what is remembered at the end of a step with a displacement u_1 (n,) [m]."""
-        given = np.stack([displacement, self.layers.shape @ displacement])
+        field = np.stack([displacement, self.layers.shape @ displacement])
         if self.layers.thickness is not None:
             pair = np.stack([displacement, self.layers.thickness @ displacement])
             left = self.recurrence.left(variables.fields)
             across = self.thickness_shares[0] * pair + self.thickness_shares[1] * (left[[0, 4]] + 2.0 * left[2:4])
-            given = np.concatenate([given, across, pair[1:]])
-        fields = self.recurrence.follow(variables.fields, given)
+            field = np.concatenate([field, across, pair[1:]])
+        fields = self.recurrence.follow(variables.fields, field)
         shares = self.recurrence.shares
         relaxed = np.tensordot(shares, fields[1:], 1)
         of_dashpots = float(shares @ np.array([_product(dashpot, dashpot) for dashpot in fields[1:]]))
-        stored = 0.5 * of_dashpots - _product(given, relaxed) + 0.5 * self._beside_elastic(given)
-        moved = _product(variables.fields[0] + given, relaxed - variables.relaxed)
+        stored = 0.5 * of_dashpots - _product(field, relaxed) + 0.5 * self._beside_elastic(field)
+        moved = _product(variables.fields[0] + field, relaxed - variables.relaxed)
         dissipated = 0.5 * (moved - (of_dashpots - variables.of_dashpots))
         return HistoryVariables(fields, relaxed, stored, of_dashpots, dissipated)
 
-    def _beside_elastic(self, given: Floats) -> float:
+    def _beside_elastic(self, field: Floats) -> float:
         """Return by how much twice the energy at once differs from that of the elastic stiffness, as w is free [J]."""
         law = self.layers.across
         if law is None:
             return 0.0
-        u, _, w, thinned, thick = given
+        u, _, w, thinned, thick = field
         bulk = law.bulk if np.isfinite(law.bulk) else 0.0
         return float(w @ thinned + (bulk - 1.0 / 3.0) * ((u - w) @ (thick - thinned)) - law.along * (u @ thick))
 
     def elastic_force(self, variables: HistoryVariables) -> tuple[Floats, Floats | None]:
         """Return y and, in plane stress, what T is to be multiplied with: the force is K u - S y + T of that."""
-        given, relaxed, law = variables.fields[0], variables.relaxed, self.layers.across
-        return relaxed[0], None if law is None else given[2] - law.along * given[0] - relaxed[2]
+        field, relaxed, law = variables.fields[0], variables.relaxed, self.layers.across
+        return relaxed[0], None if law is None else field[2] - law.along * field[0] - relaxed[2]
 
 
 def _product(field: Floats, other: Floats) -> float:
