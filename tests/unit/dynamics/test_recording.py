@@ -187,7 +187,7 @@ def loaded(element, load, step, **values):
 
 
 @pytest.mark.parametrize("element", ["Q4", "T6", "T4"])
-def test_cells_that_small_strain_turns_inside_out_are_named_once_also_at_a_snapshot_alone(element, caplog):
+def test_cells_that_small_strain_turns_inside_out_are_named_once_also_at_a_snapshot_alone(element, caplog, tmp_path):
     assert "inverted_cells" not in fs.simulate(loaded(element, 900.0, 1.0)).attrs
     assert not caplog.records
     model = loaded(element, 1100.0, 1.0)
@@ -195,7 +195,14 @@ def test_cells_that_small_strain_turns_inside_out_are_named_once_also_at_a_snaps
     assert f"turns {model.mesh.nelements} of {model.mesh.nelements} cells inside out" in caplog.text
     assert "write kinematics: finite" in caplog.text
     caplog.clear()
-    fs.simulate(loaded(element, 1100.0, 0.5, record=fs.Recording(snapshots_every=0.5)))
+    model = loaded(element, 1100.0, 0.5, record=fs.Recording(snapshots_every=0.5))
+    with fs.Simulation(model) as simulation:
+        for _ in range(3):
+            simulation.step()
+        simulation.save(tmp_path / "later.npz")
+    with fs.Simulation.restore(tmp_path / "later.npz", model) as simulation:
+        simulation.step()
+        assert simulation.history().attrs["inverted_cells"] == model.mesh.nelements
     assert caplog.text.count("cells inside out") == 1
 
 

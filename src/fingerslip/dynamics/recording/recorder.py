@@ -80,7 +80,7 @@ class Recorder:
         self._rigid = system.coordinates.rigid
         self._at_once = min(_STEPS_AT_ONCE, self._size)
         self._observed = np.zeros((len(_FIELDS), self._at_once, self._taken.size))
-        self._has_warned, self._completed = False, (-1, -1)
+        self._completed = (-1, -1)
         snapshots = snapshot_steps(times, model.record.snapshots_every)
         self._snapshots = SnapshotRecords(system, recoveries, self._viscous, snapshots)
         # What a history says of a section, whose forces are those of its depth [m].
@@ -150,7 +150,7 @@ class Recorder:
         self._snapshots.record(first, state, arrays)
         is_last = self._next == self._size
         is_seen = is_last or any(number in self._snapshots for number in range(first, self._next))
-        if state.body is None and not self._has_warned and is_seen:
+        if state.body is None and "inverted_cells" not in self.attributes and is_seen:
             last = state.displacement if count == 1 else state.displacement[-1]
             self._warn_of_inverted_cells(self._system.coordinates.on_mesh(np.ravel(last)))
 
@@ -159,7 +159,7 @@ class Recorder:
         space = self._system.space
         inverted = np.flatnonzero(inverted_cells(space, displacement))
         if inverted.size:
-            self._has_warned, self.attributes["inverted_cells"] = True, int(inverted.size)
+            self.attributes["inverted_cells"] = int(inverted.size)
             place = coordinates(space.mesh.p[:, space.mesh.t[:, inverted[0]]].mean(axis=1))
             _logger.warning(
                 "kinematics: small strain turns %d of %d cells inside out, such as that at %s: write kinematics: "
@@ -208,11 +208,14 @@ class Recorder:
     def saved_state(self) -> Any:
         """Return what :meth:`restore` needs, as plain data and arrays."""
         self._snapshots.carry(self._arrays)
-        return {"next": self._next, "observed": self._observed, **self._arrays}
+        inverted = self.attributes.get("inverted_cells", 0)
+        return {"next": self._next, "inverted_cells": inverted, "observed": self._observed, **self._arrays}
 
     def restore(self, saved: Any) -> None:
         """Go on where :meth:`saved_state` was called."""
         self._next = saved["next"]
+        if saved["inverted_cells"]:
+            self.attributes["inverted_cells"] = saved["inverted_cells"]
         for name, array in {"observed": self._observed, **self._arrays}.items():
             array[...] = saved[name]
 

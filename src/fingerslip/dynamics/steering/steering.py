@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 
 # Raised where saved simulations hold something else than before.
-_FORMAT = 7
+_FORMAT = 8
 _NUMBER = re.compile(r"(?<![A-Za-z0-9_])\d+\.?\d*(?:e[+-]?\d+)?")
 _ROUNDING = 1e-9  # what processors may differ by, of a number or of the size of a mesh
 _REPAIR = "save the simulation again"
