@@ -345,15 +345,16 @@ def _receptors_and_afferents(facts: _Facts) -> Iterator[str]:
         return
     stimuli = _enumerate(f"{stimulus} ({', '.join(names)})" for stimulus, names in kinds.items())
     thresholds = _enumerate(f"{', '.join(names)} (@{paper})" for paper, names in papers.items())
-    least = " That of FA-I is the least of 39, and whether they fire in partial slip hangs on it." * (
-        "FA-I" in resolved
-    )
-    fast = " FA-II are easiest to excite above 64 Hz (@johansson1982)." * ("FA-II" in resolved)
+    names = {name for names in kinds.values() for name in names}
+    borrowed = " (those of SA-II are those of SA-I)" * ("SA-II" in names)
+    rate = " and the threshold of SA-I for rates" * ("SA-I" in names)
+    least = " That of FA-I is the least of 39, and whether they fire in partial slip depends on it." * ("FA-I" in names)
+    fast = " FA-II are easiest to excite above 64 Hz (@johansson1982)." * ("FA-II" in names)
     yield (
         "Spikes come from leaky integrate-and-fire models, alike within a type and without noise, with the time "
-        "constants, filters, inhibition and delays of @saal2017, fitted to afferents of monkeys (of SA-II: of SA-I), "
-        f"driven by {stimuli}; stimuli were assumed, thresholds calibrated on single published values: {thresholds}."
-        f"{least}{fast} Counts of spikes are no result."
+        f"constants, filters, inhibition and delays of @saal2017, fitted to afferents of monkeys{borrowed}, "
+        f"driven by {stimuli}; stimuli{rate} were assumed, thresholds calibrated on single published values: "
+        f"{thresholds}.{least}{fast} Counts of spikes are no result."
     )
 
 

@@ -191,6 +191,15 @@ def test_all_that_moves_or_loads_is_told_beside_the_programme(values, sentence):
     assert said[0] == sentence
 
 
+def test_what_is_assumed_of_afferents_is_told_of_those_that_are_resolved(monkeypatch):
+    monkeypatch.setattr("fingerslip.afferents.model.resolved_afferents", lambda history: ("SA-I", "SA-II"))
+    history = xr.Dataset({"strain": 0.0}, {"site_kind": ("site", ["SA-I", "SA-II", "FA-II"])})
+    said = list(cite._receptors_and_afferents(cite._Facts({}, (history,), StudyResult(Path("s"), (), ()), "")))
+    assert "monkeys (those of SA-II are those of SA-I), driven by" in said[1]
+    assert "stimuli and the threshold of SA-I for rates were assumed" in said[1]
+    assert "FA-" not in said[1]
+
+
 def test_error_bars_are_the_largest_of_all_runs():
     bars = ({"slip.overall": 4e-3}, {"slip.overall": 2e-3, "slip.latency": 0.03, "displacement.overall": 1.0}, {})
     runs = [
