@@ -13,7 +13,14 @@ from fingerslip.report.content import ReportContent
 from fingerslip.report.labels import first_named, number_and_unit, of_runs, path_label, prose, run_title
 from fingerslip.report.tables.compare import difference_from, span_of
 from fingerslip.report.tables.parameters import ASSUMED, NOT_USED
-from fingerslip.report.tables.runs import differing_paths, latency_column, run_caveats, time_cell, time_digits
+from fingerslip.report.tables.runs import (
+    differing_paths,
+    doubts_beside,
+    latency_column,
+    run_caveats,
+    time_cell,
+    time_digits,
+)
 from fingerslip.results import RunResult, StudyResult
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import EventSettings
@@ -130,6 +137,8 @@ def _answer_of_many(
     travel = f"after {min(travels):.2f} to {max(travels):.2f} mm of travel, " if travels else ""
     spread = f"between {at(ordered[0])} and {at(ordered[-1])} after the slide begins{_trend(slipped, since)}"
     said = f"Over {len(slipped)} {kind}{which}, the whole contact slips {travel}{spread}."
+    if len(slipped) == 1:
+        said = f"In one of {len(study.runs)} {kind}, the whole contact slips {at(ordered[0])} after the slide begins."
     missing = len(sliding) - len(slipped)
     lacking = f"In {missing} of {len(sliding)} {kind} overall slip is not reached." if missing else ""
     return said, _latencies(slipped), lacking
@@ -268,7 +277,7 @@ def quotable(content: ReportContent) -> Mapping[str, str]:
         "inverted": any(run.numbers.get(INVERTED) for run in runs),
         "coarse": any(coarse),
         "edge": any(run.edge for run in runs),
-        "doubtful": any(run.doubts for run in runs),
+        "doubtful": any(map(doubts_beside, runs)),
     }
     wrong = [name for name, is_there in faults.items() if is_there]
     reasons = "; ".join([*(prose("quote", name) for name in wrong), *_not_to_quote(content, runs)])

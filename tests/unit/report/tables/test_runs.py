@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fingerslip.report.labels import run_title
 from fingerslip.report.tables import runs as tables
 from fingerslip.results import RefusedRun, RunResult, StudyResult
 from fingerslip.slip import Events, Peak, PeakTable, SlipEvents, measures
@@ -108,6 +109,12 @@ def test_known_uncertainties_stand_beside_their_times_and_contact_at_a_free_edge
     whole = dataclasses.replace(CUT_OFF, edge=None)
     assert tables.run_caveats([whole]) == ()
     doubted = [dataclasses.replace(whole, swept={"n": number}, doubts=("contacts.0: turns",)) for number in range(5)]
+    few = "programme.1: the slide takes 5 steps, and fewer than 25 are too coarse for the times of slip"
+    coarse = dataclasses.replace(whole, numbers={"slide_records": 5}, doubts=(few, "contacts.0: turns"))
+    assert [said.partition(":")[0] for said in tables.run_caveats([coarse])] == [
+        f"Doubtful in {run_title(coarse, coarse.name)}", "Too coarse for the times of slip"
+    ]  # fmt: skip
+    assert tables.doubts_beside(dataclasses.replace(coarse, numbers={})) == coarse.doubts
     assert tables.run_caveats([*doubted, whole]) == ("Doubtful in n 0, n 1, n 2 and 2 more: contacts.0: turns.",)
 
 
