@@ -192,8 +192,10 @@ def test_all_that_moves_or_loads_is_told_beside_the_programme(values, sentence):
 
 
 def test_what_is_assumed_of_afferents_is_told_of_those_that_are_resolved(monkeypatch):
-    monkeypatch.setattr("fingerslip.afferents.model.resolved_afferents", lambda history: ("SA-I", "SA-II"))
-    history = xr.Dataset({"strain": 0.0}, {"site_kind": ("site", ["SA-I", "SA-II", "FA-II"])})
+    monkeypatch.setattr("fingerslip.afferents.model.resolved_afferents", lambda _: ("SA-I", "SA-II"))
+    history = xr.Dataset(
+        {"strain": 0.0}, {"site": ["SA-I-0", "SA-II-0", "FA-II-0"], "site_kind": ("site", ["SA-I", "SA-II", "FA-II"])}
+    )
     said = list(cite._receptors_and_afferents(cite._Facts({}, (history,), StudyResult(Path("s"), (), ()), "")))
     assert "monkeys (those of SA-II are those of SA-I), driven by" in said[1]
     assert "stimuli and the threshold of SA-I for rates were assumed" in said[1]
