@@ -17,8 +17,10 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from fingerslip.contact.counterfaces import sliding_direction
 from fingerslip.errors import InputError, Mistakes, errors_at
 from fingerslip.materials.choice import PRESET, material_of
+from fingerslip.model.programme import Phase, Slide
 from fingerslip.parameters import as_mapping
 from fingerslip.parameters.dotted import flatten
 from fingerslip.results import REPEAT, SAMPLE, RefusedRun, RunResult, read_result
@@ -27,6 +29,7 @@ from fingerslip.specimens.protocol import Specimen
 from fingerslip.storage.files import digest
 from fingerslip.study.definition.expressions import derive
 from fingerslip.study.definition.file import study_file
+from fingerslip.study.definition.settings import ContactSettings
 from fingerslip.study.definition.spec import NOT_OF_A_RUN, PlainStudy, Study
 from fingerslip.study.definition.sweep import changed_paths, combinations, drawn, scatter_values
 from fingerslip.units import without_rounding
@@ -62,7 +65,7 @@ class Run:
     def identity(self) -> str:
         """Hash of everything that decides its result: its values, its mesh files, the program."""
         # A slide that says its default direction gives the same result as one that does not.
-        plain_values = dataclasses.replace(self, study=self.study.with_directions(default=False)).plain_values
+        plain_values = dataclasses.replace(self, study=with_directions(self.study, default=False)).plain_values
         values = {key: value for key, value in plain_values.items() if key != "title"}
         values["mesh"] = {"hash": self.mesh_key}
         return digest([{"format": RESULT_FORMAT, "version": __version__}, values])
@@ -70,7 +73,7 @@ class Run:
     @cached_property
     def written_values(self) -> Mapping[str, Any]:
         """What is written of it: its plain values and the directions in which slides go by default."""
-        return dataclasses.replace(self, study=self.study.with_directions()).plain_values
+        return dataclasses.replace(self, study=with_directions(self.study)).plain_values
 
     @cached_property
     def plain_values(self) -> Mapping[str, Any]:
@@ -101,6 +104,43 @@ def _without_empty(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {key: _without_empty(item) for key, item in value.items() if item is not None and item not in ({}, [])}
     return [_without_empty(item) for item in value] if isinstance(value, list) else value
+
+
+def with_directions(study: Study, *, default: bool = True) -> Study:
+    """Return a study whose slides say in which direction counterfaces go, unless they go in several.
+
+    Without `default` none says the direction that it has by default.
+    """
+    dim = 3 if study.is_solid or not (study.formulation or study.specimen_kind) else 2
+    followers = [contact for contact in study.all_contacts if contact.programme is None and not contact.rigid_body]
+
+    def directed(contact: ContactSettings) -> ContactSettings:
+        programme = contact.programme and _directed(contact.programme, [contact], dim, default)
+        return dataclasses.replace(contact, programme=programme)
+
+    return dataclasses.replace(
+        study,
+        contact=study.contact and directed(study.contact),
+        contacts=tuple(map(directed, study.contacts)),
+        programme=_directed(study.programme, followers, dim, default),
+    )
+
+
+def _directed(
+    programme: Sequence[Phase], contacts: Sequence[ContactSettings], dim: int, said: bool
+) -> tuple[Phase, ...]:
+    """Return a programme whose slides have the default direction of all its contacts, if it is one, or leave it out."""
+    normals = (contact.contact(dim).counterface.unit_normal for contact in contacts)
+    directions = {tuple(map(float, sliding_direction(normal) + 0.0)) for normal in normals}
+    if len(directions) != 1:
+        return tuple(programme)
+    direction = directions.pop()
+    return tuple(
+        dataclasses.replace(phase, direction=direction if said else None)
+        if isinstance(phase, Slide) and phase.direction in (None, direction)
+        else phase
+        for phase in programme
+    )
 
 
 @dataclass(frozen=True)

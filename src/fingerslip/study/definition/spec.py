@@ -11,7 +11,6 @@ from typing import Annotated, Any
 
 import pydantic
 
-from fingerslip.contact.counterfaces import sliding_direction
 from fingerslip.errors import InputError, Mistakes, errors_at, unknown_name
 from fingerslip.fe.integration import Integration
 from fingerslip.materials.choice import PRESET, AnyMaterial, MaterialEntry, material_of
@@ -19,7 +18,7 @@ from fingerslip.materials.elastic import RayleighDamping
 from fingerslip.materials.material import Formulation
 from fingerslip.mesh.source import MeshFile, MeshSource, marks
 from fingerslip.model.model import AnyTraction, Component, Kinematics, SupportMotion
-from fingerslip.model.programme import Phase, ProgrammeEntry, Slide
+from fingerslip.model.programme import ProgrammeEntry
 from fingerslip.model.rigid_bodies import RigidBody
 from fingerslip.parameters import (
     PositiveLength,
@@ -334,46 +333,10 @@ class Study(SpecimenChoice):
         """Whether its body is modelled in 3D."""
         return self.formulation == "solid" or self.mesh.dim == 3
 
-    def with_directions(self, *, default: bool = True) -> Study:
-        """Return the study whose slides say in which direction counterfaces go, unless they go in several.
-
-        Without `default` none says the direction that it has by default.
-        """
-        dim = 3 if self.is_solid or not (self.formulation or self.specimen_kind) else 2
-        followers = [contact for contact in self.all_contacts if contact.programme is None and not contact.rigid_body]
-
-        def directed(contact: ContactSettings) -> ContactSettings:
-            programme = contact.programme and _directed(contact.programme, [contact], dim, default)
-            return dataclasses.replace(contact, programme=programme)
-
-        return dataclasses.replace(
-            self,
-            contact=self.contact and directed(self.contact),
-            contacts=tuple(map(directed, self.contacts)),
-            programme=_directed(self.programme, followers, dim, default),
-        )
-
     @property
     def all_materials(self) -> Mapping[str, AnyMaterial]:
         """The materials by region, with all their values."""
         return {name: material_of(entry) for name, entry in self.materials.items()}
-
-
-def _directed(
-    programme: Sequence[Phase], contacts: Sequence[ContactSettings], dim: int, said: bool
-) -> tuple[Phase, ...]:
-    """Return a programme whose slides have the default direction of all its contacts, if it is one, or leave it out."""
-    normals = (contact.contact(dim).counterface.unit_normal for contact in contacts)
-    directions = {tuple(map(float, sliding_direction(normal) + 0.0)) for normal in normals}
-    if len(directions) != 1:
-        return tuple(programme)
-    direction = directions.pop()
-    return tuple(
-        dataclasses.replace(phase, direction=direction if said else None)
-        if isinstance(phase, Slide) and phase.direction in (None, direction)
-        else phase
-        for phase in programme
-    )
 
 
 def read_study(path: str | Path) -> Study:

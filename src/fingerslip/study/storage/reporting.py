@@ -31,7 +31,7 @@ from fingerslip.slip.windows import slide_window
 from fingerslip.specimens.choice import SPECIMENS
 from fingerslip.specimens.protocol import ModelUse, Specimen
 from fingerslip.storage.files import new_folder, read_json, write_bytes
-from fingerslip.study.definition.runs import Run, read_runs
+from fingerslip.study.definition.runs import Run, read_runs, with_directions
 from fingerslip.study.definition.spec import NOT_OF_A_RUN, Study
 from fingerslip.study.storage.store import (
     MANIFEST,
@@ -98,7 +98,7 @@ def _rows(run: Run, paths: Collection[str] | None) -> Iterator[_Row]:
         yield _row(f"{path}.{PRESET}", str(entry[PRESET]), STUDY_FILE)
         origin = _origin_of(MATERIALS, str(entry[PRESET]), path)
         yield from (_row_of(path, leaf, origin, paths) for leaf in walk_values(material_of(entry)))
-    for leaf in walk_values(run.study.with_directions()):
+    for leaf in walk_values(with_directions(run.study)):
         is_named = any(is_below(leaf.path, path) for path in named)
         if not is_named and leaf.path.partition(".")[0] not in (*_ABOUT, *SPECIMENS):
             is_given = not leaf.is_default if paths is None else any(is_below(path, leaf.path) for path in paths)

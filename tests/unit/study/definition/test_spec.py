@@ -16,7 +16,7 @@ from fingerslip.mesh.source import MeshFile
 from fingerslip.parameters import as_mapping, from_mapping
 from fingerslip.parameters.dotted import assign, walk
 from fingerslip.specimens.choice import SPECIMENS
-from fingerslip.study.definition.runs import expand_mapping, read_runs
+from fingerslip.study.definition.runs import expand_mapping, read_runs, with_directions
 from fingerslip.study.definition.settings import CameraSettings, ContactSettings, TimeSettings, TrialSettings
 from fingerslip.study.definition.spec import Study, known_paths, mistakes_between, parse_study, read_study
 from places import ROOT
@@ -90,15 +90,15 @@ def test_slides_say_in_which_direction_counterfaces_go(contacts, directions):
     mapping = contact() | {"programme": SLIDES, "contacts": [{"friction_coefficient": 0.5} | each for each in contacts]}
     del mapping["contact"]
     study = parse_study(mapping, SOURCE)
-    resolved = study.with_directions()
+    resolved = with_directions(study)
     programmes = [resolved.programme, *(each.programme for each in resolved.contacts if each.programme)]
     assert [programme[0].direction for programme in programmes] == [
         direction and pytest.approx(direction) for direction in directions
     ]
-    assert study == study.with_directions(default=False) == resolved.with_directions(default=False)
+    assert study == with_directions(study, default=False) == with_directions(resolved, default=False)
     alone = {**mapping, "contact": mapping["contacts"][0]}
     del alone["contacts"]
-    assert parse_study(alone, SOURCE).with_directions().contact == resolved.contacts[0]
+    assert with_directions(parse_study(alone, SOURCE)).contact == resolved.contacts[0]
 
 
 EVERYTHING = """
