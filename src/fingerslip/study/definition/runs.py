@@ -36,7 +36,7 @@ from fingerslip.units import without_rounding
 from fingerslip.version import __version__
 
 #: Raised whenever the numerics or the files of a run change, so that older runs are computed again.
-RESULT_FORMAT = 9
+RESULT_FORMAT = 10
 
 _EMPTY: Mapping[str, Any] = MappingProxyType({})
 _LONGEST = 100
