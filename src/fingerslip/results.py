@@ -42,7 +42,7 @@ class RunResult:
     peaks: tuple[Peak, ...] = ()  # its acceleration peaks, in order of time
     numbers: Mapping[str, Number] = field(default_factory=lambda: _EMPTY)  # by key of the measure [SI]
     edge: EdgeContact | None = None  # contact that came close to a free edge of its boundary
-    doubts: tuple[str, ...] = ()  # what was doubtful in its model
+    doubts: tuple[str, ...] = ()  # what was doubtful in its model, beside what its numbers tell
     identity: str = ""  # hash of its inputs
     mesh_hash: str = ""  # hash of the mesh
     mesh_size: float = 0.0  # representative element size N^(-1/dim) of a mesh of N cells [-]

@@ -320,8 +320,8 @@ MEASURES: tuple[Measure, ...] = (
     _of_run("energy_imbalance_over_work", "energy imbalance over external work", _energy_imbalance_over_work),
 )
 
-#: How warnings of few steps and nodes begin.
-TOO_COARSE = "Too coarse for the times of slip"
+# How warnings of few steps and nodes begin.
+_TOO_COARSE = "Too coarse for the times of slip"
 # Keys of measures, the least and the most that is fine, what is wrong beyond, what they are in words, what mends it.
 _LIMITS: tuple[tuple[str, float, float, str, str, str], ...] = (
     (
@@ -332,12 +332,12 @@ _LIMITS: tuple[tuple[str, float, float, str, str, str], ...] = (
         "{:.0f} cells turned inside out",
         "write kinematics: finite, or load the body less",
     ),
-    ("slide_records", LEAST_STEPS, np.inf, TOO_COARSE, "{:.0f} steps in the slide", "take a smaller step"),
+    ("slide_records", LEAST_STEPS, np.inf, _TOO_COARSE, "{:.0f} steps in the slide", "take a smaller step"),
     (
         "slipped_share_of_one_step",
         0.0,
         LARGEST_SHARE,
-        TOO_COARSE,
+        _TOO_COARSE,
         "{:.0%} of the contact slips in one step",
         "take a smaller step, unless all of it slips at once",
     ),
@@ -345,7 +345,7 @@ _LIMITS: tuple[tuple[str, float, float, str, str, str], ...] = (
         "nodes_across_contact",
         LEAST_ACROSS,
         np.inf,
-        TOO_COARSE,
+        _TOO_COARSE,
         "{:.0f} nodes across the contact",
         "take smaller elements at the contact",
     ),

@@ -415,9 +415,18 @@ RINGING: dict[str, object] = {
 )  # fmt: skip
 def test_what_is_hardly_meant_is_named_and_nothing_else(changes: dict[str, object], words: list[str]) -> None:
     model = dataclasses.replace(MODEL, **changes)
-    texts = doubts(model, inspect_model(model))
+    texts = [doubt.text for doubt in doubts(model, inspect_model(model))]
     assert all(any(word in text for text in texts) for word in words), texts
     assert len(texts) <= (2 if words else 0)
+
+
+def test_few_steps_and_nodes_of_the_slide_are_what_runs_measure() -> None:
+    few = fs.Press(0.2e-3, 1e-3), fs.Slide(0.1e-3, 1e-3)
+    changes: dict[str, object] = SLAB_OF_9 | {"time": fs.TimeStepping(50e-3), "programme": few}
+    model = dataclasses.replace(MODEL, **changes)
+    measured = {doubt.text.partition(" takes")[0].partition(" nodes")[0]: doubt.is_measured
+                for doubt in doubts(model, inspect_model(model))}  # fmt: skip
+    assert measured == {"programme.0: the press": False, "programme.1: the slide": True, "contacts.0: 18": True}
 
 
 def test_simulating_says_them_and_which_plate_never_touched(caplog: pytest.LogCaptureFixture) -> None:

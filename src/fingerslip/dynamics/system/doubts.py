@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 from itertools import chain
+from typing import NamedTuple
 
 import numpy as np
 
@@ -27,13 +28,20 @@ _SOFTEST, _PURE = 1e3, 10.0
 _LARGEST_TURN, _SAME_GAP = 10, 1e-9
 
 
-def doubts(model: Model, checked_model: CheckedModel) -> tuple[str, ...]:
-    """Return what is doubtful in a model that can be computed: where, what it is, and how to mend it."""
+class Doubt(NamedTuple):
+    """Something that is doubtful in a model: where, what it is, and how to mend it."""
+
+    text: str
+    is_measured: bool = False  # whether the measures of a run tell it, as few steps and nodes of its slide
+
+
+def doubts(model: Model, checked_model: CheckedModel) -> tuple[Doubt, ...]:
+    """Return what is doubtful in a model that can be computed."""
     each = chain(_steps(model), _contacts(model, checked_model), _friction(model), _supports(model), _materials(model))
     return tuple(dict.fromkeys(each))
 
 
-def _steps(model: Model) -> Iterator[str]:
+def _steps(model: Model) -> Iterator[Doubt]:
     """Yield the phases with few steps; steps that control their error are as short as it asks for."""
     if isinstance(model.time, Adaptive):
         return
@@ -49,14 +57,15 @@ def _steps(model: Model) -> Iterator[str]:
         is_short = duration < (LEAST_STEPS - 1e-6) * model.time.step
         if isinstance(phase, judged) and is_short and not is_sample and kind not in named:
             named.add(kind)
-            yield (
+            yield Doubt(
                 f"programme.{number}: the {type(phase).__name__.lower()} takes {duration / model.time.step:.3g} steps, "
                 f"and fewer than {LEAST_STEPS} are too coarse for the times of slip: write a step of "
-                f"{1e3 * duration / LEAST_STEPS:.2g} ms or less"
+                f"{1e3 * duration / LEAST_STEPS:.2g} ms or less",
+                is_measured=isinstance(phase, Slide),
             )
 
 
-def _contacts(model: Model, checked_model: CheckedModel) -> Iterator[str]:
+def _contacts(model: Model, checked_model: CheckedModel) -> Iterator[Doubt]:
     """Yield the contacts along their boundary, those that never touch and those of few elements."""
     for number, (contact, counterface, motion) in enumerate(
         zip(model.contacts, checked_model.counterfaces, checked_model.motions, strict=True)
@@ -73,23 +82,24 @@ def _contacts(model: Model, checked_model: CheckedModel) -> Iterator[str]:
         near = np.any([counterface.gap(corner.T) < approach for corner in corners.swapaxes(0, 1)], axis=0)
         across = reached if points.shape[1] == 2 else nodes_along(points[gaps < approach], _along(motion, counterface))
         if not reached:
-            yield (
+            yield Doubt(
                 f"{where}: never touches '{contact.boundary}', which is {millimetres(float(gaps.min()))} away while "
                 f"the counterface comes {millimetres(max(approach, 0.0))} nearer: press deeper, or start nearer"
             )
         elif faced[near].max(initial=-1.0) < FACED:
             fault = f"its normal {direction_text(counterface.unit_normal)} runs along '{contact.boundary}'"
             normal = direction_text(inwards[near].mean(axis=0))
-            yield f"{where}.counterface: {fault} and meets only an edge: take the normal {normal}"
+            yield Doubt(f"{where}.counterface: {fault} and meets only an edge: take the normal {normal}")
         elif across < LEAST_ACROSS:
             rows = f"{across} along the slide, " if points.shape[1] == 3 else ""
-            yield (
+            yield Doubt(
                 f"{where}: {reached} nodes of '{contact.boundary}' are in reach of the counterface, {rows}"
                 f"and fewer than {LEAST_ACROSS} across the contact are too coarse for the times of slip: "
-                "take smaller elements there"
+                "take smaller elements there",
+                is_measured=True,
             )
         elif (turn := _turn_where_nearest(counterface, inwards, corners)) > _LARGEST_TURN:
-            yield (
+            yield Doubt(
                 f"{where}: where '{contact.boundary}' touches first it turns by {turn:.0f} degrees from one element to "
                 f"the next, and more than {_LARGEST_TURN} are too coarse for the times of slip: take smaller elements "
                 "there"
@@ -117,29 +127,30 @@ def _along(motion: Motion, counterface: Counterface) -> Floats:
     return np.asarray(furthest / length) if length > 0.0 else sliding_direction(normal)
 
 
-def _friction(model: Model) -> Iterator[str]:
+def _friction(model: Model) -> Iterator[Doubt]:
     """Yield the contacts whose stick-slip would ring: where slip ends, a free mass hangs on the tangential penalty."""
     if model.damping.stiffness or not has_inertia(model):
         return
     for number, contact in enumerate(model.contacts):
         body = contact.rigid_body
         if isinstance(contact.friction, StaticKinetic) and body is not None and model.bodies[body].free:
-            yield (
+            yield Doubt(
                 f"contacts.{number}.friction: falls from static to kinetic on '{body}', which is free and rings on the "
                 "tangential penalty: its slips move with the step: write a damping with a stiffness, such as 1 ms"
             )
 
 
-def _supports(model: Model) -> Iterator[str]:
+def _supports(model: Model) -> Iterator[Doubt]:
     if model.contacts and not (model.supports or model.gravity or model.initial_velocity):
-        yield "supports: there are none, so the counterface pushes the whole body away: support a boundary or a region"
+        text = "there are none, so the counterface pushes the whole body away: support a boundary or a region"
+        yield Doubt(f"supports: {text}")
 
 
-def _materials(model: Model) -> Iterator[str]:
+def _materials(model: Model) -> Iterator[Doubt]:
     for name, material in model.materials.items():
         if _PURE <= material.stiffness < _SOFTEST:
             value = material.stiffness
-            yield (
+            yield Doubt(
                 f"materials.{name}: a modulus of {value:.4g} Pa is softer than any tissue or elastomer: "
                 f"if {value:.4g} kPa are meant, write {value:.4g}e3"
             )

@@ -154,7 +154,7 @@ def build_system(model: Model, twin: System | None = None) -> System:
     """Check and assemble a model; one that shares its matrices with a twin takes them over."""
     checked_model = inspect_model(model, twin.space if twin else None)
     for doubt in doubts(model, checked_model):
-        _logger.warning("%s", doubt)
+        _logger.warning("%s", doubt.text)
     space = checked_model.space
     rows = held_rows(checked_model.held, space)
     moving = tuple(moving_components(model.support_motions, rows, list(checked_model.held)))

@@ -15,7 +15,6 @@ from fingerslip.report.tables.compare import difference_from, span_of
 from fingerslip.report.tables.parameters import ASSUMED, NOT_USED
 from fingerslip.report.tables.runs import (
     differing_paths,
-    doubts_beside,
     latency_column,
     run_caveats,
     time_cell,
@@ -277,7 +276,7 @@ def quotable(content: ReportContent) -> Mapping[str, str]:
         "inverted": any(run.numbers.get(INVERTED) for run in runs),
         "coarse": any(coarse),
         "edge": any(run.edge for run in runs),
-        "doubtful": any(map(doubts_beside, runs)),
+        "doubtful": any(run.doubts for run in runs),
     }
     wrong = [name for name, is_there in faults.items() if is_there]
     reasons = "; ".join([*(prose("quote", name) for name in wrong), *_not_to_quote(content, runs)])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -25,8 +24,6 @@ if TYPE_CHECKING:
 
 # Digits of a time [s] that a step of 1 ms and less allows.
 _MOST_DIGITS = 3
-# Doubts of what a run measures itself.
-_FEW = re.compile(r"fewer than \d+ .*are too coarse")
 _ORIGIN = "counted from the start of the run"
 
 
@@ -109,7 +106,7 @@ def run_caveats(runs: Sequence[RunResult]) -> tuple[str, ...]:
     edges = edge_warning({title: run.edge for title, run in titled.items()})
     doubtful: dict[str, list[str]] = {}
     for title, run in titled.items():
-        for doubt in doubts_beside(run):
+        for doubt in run.doubts:
             doubtful.setdefault(doubt, []).append(title)
     doubts = (f"Doubtful in {first_named(names)}: {doubt}." for doubt, names in doubtful.items())
     return (
@@ -117,13 +114,6 @@ def run_caveats(runs: Sequence[RunResult]) -> tuple[str, ...]:
         *doubts,
         *measures.caveats({title: run.numbers for title, run in titled.items()}),
     )
-
-
-def doubts_beside(run: RunResult) -> tuple[str, ...]:
-    """Return the doubts of a run's model, without those of few steps and nodes where its measures say so, too."""
-    measured = measures.resolution_warnings({run.name: run.numbers})
-    is_told = any(warning.startswith(measures.TOO_COARSE) for warning in measured)
-    return tuple(doubt for doubt in run.doubts if not (is_told and _FEW.search(doubt)))
 
 
 def _notes(runs: Sequence[RunResult], readings: Iterable[str]) -> str:

@@ -69,7 +69,7 @@ def check_plans(plans: Sequence[Plan], mistakes: Mistakes | None = None) -> Tabl
             jobs, refused = prepare_samples(plan, plan.runs)
             for job in jobs:
                 rows.append((name, job.run.name, "finished" if job.run.name in finished else "to do", *_size(job)))
-                doubts += [f"{name}: {doubt}" for doubt in job.doubts]
+                doubts += [f"{name}: {doubt.text}" for doubt in job.doubts]
             rows += [(name, sample.name, f"refused: {sample.reason}", 0, 0, 0, 0.0) for sample in refused]
             of_plan = *refinement_warnings(plan), *_of_deck(plan), *_of_friction(plan)
             doubts += [f"{name}: {warning}" for warning in of_plan]

@@ -17,7 +17,7 @@ from fingerslip.contact.friction import weakens
 from fingerslip.dynamics.recording.steps import step_count
 from fingerslip.dynamics.step.sharing import first_alike, groups_to_share, material_key, same_body, same_matrix
 from fingerslip.dynamics.system.checks import inspect_model
-from fingerslip.dynamics.system.doubts import doubts
+from fingerslip.dynamics.system.doubts import Doubt, doubts
 from fingerslip.errors import InputError
 from fingerslip.fe.space import Space, build_space
 from fingerslip.mesh.source import InspectedMesh
@@ -165,7 +165,7 @@ class Job:
     model: Model  # its model
     identity: str  # hash of its inputs
     folder: Path  # where its results go
-    doubts: tuple[str, ...] = ()  # what is doubtful in the model
+    doubts: tuple[Doubt, ...] = ()  # what is doubtful in the model
     n_dofs: int = 0  # degrees of freedom of its mesh
     contact_nodes: int = 0  # contact candidates
 

@@ -108,7 +108,8 @@ def compute(jobs: Sequence[Job], progress: Callable[[float], None], threads: int
         for job, folder, history in zip(jobs, folders, histories, strict=True):
             with _log(folder / LOG):
                 _logger.info("simulated %d records in %.1f s", history.sizes["time"], seconds)
-                about = {"inputs": job.identity, "mesh": job.model.mesh, "seconds": seconds, "doubts": job.doubts}
+                doubts = tuple(doubt.text for doubt in job.doubts if not doubt.is_measured)
+                about = {"inputs": job.identity, "mesh": job.model.mesh, "seconds": seconds, "doubts": doubts}
                 finished.append(Finished(job, write_run(folder, job.run, history, **about), history))
     return finished
 

@@ -109,12 +109,10 @@ def test_known_uncertainties_stand_beside_their_times_and_contact_at_a_free_edge
     whole = dataclasses.replace(CUT_OFF, edge=None)
     assert tables.run_caveats([whole]) == ()
     doubted = [dataclasses.replace(whole, swept={"n": number}, doubts=("contacts.0: turns",)) for number in range(5)]
-    few = "programme.1: the slide takes 5 steps, and fewer than 25 are too coarse for the times of slip"
-    coarse = dataclasses.replace(whole, numbers={"slide_records": 5}, doubts=(few, "contacts.0: turns"))
+    coarse = dataclasses.replace(whole, numbers={"slide_records": 5}, doubts=("contacts.0: turns",))
     assert [said.partition(":")[0] for said in tables.run_caveats([coarse])] == [
         f"Doubtful in {run_title(coarse, coarse.name)}", "Too coarse for the times of slip"
     ]  # fmt: skip
-    assert tables.doubts_beside(dataclasses.replace(coarse, numbers={})) == coarse.doubts
     assert tables.run_caveats([*doubted, whole]) == ("Doubtful in n 0, n 1, n 2 and 2 more: contacts.0: turns.",)
 
 

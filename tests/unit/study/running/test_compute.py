@@ -91,6 +91,9 @@ def test_what_is_stored_beside_the_history_and_in_the_log_says_what_happened(job
     assert events_from_mapping(stored["events_s"]) == find_events(history)
     assert [peak["time_s"] for peak in stored["acceleration_peaks"]] == pytest.approx([1.53, 1.63, 1.71], abs=5.1e-3)
     assert stored["numbers"]["records"] == history.sizes["time"]
+    # Few steps of the slide and few nodes are told by numbers.
+    assert [text.partition(" takes")[0] for text in stored["doubts"]] == ["programme.0: the press"]
+    assert len(job.doubts) == 3
     values = yaml.safe_load((job.folder / "run.yaml").read_text())
     assert values["contact"]["friction_coefficient"] == 0.4
     assert "sweep" not in values
