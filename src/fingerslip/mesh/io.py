@@ -316,7 +316,8 @@ def _bad_cell(raw: _Raw, cell: int, what: str) -> MeshError:
     needed = "volume" if raw.cell.dim == 3 else "area"
     name = f"element {raw.labels[cell]}" if raw.labels else f"cell {cell}"
     fault = f"{name} at {coordinates(centre)} is {what}"
-    return MeshError(str(raw.path), fault, f"needs cells with positive {needed}")
+    repair = "list its nodes in the order of its kind of element, or build the mesh again"
+    return MeshError(str(raw.path), fault, f"needs cells with positive {needed}", repair)
 
 
 def _boundaries(raw: _Raw, mesh: skfem.Mesh) -> dict[str, NDArray[np.int32]]:

@@ -236,7 +236,10 @@ def test_a_damaged_deck_is_one_error_with_its_line(tmp_path, before, after, mess
         ),
         ("**", "has no elements that can be taken"),
         (CAE.replace("2, 2, 3, 6, 5", "2, 2, 6, 3, 5"), "deck.inp: element Pad-1.2 at .* is inverted or flat"),
-        (flat("CPE4", SQUARE, [(1, 3, 2, 4)]), "deck.inp: element 1 at .* is inverted or flat"),
+        (
+            flat("CPE4", SQUARE, [(1, 3, 2, 4)]),
+            "deck.inp: element 1 at .* is inverted or flat, .* area; list its nodes in the order",
+        ),
         (
             flat("CPE4", [*SQUARE, (0.5, 2), (2, 2)], [(1, 2, 3, 4), (4, 3, 5), (4, 3, 6)]).replace(
                 "2, 4, 3, 5\n3, 4, 3, 6", "*ELEMENT, TYPE=CPE3, ELSET=body\n12, 4, 3, 5\n15, 4, 3, 6"
