@@ -120,8 +120,8 @@ class RigidBody:
     mass: Annotated[Mass, "Mass [kg]."]
     free: Annotated[
         tuple[Direction, ...],
-        "Directions in which it is free: along axes, and about axes through its centre; in the plane of two "
-        "dimensions 'x', 'y' and 'rz'. In all others it moves as its programme prescribes, or rests.",
+        "Directions in which it is free: along axes, and about axes through its centre; in 2D 'x', 'y' and 'rz'. In "
+        "all others it moves as its programme prescribes, or rests.",
     ] = ()
     centre: Annotated[
         tuple[Length, ...] | None,
