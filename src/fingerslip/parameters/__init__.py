@@ -98,8 +98,8 @@ def key_of(kind: type) -> str:
 
     Examples
     --------
-    >>> key_of(NotImplementedError)
-    'not_implemented_error'
+    >>> key_of(FloatingPointError)
+    'floating_point_error'
     """
     return re.sub(r"(?<!^)(?=[A-Z])", "_", kind.__name__).lower()
 
