@@ -14,7 +14,7 @@ from fingerslip.detect.trials import Trial, write_trials
 from fingerslip.storage.files import write_json
 from fingerslip.vision.tracks import write_tracks
 
-SETTINGS = ("--rest-frames", "20", "--window", "5", "--samples", "20,6,2,20")
+SETTINGS = ("--rest", "20", "--window", "5", "--samples", "20,6,2,20")
 TRAIN = ("train", "slides", "--classifier", "time_threshold", "--output", "made", *SETTINGS)
 FOREST = ("train", "slides", "--classifier", "forest", "--output", "made", *SETTINGS)
 EVALUATE = ("evaluate", "slides", "--classifier", "time_threshold", "--output", "made", *SETTINGS)
@@ -124,5 +124,5 @@ def test_folders_of_something_else_are_not_replaced(place):
         "give another name",
     )
     (place / "table.csv").write_text("file\ntracks.nc\n")
-    collect = ("collect", "slides/slide-0000", "table.csv", "--output", "thesis", "--rest-frames", "20")
+    collect = ("collect", "slides/slide-0000", "table.csv", "--output", "thesis", "--rest", "20")
     refused(place, collect, "thesis: holds files, but no manifest.json")

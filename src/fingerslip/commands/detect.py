@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from fingerslip.tables.table import Table
 
 DataSet = Annotated[Path, typer.Argument(metavar="DATASET", help="Folder of trials.", show_default=False)]
-NewDataSet = Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder of the data set.")]
+NewDataSet = Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder of the data set.")]
 Classifier = Annotated[
     str, typer.Option("--classifier", metavar="NAME[:SET+...]", help="Its name, and other sets of features.")
 ]
@@ -33,7 +33,9 @@ Classifiers = Annotated[
 Labels = Annotated[
     str, typer.Option("--labels", metavar="SOURCE|CSV", help="Source of the labels, or a CSV file of onset times.")
 ]
-RestFrames = Annotated[int, typer.Option("--rest-frames", min=1, help="Frames at rest at the start of a trial.")]
+RestFrames = Annotated[
+    int, typer.Option("--rest", metavar="FRAMES", min=1, help="Frames at rest at the start of a trial.")
+]
 Window = Annotated[int, typer.Option("--window", min=2, help="Frames in a velocity.")]
 Samples = Annotated[
     str, typer.Option("--samples", metavar="A,B,C,D", help="Frames a trial: no slip, first and more incipient, gross.")
@@ -42,7 +44,7 @@ Least = Annotated[
     float, typer.Option("--least", metavar="SHARE", min=0.0, max=1.0, help="Share of these that a trial needs.")
 ]
 Seed = Annotated[int, typer.Option("--seed", help="Seed of splits, samples and classifiers.")]
-Pictures = Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder for tables and figures.")]
+Pictures = Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder for tables and figures.")]
 Cores = Annotated[int, typer.Option("--workers", metavar="N", min=1, help="Cores to use.")]
 
 
@@ -105,7 +107,10 @@ def collect(
     output: NewDataSet = Path("trials"),
     labels: Annotated[Path | None, typer.Option(metavar="CSV", help="Onset times of your own.")] = None,
     title: Annotated[str, typer.Option(help="What the data card says first.")] = "Recorded trials",
-    rest_frames: RestFrames = 100,
+    rest_frames: Annotated[
+        int | None,
+        typer.Option("--rest", metavar="FRAMES", min=1, help="Frames at rest at the start; else as many as are found."),
+    ] = None,
     tracking: Any,
     external_markers: Annotated[
         int | None, typer.Option(metavar="N", min=1, help="Markers of the outer camera.")
@@ -138,7 +143,9 @@ def film(
 def train(
     dataset: DataSet,
     *,
-    output: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the detector.")] = Path("detector"),
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder of the detector.")] = Path(
+        "detector"
+    ),
     classifier: Classifier = "forest",
     choices: Any,
 ) -> None:
@@ -153,7 +160,9 @@ def evaluate(
     dataset: DataSet,
     *,
     classifier: Classifiers = None,
-    output: Annotated[Path, typer.Option(metavar="DIR", help="Folder for tables.")] = Path("evaluation"),
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder for tables.")] = Path(
+        "evaluation"
+    ),
     folds: Annotated[int, typer.Option(min=2, help="Folds, grouped by trial.")] = 5,
     group: Annotated[
         str | None, typer.Option(metavar="CONDITION", help="Keep trials of one value in one fold.")
@@ -252,7 +261,7 @@ def transfer(
     dataset: DataSet,
     *,
     labels: Labels = "external_markers",
-    output: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder for tables.")] = None,
+    output: Annotated[Path | None, typer.Option("-o", "--output", metavar="DIR", help="Folder for tables.")] = None,
     markdown: Markdown = False,
     as_json: AsJson = False,
 ) -> None:
@@ -283,10 +292,11 @@ def run(
         str, typer.Option(metavar="DIR", help="Folder of a trained detector; else the one that ships.")
     ] = "residual",
     output: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Folder of the page; else NAME_slip beside SOURCE.")
+        Path | None,
+        typer.Option("-o", "--output", metavar="DIR", help="Folder of the page; else NAME_slip beside SOURCE."),
     ] = None,
     rest_frames: Annotated[
-        int | None, typer.Option(metavar="N", min=5, help="Frames at rest at the start, at most.")
+        int | None, typer.Option("--rest", metavar="FRAMES", min=5, help="Frames at rest at the start, at most.")
     ] = None,
     tracking: Any,
     as_json: AsJson = False,

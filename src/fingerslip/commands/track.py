@@ -24,7 +24,7 @@ def track(
     ] = None,
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", "--out", metavar="FOLDER", help="Folder; else VIDEO with the ending _tracks."),
+        typer.Option("-o", "--output", metavar="FOLDER", help="Folder; else VIDEO with the ending _tracks."),
     ] = None,
     tracking: Any,
     fields: Annotated[

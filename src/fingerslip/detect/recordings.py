@@ -99,9 +99,12 @@ def recorded_trials(
 ) -> Iterator[Trial]:
     """Yield a trial for each recording, for :func:`fingerslip.detect.trials.write_trials`.
 
-    `onsets` are labels of the user; both cameras are read by :func:`read_recording` with the options of each.
+    `onsets` are labels of the user; both cameras are read by :func:`read_recording` with the options of each. Without
+    settings, outer markers rest as long as the inner ones are found to.
     """
     table = read_conditions(conditions)
+    from fingerslip.detect.residual import frames_at_rest
+
     # All names are checked first: tracking the others takes long.
     for file, values in table.items():
         for name in (file, values.get(EXTERNAL)):
@@ -120,7 +123,8 @@ def recorded_trials(
         if values.get(SLIP) == NO_SLIP_WORD:
             labels["user"] = Onsets(None, None)
         if (tracks["kind"].values.astype(str) == "external").sum() > 1:
-            labels["external_markers"] = labels_from_external_markers(tracks, settings)
+            at_rest = settings or LabelSettings(rest_frames=frames_at_rest(tracks))
+            labels["external_markers"] = labels_from_external_markers(tracks, at_rest)
         if not labels and SLIP not in values:
             allowed = "needs external markers in the tracks, a label of your own, or yes or no in a column 'slip'"
             unused = ", ".join(sorted(set(onsets) - {Path(name).stem for name in table}))

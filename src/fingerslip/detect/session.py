@@ -112,7 +112,7 @@ def collect_trials(
     *,
     labels: Path | None,
     title: str,
-    rest_frames: int,
+    rest_frames: int | None = None,
     tracking: Mapping[str, Any] | None = None,
     external_markers: int | None = None,
 ) -> str:
@@ -126,7 +126,8 @@ def collect_trials(
     outside: dict[str, Any] = {"n_markers": external_markers, "layout": "free"}
     outside |= {name: inside[name] for name in ("rest_frames", "channel", "frame_rate") if name in inside}
     onsets = {} if labels is None else read_onsets(labels)
-    settings = LabelSettings(rest_frames=rest_frames)
+    settings = None if rest_frames is None else LabelSettings(rest_frames=rest_frames)
+    instead = ", in the place of those that were there" if output.exists() else ""
     trials = recorded_trials(folder, conditions, onsets, settings, tracking=inside, external_tracking=outside)
     result = write_trials(trials, output, title)
     complaints = [
@@ -134,7 +135,7 @@ def collect_trials(
         for name in result.names
         for line in str(result.trial(name).provenance.get("warnings", "")).splitlines()
     ]
-    return "\n".join([f"{output}: {len(result.names)} trials", *complaints])
+    return "\n".join([f"{output}: {len(result.names)} trials{instead}", *complaints])
 
 
 def train_detector(dataset: Path, output: Path, classifier: str, choices: Choices) -> str:
@@ -360,7 +361,7 @@ def _warnings(tracks: xr.Dataset, trained: Detector) -> Iterator[str]:
     first = first_motion(tracks, rest_frames)
     if first is not None:
         fault = f"the markers move from frame {first} on, and the detector takes {rest_frames} frames for rest"
-        yield f"{fault}: its times mean nothing; begin the recording earlier, or train with fewer --rest-frames"
+        yield f"{fault}: its times mean nothing; begin the recording earlier, or train with fewer --rest"
 
 
 def watch_camera(

@@ -10,7 +10,7 @@ from fingerslip.detect.samples import benchmark_test_trials
 from fingerslip.detect.synthetic import synthetic_slides
 from fingerslip.detect.trials import open_trials, write_trials
 
-SETTINGS = ("--rest-frames", "20", "--window", "5", "--samples", "20,6,2,20")
+SETTINGS = ("--rest", "20", "--window", "5", "--samples", "20,6,2,20")
 
 
 @pytest.fixture(scope="module")
@@ -30,13 +30,13 @@ def test_from_trials_to_events_and_scores(invoke, folder):
         assert "frames a second" in ran.output
         assert "page: slip/slip.html" in ran.output
     Path("table.csv").write_text("file,indentation [mm]\ntracks.nc,3\n")
-    found = invoke("detect", "collect", folder / "slide-0000", "table.csv", "--rest-frames", "20", "--output", "mine")
+    found = invoke("detect", "collect", folder / "slide-0000", "table.csv", "--rest", "20", "--output", "mine")
     assert "mine: 1 trials" in found.output
     assert Path("mine/tracks/labels.csv").is_file()
     trials = open_trials(folder)
     tests = benchmark_test_trials(trials.names)
     write_onsets({name: trials.onsets()[name] for name in tests}, "mine.csv")
-    found = invoke("detect", "score", folder, "mine.csv", "--rest-frames", "20")
+    found = invoke("detect", "score", folder, "mine.csv", "--rest", "20")
     assert re.search(r"onset error \[s\] +0\.000", found.output)
 
 
@@ -84,13 +84,17 @@ def test_mistakes_are_one_line_and_nothing_is_written(arguments, message, invoke
 def test_every_action_has_help_and_a_file_in_the_place_of_the_output_is_told_at_once(invoke, folder):
     Path("mine").write_text("mine")
     for arguments in (("evaluate", folder), ("vary", folder), ("inquire", folder), ("transfer", "none", folder)):
-        found = invoke("detect", *arguments, "--output", "mine", code=2)
+        found = invoke("detect", *arguments, "-o", "mine", code=2)
         assert "mine: is a file, needs a folder" in found.stderr
         assert [path.name for path in Path.cwd().iterdir()] == ["mine"]
     group = invoke("detect", "--help").output
     for action in ("collect", "train", "evaluate", "inquire", "vary", "run", "score"):
         assert action in group
-        assert "Usage" in invoke("detect", action, "--help").output
+        text = invoke("detect", action, "--help").output
+        assert "Usage" in text
+        # The same options as those of track and mesh.
+        assert ("--output" in text, "--rest" in text) == (action != "score", action != "transfer")
+        assert "--rest-frames" not in text
 
 
 @pytest.mark.slow

@@ -175,7 +175,7 @@ def test_folder_has_tracks_overlay_and_page(invoke, tmp_path):
 @pytest.mark.slow
 def test_partial_tracks_are_called_so(invoke, tmp_path):
     write_video(tmp_path / "images", clips.filmed(clips.still(clips.field()[:75], 6)), 60.0)
-    done = invoke("track", "images", "--markers", 81, "--rest", 4, "--layout", "free", "--dark", "--out", "there", "-q")
+    done = invoke("track", "images", "--markers", 81, "--rest", 4, "--layout", "free", "--dark", "-o", "there", "-q")
     assert done.stderr == ""
     assert "warning: found 75 of 81 markers in the first frames" in done.stdout
     assert "partial tracks of 75 markers" in done.stdout

@@ -359,6 +359,19 @@ def test_what_is_wrong_with_a_video_is_said_and_kept(recordings, tmp_path):
     assert "the reference is no rest" in open_trials(tmp_path / "trials").trial("early").provenance["warnings"]
 
 
+def test_rest_is_found_and_a_data_set_that_is_replaced_is_told(recordings, tmp_path):
+    """Outer markers rest as long as the inner ones: of the 40 frames of all are no rest."""
+    table = recordings / "conditions.csv"
+    options = {"labels": None, "title": "", **search(6), "external_markers": 5}
+    target = tmp_path / "trials"
+    assert collect_trials(recordings, table, target, **options) == f"{target}: 2 trials"
+    label = open_trials(target).labels("one")["external_markers"]
+    assert label.incipient == pytest.approx(16.5 / RATE, abs=0.6 / RATE)
+    again = f"{target}: 2 trials, in the place of those that were there"
+    assert collect_trials(recordings, table, target, **options, rest_frames=REST) == again
+    assert open_trials(target).labels("one")["external_markers"].incipient == pytest.approx(label.incipient)
+
+
 @pytest.mark.slow
 def test_options_of_the_tracker_reach_both_cameras_and_files_of_tracks_are_read_as_they_are(collect, tmp_path):
     """Twice the frame rate is half the time, in both; a mask that leaves nothing is for the inner one alone."""
