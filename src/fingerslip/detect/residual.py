@@ -52,6 +52,7 @@ _RIGID = 0.3  # share of the first motion of a slide that is not rigid, at most
 _BEHIND = 0.25  # share of the markers that may stay behind the first motion where no slip is said
 _MANY = 20  # markers that determine the motion of a plane before a camera
 _ROUNDS = 4  # in which markers lose their weight as far as they left the pattern
+_LEAST = 1e-6  # chance that stands for none
 _SAME = 1e-12  # eigenvalue over the largest of motions that are one
 
 
@@ -305,7 +306,7 @@ def sureness(share: float) -> float:
 
 
 def _log_odds(chance: float) -> float:
-    return float(np.log(max(chance, 1e-3) / max(1.0 - chance, 1e-3)))
+    return float(np.log(max(chance, _LEAST) / max(1.0 - chance, _LEAST)))
 
 
 def frames_at_rest(tracks: xr.Dataset) -> int:

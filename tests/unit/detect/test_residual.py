@@ -32,6 +32,7 @@ from fingerslip.study.inspection.views import FigureChoice, kinds_text, write_fi
 from fingerslip.tables.table import Column, Missing, Table
 from fingerslip.vision.tracks import make_tracks, write_tracks, write_tracks_csv
 from fingerslip.vision.video import Frames
+from places import ROOT
 from problems import clips
 from unit.detect.conftest import MOTION, SAMPLING
 
@@ -297,6 +298,9 @@ def test_the_page_says_when_and_how_sure_and_shows_it(tmp_path, monkeypatch):
     told, falsely, gross_error = tuple(zip(*page.tested_table().rows, strict=True))[-3:]
     assert (told, falsely) == ((64, 0, 0, 15, 5, 12), (0, 0, 0, 0, 5, 0))
     assert gross_error[0] == "0.00 (0.00 to 0.00)"
+    tolerant = page.tested_table().columns[3].name
+    assert tolerant == "false or over 0.1 s early", "elsewhere early is by however little"
+    assert f"| {tolerant} |" in (ROOT / "docs" / "slip-in-your-video.md").read_text()
     trained = replace(clip, findings=[replace_kind(entry) for entry in clip.findings])
     assert answer_of(trained) == (answer, "Error of the time not known.")
     known = answer_of(replace(trained, time_error=(0.012, 0.001, 0.05)))[-1]
@@ -313,6 +317,8 @@ def test_the_page_says_when_and_how_sure_and_shows_it(tmp_path, monkeypatch):
     assert kinds_text(tmp_path / "page").startswith("slip-timeline: ")
     assert kinds_text(tmp_path / "page").count("\n") == 0
     drawn, line = page.timeline_of(clip), read_timeline(tmp_path / "page")
+    assert drawn.values["sure of slip [%]"].iloc[[0, -1]].tolist() == [0.0, 98.99]
+    assert {axes.get_ylabel() for axes in page.field_figure(clip).axes} == {"y at rest [px]"}
     assert (line.name, line.slides) == (drawn.name, drawn.slides)
     # New rests are where ends of slides are times, to the last digit.
     assert line.values.equals(drawn.values)

@@ -141,6 +141,7 @@ class EventScores:
     absolute_error: Estimate
     error_spread: float | None  # standard deviation [s]
     delay_frames: float | None  # median error in frames
+    later_delay_frames: float | None  # the same of alarms that are not early
     early: Estimate  # share of the trials with an alarm before the label of slip: a false one
     at_rest: Estimate  # share of all trials in which slip was found at rest, or where there is none
     lead: Estimate  # mean time from alarms that are neither early nor at rest to the label of gross slip [s]
@@ -178,6 +179,10 @@ def event_scores_of(
     lead = np.where((is_false | (first < true[:, 0]))[gross_slips], np.nan, lead_of_all)
     gross = (found[:, 1] - true[:, 1])[gross_slips]
     delays = error[np.isfinite(error)]
+
+    def middle(delays: Floats) -> float | None:
+        return float(np.median(delays / frame)) if len(delays) and np.isfinite(frame) else None
+
     return EventScores(
         trials=len(error),
         missed=len(error) - len(delays),
@@ -185,7 +190,8 @@ def event_scores_of(
         error=mean(error),
         absolute_error=mean(np.abs(error)),
         error_spread=spread(error),
-        delay_frames=float(np.median(delays / frame)) if len(delays) and np.isfinite(frame) else None,
+        delay_frames=middle(delays),
+        later_delay_frames=middle(delays[delays >= 0.0]),
         early=mean((error < 0.0).astype(float)),
         at_rest=mean(is_false.astype(float)),
         lead=mean(lead),
@@ -303,6 +309,7 @@ _EVENTS: tuple[tuple[str, str], ...] = (
     ("absolute error [s]", "absolute_error"),
     ("error, standard deviation [s]", "error_spread"),
     ("median delay [frames]", "delay_frames"),
+    ("median delay, not early [frames]", "later_delay_frames"),
     ("lead before gross slip [s]", "lead"),
     ("lead, standard deviation [s]", "lead_spread"),
     ("lead of 95 % of trials [s]", "bound"),
@@ -310,8 +317,8 @@ _EVENTS: tuple[tuple[str, str], ...] = (
     ("gross onset error [s]", "gross_error"),
 )
 _EVENT_NOTE = (
-    "Errors are time found less label. Early alarm: before the label of slip. False alarm: at rest, or where there is "
-    "no slip. Leads are those of other alarms. "
+    "Errors are time found less label, of early alarms too. Early alarm: before the label of slip, by however little. "
+    "False alarm: at rest, or where there is no slip. Leads are those of other alarms. "
     f"Lead of 95 %: conformal bound, needs 19 trials. {INTERVALS}"
 )
 

@@ -269,7 +269,7 @@ def test_events_are_scored_and_the_bound_needs_19_trials():
     }
     assert values == pytest.approx(wanted | {"at_rest": 0.0, "gross_error": -0.25, "gross_found": 2 / 3})
     assert scores.error_spread == pytest.approx(0.8 / 2**0.5)
-    assert scores.delay_frames == pytest.approx(1.0)
+    assert (scores.delay_frames, scores.later_delay_frames) == pytest.approx((1.0, 5.0))
     assert (scores.bound, scores.lead_spread) == (None, None)
     assert scores.lead_of_all_spread == pytest.approx(0.8 / 2**0.5)
     onsets = {"a": Onsets(0.5, None), "b": Onsets(2.0, None), "c": Onsets(2.0, None), "held": Onsets(3.0, None)}
