@@ -35,6 +35,7 @@ def track_video(
     from fingerslip.vision.fields import marker_fields
     from fingerslip.vision.overlay import SHOWN_FIELDS
     from fingerslip.vision.tracking.track import seen_share
+    from fingerslip.vision.tracks import seen
 
     rest = int(tracks.attrs["rest_frames"])
     computed = marker_fields(tracks, rest=rest) if fields else None
@@ -50,7 +51,10 @@ def track_video(
     beside = f"; {still} do not move with their neighbours: reflections, or markers that stick beside slip" * (
         still > 0
     )
-    found = f"{100 * seen_share(tracks):.2f} % of the positions found"
+    followed, visible = 100 * float(seen(tracks).mean()), 100 * seen_share(tracks)
+    found = f"{followed:.2f} % of the positions found"
+    if visible < followed:
+        found += f", {visible:.2f} % of those of all visible markers"
     yield f"{partial} of {count} markers in {times} frames, {found}, at rest in the first {rest}{beside}"
     yield f"quality: {folder / 'quality.html'}{', which was replaced' if is_there else ''}"
     if computed is not None:
