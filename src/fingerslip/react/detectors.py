@@ -6,11 +6,11 @@ from typing import Annotated, Self
 
 import pydantic
 
-from fingerslip.parameters import Duration, Fraction, PositiveDuration, PositiveLength, one_of, parameters
+from fingerslip.parameters import Fraction, PositiveDuration, PositiveLength, ShortDuration, one_of, parameters
 from fingerslip.react.moment import SLIPPED, Alarm, Moment, Watch
 from fingerslip.sites import ReceptorKind
 
-Delay = Annotated[Duration, "Time from what it measures to its alarm [s]."]
+Delay = Annotated[ShortDuration, "Time from what it measures to its alarm [s]."]
 
 
 class _Stateless:
@@ -71,7 +71,7 @@ class ForceRatio(_Stateless):
 class AtOnce(_Stateless):
     """An alarm as soon as the load begins."""
 
-    delay: Annotated[Duration, "Time from the load to the alarm [s]."] = 0.0
+    delay: Annotated[ShortDuration, "Time from the load to the alarm [s]."] = 0.0
 
     def take(self, moment: Moment) -> Alarm | None:
         """Return an alarm."""
@@ -82,7 +82,7 @@ class AtOnce(_Stateless):
 class Never(_Stateless):
     """No alarm, whatever happens."""
 
-    delay: Annotated[Duration, "Of no consequence [s]."] = 0.0
+    delay: Annotated[ShortDuration, "Of no consequence [s]."] = 0.0
 
     def take(self, moment: Moment) -> Alarm | None:  # noqa: ARG002  as for all detectors
         """Return None."""
@@ -99,7 +99,7 @@ class SpikeCount:
     ] = 10
     window: Annotated[PositiveDuration, "Time within which they have to arrive [s]."] = 20e-3
     delay: Annotated[
-        Duration, "Time from where spikes are counted, after each afferent's own conduction, to the alarm [s]."
+        ShortDuration, "Time from where spikes are counted, after each afferent's own conduction, to the alarm [s]."
     ] = 0.0
 
     @property

@@ -21,8 +21,8 @@ from matplotlib.patches import Patch, Rectangle
 
 from fingerslip.arrays import Flags, Floats
 from fingerslip.contact.states import SLIP, STICK
-from fingerslip.react.reflex import REACTIONS
 from fingerslip.react.results import FILM, STILL, Reactions, answer, cell_table, paper_table, source_table, trial_table
+from fingerslip.react.settings import ReactionSettings
 from fingerslip.report.citations import bibtex_entries
 from fingerslip.report.colours import BLACK, BLUE, GREEN, GREY, ORANGE, STATE_COLOURS, VERMILLION
 from fingerslip.report.content import ReportContent
@@ -36,18 +36,19 @@ _PANEL, _PANEL_OF_LINES = (2.6, 2.2), (3.6, 2.8)  # inch
 _MAP_COLOURS = "cividis"
 _LEAST = 10e-3  # [s], the dark end of the colours
 _TICKS = (10e-3, 30e-3, 100e-3, 300e-3)
-# Frontiers that are drawn on the map: what is to the right of one is too fast for that reaction.
+# Frontiers on the map, of up to three reactions: what is to the right of one is too fast for that reaction.
 # Where they share an edge, the thinner lie on the wider.
-_FRONTIERS: tuple[tuple[str, str, Any, float], ...] = (
-    ("robot-piezo", GREEN, "solid", 5.0),
-    ("human-slip", VERMILLION, "solid", 2.5),
-    ("servo", BLACK, (0, (3, 2)), 1.2),
+_FRONTIERS: tuple[dict[str, Any], ...] = (
+    {"color": GREEN, "linestyle": "solid", "linewidth": 5.0},
+    {"color": VERMILLION, "linestyle": "solid", "linewidth": 2.5},
+    {"color": BLACK, "linestyle": (0, (3, 2)), "linewidth": 1.2},
 )
 _DOT: dict[str, Any] = {"marker": "o", "markersize": 4.0, "markeredgecolor": "white", "color": VERMILLION}
 _LOWEST = 4.0  # [ms], the lower end of the axis of critical latencies
 # Lines that cover each other are ever thinner, so that all can be seen.
 _PANEL_COLOURS, _PANEL_WIDTHS = (BLUE, ORANGE, GREEN), (2.2, 1.4, 0.8)
 _DASHES: Sequence[Any] = ("solid", (0, (5, 2)), (0, (1.2, 1.4)), (0, (5, 1.5, 1, 1.5)))
+_MARKERS = ("o", "s", "^", "D")
 
 
 @with_style
@@ -57,7 +58,7 @@ def map_figure(reactions: Reactions, *, saves: Mapping[str, Flags] = MappingProx
     A dot marks what another controller saves, by its name, (n_frictions, n_rates).
     """
     detector = reactions.settings.detector
-    latencies = reactions.panels(detector)
+    latencies, delays = reactions.panels(detector), _delays(reactions.settings)
     finite = np.concatenate([values[np.isfinite(values)] for values in latencies.values()])
     largest = max(float(finite.max(initial=_LEAST)), 2 * _LEAST)
     colours = ScalarMappable(LogNorm(_LEAST, largest), _MAP_COLOURS)
@@ -67,9 +68,8 @@ def map_figure(reactions: Reactions, *, saves: Mapping[str, Flags] = MappingProx
     figure, panels = figure_grid(len(latencies), 3, _PANEL, title, labels)
     for axes, (heading, values) in zip(panels, latencies.items(), strict=True):
         _draw_cells(axes, values, colours)
-        for name, colour, dashes, width in _FRONTIERS:
-            look = {"color": colour, "linestyle": dashes, "linewidth": width}
-            _draw_frontier(axes, values >= REACTIONS.read(name).delay, **look)
+        for delay, look in zip(delays.values(), _FRONTIERS, strict=False):
+            _draw_frontier(axes, values >= delay, **look)
         for saved in saves.values():
             rows, columns = np.nonzero(saved)
             axes.plot(columns, rows - 0.28, linestyle="none", **_DOT)
@@ -81,16 +81,25 @@ def map_figure(reactions: Reactions, *, saves: Mapping[str, Flags] = MappingProx
     ticks = [tick for tick in _TICKS if tick <= largest]
     bar.set_ticks(ticks, labels=[f"{1e3 * tick:g}" for tick in ticks])
     bar.minorticks_off()
-    keys: dict[str, Artist] = {
-        f"{name}, {1e3 * REACTIONS.read(name).delay:.0f} ms: saves the objects to the left": Line2D(
-            [], [], color=colour, linestyle=dashes, linewidth=width
-        )
-        for name, colour, dashes, width in _FRONTIERS
-    }
+    keys: dict[str, Artist] = {}
+    for (name, delay), look in zip(delays.items(), _FRONTIERS, strict=False):
+        saved = np.concatenate([values.ravel() >= delay for values in latencies.values()])
+        which = "the objects to the left" if saved.any() and not saved.all() else "all" if saved.any() else "none"
+        line = look if "left" in which else {"linestyle": "none"}
+        keys[f"{name}, {1e3 * delay:.0f} ms: saves {which}"] = Line2D([], [], **line)
     keys |= {f"{name} saves it": Line2D([], [], linestyle="none", **_DOT) for name in saves}
     keys["– no latency is short enough"] = Line2D([], [], linestyle="none")
     add_legend(figure, keys)
     return figure
+
+
+def _delays(settings: ReactionSettings, third: str = "servo") -> dict[str, float]:
+    """Return the delays after an alarm of three reactions that are tried [s]: first the study's own, then some."""
+    tried, first = settings.named_reactions, ("this reflex", "robot-piezo", "human-slip", third)
+    names = [
+        name for name in {**dict.fromkeys(first), **tried} if name in tried and tried[name].reflex.since == "alarm"
+    ]
+    return {name: tried[name].delay for name in names[:3]}
 
 
 def _only_cells(axes: Axes) -> None:
@@ -129,22 +138,22 @@ def margin_figure(reactions: Reactions) -> Figure:
     figure, (rates, travels) = figure_grid(2, 2, _PANEL_OF_LINES, title, ("", ""), share="none")
     row = reactions.frictions.index(result.friction)
     keys: dict[str, Artist] = {}
-    for detector, dashes in zip(settings.detectors, _DASHES, strict=False):
+    for detector, dashes, marker in zip(settings.detectors, _DASHES, _MARKERS, strict=False):
         for (heading, values), colour, width in zip(
             reactions.panels(detector).items(), _PANEL_COLOURS, _PANEL_WIDTHS, strict=False
         ):
-            look: dict[str, Any] = {"color": colour, "marker": "o", "markersize": 1.0 + 2.0 * width}
+            look: dict[str, Any] = {"color": colour, "marker": marker, "markersize": 1.0 + 2.0 * width}
             look["linewidth"] = width * mpl.rcParams["lines.linewidth"]
             rates.plot(reactions.load_rates, 1e3 * values[row], linestyle=dashes, **look)
             if heading:
                 keys.setdefault(heading, Line2D([], [], **look))
-        keys[f"after '{detector}'"] = Line2D([], [], color=GREY, linestyle=dashes)
+        keys[f"after '{detector}'"] = Line2D([], [], color=GREY, linestyle=dashes, marker=marker)
     latencies, ways = 1e3 * np.array(list(result.travels)), 1e3 * np.array(list(result.travels.values()))
     limit = 1e3 * settings.travel_limit
     last = int(np.searchsorted(ways, limit)) + 1
     travels.plot(latencies[:last], ways[:last], color=_PANEL_COLOURS[0], marker="o")
-    _finish_rates(rates, reactions.load_rates)
-    _finish_travels(travels, limit, f"{reactions.where}, after '{settings.detector}'")
+    _finish_rates(rates, reactions.load_rates, _delays(settings, "prosthesis"))
+    _finish_travels(travels, limit, f"{reactions.where}, after '{settings.detector}'", _delays(settings))
     add_legend(figure, keys)
     return figure
 
@@ -175,29 +184,29 @@ def outcome_figure(reactions: Reactions) -> Figure:
     return figure
 
 
-def _finish_rates(axes: Axes, rates: Sequence[float]) -> None:
-    """Give critical latencies their axes, and the delays of some reactions as lines."""
+def _finish_rates(axes: Axes, rates: Sequence[float], delays: Mapping[str, float]) -> None:
+    """Give critical latencies their axes, and the delays of some reactions [s] as lines."""
     axes.set(xscale="log", yscale="log", xlabel="rate of the load [N/s]", ylabel="critical latency [ms]")
     axes.set_xticks(rates, [f"{rate:g}" for rate in rates], minor=False)
     axes.set_xticks([], minor=True)
-    axes.set_ylim(bottom=_LOWEST)
+    axes.set_ylim(_LOWEST, max(axes.get_ylim()[1], 1.2 * axes.dataLim.y1))
     axes.yaxis.set_major_formatter("{x:g}")
-    for name in ("robot-piezo", "human-slip", "prosthesis"):
-        delay = 1e3 * REACTIONS.read(name).delay
+    for name, seconds in delays.items():
+        delay = 1e3 * seconds
         axes.axhline(delay, color=GREY, linewidth=0.8, zorder=1)
         place: dict[str, Any] = {"ha": "right", "va": "bottom", "clip_on": True, "zorder": 5}
         text = axes.text(rates[-1], 1.04 * delay, f"{name} {delay:.0f}", color=GREY, fontsize=7.0, **place)
         text.set_bbox({"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.5})
 
 
-def _finish_travels(axes: Axes, limit: float, title: str) -> None:
-    """Give travels their axes, the limit [mm], and the delays of some reactions as lines."""
+def _finish_travels(axes: Axes, limit: float, title: str, delays: Mapping[str, float]) -> None:
+    """Give travels their axes, the limit [mm], and the delays of some reactions [s] as lines."""
     axes.set(title=title, xlabel="latency [ms]", ylabel="largest travel [mm]", ylim=(0.0, 1.08 * limit))
     axes.axhline(limit, color=VERMILLION, linewidth=0.9)
     left, right = axes.get_xlim()
     axes.text(left, limit, "  lost", va="bottom", color=VERMILLION, fontsize=7.5)
-    for name in ("robot-piezo", "human-slip", "servo"):
-        delay = 1e3 * REACTIONS.read(name).delay
+    for name, seconds in delays.items():
+        delay = 1e3 * seconds
         if delay < right:
             axes.axvline(delay, color=GREY, linewidth=0.8, zorder=1)
             label = f" {name}"

@@ -10,7 +10,7 @@ import contextlib
 import tempfile
 from collections.abc import Mapping
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -114,8 +114,8 @@ class Outcome:
     false_grip: Annotated[bool, "Whether the grip rose for an object that would have been held without it."]
     start: Annotated[float | None, "When the grip began to rise, since the load began [s]; None without a reaction."]
     end: Annotated[float, "When it was decided, since the load began [s]."]
-    times: Annotated[Floats, "(n,) array : Times since the load began, from the branch on [s]."]
-    travels: Annotated[Floats, "(n,) array : The travel at these times [m]."]
+    times: Annotated[Floats, "(n,) array : Times since the load began, from the branch on [s]."] = field(repr=False)
+    travels: Annotated[Floats, "(n,) array : The travel at these times [m]."] = field(repr=False)
 
 
 class Grasp:

@@ -12,7 +12,7 @@ from typing import Annotated, Literal
 import pydantic
 
 from fingerslip.errors import InputError
-from fingerslip.parameters import Duration, Force, NonNegativeNumber, parameters
+from fingerslip.parameters import Force, NonNegativeNumber, ShortDuration, parameters
 from fingerslip.parameters.presets import Presets
 from fingerslip.units import Unit
 
@@ -33,12 +33,12 @@ class Reflex:
     '0.84'
     """
 
-    latency: Annotated[Duration, "Time to the command [s]."] = 0.0
+    latency: Annotated[ShortDuration, "Time to the command [s]."] = 0.0
     since: Annotated[
         Literal["alarm", "load"],
         "From when it counts: the alarm of a detector, or the start of the load, as in experiments without a detector.",
     ] = "alarm"
-    jitter: Annotated[Duration, "Standard deviation of the latency from trial to trial [s]."] = 0.0
+    jitter: Annotated[ShortDuration, "Standard deviation of the latency from trial to trial [s]."] = 0.0
     gain: Annotated[NonNegativeNumber, "Grip force that is added, as a share of that at the alarm [-]."] = 1.0
     shape: Annotated[
         Literal["ramp", "smooth", "exponential"],
@@ -64,11 +64,11 @@ def require_whole_step(where: str, latency: float, step: float) -> None:
 class Actuator:
     """What moves the fingers."""
 
-    dead_time: Annotated[Duration, "Time from the command to the first change of the force [s]."] = 0.0
+    dead_time: Annotated[ShortDuration, "Time from the command to the first change of the force [s]."] = 0.0
     force_rate: Annotated[ForceRate, "Largest rate of the grip force [N/s]."] = 20.0
     largest_force: Annotated[PositiveForce, "Largest grip force [N]."] = 40.0
     update_period: Annotated[
-        Duration, "Time between changes of the force [s]; 0 for one that changes continuously."
+        ShortDuration, "Time between changes of the force [s]; 0 for one that changes continuously."
     ] = 0.0
 
 

@@ -20,6 +20,7 @@ from fingerslip.report.tables.runs import swept_cells, swept_columns
 from fingerslip.results import RunResult
 from fingerslip.storage.files import write_text
 from fingerslip.tables.table import Cell, Column, Missing, Table
+from fingerslip.units import unit_suffix
 
 #: Files in the folder of a run: what came of its reactions, and the film of two of them with its last frame.
 RESULT, FILM, STILL = "reactions.json", "reaction-film.mp4", "reaction-film.png"
@@ -218,6 +219,18 @@ def trial_table(reactions: Reactions) -> Table:
         rows.append((trial.reaction, trial.detector, *times, trial.saved, chance, *ways, *grip))
     note = "delay: from the alarm, or the load, to the first change of the force; chance: by the jitter of the reflex."
     return Table(f"Reactions at {reactions.where}", columns, tuple(rows), note)
+
+
+_UNITS = {"delay": "s", "force_rate": "N/s", "critical": "s", "travel": "m", "slip": "m", "grip_added": "N"}
+
+
+def all_trials_table(reactions: Reactions) -> Table:
+    """Return every reaction after every detector in every run, in SI units, as other programs take it."""
+    names = [field.name for field in dataclasses.fields(Trial)]
+    columns = (Column(f"{name}_{unit_suffix(_UNITS[name])}" if name in _UNITS else name) for name in names)
+    pairs = zip(reactions.runs, reactions.results, strict=True)
+    rows = tuple((run.name, *vars(trial).values()) for run, result in pairs for trial in result.trials)
+    return Table("Reactions", (Column("run"), *columns), rows)
 
 
 def cell_table(reactions: Reactions) -> Table:

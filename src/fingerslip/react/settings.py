@@ -14,7 +14,7 @@ from fingerslip.contact.friction import Coulomb
 from fingerslip.errors import InputError, Mistakes, unknown_name
 from fingerslip.model.model import Contact
 from fingerslip.model.timing import TimeStepping, Timing
-from fingerslip.parameters import Duration, PositiveDuration, parameters
+from fingerslip.parameters import PositiveDuration, ShortDuration, parameters
 from fingerslip.react.detectors import DetectorChoice, SlippedArea
 from fingerslip.react.loads import LoadSeries
 from fingerslip.react.reflex import REACTIONS, Actuator, Reaction, Reflex, require_whole_step
@@ -50,7 +50,7 @@ class ReactionSettings(ObjectSettings):
     actuator: Annotated[Actuator, "What moves the fingers in this search."] = Actuator()
     reactions: Annotated[tuple[str, ...], "Names of reactions that ship, which are tried after every detector."] = ()
     latencies: Annotated[
-        tuple[Duration, ...], "Latencies after the alarm of the first detector whose travel is computed [s]."
+        tuple[ShortDuration, ...], "Latencies after the alarm of the first detector whose travel is computed [s]."
     ] = ()
     tolerance: Annotated[PositiveDuration, "Largest error of a critical latency [s]."] = 1e-3
 

@@ -89,6 +89,7 @@ def test_quick_reflex_saves_and_slow_one_loses_and_one_that_counts_from_the_load
     assert quick.start == pytest.approx(grasp.open_loop.alarms["force"].time + 10e-3)
     outcome = grasp.react(reaction(30e-3, since="load"), "never")
     assert (outcome.start, outcome.saved) == (30e-3, True)
+    assert len(repr(outcome)) < 250, "it is printed without its arrays"
 
 
 @pytest.mark.slow

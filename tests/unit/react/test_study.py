@@ -6,18 +6,23 @@ from dataclasses import replace
 from importlib import metadata
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from fingerslip.errors import InputError
 from fingerslip.mesh.io import write_mesh
 from fingerslip.react import film
 from fingerslip.react.figures import map_figure, margin_figure, outcome_figure, reaction_tables
+from fingerslip.react.reflex import Reflex
 from fingerslip.react.results import answer, cell_table, paper_table, read_reactions, source_table, trial_table
 from fingerslip.report.figures.motion import Film
 from fingerslip.report.figures.study import convergence_figure
+from fingerslip.report.tables.runs import summary_table
 from fingerslip.results import quantities
 from fingerslip.study.convergence import Level, run_at
 from fingerslip.study.definition.runs import plan_study, read_runs
+from fingerslip.study.inspection.check import check_plans
+from fingerslip.study.inspection.show import export_result
 from fingerslip.study.inspection.views import FigureChoice, write_figure
 from fingerslip.study.running.build import build_model
 from fingerslip.study.running.cluster import Task, compute_task
@@ -116,6 +121,9 @@ def test_results_are_those_of_any_study(study, folder):
     assert run.reaction == read_reactions(study.folder / run.name).times
     assert set(quantities(run)) == {f"reaction.{name}" for name in run.reaction}
     assert "reaction_critical_latency_after_force_s" in (study.folder / "summary.csv").read_text()
+    (row, *_) = pd.read_csv(export_result(study.folder, "csv") / "reactions.csv").to_dict("records")
+    trial = read_reactions(study.folder / row["run"]).trials[0]
+    assert (row["reaction"], row["saved"], row["travel_m"]) == (trial.reaction, trial.saved, trial.travel)
     for kind in ("reaction-map", "reaction-margin", "reaction-outcome"):
         assert write_figure(study.folder, FigureChoice(kind, form="png")).stat().st_size > 10_000
     (model,) = {build_model(one).contacts[0].friction for one in read_runs(study.folder / run.name / "run.yaml").runs}
@@ -180,6 +188,42 @@ def test_figures_say_latencies_time_to_spare_error_bars_and_what_another_control
     assert [(list(line.get_xdata()), list(line.get_ydata())) for line in dots] == [([0], [-0.28])]
 
 
+def test_figures_draw_the_reactions_of_the_study_alone(reactions):
+    """Of one run no line parts the objects that are saved from the others."""
+    own = replace(reactions.settings, reflex=Reflex(latency=0.03), reactions=("gripper", "human-load", "human-slip"))
+    critical = dict.fromkeys(own.detectors, 0.06)
+    one = replace(reactions, runs=reactions.runs[:1], results=(replace(reactions.result, critical=critical),))
+    for settings, keys, lines in (
+        (
+            reactions.settings,
+            ["human-slip, 74 ms: saves none", "gripper, 400 ms: saves none"],
+            ["human-slip", "gripper"],
+        ),
+        (own, ["this reflex, 30 ms: saves all", "human-slip, 74 ms: saves none", "gripper, 400 ms: saves none"], None),
+        (replace(own, reactions=()), ["this reflex, 30 ms: saves all"], ["this reflex"]),
+    ):
+        figure = map_figure(replace(one, settings=settings))
+        assert [text.get_text() for text in figure.legends[0].get_texts()[:-1]] == keys
+        rates, _ = margin_figure(replace(one, settings=settings)).axes
+        words = [text.get_text().rsplit(maxsplit=1)[0] for text in rates.texts]
+        assert words == (lines or ["this reflex", "human-slip", "gripper"])
+        assert len({line.get_marker() for line in rates.lines[:2]}) == 2
+        assert rates.get_ylim()[1] > 1.1 * 60.0, "no dot is cut"
+    figure = map_figure(reactions)
+    assert figure.legends[0].get_texts()[0].get_text() == "human-slip, 74 ms: saves the objects to the left"
+
+
+def test_columns_of_reactions_have_names_that_matlab_takes(reactions):
+    run = replace(
+        reactions.runs[0],
+        reaction={"48 % slipped (area)": 0.1, "48 % slipped [area]": 0.2},
+        uncertainty={"reaction.48 % slipped": 0.01},
+    )
+    names = [column.name for column in summary_table([run]).columns]
+    assert {"reaction_48_percent_slipped_area_s", "reaction_48_percent_slipped_area_s_"} <= set(names)
+    assert "reaction_48_percent_slipped_uncertainty_s" in names
+
+
 def test_page_holds_answer_figures_and_film(study, reactions):
     text = html.unescape((study.folder / "report.html").read_text())
     assert all(sentence in text for sentence in answer(reactions))
@@ -204,6 +248,14 @@ def test_detector_that_needs_what_the_body_has_not_is_refused_before_anything_ru
     (folder / "spikes.yaml").write_text(SMALL.replace("never: {}", "spike_count: {kind: FA-I}"))
     with pytest.raises(InputError, match=r"spikes.yaml: reaction.detectors.never: needs sites of the kind FA-I, the"):
         build_model(read_runs(folder / "spikes.yaml").runs[0])
+
+
+@pytest.mark.parametrize(("latency", "longest"), [("30 s", 30), ("80 ms", None)])
+def test_a_latency_that_no_run_lasts_is_doubted(folder, latency, longest):
+    (folder / "late.yaml").write_text(SMALL.replace("900 ms", "90 ms").replace("shape: smooth", f"latency: {latency}"))
+    note = check_plans([plan_study(folder / "late.yaml")]).note
+    text = f"reaction: has a latency of {longest} s, and no run lasts over 0.8 s after its load begins."
+    assert (text in note) == (longest is not None) == ("WARNING" in note)
 
 
 @pytest.mark.parametrize(
@@ -237,6 +289,12 @@ def test_every_load_may_stand_in_a_study(folder, load, last):
         ("margin: 0.3", "margn: 0.3", 12, "reaction.margn: "),
         ("margin: 0.3", "mass: 100 N", 12, "reaction.mass: got '100 N', needs a unit of [kg]"),
         ("ramp_load: {rate", "tide: {rate", 13, "reaction.load.tide: "),
+        (
+            "{shape: smooth}",
+            "{latency: 30}",
+            20,
+            "reaction.reflex.latency: '30' has no unit, needs a unit of [s]; write '30 ms' or ",
+        ),
         ("rate: 4 N/s", "rate: 4 N", 13, "reaction.load.ramp_load.rate: got '4 N', needs a unit of [N/s]"),
         ("{force_ratio: {friction: 0.4, share: 0.95}}", "{touch: {}}", 18, "reaction.detectors.force.touch: "),
         ("gripper]", "grippers]", 21, "reaction.reactions.1: 'grippers' is not known, needs one of "),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -193,7 +194,7 @@ def _summary_columns(
     for name in dict.fromkeys(name for run in runs for name in run.reaction):
         # A detector may have the name of a time of slip.
         cells = (run.reaction.get(name) for run in runs)
-        columns[f"reaction_{name.replace(' ', '_')}_s"] = ("s", (*cells, *nothing))
+        columns[_unused(f"reaction_{_word(name)}_s", columns)] = ("s", (*cells, *nothing))
     # A derived quantity has its unit in the name: `slip_travel_m`.
     derived = {name: quantity.unit for run in runs for name, quantity in run.derived.items()}
     for name, unit in derived.items():
@@ -202,7 +203,7 @@ def _summary_columns(
         columns[heading] = (unit, (*cells, *nothing))
     for key in dict.fromkeys(key for run in runs for key in run.uncertainty):
         # Of a time, such as `slip_overall_uncertainty_s`, or of a measure.
-        heading, unit = f"{key.replace('.', '_')}_uncertainty_s", "s"
+        heading, unit = f"{_word(key)}_uncertainty_s", "s"
         if (known := measures.measure_of(key)) is not None:
             heading = f"{known.name}_uncertainty{known.key.removeprefix(known.name)}"
             unit = known.unit.si if known.unit else ""
@@ -210,6 +211,16 @@ def _summary_columns(
     if sampled:
         columns["refused"] = ("", (*("" for _ in runs), *(sample.reason for sample in refused)))
     return columns
+
+
+def _word(name: str) -> str:
+    """Return a name as columns have it that MATLAB takes, too."""
+    return re.sub(r"\W+", "_", name.replace("%", "percent")).strip("_")
+
+
+def _unused(name: str, names: Mapping[str, object]) -> str:
+    """Return a name that is not among others, which may differ from it in signs that it lacks."""
+    return _unused(f"{name}_", names) if name in names else name
 
 
 def runs_frame(study: StudyResult) -> pd.DataFrame:

@@ -71,7 +71,7 @@ def check_plans(plans: Sequence[Plan], mistakes: Mistakes | None = None) -> Tabl
                 rows.append((name, job.run.name, "finished" if job.run.name in finished else "to do", *_size(job)))
                 doubts += [f"{name}: {doubt.text}" for doubt in job.doubts]
             rows += [(name, sample.name, f"refused: {sample.reason}", 0, 0, 0, 0.0) for sample in refused]
-            of_plan = *refinement_warnings(plan), *_of_deck(plan), *_of_friction(plan)
+            of_plan = *refinement_warnings(plan), *_of_deck(plan), *_of_friction(plan), *_of_latency(plan)
             doubts += [f"{name}: {warning}" for warning in of_plan]
             measured = resolution_warnings({title: result.numbers for title, result in finished.items()})
             doubts += [f"{name}: {warning.rstrip('.')}" for warning in measured]
@@ -115,6 +115,15 @@ def _of_friction(plan: Plan) -> tuple[str, ...]:
         return ()
     listed = ", ".join(f"{value:g}" for value in swept)
     return (f"sweep: has friction coefficients of {listed}: if one is 0.6, write a point, as 0,6 is two numbers",)
+
+
+def _of_latency(plan: Plan) -> Iterator[str]:
+    """Doubt latencies that no run lasts, such as seconds for milliseconds."""
+    pairs = [(run.study.reaction, run.study.held_object) for run in plan.runs]
+    lasting = max((held.duration for _, held in pairs if held), default=0.0)
+    latencies = (time for reaction, _ in pairs if reaction for time in (reaction.reflex.latency, *reaction.latencies))
+    if (longest := max(latencies, default=0.0)) > lasting:
+        yield f"reaction: has a latency of {longest:g} s, and no run lasts over {lasting:g} s after its load begins"
 
 
 def fold_samples(table: Table) -> Table:

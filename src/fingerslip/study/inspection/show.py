@@ -14,7 +14,7 @@ from fingerslip.materials.choice import MATERIALS, material_names
 from fingerslip.parameters.yaml_text import parse_document
 from fingerslip.report.tables.compare import difference_cell, differences_table
 from fingerslip.report.tables.parameters import ASSUMED, COLUMNS, NOT_USED
-from fingerslip.report.tables.runs import measures_table, readings_table, run_caveats, time_cell
+from fingerslip.report.tables.runs import measures_table, readings_table, run_caveats, table_frame, time_cell
 from fingerslip.report.tables.samples import indices_table, prediction_table, sensitivity_table
 from fingerslip.results import HISTORY, RESULT, RUN, RunResult, StudyResult
 from fingerslip.sampling.designs import required_output
@@ -25,7 +25,14 @@ from fingerslip.specimens.choice import preset_names, presets_of
 from fingerslip.storage.files import write_bytes, write_text
 from fingerslip.study.definition.runs import read_runs
 from fingerslip.study.scripted import open_study
-from fingerslip.study.storage.reporting import read_results, read_run_values, read_stored_run, study_tables, value_rows
+from fingerslip.study.storage.reporting import (
+    reactions_of,
+    read_results,
+    read_run_values,
+    read_stored_run,
+    study_tables,
+    value_rows,
+)
 from fingerslip.study.storage.store import read_manifest
 from fingerslip.tables.table import Cell, Column, Measured, Table, to_csv
 
@@ -137,7 +144,12 @@ def export_result(
         if len(runs) == 1 and kind not in TABULAR:
             return export_result(target / runs[0], kind, folder, say)
         study = open_study(target)
-        return export_tables({"runs": study.to_dataframe()}, folder, kind)
+        tables = {"runs": study.to_dataframe()}
+        if any(run.reaction for run in study.result.runs):
+            from fingerslip.react.results import all_trials_table
+
+            tables["reactions"] = table_frame(all_trials_table(reactions_of(study.result)))
+        return export_tables(tables, folder, kind)
     read_stored_run(target)
     from fingerslip.export.formats import export_history, export_notes
 
