@@ -7,7 +7,7 @@ import pytest
 
 import fingerslip as fs
 from fingerslip.dynamics.motions import Motions, make_integrator
-from fingerslip.dynamics.recording.steps import step_times
+from fingerslip.dynamics.recording.schedule import step_times
 from fingerslip.dynamics.step.stepper import Stopwatch
 from fingerslip.dynamics.system.system import build_system
 from fingerslip.linear.solver import preferred_solver

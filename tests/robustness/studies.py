@@ -7,7 +7,7 @@ from typing import Any
 
 import yaml
 
-from fingerslip.dynamics.recording.steps import step_times
+from fingerslip.dynamics.recording.schedule import step_times
 from fingerslip.dynamics.simulation import simulate
 from fingerslip.dynamics.system.checks import inspect_model
 from fingerslip.study.definition.runs import Run, plan_study

@@ -20,7 +20,7 @@ from scipy import sparse
 
 from fingerslip.arrays import Floats
 from fingerslip.dynamics.loop import BodyIntegrator, Integrator
-from fingerslip.dynamics.recording.steps import Span, spans_of
+from fingerslip.dynamics.recording.schedule import Span, spans_of
 from fingerslip.dynamics.step.state import State
 from fingerslip.errors import ConvergenceError
 from fingerslip.model.model import Model

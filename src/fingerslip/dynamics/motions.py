@@ -11,10 +11,10 @@ from fingerslip.dynamics.adaptive import Controlled
 from fingerslip.dynamics.compact.integrator import Compact, is_compact
 from fingerslip.dynamics.finite.large import Large
 from fingerslip.dynamics.loop import BodyIntegrator, BodyObserver, Check, Loop
-from fingerslip.dynamics.recording.labels import labelled_history
+from fingerslip.dynamics.recording.dataset import labelled_history
 from fingerslip.dynamics.recording.recorder import Recorder
+from fingerslip.dynamics.recording.schedule import record_bytes
 from fingerslip.dynamics.recording.snapshots import Recoveries
-from fingerslip.dynamics.recording.steps import record_bytes
 from fingerslip.dynamics.step.mesh import Mesh
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch, build_steppers, factorised

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from fingerslip.arrays import Floats
 from fingerslip.dynamics.motions import Motions, compute
-from fingerslip.dynamics.recording.steps import require_record_memory, step_times
+from fingerslip.dynamics.recording.schedule import require_record_memory, step_times
 from fingerslip.dynamics.reduced.basis import BasisStore, compute_in_basis
 from fingerslip.dynamics.step.sharing import check_same_matrix
 from fingerslip.dynamics.step.stepper import Stopwatch

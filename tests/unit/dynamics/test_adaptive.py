@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fingerslip as fs
-from fingerslip.dynamics.recording.steps import step_times
+from fingerslip.dynamics.recording.schedule import step_times
 from problems.pushed import push_and_slide
 from unit.dynamics.models import FREQUENCY, STATIC, Watched, assert_same_history, oscillator
 

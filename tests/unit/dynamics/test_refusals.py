@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import fingerslip as fs
-from fingerslip.dynamics.recording.steps import step_times
+from fingerslip.dynamics.recording.schedule import step_times
 from fingerslip.dynamics.statics.body import static_body
 from fingerslip.dynamics.system.checks import inspect_model
 from fingerslip.dynamics.system.doubts import doubts

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import fingerslip as fs
-from fingerslip.dynamics.recording.labels import made_energy
+from fingerslip.dynamics.recording.dataset import made_energy
 from fingerslip.dynamics.system.scheme import hht, make_scheme, static
 from problems.blocks import fitted_slope
 from problems.held import apart

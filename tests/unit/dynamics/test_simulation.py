@@ -11,7 +11,7 @@ import fingerslip as fs
 from fingerslip.contact.friction import ISOTROPIC
 from fingerslip.contact.states import OPEN, SLIP
 from fingerslip.dynamics import simulation
-from fingerslip.dynamics.recording.steps import step_times
+from fingerslip.dynamics.recording.schedule import step_times
 from fingerslip.dynamics.system.bodies import body_centres
 from fingerslip.verification.meshes import box
 from problems.pushed import pad, push_and_slide

@@ -1,4 +1,4 @@
-"""One motion at large strain: see :mod:`fingerslip.dynamics.finite.newton` for a step."""
+"""One motion at large strain: see :mod:`fingerslip.dynamics.finite.iteration` for a step."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 from fingerslip.arrays import Floats
 from fingerslip.dynamics.finite.factors import Factors
-from fingerslip.dynamics.finite.newton import advance_finite
+from fingerslip.dynamics.finite.iteration import advance_finite
 from fingerslip.dynamics.loop import BodyIntegrator, ByLength
 from fingerslip.dynamics.step.state import State, first_state
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch

@@ -13,9 +13,9 @@ import numpy as np
 
 from fingerslip.arrays import Floats
 from fingerslip.dynamics.recording.body_records import BodyRecords, SupportRecords, moments
-from fingerslip.dynamics.recording.labels import record_coordinates
+from fingerslip.dynamics.recording.dataset import record_coordinates
+from fingerslip.dynamics.recording.schedule import record_shapes, record_type, snapshot_steps
 from fingerslip.dynamics.recording.snapshots import Recoveries, SnapshotRecords, of_state
-from fingerslip.dynamics.recording.steps import record_shapes, record_type, snapshot_steps
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.viscoelastic import viscous_steps
 from fingerslip.dynamics.system.scheme import make_scheme

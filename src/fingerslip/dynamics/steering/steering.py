@@ -15,7 +15,7 @@ import numpy as np
 from fingerslip.arrays import Floats
 from fingerslip.dynamics.motions import Motions, Outcome, prepare
 from fingerslip.dynamics.recording.recorder import Recorder
-from fingerslip.dynamics.recording.steps import require_record_memory, step_times
+from fingerslip.dynamics.recording.schedule import require_record_memory, step_times
 from fingerslip.dynamics.reduced.basis import BasisStore, in_basis
 from fingerslip.dynamics.steering.commands import Command, with_command
 from fingerslip.dynamics.steering.packing import is_like, read_archive, write_archive

@@ -13,7 +13,7 @@ import numpy as np
 from fingerslip.arrays import Flags, Floats, Integers
 from fingerslip.contact.candidates import Candidates, automatic_penalty, find_candidates
 from fingerslip.contact.counterfaces import Counterface, Cylinder
-from fingerslip.dynamics.recording.steps import record_bytes, require_record_memory
+from fingerslip.dynamics.recording.schedule import record_bytes, require_record_memory
 from fingerslip.dynamics.system.bodies import (
     Load,
     Motion,

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from fingerslip.dynamics.recording.steps import record_bytes, step_times
+from fingerslip.dynamics.recording.schedule import record_bytes, step_times
 from fingerslip.dynamics.system.scheme import has_inertia
 from fingerslip.errors import InputError, Mistakes
 from fingerslip.mesh.io import write_mesh

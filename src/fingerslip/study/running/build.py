@@ -14,7 +14,7 @@ import numpy as np
 
 from fingerslip.contact.counterfaces import BuiltInCounterface
 from fingerslip.contact.friction import weakens
-from fingerslip.dynamics.recording.steps import step_count
+from fingerslip.dynamics.recording.schedule import step_count
 from fingerslip.dynamics.step.sharing import first_alike, groups_to_share, material_key, same_body, same_matrix
 from fingerslip.dynamics.system.checks import inspect_model
 from fingerslip.dynamics.system.doubts import Doubt, doubts

@@ -19,7 +19,7 @@ import numpy as np
 import fingerslip
 from fingerslip.contact.counterfaces import Plane
 from fingerslip.contact.friction import Coulomb
-from fingerslip.dynamics.recording.steps import record_bytes
+from fingerslip.dynamics.recording.schedule import record_bytes
 from fingerslip.linear.resources import require_memory
 from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.neo_hookean import NeoHookean
