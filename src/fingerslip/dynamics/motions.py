@@ -15,7 +15,7 @@ from fingerslip.dynamics.recording.dataset import labelled_history
 from fingerslip.dynamics.recording.recorder import Recorder
 from fingerslip.dynamics.recording.schedule import record_bytes
 from fingerslip.dynamics.recording.snapshots import Recoveries
-from fingerslip.dynamics.step.mesh import Mesh
+from fingerslip.dynamics.step.small_strain import SmallStrain
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch, build_steppers, factorised
 from fingerslip.dynamics.system.scheme import make_scheme
@@ -116,9 +116,9 @@ def make_integrator(motions: Motions, systems: Sequence[System], mapper: Mapper 
             with watch.part("factorisation"):
                 return factorised(systems, scheme, damping, solver, reserved)
 
-        return Mesh(make, time.shortest, watch)
+        return SmallStrain(make, time.shortest, watch)
     with watch.part("factorisation"):
         steppers = build_steppers(systems, time, damping, solver=solver, reserved_bytes=reserved)
     if all(map(is_compact, steppers)):
         return Compact(steppers)
-    return Mesh(lambda _: steppers, time.step, watch, mapper)
+    return SmallStrain(lambda _: steppers, time.step, watch, mapper)

@@ -14,7 +14,7 @@ import numpy as np
 import fingerslip as fs
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.dynamics.recording.schedule import step_times
-from fingerslip.dynamics.step.mesh import advance
+from fingerslip.dynamics.step.small_strain import advance
 from fingerslip.dynamics.step.state import first_state
 from fingerslip.dynamics.step.stepper import Stopwatch, build_steppers
 from fingerslip.dynamics.system.system import build_system

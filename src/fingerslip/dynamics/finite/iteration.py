@@ -8,7 +8,7 @@ An iteration solves for the change of x with the effective matrix A of some tang
 the forces r obey the law of contact at the new displacement, whatever the iterate, far better than the iterate itself
 obeys its equation. So the only residual is that of the equation of motion, and of curved counterfaces, whose gap is
 linear about the iterate. It shrinks from one iteration to the next the more, the nearer the tangent is; iterates are
-mixed so that it shrinks faster (:mod:`fingerslip.dynamics.step.mesh`).
+mixed so that it shrinks faster (:class:`fingerslip.dynamics.step.anchor.Mixing`).
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ import numpy as np
 from fingerslip.arrays import Floats
 from fingerslip.dynamics.finite.body import BodyState, Local
 from fingerslip.dynamics.finite.factors import Factors
+from fingerslip.dynamics.step.anchor import Mixing
 from fingerslip.dynamics.step.condensation import Halfway
 from fingerslip.dynamics.step.contact_step import TOLERANCE, ContactStep, solve_step, turn, weighted_forces
 from fingerslip.dynamics.step.finish import Strained, finish
-from fingerslip.dynamics.step.mesh import Mixing
 from fingerslip.dynamics.step.release import fading_forces
 from fingerslip.dynamics.step.state import Prediction, State, predict_ends
 from fingerslip.dynamics.step.stepper import Stepper
