@@ -170,15 +170,23 @@ class BodyObserver:
 
 
 class Loop(Generic[S]):
-    """Motions through time: an integrator takes their steps, an observer the states of each at its times [s]."""
+    """Motions through time: an integrator takes their steps, an observer the states of each at its times [s].
+
+    They begin at rest, or where `states` says.
+    """
 
     def __init__(
-        self, integrator: Integrator[S], observers: Sequence[Observer[S]], times: Sequence[Floats], watch: Stopwatch
+        self,
+        integrator: Integrator[S],
+        observers: Sequence[Observer[S]],
+        times: Sequence[Floats],
+        watch: Stopwatch,
+        states: dict[int, S] | None = None,
     ) -> None:
         self._integrator, self._observers, self._times, self._watch = integrator, observers, times, watch
         self.times = max(times, key=len)
         self.taken = 0
-        self.states = integrator.start()
+        self.states = integrator.start() if states is None else states
         for number, state in self.states.items():
             observers[number].record(state)
 

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from fingerslip.arrays import Floats
 from fingerslip.dynamics.adaptive import Controlled
-from fingerslip.dynamics.compact.integrator import Compact, is_compact
+from fingerslip.dynamics.compact.integrator import Compact, obstacle
 from fingerslip.dynamics.finite.large import Large
 from fingerslip.dynamics.loop import BodyIntegrator, BodyObserver, Check, Loop
 from fingerslip.dynamics.recording.dataset import labelled_history
 from fingerslip.dynamics.recording.recorder import Recorder
 from fingerslip.dynamics.recording.schedule import record_bytes
 from fingerslip.dynamics.recording.snapshots import Recoveries
+from fingerslip.dynamics.reduced.reduction import ByModes
 from fingerslip.dynamics.step.small_strain import SmallStrain
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch, build_steppers, factorised
@@ -27,6 +29,8 @@ from fingerslip.model.timing import Adaptive
 
 if TYPE_CHECKING:
     import xarray as xr
+
+_logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -119,6 +123,9 @@ def make_integrator(motions: Motions, systems: Sequence[System], mapper: Mapper 
         return SmallStrain(make, time.shortest, watch)
     with watch.part("factorisation"):
         steppers = build_steppers(systems, time, damping, solver=solver, reserved_bytes=reserved)
-    if all(map(is_compact, steppers)):
-        return Compact(steppers)
+    if isinstance(steppers[0].condensed, ByModes):
+        reason = next(filter(None, map(obstacle, steppers)), None)
+        if reason is None:
+            return Compact(steppers)
+        _logger.info("no compiled steps in a basis: %s", reason)
     return SmallStrain(lambda _: steppers, time.step, watch, mapper)

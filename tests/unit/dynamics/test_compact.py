@@ -74,6 +74,14 @@ def test_histories_are_those_of_the_mesh(model: fs.Model, monkeypatch: pytest.Mo
     assert np.abs(history["energy_imbalance"].values).max() < 1e-12 * np.abs(works).max()
 
 
+def test_the_log_says_why_compiled_code_takes_no_steps(caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level("INFO")
+    rod = contact(counterface=fs.Cylinder(20e-3, (0.0, 1.0)))
+    history = fs.simulate(a_model(contacts=rod, programme=(fs.Press(0.05e-3, 5e-3),)))
+    assert history.attrs["basis"] == "reduced"
+    assert "no compiled steps in a basis: a counterface is curved or turns" in caplog.text
+
+
 @pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
 def test_steps_from_outside_are_those_of_a_simulation_and_of_a_restored_one(law: Any, tmp_path: Path) -> None:
     model, bases = a_model(law), Memory()

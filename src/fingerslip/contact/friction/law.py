@@ -74,7 +74,10 @@ class Isotropic:
 
 
 class FrictionLaw(Protocol):
-    """The friction coefficient of contact nodes, and the frame and the dimensions in which it holds."""
+    """The friction coefficient of contact nodes, and the frame and the dimensions in which it holds.
+
+    A law whose coefficients never change says so by ``is_constant = True``: then many steps are taken at once.
+    """
 
     @property
     def coefficient(self) -> float:

@@ -22,8 +22,7 @@ from fingerslip.dynamics.step.state import State, first_state
 from fingerslip.dynamics.step.stepper import Stepper
 from fingerslip.dynamics.system.system import System
 
-__all__ = ["Compact", "is_compact"]
-
+__all__ = ["Compact", "obstacle"]
 
 # What of a state stands in what is carried.
 _CARRIED = ("inertia", "load", "unbalance", "unbalance_before", "moved", "contact_forces_before")
@@ -34,15 +33,15 @@ _FEW = 900
 _MOST_SOLUTIONS = 10
 
 
-def is_compact(stepper: Stepper) -> bool:
-    """Tell whether compiled code takes the steps of a motion: in a basis, in 2D, on flat counterfaces."""
+def obstacle(stepper: Stepper) -> str | None:
+    """Say what keeps compiled code from taking the steps of a motion in a basis; None where it takes them."""
     unknowns = stepper.system.candidates.positions.size
-    return (
-        isinstance(stepper.condensed, ByModes)
-        and stepper.system.space.dim == 2
-        and stepper.constant_frames is not None
-        and 0 < unknowns <= _FEW
-    )
+    reasons = {
+        "it is in 3D": stepper.system.space.dim != 2,
+        "a counterface is curved or turns": stepper.constant_frames is None,
+        f"{unknowns} unknowns of contact are none or more than {_FEW}": not 0 < unknowns <= _FEW,
+    }
+    return next((reason for reason, holds in reasons.items() if holds), None)
 
 
 class Compact(BodyIntegrator):

@@ -8,7 +8,6 @@ from __future__ import annotations
 import functools
 import logging
 import math
-from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -22,7 +21,7 @@ from fingerslip.contact.candidates import Candidates
 from fingerslip.contact.interface import InterfaceState, rest_state
 from fingerslip.contact.states import OPEN, STICK
 from fingerslip.dynamics.finite.large import Large
-from fingerslip.dynamics.loop import OutsideCheck, Steps
+from fingerslip.dynamics.loop import Loop, Observer, OutsideCheck, Steps
 from fingerslip.dynamics.statics.body import (
     REPAIR,
     StaticBody,
@@ -110,39 +109,50 @@ def _press(model: Model, system: System, state: State | None, span: tuple[float,
     way = np.linalg.norm(system.displacements(span[1]) - system.displacements(span[0]))
     nearest = _narrow(system, _gaps(system, state) <= _REACH * way)
     integrator = Large(model, nearest, solver, Stopwatch(), 0)
-    first = integrator.start()[0] if state is None else _transfer(state, system, nearest)
-    (last,) = deque(_steps(integrator, nearest, first, span, model.time.step), maxlen=1)
+    states = None if state is None else {0: _transfer(state, system, nearest)}
+    loop = Loop(integrator, [_Checked(nearest)], [_times(span, model.time.step)], Stopwatch(), states)
+    loop.run()
     integrator.release()
-    return _transfer(last, nearest, system)
+    return _transfer(loop.states[0], nearest, system)
 
 
 def _slide(
     model: Model, skin: _Skin, spacing: float, solver: LinearSolver, progress: Callable[[float], None]
 ) -> StaticBody:
     """Slide from the end of a press until all slips, and return the body with states apart by a spacing [m]."""
-    begin, end = skin.state.time, float(skin.system.motions[0].knots[-1])
+    times = _times((skin.state.time, float(skin.system.motions[0].knots[-1])), model.time.step)
     integrator = Large(model, skin.system, solver, Stopwatch(), 0, halvings=_HALVINGS)
     states = _States(skin, integrator, spacing)
-    states.take(skin.state)
+    loop = Loop(integrator, [states], [times], Stopwatch(), {0: skin.state})
     try:
-        for state in _steps(integrator, skin.system, skin.state, (begin, end), model.time.step):
-            states.take(state)
-            progress((state.time - begin) / (end - begin))
-            if states.slips:
-                break
+        while not states.slips and loop.taken < loop.last:
+            loop.step()
+            progress(loop.taken / loop.last)
     except ConvergenceError as error:
         _logger.warning("a body is slid no further, and its last state stands for what follows: %s", error)
     integrator.release()
     return states.body()
 
 
-def _steps(integrator: Large, system: System, state: State, span: tuple[float, float], step: float) -> Iterator[State]:
-    """Yield the states of equal steps over a span, at most of a length [s], in which no node beside touches."""
-    check = OutsideCheck(system)
-    for end in np.linspace(*span, math.ceil((span[1] - span[0]) / step - 1e-9) + 1)[1:]:
-        ((state, _),) = integrator.advance({0: state}, np.array([end])).values()
-        check.look(Steps.of(state))
-        yield state
+def _times(span: tuple[float, float], step: float) -> Floats:
+    """Return the times of equal steps over a span, its start included, at most of a length [s]."""
+    return np.linspace(*span, math.ceil((span[1] - span[0]) / step - 1e-9) + 1)
+
+
+class _Checked(Observer[State]):
+    """Looks at every state, so that no node beside touches."""
+
+    room = 1
+
+    def __init__(self, system: System) -> None:
+        self._check = OutsideCheck(system)
+
+    def record(self, state: State) -> None:
+        """Check the next state."""
+        self._check.look(Steps.of(state))
+
+    def finish(self) -> None:
+        """Nothing is left to check."""
 
 
 def _narrow(system: System, rows: Flags) -> System:
@@ -220,18 +230,20 @@ def _skin(system: System, state: State, near: float, patch: float) -> _Skin:
     return _Skin(nearest, state, reads, sums, body)
 
 
-class _States:
+class _States(_Checked):
     """The states of a slide in which answers are computed."""
 
     def __init__(self, skin: _Skin, integrator: Large, spacing: float) -> None:
+        super().__init__(skin.system)
         self._skin, self._integrator, self._spacing = skin, integrator, spacing
         self._answers: list[Floats] = []
         self._moved: list[Floats] = []
         self._forces: list[Floats] = []
         self.slips = False
 
-    def take(self, state: State) -> None:
-        """Take a state where the body has been sheared far enough since the last."""
+    def record(self, state: State) -> None:
+        """Check the next state, and take it where the body has been sheared far enough since the last."""
+        super().record(state)
         skin = self._skin
         moved = np.concatenate([read @ state.displacement for read in skin.reads])
         area, states = skin.system.candidates.area, state.interface.state
