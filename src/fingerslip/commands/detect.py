@@ -107,10 +107,6 @@ def collect(
     output: NewDataSet = Path("trials"),
     labels: Annotated[Path | None, typer.Option(metavar="CSV", help="Onset times of your own.")] = None,
     title: Annotated[str, typer.Option(help="What the data card says first.")] = "Recorded trials",
-    rest_frames: Annotated[
-        int | None,
-        typer.Option("--rest", metavar="FRAMES", min=1, help="Frames at rest at the start; else as many as are found."),
-    ] = None,
     tracking: Any,
     external_markers: Annotated[
         int | None, typer.Option(metavar="N", min=1, help="Markers of the outer camera.")
@@ -122,7 +118,7 @@ def collect(
     """
     from fingerslip.detect.session import collect_trials
 
-    more: dict[str, Any] = {"rest_frames": rest_frames, "tracking": tracking, "external_markers": external_markers}
+    more: dict[str, Any] = {"tracking": tracking, "external_markers": external_markers}
     typer.echo(collect_trials(recordings, conditions, output, labels=labels, title=title, **more))
 
 
@@ -160,9 +156,7 @@ def evaluate(
     dataset: DataSet,
     *,
     classifier: Classifiers = None,
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder for tables.")] = Path(
-        "evaluation"
-    ),
+    output: Pictures = Path("evaluation"),
     folds: Annotated[int, typer.Option(min=2, help="Folds, grouped by trial.")] = 5,
     group: Annotated[
         str | None, typer.Option(metavar="CONDITION", help="Keep trials of one value in one fold.")
@@ -295,9 +289,6 @@ def run(
         Path | None,
         typer.Option("-o", "--output", metavar="DIR", help="Folder of the page; else NAME_slip beside SOURCE."),
     ] = None,
-    rest_frames: Annotated[
-        int | None, typer.Option("--rest", metavar="FRAMES", min=5, help="Frames at rest at the start, at most.")
-    ] = None,
     tracking: Any,
     as_json: AsJson = False,
 ) -> None:
@@ -311,10 +302,9 @@ def run(
 
     if source.isdecimal() or "://" in source:
         camera = int(source) if source.isdecimal() else source
-        print_tables([watch_camera(camera, detector, tracking, rest_frames, partial(typer.echo, err=as_json))], as_json)
+        print_tables([watch_camera(camera, detector, tracking, partial(typer.echo, err=as_json))], as_json)
         return
-    path = Path(source)
-    tables, lines = run_detector(path, detector, tracking, rest_frames, output)
+    tables, lines = run_detector(Path(source), detector, tracking, output)
     print_tables(tables, as_json)
     typer.echo("\n".join(lines), err=as_json)
 

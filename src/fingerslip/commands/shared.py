@@ -89,6 +89,9 @@ def tracking_options(
         int | None, typer.Option(metavar="N", min=1, help="How many markers there are; else it is found.")
     ] = None,
     layout: Annotated[Any, typer.Option(parser=str, metavar="NAME", help="auto, rings, hex, grid or free.")] = "auto",
+    rest: Annotated[
+        int | None, typer.Option(metavar="FRAMES", min=1, help="Frames at rest at the start; else it is found.")
+    ] = None,
     mask: Annotated[
         Path | None, typer.Option(metavar="IMAGE", help="Image that is white where markers may be.")
     ] = None,
@@ -104,7 +107,7 @@ def tracking_options(
     channel: Annotated[str, typer.Option(help="Of colour frames: grey, blue, green or red.")] = "grey",
 ) -> dict[str, Any]:
     """Return how markers are found as the tracker takes it, which itself refuses other names."""
-    search = {"n_markers": markers, "layout": layout, "mask": mask, "bright": bright}
+    search = {"n_markers": markers, "layout": layout, "rest_frames": rest, "mask": mask, "bright": bright}
     return {**search, "calibration": calibration, "frame_rate": frame_rate, "channel": channel}
 
 

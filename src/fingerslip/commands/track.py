@@ -16,12 +16,6 @@ def track(
         Path, typer.Argument(metavar="VIDEO", help="A video file, or a folder of images.", show_default=False)
     ],
     *,
-    rest: Annotated[
-        int | None,
-        typer.Option(
-            metavar="FRAMES", min=1, help="Frames at rest at the beginning; else as many as are found, 30 at most."
-        ),
-    ] = None,
     output: Annotated[
         Path | None,
         typer.Option("-o", "--output", metavar="FOLDER", help="Folder; else VIDEO with the ending _tracks."),
@@ -39,5 +33,5 @@ def track(
     from fingerslip.report.page.tracking import track_video
 
     with screen_progress(quiet) as progress:
-        lines = list(track_video(video, output, {**tracking, "rest_frames": rest}, progress.say, fields=fields))
+        lines = list(track_video(video, output, tracking, progress.say, fields=fields))
     typer.echo("\n".join(lines))

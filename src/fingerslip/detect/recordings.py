@@ -92,7 +92,6 @@ def recorded_trials(
     folder: str | Path,
     conditions: str | Path,
     onsets: Mapping[str, Onsets] = MappingProxyType({}),
-    settings: LabelSettings | None = None,
     *,
     tracking: Mapping[str, Any] = MappingProxyType({}),
     external_tracking: Mapping[str, Any] = MappingProxyType({}),
@@ -100,7 +99,7 @@ def recorded_trials(
     """Yield a trial for each recording, for :func:`fingerslip.detect.trials.write_trials`.
 
     `onsets` are labels of the user; both cameras are read by :func:`read_recording` with the options of each. Without
-    settings, outer markers rest as long as the inner ones are found to.
+    `rest_frames` of the inner camera, outer markers rest as long as the inner ones are found to.
     """
     table = read_conditions(conditions)
     from fingerslip.detect.residual import frames_at_rest
@@ -123,8 +122,8 @@ def recorded_trials(
         if values.get(SLIP) == NO_SLIP_WORD:
             labels["user"] = Onsets(None, None)
         if (tracks["kind"].values.astype(str) == "external").sum() > 1:
-            at_rest = settings or LabelSettings(rest_frames=frames_at_rest(tracks))
-            labels["external_markers"] = labels_from_external_markers(tracks, at_rest)
+            settings = LabelSettings(rest_frames=tracking.get("rest_frames") or frames_at_rest(tracks))
+            labels["external_markers"] = labels_from_external_markers(tracks, settings)
         if not labels and SLIP not in values:
             allowed = "needs external markers in the tracks, a label of your own, or yes or no in a column 'slip'"
             unused = ", ".join(sorted(set(onsets) - {Path(name).stem for name in table}))

@@ -27,7 +27,7 @@ from fingerslip.detect.evaluation.scores import (
 )
 from fingerslip.detect.features import MotionSettings
 from fingerslip.detect.folders import origin_of
-from fingerslip.detect.labels import LabelSettings, Onsets, read_onsets
+from fingerslip.detect.labels import Onsets, read_onsets
 from fingerslip.detect.model_file import read_detector, write_detector
 from fingerslip.detect.recordings import TRACK_FILES, read_any_tracks, recorded_trials
 from fingerslip.detect.samples import Sampling, benchmark_test_trials, grouped_folds, left_out
@@ -112,23 +112,21 @@ def collect_trials(
     *,
     labels: Path | None,
     title: str,
-    rest_frames: int | None = None,
     tracking: Mapping[str, Any] | None = None,
     external_markers: int | None = None,
 ) -> str:
     """Write a data set of recordings and return what was done, and what is wrong with videos.
 
-    `tracking` has options of :func:`fingerslip.vision.tracking.track.track_markers` for the inner camera; channel and
-    frame rate are those of the outer one, too.
+    `tracking` has options of :func:`fingerslip.vision.tracking.track.track_markers` for the inner camera; rest frames,
+    channel and frame rate are those of the outer one, too.
     """
-    inside = {**(tracking or {}), "rest_frames": rest_frames}
+    inside = tracking or {}
     # Of the outer markers, which are numbered by rows, only the middle one counts by itself.
     outside: dict[str, Any] = {"n_markers": external_markers, "layout": "free"}
     outside |= {name: inside[name] for name in ("rest_frames", "channel", "frame_rate") if name in inside}
     onsets = {} if labels is None else read_onsets(labels)
-    settings = None if rest_frames is None else LabelSettings(rest_frames=rest_frames)
     instead = ", in the place of those that were there" if output.exists() else ""
-    trials = recorded_trials(folder, conditions, onsets, settings, tracking=inside, external_tracking=outside)
+    trials = recorded_trials(folder, conditions, onsets, tracking=inside, external_tracking=outside)
     result = write_trials(trials, output, title)
     complaints = [
         f"{name}: {line}"
@@ -302,10 +300,10 @@ def judge_detector(detector: str, dataset: Path, labels: str) -> list[Table]:
 
 
 def run_detector(
-    source: Path, detector: str, tracking: Mapping[str, Any], rest_frames: int | None, output: Path | None = None
+    source: Path, detector: str, tracking: Mapping[str, Any], output: Path | None = None
 ) -> tuple[list[Table], list[str]]:
     """Run a detector on tracks or a video, write its page, and return its events, its latency and what to say."""
-    trained = None if detector == RESIDUAL else read_detector(detector)
+    trained, rest_frames = None if detector == RESIDUAL else read_detector(detector), tracking.get("rest_frames")
     output = output or folder_beside(source, "slip", lambda folder: origin_of(folder).get("source", ""))
     check_replaceable(output, "slip.csv")
     before = origin_of(output)
@@ -368,14 +366,13 @@ def watch_camera(
     camera: int | str,
     detector: str,
     tracking: Mapping[str, Any],
-    rest_frames: int | None,
     tell: Callable[[str], object],
 ) -> Table:
     """Run a detector on a camera until it ends or is interrupted; tell each event as it comes, and return latencies."""
     from fingerslip.detect.residual import findings_table
 
     trained = None if detector == RESIDUAL else read_detector(detector)
-    tracker = _tracker(trained, tracking, rest_frames or 30, f"camera {camera}")
+    tracker = _tracker(trained, tracking, tracking.get("rest_frames") or 30, f"camera {camera}")
     live: LiveDetector | ResidualDetector | None = None
     findings: list[Finding] = []
     with threadpool_limits(1), contextlib.suppress(KeyboardInterrupt):

@@ -69,7 +69,7 @@ def map_figure(reactions: Reactions, *, saves: Mapping[str, Flags] = MappingProx
     for axes, (heading, values) in zip(panels, latencies.items(), strict=True):
         _draw_cells(axes, values, colours)
         for delay, look in zip(delays.values(), _FRONTIERS, strict=False):
-            _draw_frontier(axes, values >= delay, **look)
+            _draw_frontier(axes, 1e3 * values >= delay, **look)
         for saved in saves.values():
             rows, columns = np.nonzero(saved)
             axes.plot(columns, rows - 0.28, linestyle="none", **_DOT)
@@ -83,10 +83,10 @@ def map_figure(reactions: Reactions, *, saves: Mapping[str, Flags] = MappingProx
     bar.minorticks_off()
     keys: dict[str, Artist] = {}
     for (name, delay), look in zip(delays.items(), _FRONTIERS, strict=False):
-        saved = np.concatenate([values.ravel() >= delay for values in latencies.values()])
+        saved = np.concatenate([1e3 * values.ravel() >= delay for values in latencies.values()])
         which = "the objects to the left" if saved.any() and not saved.all() else "all" if saved.any() else "none"
         line = look if "left" in which else {"linestyle": "none"}
-        keys[f"{name}, {1e3 * delay:.0f} ms: saves {which}"] = Line2D([], [], **line)
+        keys[f"{name}, {delay:.0f} ms: saves {which}"] = Line2D([], [], **line)
     keys |= {f"{name} saves it": Line2D([], [], linestyle="none", **_DOT) for name in saves}
     keys["– no latency is short enough"] = Line2D([], [], linestyle="none")
     add_legend(figure, keys)
@@ -94,12 +94,12 @@ def map_figure(reactions: Reactions, *, saves: Mapping[str, Flags] = MappingProx
 
 
 def _delays(settings: ReactionSettings, third: str = "servo") -> dict[str, float]:
-    """Return the delays after an alarm of three reactions that are tried [s]: first the study's own, then some."""
+    """Return the delays after an alarm of three reactions that are tried [ms]: first the study's own, then some."""
     tried, first = settings.named_reactions, ("this reflex", "robot-piezo", "human-slip", third)
     names = [
         name for name in {**dict.fromkeys(first), **tried} if name in tried and tried[name].reflex.since == "alarm"
     ]
-    return {name: tried[name].delay for name in names[:3]}
+    return {name: 1e3 * tried[name].delay for name in names[:3]}
 
 
 def _only_cells(axes: Axes) -> None:
@@ -185,14 +185,13 @@ def outcome_figure(reactions: Reactions) -> Figure:
 
 
 def _finish_rates(axes: Axes, rates: Sequence[float], delays: Mapping[str, float]) -> None:
-    """Give critical latencies their axes, and the delays of some reactions [s] as lines."""
+    """Give critical latencies their axes, and the delays of some reactions [ms] as lines."""
     axes.set(xscale="log", yscale="log", xlabel="rate of the load [N/s]", ylabel="critical latency [ms]")
     axes.set_xticks(rates, [f"{rate:g}" for rate in rates], minor=False)
     axes.set_xticks([], minor=True)
     axes.set_ylim(_LOWEST, max(axes.get_ylim()[1], 1.2 * axes.dataLim.y1))
     axes.yaxis.set_major_formatter("{x:g}")
-    for name, seconds in delays.items():
-        delay = 1e3 * seconds
+    for name, delay in delays.items():
         axes.axhline(delay, color=GREY, linewidth=0.8, zorder=1)
         place: dict[str, Any] = {"ha": "right", "va": "bottom", "clip_on": True, "zorder": 5}
         text = axes.text(rates[-1], 1.04 * delay, f"{name} {delay:.0f}", color=GREY, fontsize=7.0, **place)
@@ -200,13 +199,12 @@ def _finish_rates(axes: Axes, rates: Sequence[float], delays: Mapping[str, float
 
 
 def _finish_travels(axes: Axes, limit: float, title: str, delays: Mapping[str, float]) -> None:
-    """Give travels their axes, the limit [mm], and the delays of some reactions [s] as lines."""
+    """Give travels their axes, the limit [mm], and the delays of some reactions [ms] as lines."""
     axes.set(title=title, xlabel="latency [ms]", ylabel="largest travel [mm]", ylim=(0.0, 1.08 * limit))
     axes.axhline(limit, color=VERMILLION, linewidth=0.9)
     left, right = axes.get_xlim()
     axes.text(left, limit, "  lost", va="bottom", color=VERMILLION, fontsize=7.5)
-    for name, seconds in delays.items():
-        delay = 1e3 * seconds
+    for name, delay in delays.items():
         if delay < right:
             axes.axvline(delay, color=GREY, linewidth=0.8, zorder=1)
             label = f" {name}"

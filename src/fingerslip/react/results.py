@@ -17,7 +17,7 @@ from fingerslip.react.reflex import REACTIONS
 from fingerslip.react.settings import ReactionSettings
 from fingerslip.report.labels import run_title
 from fingerslip.report.tables.runs import swept_cells, swept_columns
-from fingerslip.results import RunResult
+from fingerslip.results import RunResult, StudyResult
 from fingerslip.storage.files import write_text
 from fingerslip.tables.table import Cell, Column, Missing, Table
 from fingerslip.units import unit_suffix
@@ -224,12 +224,12 @@ def trial_table(reactions: Reactions) -> Table:
 _UNITS = {"delay": "s", "force_rate": "N/s", "critical": "s", "travel": "m", "slip": "m", "grip_added": "N"}
 
 
-def all_trials_table(reactions: Reactions) -> Table:
+def all_trials_table(study: StudyResult) -> Table:
     """Return every reaction after every detector in every run, in SI units, as other programs take it."""
     names = [field.name for field in dataclasses.fields(Trial)]
     columns = (Column(f"{name}_{unit_suffix(_UNITS[name])}" if name in _UNITS else name) for name in names)
-    pairs = zip(reactions.runs, reactions.results, strict=True)
-    rows = tuple((run.name, *vars(trial).values()) for run, result in pairs for trial in result.trials)
+    trials = ((run.name, trial) for run in study.runs for trial in read_reactions(study.folder / run.name).trials)
+    rows = tuple((name, *vars(trial).values()) for name, trial in trials)
     return Table("Reactions", (Column("run"), *columns), rows)
 
 

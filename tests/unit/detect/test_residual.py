@@ -345,12 +345,12 @@ def test_a_page_is_not_written_over_that_of_another_recording_and_says_what_it_r
     write_tracks_csv(trial().tracks, tmp_path / "slide.csv")
     folders = {"slide.nc": "slide_slip", "slide.csv": "slide-csv_slip"}
     for name, folder in folders.items():
-        lines = run_detector(tmp_path / name, "residual", {}, None)[1]
+        lines = run_detector(tmp_path / name, "residual", {})[1]
         assert lines[-1] == f"page: {tmp_path / folder / 'slip.html'}"
-    lines = run_detector(tmp_path / "slide.nc", "residual", {}, None)[1]
+    lines = run_detector(tmp_path / "slide.nc", "residual", {})[1]
     assert lines[-1] == "replaced: what residual found in slide.nc"
     write_tracks(trial().tracks.assign_attrs(warnings="cut: ends after 9 of 20 frames"), tmp_path / "cut.nc")
-    assert run_detector(tmp_path / "cut.nc", "residual", {}, None)[1][0] == "warning: cut: ends after 9 of 20 frames"
+    assert run_detector(tmp_path / "cut.nc", "residual", {})[1][0] == "warning: cut: ends after 9 of 20 frames"
 
 
 @pytest.mark.slow
@@ -392,7 +392,7 @@ def test_a_camera_is_watched_and_events_are_told_as_they_come():
     frames = list(clips.filmed(field + moved_by, look, seed=0))
     told: list[str] = []
     rows = ((number / 30.0, frame) for number, frame in enumerate(frames) if number != 50)
-    table = watch_camera(rows, "residual", {"n_markers": 25}, 20, told.append)
+    table = watch_camera(rows, "residual", {"n_markers": 25, "rest_frames": 20}, told.append)
     assert [line.partition(": ")[2].partition(" since")[0] for line in told] == ["slip", "gross slip"]
     assert float(told[1].partition(" s:")[0]) == pytest.approx(57 / 30, abs=0.1)
     assert [row[0].split(" [")[0] for row in table.rows[-4:]] == [*LATENCIES, "frames a second"]
@@ -407,6 +407,6 @@ def test_a_trained_detector_that_needs_no_layout_watches_a_camera(trials, tmp_pa
     still = clips.still(clips.field(look, rings=2), 24)
     rows = ((number / 30.0, frame) for number, frame in enumerate(clips.filmed(still, look, seed=0)))
     events = []
-    table = watch_camera(rows, str(tmp_path / "detector"), {"n_markers": 25}, None, events.append)
+    table = watch_camera(rows, str(tmp_path / "detector"), {"n_markers": 25}, events.append)
     assert events == []
     assert ("frames", "24") in table.rows

@@ -55,7 +55,7 @@ def test_a_detector_keeps_its_features_and_runs_on_both_files(stored, trials, tm
     write_tracks_csv(trials.tracks(name), table)
 
     def run(detector: str, path: Path) -> list[Table]:
-        return run_detector(path, detector, {}, None, tmp_path / "page")[0]
+        return run_detector(path, detector, {}, tmp_path / "page")[0]
 
     monkeypatch.setattr(page, "write_slip_page", lambda *_: None)
     (slides, first), (others, second) = (run(str(stored), path) for path in (trials.folder / name / "tracks.nc", table))
@@ -77,7 +77,7 @@ def test_a_recording_at_another_rate_is_refused_and_one_that_moves_at_rest_is_wa
 
     def lines(recording: xr.Dataset) -> str:
         write_tracks_csv(recording, tmp_path / "tracks.csv")
-        return "\n".join(run_detector(tmp_path / "tracks.csv", str(stored), {}, None, tmp_path / "page")[1])
+        return "\n".join(run_detector(tmp_path / "tracks.csv", str(stored), {}, tmp_path / "page")[1])
 
     for factor in (2.0, 0.5):
         other = tracks.assign_coords(time=tracks["time"].values * factor)

@@ -10,7 +10,7 @@ import pytest
 
 from fingerslip.commands import detect as commands
 from fingerslip.detect.features import MotionSettings
-from fingerslip.detect.labels import CLASSES, LabelSettings, Onsets, classes_at, read_onsets
+from fingerslip.detect.labels import CLASSES, Onsets, classes_at, read_onsets
 from fingerslip.detect.recordings import (
     read_any_tracks,
     read_conditions,
@@ -44,7 +44,6 @@ from unit.vision.scenes import hide
 
 SHORT = SyntheticSlide(travel=2e-3)
 TRIAL = synthetic_trial("a", SHORT)
-SETTINGS = LabelSettings(rest_frames=20)
 
 
 def test_a_data_set_is_opened_lazily_and_has_the_hash_of_its_files(trials, tmp_path):
@@ -221,7 +220,7 @@ def folder(tmp_path):
 
 def test_recordings_become_a_data_set(folder):
     own = {"second": Onsets(1.0, None)}
-    made = recorded_trials(folder, folder / "conditions.csv", own, SETTINGS)
+    made = recorded_trials(folder, folder / "conditions.csv", own, tracking={"rest_frames": 20})
     trials = write_trials(made, folder / "set", "Recordings")
     assert trials.names == ("first", "second")
     conditions = dict(trials.conditions["first"])
@@ -301,7 +300,7 @@ def recordings(tmp_path_factory):
 
 def search(n_markers: int, **more) -> dict:
     """Return how the inner markers are tracked."""
-    return {"tracking": {"n_markers": n_markers, "layout": "free", **more}}
+    return {"tracking": {"n_markers": n_markers, "layout": "free", "rest_frames": REST, **more}}
 
 
 @pytest.fixture
@@ -309,7 +308,7 @@ def collect(recordings, tmp_path):
     """Return a function that makes a data set of some of the recordings."""
 
     def made(**more):
-        options = {"labels": None, "title": "Recorded", "rest_frames": REST} | search(6) | {"external_markers": 5}
+        options = {"labels": None, "title": "Recorded"} | search(6) | {"external_markers": 5}
         return collect_trials(recordings, recordings / "conditions.csv", tmp_path / "trials", **{**options, **more})
 
     return made
@@ -340,7 +339,7 @@ def test_the_layout_is_found_by_itself(tmp_path):
     (tmp_path / "table.csv").write_text("file\nhexagon.mkv\n")
     (tmp_path / "mine.csv").write_text("trial,incipient_s,gross_s\nhexagon,0.2,0.3\n")
     target = tmp_path / "trials"
-    options = {"labels": tmp_path / "mine.csv", "title": "", "rest_frames": REST}
+    options = {"labels": tmp_path / "mine.csv", "title": "", "tracking": {"rest_frames": REST}}
     collect_trials(tmp_path, tmp_path / "table.csv", target, **options)
     assert np.bincount(open_trials(target).tracks("hexagon")["ring"].values).tolist() == [1, 6, 12]
     for function in (track_markers, commands.collect, commands.run):
@@ -352,7 +351,7 @@ def test_what_is_wrong_with_a_video_is_said_and_kept(recordings, tmp_path):
     film(recordings / "early.mkv", INNER, dict.fromkeys(range(6), 3))
     (tmp_path / "table.csv").write_text("file\nearly.mkv\n")
     (tmp_path / "mine.csv").write_text("trial,incipient_s,gross_s\nearly,0.5,0.9\n")
-    options = {"labels": tmp_path / "mine.csv", "title": "", "rest_frames": REST, **search(6)}
+    options = {"labels": tmp_path / "mine.csv", "title": "", **search(6)}
     said = collect_trials(recordings, tmp_path / "table.csv", tmp_path / "trials", **options)
     assert "early: " in said
     assert "the sensor moved by" in said
@@ -362,13 +361,13 @@ def test_what_is_wrong_with_a_video_is_said_and_kept(recordings, tmp_path):
 def test_rest_is_found_and_a_data_set_that_is_replaced_is_told(recordings, tmp_path):
     """Outer markers rest as long as the inner ones: of the 40 frames of all are no rest."""
     table = recordings / "conditions.csv"
-    options = {"labels": None, "title": "", **search(6), "external_markers": 5}
+    options = {"labels": None, "title": "", "external_markers": 5}
     target = tmp_path / "trials"
-    assert collect_trials(recordings, table, target, **options) == f"{target}: 2 trials"
+    assert collect_trials(recordings, table, target, **options, **search(6, rest_frames=None)) == f"{target}: 2 trials"
     label = open_trials(target).labels("one")["external_markers"]
     assert label.incipient == pytest.approx(16.5 / RATE, abs=0.6 / RATE)
     again = f"{target}: 2 trials, in the place of those that were there"
-    assert collect_trials(recordings, table, target, **options, rest_frames=REST) == again
+    assert collect_trials(recordings, table, target, **options, **search(6)) == again
     assert open_trials(target).labels("one")["external_markers"].incipient == pytest.approx(label.incipient)
 
 
@@ -390,7 +389,7 @@ def test_options_of_the_tracker_reach_both_cameras_and_files_of_tracks_are_read_
 def test_a_column_says_which_recordings_have_no_slip(recordings, tmp_path):
     table = tmp_path / "table.csv"
     table.write_text("file,slip\none.mkv,no\ntwo.mkv,yes\n")
-    collect_trials(recordings, table, tmp_path / "trials", labels=None, title="", rest_frames=REST, **search(6))
+    collect_trials(recordings, table, tmp_path / "trials", labels=None, title="", **search(6))
     trials = open_trials(tmp_path / "trials")
     assert trials.labels("one") == {"user": Onsets(None, None)}
     assert trials.labels("two") == {}

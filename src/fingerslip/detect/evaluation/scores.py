@@ -179,10 +179,10 @@ def event_scores_of(
     lead = np.where((is_false | (first < true[:, 0]))[gross_slips], np.nan, lead_of_all)
     gross = (found[:, 1] - true[:, 1])[gross_slips]
     delays = error[np.isfinite(error)]
-
-    def middle(delays: Floats) -> float | None:
-        return float(np.median(delays / frame)) if len(delays) and np.isfinite(frame) else None
-
+    medians = [
+        float(np.median(values / frame)) if len(values) and np.isfinite(frame) else None
+        for values in (delays, delays[delays >= 0.0])
+    ]
     return EventScores(
         trials=len(error),
         missed=len(error) - len(delays),
@@ -190,8 +190,8 @@ def event_scores_of(
         error=mean(error),
         absolute_error=mean(np.abs(error)),
         error_spread=spread(error),
-        delay_frames=middle(delays),
-        later_delay_frames=middle(delays[delays >= 0.0]),
+        delay_frames=medians[0],
+        later_delay_frames=medians[1],
         early=mean((error < 0.0).astype(float)),
         at_rest=mean(is_false.astype(float)),
         lead=mean(lead),

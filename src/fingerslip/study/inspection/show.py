@@ -25,14 +25,7 @@ from fingerslip.specimens.choice import preset_names, presets_of
 from fingerslip.storage.files import write_bytes, write_text
 from fingerslip.study.definition.runs import read_runs
 from fingerslip.study.scripted import open_study
-from fingerslip.study.storage.reporting import (
-    reactions_of,
-    read_results,
-    read_run_values,
-    read_stored_run,
-    study_tables,
-    value_rows,
-)
+from fingerslip.study.storage.reporting import read_results, read_run_values, read_stored_run, study_tables, value_rows
 from fingerslip.study.storage.store import read_manifest
 from fingerslip.tables.table import Cell, Column, Measured, Table, to_csv
 
@@ -148,7 +141,7 @@ def export_result(
         if any(run.reaction for run in study.result.runs):
             from fingerslip.react.results import all_trials_table
 
-            tables["reactions"] = table_frame(all_trials_table(reactions_of(study.result)))
+            tables["reactions"] = table_frame(all_trials_table(study.result))
         return export_tables(tables, folder, kind)
     read_stored_run(target)
     from fingerslip.export.formats import export_history, export_notes
