@@ -10,7 +10,7 @@ import pytest
 from scipy import sparse
 
 import fingerslip as fs
-from fingerslip.dynamics.finite import body, factors, large, newton
+from fingerslip.dynamics.finite import body, factors, iteration, large
 from fingerslip.dynamics.finite.body import Body, find_inclusions
 from fingerslip.dynamics.finite.large import Large
 from fingerslip.dynamics.step.stepper import Stopwatch
@@ -271,14 +271,14 @@ def test_halves_of_steps_without_inertia_go_on_with_the_factors_of_whole_ones(gi
 
 def test_an_iterate_that_cells_let_go_nowhere_goes_on_with_other_factors(monkeypatch):
     model = block(0.3, steps=1)
-    history, towards, numbers = fs.simulate(model), newton._towards, itertools.count()
+    history, towards, numbers = fs.simulate(model), iteration._towards, itertools.count()
 
     def stuck(factors, start, iterate, aim):
         if next(numbers) == 1:
             raise fs.ConvergenceError(start.time, 0, np.inf, 1e-6, "a cell is turned inside out")
         return towards(factors, start, iterate, aim)
 
-    monkeypatch.setattr(newton, "_towards", stuck)
+    monkeypatch.setattr(iteration, "_towards", stuck)
     again = fs.simulate(model)
     assert again.attrs["halved_steps"] == history.attrs["halved_steps"] == 0
     assert again.attrs["factorisations"] > history.attrs["factorisations"]
@@ -323,7 +323,7 @@ def test_steps_are_those_of_newtons_method_with_a_new_tangent_in_every_step(monk
     history = dragged()
     monkeypatch.setattr(factors, "_COST", {2: 0})
     for name, value in {"_TOLERANCE": 1e-9, "_AT_END": 1e-11, "_COARSEST": 1e-11}.items():
-        monkeypatch.setattr(newton, name, value)
+        monkeypatch.setattr(iteration, name, value)
     newtons = dragged()
     assert newtons.attrs["factorisations"] >= newtons.sizes["time"] - 1 > history.attrs["factorisations"]
     assert_same_history(history, newtons, 1e-6, ("counterface_force", "support_force", "strain_energy"))

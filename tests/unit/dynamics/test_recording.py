@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import fingerslip as fs
 from fingerslip.contact.states import OPEN, SLIP, STICK
-from fingerslip.dynamics.recording import steps as recorded_steps
+from fingerslip.dynamics.recording import schedule
 from fingerslip.history import COORDINATES, VARIABLES
 from fingerslip.verification.meshes import box
 from problems.pushed import push_and_slide
@@ -213,8 +213,8 @@ def test_snapshots_are_at_the_steps_nearest_to_multiples_of_the_interval_with_bo
     times = step * np.arange(count + 1)
     multiples = np.append(np.arange(0.0, times[-1], ratio * step), times[-1])
     nearest = np.unique(np.abs(times[:, None] - multiples).argmin(axis=0))
-    assert recorded_steps.snapshot_steps(times, ratio * step) == nearest.tolist()
-    assert recorded_steps.snapshot_steps(times, 1e-12) == list(range(count + 1)), "tiny intervals keep every step"
+    assert schedule.snapshot_steps(times, ratio * step) == nearest.tolist()
+    assert schedule.snapshot_steps(times, 1e-12) == list(range(count + 1)), "tiny intervals keep every step"
 
 
 @pytest.mark.parametrize("material", [fs.Elastic(50e3, 0.45, 1000.0), RELAXING], ids=["elastic", "relaxing"])
@@ -240,8 +240,8 @@ def test_records_are_refused_by_what_they_take_before_there_are_any(every, eleme
     """The estimate is at most a third more than what the history takes."""
     model = push_and_slide(element, record=fs.Recording(SITES, snapshots_every=every))
     taken = sum(variable.nbytes for variable in fs.simulate(model).data_vars.values())
-    monkeypatch.setattr(recorded_steps, "available_memory", lambda: taken - 1)
+    monkeypatch.setattr(schedule, "available_memory", lambda: taken - 1)
     with pytest.raises(fs.InputError, match=r"GB for their records, .* GB are available; .*or take fewer snapshots"):
         fs.simulate(model)
-    monkeypatch.setattr(recorded_steps, "available_memory", lambda: int(1.3 * taken))
+    monkeypatch.setattr(schedule, "available_memory", lambda: int(1.3 * taken))
     fs.simulate(model)

@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 import yaml
 
-from fingerslip.dynamics.finite import newton
+from fingerslip.dynamics.finite import iteration
 from fingerslip.dynamics.step import contact_step
 from fingerslip.errors import ResultError
 from fingerslip.mesh.io import write_mesh
@@ -220,7 +220,7 @@ def test_error_bars_are_the_largest_of_all_runs():
 
 def test_tolerances_are_those_of_the_solvers_and_what_is_no_result_is_refused(tmp_path):
     assert cite._TOLERANCE == contact_step.TOLERANCE
-    assert cite._TOLERANCE_FINITE == newton._TOLERANCE
+    assert cite._TOLERANCE_FINITE == iteration._TOLERANCE
     with pytest.raises(ResultError, match="holds no finished run"):
         methods_and_papers(tmp_path)
     (tmp_path / "study.yaml").write_text("")
