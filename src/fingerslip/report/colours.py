@@ -59,6 +59,11 @@ LAYER_LINE = "#3c3c3c"
 FIELD_MAP = "magma_r"
 
 
+def field_map(limits: tuple[float, float]) -> str:
+    """Return the map of colours of a field between limits: two hues where it may be negative."""
+    return "RdBu_r" if limits[0] < 0.0 else FIELD_MAP
+
+
 def region_colours(names: Sequence[str]) -> dict[str, str]:
     """Return a colour for every region, those of a fingertip first and from outside inwards."""
     ordered = sorted(names, key=lambda name: list(REGION_COLOURS).index(name) if name in REGION_COLOURS else 99)

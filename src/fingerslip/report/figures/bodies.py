@@ -63,8 +63,9 @@ def draw_contact(axes: Axes, history: xr.Dataset, number: int, *, scaled: bool =
 
 def _add_field_bar(figure: Figure, panels: Sequence[Axes], label: str, limits: tuple[float, float]) -> None:
     """Put a bar of the colours of a field beside panels."""
-    colours = ScalarMappable(Normalize(*limits), palette.FIELD_MAP)
-    figure.colorbar(colours, ax=list(panels), label=label, extend="max", shrink=0.8, pad=0.01)
+    colours = ScalarMappable(Normalize(*limits), palette.field_map(limits))
+    extend = "both" if limits[0] else "max"
+    figure.colorbar(colours, ax=list(panels), label=label, extend=extend, shrink=0.8, pad=0.01)
 
 
 def add_stress_bar(figure: Figure, pictures: Sequence[Axes], history: xr.Dataset) -> None:
@@ -162,7 +163,7 @@ def draw_section(
             look: dict[str, Any] = {"facecolors": colour, "edgecolors": "face", "linewidth": 0.2, "rasterized": True}
             axes.add_collection(PolyCollection(points[corners], **look))
         elif corners.size:
-            values = SCALARS[scalar][1] * history[f"snapshot_{scalar}"].values[number]
+            values = SCALARS[scalar][1] * scene.field_values(history, scalar)[number]
             if of_cells:
                 # Means at the nodes of a layer, of what its cells have.
                 nodes, weights = corners.ravel(), np.repeat(values[regions == region], corners.shape[1])
@@ -171,7 +172,8 @@ def draw_section(
             else:
                 field = np.linalg.norm(values, axis=1)
             triangles = np.concatenate([corners[:, [0, at, at + 1]] for at in range(1, corners.shape[1] - 1)])
-            look = {"shading": "gouraud", "cmap": palette.FIELD_MAP, "norm": Normalize(*limits), "rasterized": True}
+            look = {"shading": "gouraud", "cmap": palette.field_map(limits), "norm": Normalize(*limits)}
+            look["rasterized"] = True
             axes.tripcolor(Triangulation(points[:, 0], points[:, 1], triangles), field, **look)
     lines = points[_layer_edges(cells, regions)]
     axes.add_collection(LineCollection(list(lines), colors=palette.LAYER_LINE, linewidths=0.5, capstyle="round"))

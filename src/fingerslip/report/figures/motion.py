@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import InputError
 from fingerslip.history import is_solid, nearest_record
-from fingerslip.report.colours import BLACK, BLUE, FIELD_MAP, GREY, ORANGE, STATE_NAMES
+from fingerslip.report.colours import BLACK, BLUE, GREY, ORANGE, STATE_NAMES, field_map
 from fingerslip.report.figures import style
 from fingerslip.report.figures.bodies import draw_section
 from fingerslip.report.figures.signals import draw_forces, draw_ratios, draw_states
@@ -93,8 +93,9 @@ def _draw_frame(
     else:
         style.show_picture(body, picture)
     if options.scalar != "region":
-        colours, label = ScalarMappable(Normalize(*limits), FIELD_MAP), SCALARS[options.scalar][0]
-        figure.colorbar(colours, ax=body, label=label, location="bottom", extend="max", shrink=0.8)
+        colours, label = ScalarMappable(Normalize(*limits), field_map(limits)), SCALARS[options.scalar][0]
+        extend = "both" if limits[0] else "max"
+        figure.colorbar(colours, ax=body, label=label, location="bottom", extend=extend, shrink=0.8)
     rows, times = 1 if is_solid(history) else 2, style.ShownTime(history["time"].values)
     panels: list[Axes] = list(grid[1].subgridspec(rows, 1).subplots(sharex=True, squeeze=False)[:, 0])
     if rows == 2:

@@ -8,10 +8,15 @@ from __future__ import annotations
 from typing import Literal, TypeAlias, get_args
 
 Camera: TypeAlias = Literal["oblique", "side", "front", "below"]
-Scalar: TypeAlias = Literal["von_mises", "strain_energy_density", "displacement", "velocity", "region"]
+Component: TypeAlias = Literal[
+    "stress_xx", "stress_yy", "stress_zz", "stress_xy", "stress_yz", "stress_xz",
+    "strain_xx", "strain_yy", "strain_zz", "strain_xy", "strain_yz", "strain_xz",
+]  # fmt: skip
+Scalar: TypeAlias = Literal["von_mises", "strain_energy_density", "displacement", "velocity", "region", Component]
 Cut: TypeAlias = Literal["none", "x", "y", "z"]
 
 CAMERAS: tuple[Camera, ...] = get_args(Camera)
+COMPONENTS: tuple[Component, ...] = get_args(Component)
 FIELDS: tuple[Scalar, ...] = get_args(Scalar)
 CUTS: tuple[Cut, ...] = get_args(Cut)
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from fingerslip.errors import InputError
 from fingerslip.parameters import parameters
-from fingerslip.report.scene.names import Camera, Cut, Scalar
+from fingerslip.report.scene.names import COMPONENTS, Camera, Cut, Scalar
 
 #: Fields that can be shown: their title, and the factor from SI to its unit.
 SCALARS: Mapping[str, tuple[str, float]] = {
@@ -18,6 +18,8 @@ SCALARS: Mapping[str, tuple[str, float]] = {
     "displacement": ("displacement [mm]", 1e3),
     "velocity": ("velocity [mm/s]", 1e3),
     "region": ("region", 1.0),
+    **{name: (f"{name.replace('_', ' ')} [kPa]", 1e-3) for name in COMPONENTS[:6]},
+    **{name: (f"{name.replace('_', ' ')} [-]", 1.0) for name in COMPONENTS[6:]},
 }
 
 

@@ -18,7 +18,7 @@ from fingerslip.errors import InputError, ResultError
 from fingerslip.history import is_solid, nearest_record, site_kinds
 from fingerslip.mesh.mixed import vtk_cells
 from fingerslip.report import colours as palette
-from fingerslip.report.scene.names import Camera, Cut
+from fingerslip.report.scene.names import COMPONENTS, FIELDS, Camera, Cut, Scalar
 from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.slip.patch import Patch as ContactPatch
 from fingerslip.slip.patch import contact_patch
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 #: Fields that have a value for each cell, of stress; stiff regions are left out of them.
-OF_CELLS = ("von_mises", "strain_energy_density")
+OF_CELLS = ("von_mises", "strain_energy_density", *COMPONENTS)
 #: Nodes of a cell of a section that are its corners.
 CORNERS = {"Q4": 4, "T3": 3, "T6": 3}
 _BAR = {"width": 0.4, "height": 0.12, "position_x": 0.04, "position_y": 0.02, "fmt": "%.4g", "color": palette.BLACK}
@@ -105,6 +105,23 @@ def check_options(history: xr.Dataset, options: SceneOptions) -> None:
             raise InputError("hidden", f"has '{name}', which is no region", f"may hold {', '.join(names)}")
 
 
+def fields_of(history: xr.Dataset) -> tuple[Scalar, ...]:
+    """Return the fields that a history has: in 2D not all components, and old ones have none."""
+    components = history["stress_component"].values if "snapshot_stress" in history else ()
+    return tuple(name for name in FIELDS if name not in COMPONENTS or name.partition("_")[2] in components)
+
+
+def field_values(history: xr.Dataset, scalar: Scalar) -> Floats:
+    """Return a field at all snapshots [SI]: of cells (n, n_cells), of nodes with its components (n, n_nodes, dim)."""
+    if scalar not in COMPONENTS:
+        return np.asarray(history[f"snapshot_{scalar}"].values)
+    if scalar not in fields_of(history):
+        fault, allowed = f"got '{scalar}', which the result does not have", ", ".join(fields_of(history))
+        raise InputError("field", fault, f"needs one of {allowed}")
+    tensor, _, component = scalar.partition("_")
+    return history[f"snapshot_{tensor}"].sel(stress_component=component).values.astype(np.float64)
+
+
 def vtk_grid(cells: NDArray[np.integer[Any]], kind: int, points: Floats) -> pyvista.UnstructuredGrid:
     """Return the mesh of cells (n, k) of one kind in VTK, triangles and prisms as such, on points (m, 3)."""
     # Slow to import; most figures need only the names and limits of this module.
@@ -115,8 +132,8 @@ def vtk_grid(cells: NDArray[np.integer[Any]], kind: int, points: Floats) -> pyvi
     return pyvista.UnstructuredGrid(np.insert(nodes, ends - counts, counts), kinds, points)
 
 
-def snapshot_grid(history: xr.Dataset, number: int) -> pyvista.UnstructuredGrid:
-    """Return the deformed mesh of a snapshot [mm] with its fields in the units of :data:`SCALARS`."""
+def snapshot_grid(history: xr.Dataset, number: int, scalar: Scalar = "von_mises") -> pyvista.UnstructuredGrid:
+    """Return the deformed mesh of a snapshot [mm] with its fields in the units of :data:`SCALARS`, a component too."""
     snapshot = read_snapshot(history, number)
     points = 1e3 * (snapshot.points + snapshot.point_fields["displacement"])
     grid = vtk_grid(snapshot.cells, snapshot.cell_type, points)
@@ -124,12 +141,14 @@ def snapshot_grid(history: xr.Dataset, number: int) -> pyvista.UnstructuredGrid:
         grid.point_data[name] = SCALARS[name][1] * np.linalg.norm(vectors, axis=1)
     for name, values in snapshot.cell_fields.items():
         grid.cell_data[name] = values if name == "region" else SCALARS[name][1] * values
+    if scalar in COMPONENTS:
+        grid.cell_data[scalar] = SCALARS[scalar][1] * field_values(history, scalar)[number]
     return grid
 
 
 def draw_scene(plotter: Any, history: xr.Dataset, number: int, options: SceneOptions) -> dict[str, Any]:
     """Draw a snapshot, and return what its layers are drawn as."""
-    grid, limits, actors = snapshot_grid(history, number), field_limits(history, options), {}
+    grid, limits, actors = snapshot_grid(history, number, options.scalar), field_limits(history, options), {}
     is_cut = options.cut != "none" and is_solid(history)
     for region, name in enumerate(region_names(history)):
         layer: Any = grid.extract_cells(np.asarray(grid.cell_data["region"]) == region)
@@ -148,7 +167,7 @@ def draw_scene(plotter: Any, history: xr.Dataset, number: int, options: SceneOpt
         if border is not None and border.n_cells:
             lines = border.extract_feature_edges(feature_edges=False, manifold_edges=False, non_manifold_edges=False)
             plotter.add_mesh(lines, name=f"border {name}", color=palette.LAYER_LINE, line_width=1.5, **_FLAT)
-    _label_bars(plotter, limits[1])
+    _label_bars(plotter, limits)
     time = float(history["snapshot_time"][number])
     if options.plate:
         _draw_plates(plotter, history, number, grid, flat=options.camera in {"side", "front"} or not is_solid(history))
@@ -249,21 +268,21 @@ def _look(name: str, history: xr.Dataset, options: SceneOptions, limits: tuple[f
         colours = palette.region_colours(region_names(history)) if options.scalar == "region" else {}
         return {**shared, "color": colours.get(name, palette.STIFF_COLOUR), "ambient": 0.7, "diffuse": 0.3}
     bar = {"title": SCALARS[options.scalar][0], **_BAR, **_FONTS}
-    look = {**shared, "scalars": options.scalar, "clim": limits, "cmap": palette.FIELD_MAP}
+    look = {**shared, "scalars": options.scalar, "clim": limits, "cmap": palette.field_map(limits)}
     look |= {"scalar_bar_args": bar} if options.written else {"show_scalar_bar": False}
     # Without light: colours are those of the bar.
     return {**look, "lighting": False}
 
 
-def _label_bars(plotter: Any, top: float) -> None:
-    """Put round numbers on bars of colours from 0 to `top`."""
+def _label_bars(plotter: Any, limits: tuple[float, float]) -> None:
+    """Put round numbers on bars of colours between limits."""
     from matplotlib.ticker import MaxNLocator
     from vtkmodules.vtkCommonCore import vtkDoubleArray
 
     for bar in plotter.scalar_bars.values():
         labels = vtkDoubleArray()
-        values: Floats = np.asarray(MaxNLocator(_LABELS, steps=[1, 2, 5, 10]).tick_values(0.0, top))
-        for value in values[values <= top]:
+        values: Floats = np.asarray(MaxNLocator(_LABELS, steps=[1, 2, 5, 10]).tick_values(*limits))
+        for value in values[(values >= limits[0]) & (values <= limits[1])]:
             labels.InsertNextValue(float(value))
         bar.SetCustomLabels(labels)
         bar.SetUseCustomLabels(True)
@@ -289,20 +308,25 @@ def one_scale(histories: Iterable[xr.Dataset], *chosen: SceneOptions) -> Iterato
 def field_limits(history: xr.Dataset, options: SceneOptions) -> tuple[float, float]:
     """Return the range of colours, the same for all snapshots: to a high percentile, as corners have any stress.
 
-    Stiff regions do not count where anything else is shown: soft layers would have one colour.
+    Stiff regions do not count where anything else is shown: soft layers would have one colour. Components of tensors,
+    which have signs, have zero in the middle.
     """
     if options.scalar == "region":
         return 0.0, 1.0
     if (options.scalar, options.hidden) in _tops.get():
-        return 0.0, _tops.get()[options.scalar, options.hidden]
-    values = history[f"snapshot_{options.scalar}"].values
+        top = _tops.get()[options.scalar, options.hidden]
+        return -top if options.scalar in COMPONENTS else 0.0, top
+    values = field_values(history, options.scalar)
     if options.scalar in {"displacement", "velocity"}:
         values = np.linalg.norm(values, axis=-1)
     else:
         counted = np.isin(history["cell_region"].values, soft_regions(history, options.hidden))
         values = values[:, counted] if counted.any() else values
+    is_signed = options.scalar in COMPONENTS
+    values = np.abs(values) if is_signed else values
     top = SCALARS[options.scalar][1] * float(np.percentile(values, _PERCENTILE, axis=1).max())
-    return 0.0, top if top > 0.0 else 1.0
+    top = top if top > 0.0 else 1.0
+    return -top if is_signed else 0.0, top
 
 
 def _draw_plates(plotter: Any, history: xr.Dataset, number: int, grid: pyvista.UnstructuredGrid, *, flat: bool) -> None:

@@ -24,9 +24,17 @@ from fingerslip.errors import InputError, ResultError
 from fingerslip.history import nearest_snapshot, site_kinds
 from fingerslip.report import colours as palette
 from fingerslip.report.figures import style
-from fingerslip.report.scene.names import CUTS, FIELDS
+from fingerslip.report.scene.names import CUTS
 from fingerslip.report.scene.options import SCALARS, SceneOptions
-from fingerslip.report.scene.scene import aim, check_options, draw_scale, draw_scene, region_names, snapshot_grid
+from fingerslip.report.scene.scene import (
+    aim,
+    check_options,
+    draw_scale,
+    draw_scene,
+    fields_of,
+    region_names,
+    snapshot_grid,
+)
 from fingerslip.slip import Events, slide_window
 from fingerslip.slip.windows import EVENTS
 from fingerslip.storage.files import write_bytes
@@ -242,7 +250,7 @@ def _add_controls(control: SceneControl, events: Events) -> None:
     for row, (words, time, colour) in enumerate(event_legend(control.history, events)):
         where, look = (0.8, 0.8 - 0.035 * row), {"font_size": 9, "color": colour, "name": f"event {words}"}
         plotter.add_text(f"{words} {time:.3f} s", position=where, viewport=True, **look)
-    plotter.add_key_event("f", lambda: control.choose(scalar=_next(FIELDS, control.options.scalar)))
+    plotter.add_key_event("f", lambda: control.choose(scalar=_next(fields_of(control.history), control.options.scalar)))
     plotter.add_key_event("x", lambda: control.choose(cut=_next(CUTS, control.options.cut)))
     plotter.enable_point_picking(lambda point: _draw_picked_node(control, point), show_message=False, show_point=False)
 

@@ -16,7 +16,7 @@ from fingerslip.report.figures.style import figure_bytes
 from fingerslip.report.scene import viewer
 from fingerslip.report.scene.names import CAMERAS, CUTS
 from fingerslip.report.scene.options import SCALARS, SceneOptions, Served
-from fingerslip.report.scene.scene import check_options, region_names
+from fingerslip.report.scene.scene import check_options, fields_of, region_names
 from fingerslip.slip import Events, slide_window
 
 if TYPE_CHECKING:
@@ -125,7 +125,7 @@ class _Page:
             page.footer.hide()
 
     def _add_controls(self, vuetify3: Any, html: Any) -> None:
-        fields = [{"title": words, "value": name} for name, (words, _) in SCALARS.items()]
+        fields = [{"title": SCALARS[name][0], "value": name} for name in fields_of(self._history)]
         choices = {"field": ("field", fields), "cut": ("cut across", list(CUTS)), "camera": ("camera", list(CAMERAS))}
         for model, (label, items) in choices.items():
             vuetify3.VSelect(label=label, v_model=(model,), items=(f"{model}s", items), density="compact")

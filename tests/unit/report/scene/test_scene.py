@@ -90,6 +90,29 @@ def test_colours_are_scaled_to_what_is_shown_and_not_to_the_bone(history):
     assert scene.field_limits(bone, SceneOptions(hidden=names[:1])) == pytest.approx((0.0, 9e3))
 
 
+def test_components_of_stress_and_strain_are_fields_with_zero_in_the_middle(history):
+    options = SceneOptions(scalar="stress_zz")
+    shown = 1e-3 * history["snapshot_stress"].sel(stress_component="zz").values
+    low, high = scene.field_limits(history, options)
+    assert low == -high == -np.percentile(np.abs(shown), 99.0, axis=1).max() < 0.0
+    with scene.one_scale([history], options):
+        assert scene.field_limits(history, options) == (low, high)
+    plotter = drawn(history, scalar="stress_zz")
+    layer = plotter.actors["layer tissue"].mapper.dataset
+    inside = shown[2][history["cell_region"].values == 1]
+    assert inside.min() <= layer["stress_zz"].min() < -1.0
+    assert layer["stress_zz"].max() <= inside.max()
+    assert "stress zz [kPa]" in plotter.scalar_bars
+    section = block_history("Q4")
+    assert scene.fields_of(section)[5:] == tuple(f"{name}_{at}" for name in ("stress", "strain") for at in AXES_2D)
+    with pytest.raises(InputError, match="field: got 'strain_xz', which the result does not have, needs one of von_m"):
+        scene.field_limits(section, SceneOptions(scalar="strain_xz"))
+    assert "stress_xx" not in scene.fields_of(section.drop_vars(["snapshot_stress", "snapshot_strain"]))
+
+
+AXES_2D = ("xx", "yy", "zz", "xy")
+
+
 def test_colours_of_several_runs_have_one_scale(history):
     weak = history.assign(snapshot_von_mises=0.5 * history["snapshot_von_mises"])
     unlike = SceneOptions(scalar="displacement")
