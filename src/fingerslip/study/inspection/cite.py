@@ -82,7 +82,7 @@ _ACTIONS = {
     r"bodies\.": "Rigid bodies",
     r"support_motions\.": "Supports moved",
     r"tractions\.": "Tractions",
-    r"gravity": "Gravity acted",
+    r"gravity": "Body force",
     r"initial_velocity": "The body began in motion",
 }
 # Threshold of a type of afferent that is calibrated, and its unit.

@@ -179,7 +179,7 @@ def test_vectors_that_differ_between_runs_are_told_apart(write_study):
         ),
         ({"support_motions.bone.displacement": "1 mm, 0 mm"}, "Supports moved: displacement (1 mm, 0 mm)."),
         ({"tractions.base": "1 kPa, 0 kPa"}, "Tractions: base (1 kPa, 0 kPa)."),
-        ({"gravity": "0 m/s^2, -9.81 m/s^2"}, "Gravity acted: gravity (0 m/s^2, -9.81 m/s^2)."),
+        ({"gravity": "0 m/s^2, -9.81 m/s^2"}, "Body force: gravity (0 m/s^2, -9.81 m/s^2)."),
     ],
 )
 def test_all_that_moves_or_loads_is_told_beside_the_programme(values, sentence):
