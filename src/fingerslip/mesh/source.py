@@ -220,6 +220,12 @@ class MeshFile(MeshSource):
         suffix = inspected.suffix if len(np.unique(cells)) == len(cells) else ".vtu"
         return replace(inspected, tables=(*inspected.tables, *tables), suffix=suffix)
 
+    def reads_others(self) -> bool:
+        """Return whether other files hold a part of the mesh."""
+        file = Path(self.file)
+        kind = file.suffix.lower()
+        return kind == ".xdmf" or (kind == ".inp" and b"*INCLUDE" in file.read_bytes().upper())
+
     def key(self, _specimen: Any = None, /) -> str:
         """Return the hash of the file's content and unit."""
         return digest(content_hash("mesh.file", self.file, "needs a mesh file"), self.length_unit)

@@ -27,7 +27,7 @@ from fingerslip.study.definition.spec import Study as Definition
 from fingerslip.study.running.progress import StudyProgress, progress_on_screen
 from fingerslip.study.running.runner import run_plans
 from fingerslip.study.shipped import example_path
-from fingerslip.study.storage.reporting import warn_of_resolution
+from fingerslip.study.storage.reporting import warn_of_doubts
 from fingerslip.study.storage.store import stored_study
 
 if TYPE_CHECKING:
@@ -279,7 +279,7 @@ class Study:
             progress = progress_on_screen() if progress else StudyProgress()
         plan = self._plan(results)
         (result,) = run_plans([plan], workers=workers, force=force, progress=progress, scheduler=scheduler)
-        warn_of_resolution(result)
+        warn_of_doubts(result)
         return open_study(plan.folder)
 
     def save(self, path: str | Path) -> Path:

@@ -57,13 +57,14 @@ def test_a_study_starts_from_a_mapping_a_file_or_another_study_and_is_saved_as_o
     assert fs.read_study(saved).sweep == {"contact.friction_coefficient": (0.1, 0.2)}
 
 
-def test_running_warns_of_what_is_too_coarse(write_study, tmp_path, monkeypatch):
+def test_running_warns_of_what_is_too_coarse_or_doubtful(write_study, tmp_path, monkeypatch):
     monkeypatch.setattr("fingerslip.study.storage.reporting.resolution_warnings", lambda runs: [f"coarse: {len(runs)}"])
     path = write_study()
     for run in (lambda: fs.run_study(path, results_dir=tmp_path, workers=1), lambda: fs.Study(path).run(tmp_path)):
         with pytest.warns(UserWarning, match="^coarse: 3$") as caught:
             run()
-        assert caught[0].filename == __file__
+        assert {warning.filename for warning in caught} == {__file__}
+        assert any(": programme.0: the press takes 10 steps" in str(warning.message) for warning in caught)
 
 
 def test_a_run_of_a_study_makes_a_model(write_study):

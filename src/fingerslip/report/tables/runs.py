@@ -105,16 +105,20 @@ def run_caveats(runs: Sequence[RunResult]) -> tuple[str, ...]:
     """Say what to know beside the times of slip: contact at a free edge, a doubtful model, and what is too coarse."""
     titled = {run_title(run, run.name): run for run in runs}
     edges = edge_warning({title: run.edge for title, run in titled.items()})
-    doubtful: dict[str, list[str]] = {}
-    for title, run in titled.items():
-        for doubt in run.doubts:
-            doubtful.setdefault(doubt, []).append(title)
-    doubts = (f"Doubtful in {first_named(names)}: {doubt}." for doubt, names in doubtful.items())
     return (
         *filter(None, [edges]),
-        *doubts,
+        *doubt_warnings(runs),
         *measures.caveats({title: run.numbers for title, run in titled.items()}),
     )
+
+
+def doubt_warnings(runs: Sequence[RunResult]) -> tuple[str, ...]:
+    """Say what is doubtful in the models of runs, beside what their numbers tell."""
+    doubtful: dict[str, list[str]] = {}
+    for run in runs:
+        for doubt in run.doubts:
+            doubtful.setdefault(doubt, []).append(run_title(run, run.name))
+    return tuple(f"Doubtful in {first_named(names)}: {doubt}." for doubt, names in doubtful.items())
 
 
 def _notes(runs: Sequence[RunResult], readings: Iterable[str]) -> str:

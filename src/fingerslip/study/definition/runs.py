@@ -20,13 +20,14 @@ from typing import Any
 from fingerslip.contact.counterfaces import sliding_direction
 from fingerslip.errors import InputError, Mistakes, errors_at
 from fingerslip.materials.choice import PRESET, material_of
+from fingerslip.mesh.source import MeshFile
 from fingerslip.model.programme import Phase, Slide
 from fingerslip.parameters import as_mapping
 from fingerslip.parameters.dotted import flatten
 from fingerslip.results import REPEAT, SAMPLE, RefusedRun, RunResult, read_result
 from fingerslip.slip.events import Events
 from fingerslip.specimens.protocol import Specimen
-from fingerslip.storage.files import digest
+from fingerslip.storage.files import digest, file_digest
 from fingerslip.study.definition.expressions import derive
 from fingerslip.study.definition.file import study_file
 from fingerslip.study.definition.settings import ContactSettings
@@ -40,6 +41,7 @@ RESULT_FORMAT = 10
 
 _EMPTY: Mapping[str, Any] = MappingProxyType({})
 _LONGEST = 100
+_LARGEST_COPY = 20_000_000  # mesh file that is copied [bytes]
 _UNSAFE = re.compile(r"[^A-Za-z0-9.+-]+")
 _UNSAFE_IN_LABELS = re.compile(r"[^A-Za-z0-9_+-]+")
 
@@ -72,8 +74,21 @@ class Run:
 
     @cached_property
     def written_values(self) -> Mapping[str, Any]:
-        """What is written of it: its plain values and the directions in which slides go by default."""
-        return dataclasses.replace(self, study=with_directions(self.study)).plain_values
+        """What is written of it: its plain values, the directions that slides have by default, and its mesh's copy."""
+        values = dict(dataclasses.replace(self, study=with_directions(self.study)).plain_values)
+        return values | {"mesh": values["mesh"] | {"file": f"../{self.mesh_copy}"}} if self.mesh_copy else values
+
+    @cached_property
+    def mesh_copy(self) -> str:
+        """Name of the copy of its mesh file in the results of its study, with a hash of what is in it.
+
+        It is empty without a mesh file, and of one that is large or that reads others.
+        """
+        mesh = self.study.mesh
+        if not isinstance(mesh, MeshFile) or mesh.reads_others() or Path(mesh.file).stat().st_size > _LARGEST_COPY:
+            return ""
+        file, mark = Path(mesh.file), file_digest(Path(mesh.file))[:8]
+        return f"{file.stem.removesuffix(f'-{mark}')}-{mark}{file.suffix}"
 
     @cached_property
     def plain_values(self) -> Mapping[str, Any]:

@@ -11,10 +11,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fingerslip.errors import DamagedError, FingerslipError, InputError, ResultError
+from fingerslip.mesh.source import MeshFile
 from fingerslip.parameters.dotted import flatten
 from fingerslip.parameters.schema import require_kind
 from fingerslip.results import RefusedRun, StudyResult, result_mapping, stored_result
-from fingerslip.storage.files import check_folder, clean_stale, digest, remove_empty
+from fingerslip.storage.files import check_folder, clean_stale, digest, remove_empty, write_bytes
 from fingerslip.study.definition.expressions import derive
 from fingerslip.study.definition.runs import Plan, Run, plan_studies
 from fingerslip.study.running.progress import StudyProgress
@@ -66,8 +67,8 @@ def run_study(
     """Run a study.
 
     Runs that are finished with the same inputs are not computed again, so an interrupted study continues where
-    it stopped. Nothing is written before all inputs are checked. A warning says what is too coarse for the
-    times of slip.
+    it stopped. Nothing is written before all inputs are checked. Warnings say what is doubtful in a model, or too
+    coarse for the times of slip.
 
     Parameters
     ----------
@@ -101,7 +102,7 @@ def run_study(
     require_kind(path, (str, os.PathLike), "the path of a study file", "study")
     plans = plan_studies([path], results_dir)
     (result,) = run_plans(plans, workers=workers, force=force, progress=progress, scheduler=scheduler)
-    reporting.warn_of_resolution(result)
+    reporting.warn_of_doubts(result)
     return result
 
 
@@ -210,6 +211,7 @@ def compute_jobs(
     """Compute jobs of a study, and return what went wrong and what was drawn; what is unfinished is removed."""
     created = [folder for folder in (plan.folder, *plan.folder.parents) if not folder.exists()]
     clean_stale(plan.folder)
+    copies = _mesh_copies(plan)
     failures: dict[str, FingerslipError] = {}
     pictures: dict[str, RunPictures] = {}
     for job in () if engine.force else jobs:
@@ -230,8 +232,19 @@ def compute_jobs(
                     pictures |= outcome.pictures
     finally:
         clean_stale(plan.folder)
+        for run in plan.runs:
+            if run.mesh_copy in copies and (plan.folder / run.name).is_dir():
+                write_bytes(plan.folder / run.mesh_copy, copies.pop(run.mesh_copy))
         remove_empty(*created)
     return failures, pictures
+
+
+def _mesh_copies(plan: Plan) -> dict[str, bytes]:
+    """Return what is in the mesh files of runs, as long as it is that of the runs, by the names of copies to come."""
+    for run in plan.runs:  # where a run is computed, the file may not be there
+        _ = run.written_values
+    files = {run.mesh_copy: Path(run.study.mesh.file) for run in plan.runs if isinstance(run.study.mesh, MeshFile)}
+    return {name: file.read_bytes() for name, file in files.items() if name and not (plan.folder / name).exists()}
 
 
 def _report(outcome: Outcome, progress: StudyProgress) -> dict[str, FingerslipError]:

@@ -23,7 +23,7 @@ from fingerslip.published import published_set
 from fingerslip.report.labels import run_title
 from fingerslip.report.tables.compare import compare_table
 from fingerslip.report.tables.parameters import NOT_USED, ShownValue
-from fingerslip.report.tables.runs import events_table, run_caveats
+from fingerslip.report.tables.runs import doubt_warnings, events_table, run_caveats
 from fingerslip.report.tables.samples import sample_tables
 from fingerslip.results import HISTORY, RUN, RunResult, StudyResult
 from fingerslip.slip.measures import resolution_warnings
@@ -230,9 +230,10 @@ def study_tables(study: StudyResult) -> tuple[Table, ...]:
     return (first, *tables[1:])
 
 
-def warn_of_resolution(study: StudyResult) -> None:
-    """Warn the caller's caller, as Python does, of what is too coarse for the times of slip."""
-    for warning in resolution_warnings({run_title(run, run.name): run.numbers for run in study.runs}):
+def warn_of_doubts(study: StudyResult) -> None:
+    """Warn the caller's caller, as Python does, of what is doubtful in a model, or too coarse for the times of slip."""
+    numbers = {run_title(run, run.name): run.numbers for run in study.runs}
+    for warning in (*doubt_warnings(study.runs), *resolution_warnings(numbers)):
         warnings.warn(warning, stacklevel=3)
 
 

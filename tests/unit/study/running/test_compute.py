@@ -194,7 +194,7 @@ def test_failures_are_kept_by_name_and_the_others_go_on(monkeypatch, tmp_path):
 
     monkeypatch.setattr(compute, "compute", compute_one)
     progress = Told()
-    plan = SimpleNamespace(folder=tmp_path)
+    plan = SimpleNamespace(folder=tmp_path, runs=())
     jobs = [job_of(name, folder=tmp_path) for name in ends]
     failures = compute_jobs(plan, jobs, Engine(progress, 1))[0]
     assert failures["a"] is NOT_SOLVED

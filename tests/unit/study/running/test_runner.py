@@ -13,6 +13,7 @@ import fingerslip as fs
 from fingerslip.dynamics import simulation
 from fingerslip.errors import InputError
 from fingerslip.history import read_history
+from fingerslip.study.definition import runs
 from fingerslip.study.definition.file import read_mapping
 from fingerslip.study.definition.runs import plan_studies, plan_study
 from fingerslip.study.running import build as preparing
@@ -194,8 +195,9 @@ def test_results_of_every_run_are_written_once(write_study, simulated, reports):
     result = run_block(path)
     assert simulated == FRICTIONS
     assert result.computed == tuple(NAMES)
-    written = sorted(path.name for path in result.folder.iterdir())
-    assert written == sorted([*NAMES, "manifest.json", "report.html", "summary.csv"])
+    written = {path.name for path in result.folder.iterdir()}
+    copy = plan_study(path).runs[0].mesh_copy
+    assert written == {*NAMES, copy, "manifest.json", "report.html", "summary.csv"}
     for name in NAMES:
         files = sorted(path.name for path in (result.folder / name).iterdir())
         assert files == ["events.json", "history.nc", "log.txt", "run.yaml"]
@@ -247,6 +249,31 @@ def test_what_changes_a_result_is_computed_again(write_study, simulated):
         simulated.clear()
         run_block(write_study(values, curvature=curvature), force=force)
         assert simulated == FRICTIONS
+
+
+@pytest.mark.usefixtures("reports", "simulated")
+def test_a_run_is_repeated_from_its_results_alone_and_with_the_mesh_that_it_had(write_study, tmp_path):
+    path = write_study()
+    plan = plan_study(path, tmp_path / "results")
+    name, content = plan.runs[0].mesh_copy, path.with_name("block.msh").read_bytes()
+    assert re.fullmatch(r"block-[0-9a-f]{8}\.msh", name)
+    result = run_block(path)
+    assert {run.values["mesh.file"] for run in result.runs} == {f"../{name}"}
+    path.with_name("block.msh").unlink()
+    moved = shutil.move(result.folder, tmp_path / "elsewhere")
+    again = plan_study(moved / NAMES[0] / "run.yaml", moved.parent / "again")
+    assert again.runs[0].mesh_key == plan.runs[0].mesh_key
+    assert again.runs[0].mesh_copy == name
+    assert (moved / name).read_bytes() == content
+    assert len(read_results(moved).runs) == 3
+
+
+@pytest.mark.parametrize(("file", "content"), [("a.xdmf", b""), ("a.inp", b"*Include, input=b.inp\n"), ("a.msh", None)])
+def test_mesh_files_that_are_large_or_read_others_are_not_copied(write_study, tmp_path, file, content, monkeypatch):
+    (tmp_path / file).write_bytes(content or b"large")
+    monkeypatch.setattr(runs, "_LARGEST_COPY", 100 if content is not None else 4)
+    run = plan_study(write_study(changed("mesh.file", file)), tmp_path).runs[0]
+    assert (run.mesh_copy, run.written_values["mesh"]["file"]) == ("", str(tmp_path / file))
 
 
 @pytest.mark.usefixtures("reports")
