@@ -111,6 +111,7 @@ def take_steps(body, inverse, motion, driving, solutions, records):  # type: ign
     size, count = body.effective.size, len(body.gaps)
     load, free, unknown, moved = np.empty(size), np.empty((2, size)), np.empty(size), np.empty((count, 2))
     before = motion.forces.copy(), motion.relative.copy(), motion.release.copy()
+    fading = _on_coordinates(body, motion, 0)
     for step in range(len(factors)):
         for j in range(size):
             load[j] = 0.0
@@ -119,7 +120,7 @@ def take_steps(body, inverse, motion, driving, solutions, records):  # type: ign
         _copy(motion.forces.ravel(), before[0].ravel())
         _copy(motion.relative.ravel(), before[1].ravel())
         _copy(motion.release.ravel(), before[2].ravel())
-        _free_end(body, motion, counterfaces[step + 1], load, free, unknown, moved)
+        _free_end(body, motion, counterfaces[step + 1], load, fading, free, unknown, moved)
         known = solutions if step == 0 else solutions[:0]
         solution = _contact(body, inverse, motion, before, moved, friction, known)
         forces, product, relative, response, dropped, residual, iterations = solution
@@ -138,7 +139,8 @@ def take_steps(body, inverse, motion, driving, solutions, records):  # type: ign
         pushed = weighted_rows(body.local, dropped.ravel())
         for j in range(size):
             unknown[j] += pushed[j] / body.effective[j]
-        _finish(body, motion, free, unknown, load)
+        fading = _on_coordinates(body, motion, 0)
+        _finish(body, motion, free, unknown, load, fading)
         _settle(body, motion, before, friction, counterfaces[step], counterfaces[step + 1])
         _record(motion, records, step)
     return len(factors)
@@ -149,6 +151,14 @@ def _copy(source, target):  # type: ignore[no-untyped-def]
     """Copy a flat array into another."""
     for i in range(source.size):
         target[i] = source[i]
+
+
+@numba.njit(cache=True, nogil=True)
+def _on_coordinates(body, motion, row):  # type: ignore[no-untyped-def]
+    """Return fading (row 0) or cancelled (row 1) forces of the release on the coordinates, (m,)."""
+    if motion.largest[0] > 0.0:
+        return weighted_rows(body.local, motion.release[row].ravel())
+    return np.zeros(body.effective.size)
 
 
 @numba.njit(cache=True, nogil=True)
@@ -164,15 +174,13 @@ def _record(motion, records, step):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def _free_end(body, motion, counterfaces, load, free, halfway, moved):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+def _free_end(body, motion, counterfaces, load, fading, free, halfway, moved):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """Write the end of a step with no unknown (2, m), the unknown without contact (m,), and the candidates there [m].
 
     The end is displacement and velocity; `moved` (n, 2) is relative to the counterfaces.
     """
     of_displacement, _, _, start_weight, end_weight = body.factors
-    fading, reached = np.zeros(halfway.size), np.empty(halfway.size)
-    if motion.largest[0] > 0.0:
-        fading = weighted_rows(body.local, motion.release[0].ravel())
+    reached = np.empty(halfway.size)
     for j in range(halfway.size):
         for row in range(2):
             weights = body.prediction[row]
@@ -291,15 +299,10 @@ def _joins(marks, last):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def _finish(body, motion, free, unknown, load):  # type: ignore[no-untyped-def]
+def _finish(body, motion, free, unknown, load, fading):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """Take the fields to the end of a step, and account for the energies of the body."""
     of_displacement, of_velocity, of_inertia, start_weight, end_weight = body.factors
-    added = np.zeros_like(unknown)
-    if motion.largest[0] > 0.0:
-        added = weighted_rows(body.local, motion.release[0].ravel())
-        cancelled = weighted_rows(body.local, motion.release[1].ravel())
-        for j in range(added.size):
-            added[j] += cancelled[j]
+    cancelled = _on_coordinates(body, motion, 1)
     of_rates, of_moves, earliest, first, last = body.dissipation
     kinetic = strain = work = damping = numerical = 0.0
     for j in range(unknown.size):
@@ -307,7 +310,7 @@ def _finish(body, motion, free, unknown, load):  # type: ignore[no-untyped-def]
         unbalance, unbalance_before = motion.fields[3, j], motion.fields[4, j]
         end, rate = free[0, j] + of_displacement * unknown[j], free[1, j] + of_velocity * unknown[j]
         inertia = of_inertia * unknown[j]
-        left = (start_weight * unbalance - inertia + added[j]) / end_weight
+        left = (start_weight * unbalance - inertia + (fading[j] + cancelled[j])) / end_weight
         moved, pushed = end - displacement, inertia - acceleration
         kinetic += 0.5 * of_inertia * rate**2
         strain += 0.5 * body.stiffness[j] * end**2
