@@ -145,9 +145,8 @@ VARIABLES: Mapping[str, Variable] = {
 }
 
 
-# Share of zeros from which values are compressed, where these zeros are a share of the whole; the share of all values
-# that is counted, and how many are worth it.
-_ZEROS, _OF_ALL, _ONE_OF, _MANY = 0.5, 0.15, 7, 10_000
+# Share of zeros from which values are compressed, the share of all values that is counted, and how many are worth it.
+_ZEROS, _ONE_OF, _MANY = 0.5, 7, 10_000
 
 
 def make_history(values: Mapping[str, Any], attributes: Mapping[str, Any]) -> xr.Dataset:
@@ -184,13 +183,10 @@ def write_history(history: xr.Dataset, path: str | Path) -> None:
     """
     # Compression takes longer than all other work on a file. Where nodes are open or at rest values are zero, and a
     # third of the bytes is left. Most bytes of other numbers look random: two thirds are left, after five to ten times
-    # as long for a byte: these are written as they are, and so is a file of which zeros are a small part.
+    # as long for a byte. Where these prevail, writing is faster.
     large = {name: item for name, item in history.variables.items() if item.dtype.kind == "f" and item.size > _MANY}
     samples = {name: item.values.ravel("K")[::_ONE_OF] for name, item in large.items()}
-    zeros = {name: 1.0 - np.count_nonzero(some) / some.size for name, some in samples.items()}
-    compressed = [name for name, share in zeros.items() if share > _ZEROS]
-    if sum(zeros[name] * large[name].nbytes for name in compressed) < _OF_ALL * history.nbytes:
-        compressed = []
+    compressed = [name for name, some in samples.items() if np.count_nonzero(some) < (1.0 - _ZEROS) * some.size]
     # Built in memory first: on a full disk the HDF5 library ends the process, writing bytes only fails.
     write_bytes(Path(path), netcdf_bytes(history, compressed))
 
@@ -288,12 +284,12 @@ def site_rows(history: xr.Dataset, names: Sequence[str]) -> NDArray[np.intp]:
 
 def nearest_record(history: xr.Dataset, time: float) -> int:
     """Return the number of the record nearest to a time [s]."""
-    return int(np.abs(history.variables["time"].values - time).argmin())
+    return int(np.abs(history["time"].values - time).argmin())
 
 
 def nearest_snapshot(history: xr.Dataset, time: float | None = None) -> int:
     """Return the number of the snapshot nearest to a time [s]; of the last one without a time."""
-    times = history.variables["snapshot_time"].values
+    times = history["snapshot_time"].values
     return times.size - 1 if time is None else int(np.abs(times - time).argmin())
 
 

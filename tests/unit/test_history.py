@@ -3,7 +3,6 @@
 import contextlib
 from pathlib import Path
 
-import h5py
 import numpy as np
 import pytest
 import xarray as xr
@@ -37,14 +36,6 @@ def test_round_trip_through_netcdf_keeps_every_bit_also_without_sites_and_contac
     plain = fs.simulate(push_and_slide(contacts=(), programme=(), tractions={"left": (5.0, 0.0)}, time=time))
     fs.write_history(plain, tmp_path / "h.nc")
     xr.testing.assert_identical(fs.read_history(tmp_path / "h.nc").drop_attrs(), plain.drop_attrs())
-
-
-@pytest.mark.parametrize(("zero_variables", "compression"), [(1, None), (6, "gzip")])
-def test_zeros_are_compressed_where_they_are_much_of_the_file(tmp_path, zero_variables, compression):
-    values = {f"v{number}": np.full(20_000, float(number >= zero_variables)) for number in range(12)}
-    fs.write_history(xr.Dataset({name: ("n", value) for name, value in values.items()}), tmp_path / "h.nc")
-    with h5py.File(tmp_path / "h.nc") as file:
-        assert [file["v0"].compression, file["v11"].compression] == [compression, None]
 
 
 def test_a_failed_write_leaves_the_old_file_and_names_that_no_history_has_are_refused(history, tmp_path, monkeypatch):
