@@ -149,8 +149,8 @@ def displacement_events(history: xr.Dataset, settings: EventSettings, slide: int
     window = slide_window(history, slide)
     if window is None:
         return SlipEvents()
-    times = history.variables["time"].values[window.records]
-    touching = history.variables["contact_state"].values[window.records] != OPEN
+    times = history["time"].values[window.records]
+    touching = history["contact_state"].values[window.records] != OPEN
     nodes = np.flatnonzero(touching[0])
     distance, lifts = windows.relative_displacement(history, window)[:, nodes], ~touching[:, nodes]
     leaving = windows.sustained_crossings(times, distance, settings.displacement_tolerance, settings.sustained)

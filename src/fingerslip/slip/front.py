@@ -49,12 +49,11 @@ def front_arrivals(
     order, times = np.empty(0, dtype=np.intp), np.empty(0)
     if window is not None and not is_solid(history) and names.size:
         # Position along the contact, and arrival, of the nodes in contact at the start of the slide.
-        touching = np.flatnonzero(history.variables["contact_state"].values[window.first] != OPEN)
-        slip = windows.accumulated_slip(history, window)[:, touching]
-        records = history.variables["time"].values[window.records]
+        touching = np.flatnonzero(history["contact_state"].values[window.first] != OPEN)
+        slip, records = windows.accumulated_slip(history, window)[:, touching], history["time"].values[window.records]
         crossings = sustained_crossings(records, slip, settings.slip_tolerance, settings.sustained)
         tangent = windows.slide_tangent(history)
-        along, at = history.variables["contact_position"].values[touching] @ tangent, positions @ tangent
+        along, at = history["contact_position"].values[touching] @ tangent, positions @ tangent
         inside = np.flatnonzero((at >= along.min(initial=np.inf)) & (at <= along.max(initial=-np.inf)))
         order, nodes = inside[np.argsort(at[inside], kind="stable")], np.argsort(along)
         if order.size:
@@ -79,10 +78,10 @@ def force_ratio_times(
     window = slide_window(history, slide)
     if window is None or history.sizes.get("counterface", 0) <= counterface:
         return (None,) * len(fractions)
-    coefficient = float(history.variables["counterface_friction_coefficient"].values[counterface])
+    coefficient = float(history["counterface_friction_coefficient"].values[counterface])
     if not coefficient > 0.0:
         return (None,) * len(fractions)
-    times, sustained = history.variables["time"].values[window.records], (settings or EventSettings()).sustained
+    times, sustained = history["time"].values[window.records], (settings or EventSettings()).sustained
     share = contact_forces(history, counterface).ratio()[window.records] / coefficient
     return tuple(windows.sustained_crossing(times, share, fraction, sustained) for fraction in fractions)
 
@@ -95,7 +94,7 @@ def _receptors(
         rows = sites_of_kinds(history, kinds)
         if not rows.size:
             return np.empty(0, dtype=np.str_), np.empty((0, 2))
-        return history.variables["site"].values[rows].astype(np.str_), history.variables["site_position"].values[rows]
+        return history["site"].values[rows].astype(np.str_), history["site_position"].values[rows]
     chosen = [site for site in sites if site.kind in kinds]
     return np.array([site.name for site in chosen], dtype=np.str_), np.array([site.position for site in chosen])
 
@@ -114,14 +113,13 @@ def reference_events(
     left the line, without recorded events where the history lacks one of the sites.
     """
     settings = settings or EventSettings()
-    available = set(history.variables["site"].values.tolist()) if "site" in history.coords else set()
+    available = set(history["site"].values.tolist()) if "site" in history.coords else set()
     if not sites or not available.issuperset(sites) or "displacement" not in history:
         return SlipEvents(recorded=False)
     window = slide_window(history, slide)
     if window is None:
         return SlipEvents()
-    moved = history.variables["displacement"].values[:, site_rows(history, sites)]
-    times = history.variables["time"].values[window.records]
+    moved, times = history["displacement"].values[:, site_rows(history, sites)], history["time"].values[window.records]
     behind = lags(history, window, moved, [counterface])
     crossings = sustained_crossings(times, behind, settings.displacement_tolerance, settings.sustained)
     return events_of_leaving(crossings, settings)
@@ -151,13 +149,13 @@ def edge_contact(history: xr.Dataset) -> EdgeContact | None:
     """
     if "contact_edge_distance" not in history.variables:
         return None
-    for counterface, boundary in enumerate(history.variables["counterface"].values):
-        nodes = np.flatnonzero(history.variables["contact_counterface"].values == counterface)
+    for counterface, boundary in enumerate(history["counterface"].values):
+        nodes = np.flatnonzero(history["contact_counterface"].values == counterface)
         # Records at which one of the nodes touches within two facets of an edge.
-        close = history.variables["contact_edge_distance"].values[nodes] <= _FACETS * _facet_size(history, nodes)
-        near = (history.variables["contact_state"].values[:, nodes[close]] != OPEN).any(axis=1)
+        close = history["contact_edge_distance"].values[nodes] <= _FACETS * _facet_size(history, nodes)
+        near = (history["contact_state"].values[:, nodes[close]] != OPEN).any(axis=1)
         if near.any():
-            first = float(history.variables["time"].values[int(near.argmax())])
+            first = float(history["time"].values[int(near.argmax())])
             return EdgeContact(str(boundary), first, float(_distances(history, nodes).min()))
     return None
 
@@ -184,8 +182,8 @@ def edge_warning(edges: Mapping[str, EdgeContact | None]) -> str:
 
 def _distances(history: xr.Dataset, nodes: NDArray[np.intp] | slice) -> Floats:
     """Return the distances from an edge of those of `nodes` that touch at any time [m]."""
-    touched = (history.variables["contact_state"].values[:, nodes] != OPEN).any(axis=0)
-    return np.asarray(history.variables["contact_edge_distance"].values[nodes][touched], dtype=float)
+    touched = (history["contact_state"].values[:, nodes] != OPEN).any(axis=0)
+    return np.asarray(history["contact_edge_distance"].values[nodes][touched], dtype=float)
 
 
 def _facet_size(history: xr.Dataset, nodes: NDArray[np.intp]) -> float:
@@ -194,8 +192,7 @@ def _facet_size(history: xr.Dataset, nodes: NDArray[np.intp]) -> float:
 
     if nodes.size < 2:
         return 0.0
-    positions = history.variables["contact_position"].values[nodes]
-    apart, _ = cKDTree(positions).query(positions, k=2)
+    apart, _ = cKDTree(history["contact_position"].values[nodes]).query(history["contact_position"].values[nodes], k=2)
     return float(np.median(apart[:, 1])) * (2.0 if history.attrs.get("element") in _QUADRATIC else 1.0)
 
 
@@ -213,8 +210,8 @@ def skin_marker_slips(history: xr.Dataset) -> tuple[NDArray[np.intp], Floats]:
     rows = sites_of_kinds(history, [EXTERNAL])[touching_markers(history)]
     if window is None or not rows.size:
         return rows, np.empty(0)
-    lag = lags(history, window, history.variables["displacement"].values[:, rows], [0])
-    times = history.variables["time"].values[window.records]
+    lag = lags(history, window, history["displacement"].values[:, rows], [0])
+    times = history["time"].values[window.records]
     crossings = sustained_crossings(times, lag, settings.displacement_tolerance, settings.sustained)
     return rows, np.array(crossings, dtype=float)
 
@@ -230,9 +227,9 @@ def touching_markers(history: xr.Dataset) -> Flags:
     # Slow to import as well, see `stick_slip_cycles`.
     from scipy.spatial import cKDTree
 
-    nodes, state = history.variables["contact_position"].values, history.variables["contact_state"].values[window.first]
+    nodes, state = history["contact_position"].values, history["contact_state"].values[window.first]
     tree = cKDTree(nodes)
-    away, nearest = tree.query(history.variables["site_position"].values[rows])
+    away, nearest = tree.query(history["site_position"].values[rows])
     # The corners of quadratic facets bear no contact force, the nodes between them do.
     beside: float = _BESIDE * float(np.median(tree.query(nodes, k=2)[0][:, 1]))
     return np.asarray((away < beside) & (state[nearest] != OPEN))
@@ -243,7 +240,7 @@ def share_before_centre(history: xr.Dataset) -> float | None:
     rows, slips = skin_marker_slips(history)
     if not rows.size:
         return None
-    outer = np.linalg.norm(np.delete(history.variables["site_position"].values[rows], 1, axis=1), axis=1) > 1e-9
+    outer = np.linalg.norm(np.delete(history["site_position"].values[rows], 1, axis=1), axis=1) > 1e-9
     if outer.all() or not outer.any():
         return None
     times = np.nan_to_num(slips, nan=np.inf)

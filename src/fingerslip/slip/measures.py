@@ -106,7 +106,7 @@ def _friction_ratio_end_of_slide(history: xr.Dataset) -> Number:
     slides, forces = phase_times(history, "slide"), contact_forces(history)
     if not slides:
         return None
-    last = int(np.searchsorted(history.variables["time"].values, slides[-1][1] * (1 + 1e-9), side="right")) - 1
+    last = int(np.searchsorted(history["time"].values, slides[-1][1] * (1 + 1e-9), side="right")) - 1
     return forces.friction[last] / forces.normal[last] if forces.normal[last] > 0.0 else None
 
 
@@ -123,7 +123,7 @@ def _slip_margin(history: xr.Dataset, slip: Found) -> Number:
     if incipient is None or not np.nanmax(ratio, initial=0.0) > 0.0:
         return None
     touching = np.isfinite(ratio)
-    used = np.interp(incipient, history.variables["time"].values[window.records][touching], ratio[touching])
+    used = np.interp(incipient, history["time"].values[window.records][touching], ratio[touching])
     return float(1.0 - used / ratio[touching].max())
 
 
@@ -137,8 +137,8 @@ def _sticking_at_overall(history: xr.Dataset, slip: Found) -> Number:
     window, overall = slide_window(history), slip.events.overall
     if window is None or overall is None:
         return None
-    states = history.variables["contact_state"].values
-    at = min(int(np.searchsorted(history.variables["time"].values, overall)), len(states) - 1)
+    states = history["contact_state"].values
+    at = min(int(np.searchsorted(history["time"].values, overall)), len(states) - 1)
     return int(((states[at] == STICK) & (states[window.first] == OPEN)).sum())
 
 
@@ -146,7 +146,7 @@ def _travel(history: xr.Dataset, start: float | None, end: float | None) -> Numb
     """Return how far the first counterface travels along its surface between two times [m]."""
     if start is None or end is None:
         return None
-    travel, times = history.variables["counterface_displacement"].values[:, 0], history.variables["time"].values
+    travel, times = history["counterface_displacement"].values[:, 0], history["time"].values
     before, after = (np.array([np.interp(at, times, component) for component in travel.T]) for at in (start, end))
     return float(np.linalg.norm(windows.split_along(after - before, windows.counterface_normal(history))[1]))
 
@@ -159,7 +159,7 @@ def _front_arrival_median(history: xr.Dataset) -> Number:
 
 
 def _elastic_slip_max(history: xr.Dataset) -> Number:
-    traction = history.variables["tangential_traction"].values
+    traction = history["tangential_traction"].values
     # Sums along short rows take numpy's ``norm`` several times as long.
     largest = np.sqrt(np.einsum("...c,...c->...", traction, traction).max())
     return float(largest / history.attrs.get("tangential_penalty", np.inf))
@@ -177,11 +177,11 @@ def _peaks_before_overall(_history: xr.Dataset, slip: Found) -> Number:
 
 def _nodes_across(history: xr.Dataset, window: SlideWindow) -> Number:
     """Return how many nodes lie across the contact when the slide begins: in 3D along the slide, of one counterface."""
-    touching = history.variables["contact_state"].values[window.first] != OPEN
+    touching = history["contact_state"].values[window.first] != OPEN
     if history.sizes["component"] == 2:
         return float(touching.sum())
-    touching &= history.variables["contact_counterface"].values == 0
-    return float(nodes_along(history.variables["contact_position"].values[touching], windows.slide_tangent(history)))
+    touching &= history["contact_counterface"].values == 0
+    return float(nodes_along(history["contact_position"].values[touching], windows.slide_tangent(history)))
 
 
 def _largest_step_share(history: xr.Dataset, window: SlideWindow) -> Number:
@@ -194,8 +194,7 @@ def _energy_imbalance_over_work(history: xr.Dataset) -> Number:
     """Return the largest imbalance over the largest external work, as far as both are recorded."""
     if not {"external_work", "energy_imbalance"} <= set(history):
         return None
-    names = "external_work", "energy_imbalance"
-    work, imbalance = (float(np.abs(history.variables[name].values).max()) for name in names)
+    work, imbalance = (float(np.abs(history[name].values).max()) for name in ("external_work", "energy_imbalance"))
     return imbalance / work if work > 0.0 else None
 
 
@@ -274,7 +273,7 @@ MEASURES: tuple[Measure, ...] = (
     _of_nodes(
         "normal_traction_max",
         "largest contact pressure",
-        lambda history: history.variables["normal_traction"].values.max(),
+        lambda history: history["normal_traction"].values.max(),
         Unit("Pa", "kPa"),
     ),
     _of_nodes(
@@ -300,7 +299,7 @@ MEASURES: tuple[Measure, ...] = (
     _of_nodes(
         "penetration_max",
         "largest penetration",
-        lambda history: max(-history.variables["gap"].values.min(), 0.0),
+        lambda history: max(-history["gap"].values.min(), 0.0),
         _LENGTH,
         mechanical=False,
     ),
@@ -310,7 +309,7 @@ MEASURES: tuple[Measure, ...] = (
     _of_slide(
         "slide_step",
         "longest step in the slide",
-        lambda history, slide: np.diff(history.variables["time"].values[slide.records]).max(),
+        lambda history, slide: np.diff(history["time"].values[slide.records]).max(),
         Unit("s", "ms"),
     ),
     _of_slide("nodes_across_contact", "nodes across the contact", _nodes_across),

@@ -39,13 +39,13 @@ def contact_patch(history: xr.Dataset, counterface: int = 0) -> Patch:
 
     if not is_solid(history):
         raise InputError("history", "is two-dimensional", "needs a history in 3D")
-    nodes = np.flatnonzero(history.variables["contact_counterface"].values == counterface)
+    nodes = np.flatnonzero(history["contact_counterface"].values == counterface)
     if nodes.size < 3:
         fault = f"has {nodes.size} contact candidates on counterface {counterface}"
         raise InputError("history", fault, "needs three and more")
     tangent = windows.slide_tangent(history, counterface)
     axes = np.array([tangent, np.cross(tangent, windows.counterface_normal(history, counterface))])
-    points = history.variables["contact_position"].values[nodes] @ axes.T
+    points = history["contact_position"].values[nodes] @ axes.T
     try:
         triangles = Delaunay(points).simplices
     except QhullError:
@@ -98,7 +98,7 @@ def surface_strains(history: xr.Dataset, patch: Patch | None = None) -> xr.DataA
     import xarray as xr
 
     patch = patch or contact_patch(history)
-    reference = history.variables["contact_position"].values[patch.nodes][patch.triangles]
+    reference = history["contact_position"].values[patch.nodes][patch.triangles]
     at_rest = reference[:, 1:] - reference[:, :1]
     # The edges (m, 2, 2) in the planes of their triangles, the first axis along the slide.
     normal = np.cross(at_rest[:, 0], at_rest[:, 1])
@@ -106,17 +106,17 @@ def surface_strains(history: xr.Dataset, patch: Patch | None = None) -> xr.DataA
     first = patch.axes[0] - (normal @ patch.axes[0])[:, None] * normal
     first /= np.linalg.norm(first, axis=1, keepdims=True)
     local = np.stack([np.einsum("mek,mk->me", at_rest, axis) for axis in (first, np.cross(normal, first))], axis=-1)
-    displacement = history.variables["contact_displacement"].values[:, patch.nodes][:, patch.triangles]
+    displacement = history["contact_displacement"].values[:, patch.nodes][:, patch.triangles]
     edges = at_rest + (displacement[:, :, 1:] - displacement[:, :, :1])
     # Rows of `edges` are the images of the rows of `local`.
     gradient = np.linalg.solve(local, edges)
     metric = gradient @ np.swapaxes(gradient, -1, -2)
     strains = 0.5 * (metric - np.eye(2))
     values = np.stack([strains[..., 0, 0], strains[..., 1, 1], strains[..., 0, 1]], axis=-1)
-    state = history.variables["contact_state"].values[:, patch.nodes][:, patch.triangles]
+    state = history["contact_state"].values[:, patch.nodes][:, patch.triangles]
     centres = patch.points[patch.triangles].mean(axis=1)
     coordinates = {
-        "time": history.variables["time"].values,
+        "time": history["time"].values,
         "strain_component": list(_STRAINS),
         "along": ("triangle", centres[:, 0]),
         "across": ("triangle", centres[:, 1]),
@@ -134,6 +134,6 @@ def surface_strain_rates(strains: xr.DataArray) -> xr.DataArray:
 
 def triangle_states(history: xr.Dataset, patch: Patch, step: int) -> NDArray[np.int8]:
     """Return the state of each triangle (m,) at a record: open where a corner is, slip where one slips, else stick."""
-    corners = history.variables["contact_state"].values[step, patch.nodes][patch.triangles]
+    corners = history["contact_state"].values[step, patch.nodes][patch.triangles]
     states = np.where((corners == SLIP).any(axis=1), SLIP, corners.max(axis=1))
     return np.where((corners == OPEN).any(axis=1), OPEN, states).astype(np.int8)

@@ -36,12 +36,12 @@ def contact_edges(history: xr.Dataset, time: float | None = None, counterface: i
         record = window.first if window else history.sizes["time"] - 1
     else:
         record = max(record_at(history, time), 0)
-    touching = (history.variables["contact_state"].values[record] != OPEN) & (
-        history.variables["contact_counterface"].values == counterface
+    touching = (history["contact_state"].values[record] != OPEN) & (
+        history["contact_counterface"].values == counterface
     )
     if not touching.any():
         return None
-    along = history.variables["contact_position"].values[touching] @ slide_tangent(history, counterface)
+    along = history["contact_position"].values[touching] @ slide_tangent(history, counterface)
     return float(along.min()), float(along.max())
 
 
@@ -56,8 +56,8 @@ def receptors_in_areas(
     edges = contact_edges(history, time) if available.size else None
     if edges is None:
         return MappingProxyType({})
-    names = history.variables["site"].values
-    along = np.asarray(history.variables["site_position"].values @ slide_tangent(history), dtype=float)
+    names = history["site"].values
+    along = np.asarray(history["site_position"].values @ slide_tangent(history), dtype=float)
     distance = np.abs(along[:, None] - np.asarray(edges))
     nearer = np.argmin(distance, axis=1)
     chosen = {}
@@ -73,7 +73,7 @@ def receptor_signals(history: xr.Dataset) -> xr.Dataset:
     """Average the signals of five receptors of each type around each edge of the contact [m/s^2, J/m^3]."""
     import xarray as xr
 
-    dims, times = ("kind", "area", "time"), history.variables["time"].values
+    dims, times = ("kind", "area", "time"), history["time"].values
     shape = (len(RECEPTOR_KINDS), len(AREAS), times.size)
     acceleration, density, count = np.full(shape, np.nan), np.full(shape, np.nan), np.zeros(shape[:2], dtype=int)
     for (kind, area), names in receptors_in_areas(history).items():
@@ -81,7 +81,7 @@ def receptor_signals(history: xr.Dataset) -> xr.Dataset:
         count[pair] = len(names)
         acceleration[pair] = tangential_acceleration(history, rows).mean(axis=1)
         if "strain_energy_density" in history:
-            density[pair] = history.variables["strain_energy_density"].values[:, rows].mean(axis=1)
+            density[pair] = history["strain_energy_density"].values[:, rows].mean(axis=1)
     return xr.Dataset(
         {
             "acceleration": (dims, acceleration, {"units": "m/s^2", "long_name": "tangential acceleration"}),
@@ -104,13 +104,13 @@ def tangential_acceleration(history: xr.Dataset, rows: Rows) -> Floats:
     more times as large as the change of velocity over a step; the mean of both ends of a step leaves that out. Of steps
     that control their own error it is the mean since the record before.
     """
-    at_records = np.asarray(history.variables["acceleration"].values[:, rows] @ slide_tangent(history), dtype=float)
+    at_records = np.asarray(history["acceleration"].values[:, rows] @ slide_tangent(history), dtype=float)
     over_steps = at_records.copy()
     over_steps[1:] = 0.5 * (at_records[1:] + at_records[:-1])
     if history.attrs.get("time_step") == "auto":
         # There are steps between records; the change of velocity is the mean acceleration over all of them.
-        velocity = np.asarray(history.variables["velocity"].values[:, rows] @ slide_tangent(history), dtype=float)
-        over_steps[1:] = np.diff(velocity, axis=0) / np.diff(history.variables["time"].values)[:, None]
+        velocity = np.asarray(history["velocity"].values[:, rows] @ slide_tangent(history), dtype=float)
+        over_steps[1:] = np.diff(velocity, axis=0) / np.diff(history["time"].values)[:, None]
     return over_steps
 
 
@@ -185,7 +185,7 @@ def peak_signal(history: xr.Dataset, settings: PeakSettings, slide: int = 0) -> 
     if window is None or rows.size == 0:
         return None
     values = np.abs(tangential_acceleration(history, rows)).max(axis=1)[window.records]
-    times = {"time": history.variables["time"].values[window.records]}
+    times = {"time": history["time"].values[window.records]}
     meaning = {"units": "m/s^2", "long_name": "largest tangential acceleration"}
     return xr.DataArray(values, times, ("time",), "peak_signal", meaning)
 
@@ -195,7 +195,7 @@ def has_receptors(history: xr.Dataset, settings: PeakSettings) -> bool:
     if "acceleration" not in history:
         return False
     if settings.sites:
-        return set(history.variables["site"].values.tolist()).issuperset(settings.sites)
+        return set(history["site"].values.tolist()).issuperset(settings.sites)
     return sites_of_kinds(history, settings.kinds).size > 0
 
 
@@ -205,16 +205,14 @@ def slide_receptors(history: xr.Dataset, window: SlideWindow, settings: PeakSett
         return np.empty(0, dtype=np.intp)
     if settings.sites:
         return site_rows(history, settings.sites)
-    start = float(history.variables["time"].values[window.first])
-    return receptor_rows(history, settings.kinds, settings.per_area, start)
+    return receptor_rows(history, settings.kinds, settings.per_area, float(history["time"].values[window.first]))
 
 
 def followed_share(history: xr.Dataset, window: SlideWindow, rows: Rows, time: float) -> float:
     """Return the mean displacement of sites over that of the plate, from a time [s] to the end of the slide [-]."""
-    first = np.searchsorted(history.variables["time"].values, time)
-    tangent, ends = slide_tangent(history), np.array([first, window.last])
-    plate = history.variables["counterface_displacement"].values[ends, 0] @ tangent
-    skin = history.variables["displacement"].values[ends][:, rows] @ tangent
+    tangent, ends = slide_tangent(history), np.array([np.searchsorted(history["time"].values, time), window.last])
+    plate = history["counterface_displacement"].values[ends, 0] @ tangent
+    skin = history["displacement"].values[ends][:, rows] @ tangent
     travel = float(plate[1] - plate[0])
     return float((skin[1] - skin[0]).mean()) / travel if travel else 1.0
 

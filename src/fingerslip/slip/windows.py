@@ -196,7 +196,7 @@ def slide_tangent(history: xr.Dataset, counterface: int = 0) -> Floats:
 
 def travel_direction(history: xr.Dataset, counterface: int = 0) -> Floats:
     """Return the unit direction (dim,) in which a counterface travels furthest along its surface; zeros at rest."""
-    travel = np.asarray(history.variables["counterface_displacement"].values[:, counterface], dtype=float)
+    travel = np.asarray(history["counterface_displacement"].values[:, counterface], dtype=float)
     _, along = split_along(travel, counterface_normal(history, counterface))
     furthest = along[np.linalg.norm(along, axis=1).argmax()]
     length = np.linalg.norm(furthest)
@@ -219,14 +219,14 @@ def split_along(vectors: Floats, normals: Floats) -> tuple[Floats, Floats]:
 
 def contact_area(history: xr.Dataset) -> xr.DataArray:
     """Return the area in contact over time, shape (n_times,): tributary areas of all nodes that are not open [m^2]."""
-    area = (history.variables["contact_state"].values != OPEN) @ history.variables["contact_area"].values
+    area = (history["contact_state"].values != OPEN) @ history["contact_area"].values
     return _series(history["time"], area, "contact_area", "area in contact").assign_attrs(units="m^2")
 
 
 def slipping_fraction(history: xr.Dataset) -> xr.DataArray:
     """Return the area fraction of the contact that slips at each time [-]."""
-    state = history.variables["contact_state"].values
-    fraction = area_fraction(state == SLIP, state != OPEN, history.variables["contact_area"].values)
+    state = history["contact_state"].values
+    fraction = area_fraction(state == SLIP, state != OPEN, history["contact_area"].values)
     return _series(history["time"], fraction, "slipping_fraction", "slipping area fraction")
 
 
@@ -241,10 +241,10 @@ def slipped_fraction(history: xr.Dataset, window: SlideWindow, tolerance: float)
     Only nodes that were in contact when the slide began, and still are, are weighed: skin that rolls
     onto the plate during the slide is new there and could not slip yet.
     """
-    touching = history.variables["contact_state"].values[window.records] != OPEN
+    touching = history["contact_state"].values[window.records] != OPEN
     counted = touching & touching[0]
     slipped = accumulated_slip(history, window) > tolerance
-    fraction = area_fraction(slipped & counted, counted, history.variables["contact_area"].values)
+    fraction = area_fraction(slipped & counted, counted, history["contact_area"].values)
     times = history["time"].isel(time=window.records)
     return _series(times, fraction, "slipped_fraction", "slipped area fraction")
 
@@ -254,9 +254,9 @@ def slipped_steps(history: xr.Dataset, window: SlideWindow, tolerance: float) ->
 
     Times [s] and fractions [-], both (2 n,): each of n fractions at the times at which it begins and ends.
     """
-    times, areas = history.variables["time"].values[window.records], history.variables["contact_area"].values
-    touching = history.variables["contact_state"].values[window.records] != OPEN
-    gap, slip = history.variables["gap"].values[window.records], accumulated_slip(history, window) - tolerance
+    times, areas = history["time"].values[window.records], history["contact_area"].values
+    touching = history["contact_state"].values[window.records] != OPEN
+    gap, slip = history["gap"].values[window.records], accumulated_slip(history, window) - tolerance
     counted = touching & touching[0]
     slipped = counted & (slip > 0.0)
     rows, nodes = np.nonzero(np.diff(counted, axis=0) | np.diff(slipped, axis=0))
@@ -279,14 +279,13 @@ def slipped_steps(history: xr.Dataset, window: SlideWindow, tolerance: float) ->
 
 def accumulated_slip(history: xr.Dataset, window: SlideWindow) -> Floats:
     """Return the slip of every contact node since the slide began, shape (n_times, n_nodes) [m]."""
-    slip: Floats = history.variables["slip_distance"].values[window.records].astype(float)
+    slip: Floats = history["slip_distance"].values[window.records].astype(float)
     return np.asarray(slip - slip[0])
 
 
 def relative_displacement(history: xr.Dataset, window: SlideWindow) -> Floats:
     """Return how far contact nodes have moved relative to the plate since the slide began, (n_times, n_nodes) [m]."""
-    variables = history.variables
-    return lags(history, window, variables["contact_displacement"].values, variables["contact_counterface"].values)
+    return lags(history, window, history["contact_displacement"].values, history["contact_counterface"].values)
 
 
 def lags(history: xr.Dataset, window: SlideWindow, moved: Floats, counterface: ArrayLike) -> Floats:
@@ -295,9 +294,9 @@ def lags(history: xr.Dataset, window: SlideWindow, moved: Floats, counterface: A
     `moved` (n_records, n, dim) are their displacements in the whole history [m]; all may have one counterface.
     """
     numbers, points = np.asarray(counterface), moved[window.records]
-    plates = history.variables["counterface_displacement"].values[window.records][:, numbers]
+    plates = history["counterface_displacement"].values[window.records][:, numbers]
     relative = (points - points[0]) - (plates - plates[0])
-    _, tangential = split_along(relative, history.variables["counterface_normal"].values[numbers])
+    _, tangential = split_along(relative, history["counterface_normal"].values[numbers])
     return np.asarray(np.linalg.norm(tangential, axis=-1), dtype=float)
 
 

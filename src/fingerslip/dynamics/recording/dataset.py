@@ -108,9 +108,9 @@ def labelled_history(
     """Label records as a history, and warn where its steps have made energy, or nothing touched."""
     history = make_history(values, _provenance(stepper, attributes, watch))
     _check_made_energy(history, stepper)
-    states, gaps = history.variables["contact_state"].values, history.variables["gap"].values
-    for number, boundary in enumerate(history.variables["counterface"].values):
-        nodes = history.variables["contact_counterface"].values == number
+    states, gaps = history["contact_state"].values, history["gap"].values
+    for number, boundary in enumerate(history["counterface"].values):
+        nodes = history["contact_counterface"].values == number
         # What starts at a gap of zero may wait for a command that closes it.
         if nodes.any() and (states[:, nodes] == OPEN).all() and gaps[:, nodes].min() > _ZERO_GAP:
             repair = "let it start nearer, move it further, or turn its normal towards the body"
@@ -124,11 +124,11 @@ def labelled_history(
 def _check_made_energy(history: xr.Dataset, stepper: Stepper) -> None:
     """Warn where steps have made energy, as those of a user's own scheme can; refuse more than the work done."""
     # Without inertia there is no motion that could take up energy: what is booked there is the error of a large step.
-    if not history.variables["kinetic_energy"].values.any():
+    if not history["kinetic_energy"].values.any():
         return
     energy, share = made_energy(history)
-    work = float(np.abs(history.variables["external_work"].values).max())
-    work += sum(float(history.variables[name].values[0]) for name in ("kinetic_energy", "strain_energy"))
+    work = float(np.abs(history["external_work"].values).max())
+    work += sum(float(history[name].values[0]) for name in ("kinetic_energy", "strain_energy"))
     # What the model does not have already.
     remedies = ["a smaller step"]
     if stepper.system.candidates.nodes.size:
@@ -152,11 +152,11 @@ def made_energy(history: xr.Dataset) -> tuple[float, float]:
     That is how far friction and numerical dissipation together, or damping, accumulated, fall below what they have
     been.
     """
-    of_steps = history.variables["friction_dissipation"].values + history.variables["numerical_dissipation"].values
-    dissipated = np.stack([of_steps, history.variables["damping_dissipation"].values])
+    of_steps = history["friction_dissipation"].values + history["numerical_dissipation"].values
+    dissipated = np.stack([of_steps, history["damping_dissipation"].values])
     gained = float((np.maximum.accumulate(dissipated, axis=1) - dissipated).max(initial=0.0))
     names = ("kinetic_energy", "strain_energy", "external_work")
-    largest = max(float(np.abs(history.variables[name].values).max(initial=0.0)) for name in names)
+    largest = max(float(np.abs(history[name].values).max(initial=0.0)) for name in names)
     return gained, gained / largest if largest > 0.0 else 0.0
 
 
