@@ -6,6 +6,7 @@ import dataclasses
 import functools
 import itertools
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields, replace
 from pathlib import Path
@@ -158,10 +159,26 @@ def _required_names(source: type) -> tuple[str, ...]:
     return tuple(field.name for field in fields(source) if field.default is field.default_factory is MISSING)
 
 
+_HEAVY_DATA = re.compile(r"""=\s*["'](?:HDF|Binary)["'][^>]*>\s*([^<:]+)""")  # names of files in XDMF
+
+
+def other_files(file: Path) -> list[Path]:
+    """Return the files that hold a part of the mesh of a file, as far as they are there."""
+    kind = file.suffix.lower()
+    if kind == ".inp":
+        from fingerslip.mesh.decks.abaqus import included_files
+
+        return included_files(file)
+    text = file.read_text(encoding="utf-8", errors="replace") if kind in (".xdmf", ".xmf") else ""
+    names = dict.fromkeys(name.strip() for name in _HEAVY_DATA.findall(text))
+    return [other for name in names if (other := file.resolve().parent / name).is_file()]
+
+
 def content_hash(where: str, file: str, allowed: str) -> str:
-    """Return the hash of what is in a file; an error at `where` in a study where it cannot be read."""
+    """Return the hash of a file and of those that it reads; an error at `where` in a study where one is unreadable."""
     try:
-        return file_digest(Path(file))
+        content, *others = map(file_digest, (Path(file), *other_files(Path(file))))
+        return digest([content, *others]) if others else content
     except OSError as error:
         raise InputError(where, f"cannot read {file} ({error.strerror})", allowed) from None
 
@@ -220,14 +237,8 @@ class MeshFile(MeshSource):
         suffix = inspected.suffix if len(np.unique(cells)) == len(cells) else ".vtu"
         return replace(inspected, tables=(*inspected.tables, *tables), suffix=suffix)
 
-    def reads_others(self) -> bool:
-        """Return whether other files hold a part of the mesh."""
-        file = Path(self.file)
-        kind = file.suffix.lower()
-        return kind == ".xdmf" or (kind == ".inp" and b"*INCLUDE" in file.read_bytes().upper())
-
     def key(self, _specimen: Any = None, /) -> str:
-        """Return the hash of the file's content and unit."""
+        """Return the hash of unit and content, also of the files that it reads beside its own."""
         return digest(content_hash("mesh.file", self.file, "needs a mesh file"), self.length_unit)
 
     def beside(self, folder: Path, /) -> Self:

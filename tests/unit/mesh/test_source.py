@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
+import h5py
 import numpy as np
 import pytest
 from hypothesis import given
@@ -19,6 +20,7 @@ from fingerslip.mesh.source import (
     grade,
     inspect_mesh,
     mesh_size_note,
+    other_files,
     size_at,
     subdivide,
 )
@@ -131,6 +133,36 @@ def test_only_the_file_tells_its_kind_and_size_and_its_key_follows_content_and_u
     copy.write_bytes(file.read_bytes() + b" ")
     assert MeshFile(str(copy)).key() != first
     assert MeshFile("block.msh", "mm").beside(file.parent) == MeshFile(str(file.resolve()), "mm")
+
+
+@pytest.mark.parametrize(
+    "include",
+    ["*Include, input={}", '* INCLUDE,\n  Input = "{}"', "*INCLUDE, INPUT={}, PASSWORD=x", "*include,input={}"],
+)
+def test_the_key_of_a_deck_follows_the_files_that_it_includes_however_deep(tmp_path, include):
+    files = [tmp_path / name for name in ("deck.inp", "a b.inp", "nodes/c.inp")]
+    files[2].parent.mkdir()
+    for file, other in zip(files, (files[1].name, "nodes/c.inp", "gone.inp"), strict=True):
+        file.write_text(f"*Heading\n** *Include, input=comment.inp\n{include.format(other)}\n*Node\n1, 0., 0.\n")
+    assert other_files(files[0]) == files[1:]
+    source, keys = MeshFile(str(files[0])), set()
+    for file in (*files, tmp_path / "comment.inp"):
+        keys.add(source.key())
+        file.write_text(f"{file.read_text() if file.exists() else ''}2, 1., 0.\n")
+    assert len(keys | {source.key()}) == 4
+    files[2].write_text(include.format("../deck.inp"))  # the reader refuses the circle
+    assert source.key() not in keys
+
+
+def test_the_key_of_xdmf_follows_the_file_of_its_arrays(tmp_path):
+    file = tmp_path / "block.xdmf"
+    fs.write_mesh(block_mesh(), file)
+    assert other_files(file) == [file.with_suffix(".h5")]
+    first = MeshFile(str(file)).key()
+    with h5py.File(file.with_suffix(".h5"), "a") as arrays:
+        arrays["data0"][0] += 1e-3
+    assert MeshFile(str(file)).key() != first
+    assert other_files(file.with_suffix(".h5")) == []
 
 
 def test_sizes_grow_from_a_small_one_at_the_rate_of_growth_up_to_the_bulk():

@@ -52,6 +52,9 @@ _KINDS: Mapping[str, tuple[str, int]] = MappingProxyType(
 )
 _LETTERS = frozenset("EHILMNOPRSTVW")
 _DEEPEST = 8  # files that include each other
+_INCLUDE = re.compile(
+    r'^[ \t]*\*[ \t]*INCLUDE\s*,[^*]*?INPUT\s*=\s*"?((?<=")[^"\n]+|[^,\n]+)', re.IGNORECASE | re.MULTILINE
+)
 
 
 @dataclass(frozen=True)
@@ -116,6 +119,13 @@ def _keyword(file: Path, line: int, head: str, depth: int) -> list[Keyword]:
         fault = f"'{other}' includes itself" if depth == _DEEPEST else f"there is no file '{other}'"
         raise keyword.error(fault, "needs a file beside the deck")
     return read_keywords(other, depth + 1)
+
+
+def included_files(file: Path, depth: int = 0) -> list[Path]:
+    """Return the files that a deck includes, and those that these include, as far as they are there."""
+    text = file.read_text(encoding="utf-8", errors="replace") if depth < _DEEPEST else ""
+    others = [other for name in _INCLUDE.findall(text) if (other := file.parent / name.strip()).is_file()]
+    return [inner for other in others for inner in (other, *included_files(other, depth + 1))]
 
 
 @dataclass(frozen=True)

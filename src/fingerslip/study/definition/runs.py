@@ -20,7 +20,7 @@ from typing import Any
 from fingerslip.contact.counterfaces import sliding_direction
 from fingerslip.errors import InputError, Mistakes, errors_at
 from fingerslip.materials.choice import PRESET, material_of
-from fingerslip.mesh.source import MeshFile
+from fingerslip.mesh.source import MeshFile, other_files
 from fingerslip.model.programme import Phase, Slide
 from fingerslip.parameters import as_mapping
 from fingerslip.parameters.dotted import flatten
@@ -84,10 +84,10 @@ class Run:
 
         It is empty without a mesh file, and of one that is large or that reads others.
         """
-        mesh = self.study.mesh
-        if not isinstance(mesh, MeshFile) or mesh.reads_others() or Path(mesh.file).stat().st_size > _LARGEST_COPY:
+        file = Path(self.study.mesh.file) if isinstance(self.study.mesh, MeshFile) else None
+        if file is None or file.stat().st_size > _LARGEST_COPY or other_files(file):
             return ""
-        file, mark = Path(mesh.file), file_digest(Path(mesh.file))[:8]
+        mark = file_digest(file)[:8]
         return f"{file.stem.removesuffix(f'-{mark}')}-{mark}{file.suffix}"
 
     @cached_property
