@@ -110,6 +110,13 @@ class _Facts:
         """Return a value as text; empty where there is none."""
         return self.values[path].value if path in self.values else ""
 
+    @property
+    def mesh_file(self) -> str:
+        """Names of mesh files; of a copy in the results, that of the file that was copied."""
+        folder = self.study.folder.resolve()
+        results = f"{re.escape(str(folder))}|{re.escape(str(folder.parent))}"
+        return Path(re.sub(rf"(?:{results})[/\\\\]([^/]*?)-[0-9a-f]{{8}}(?=\.)", r"\1", self.text("mesh.file"))).name
+
     def below(self, group: str, *, only_set: bool = False) -> dict[str, str]:
         """Return the values below a path, by what their paths have after it; only those of the study file if asked."""
         return {
@@ -192,7 +199,7 @@ def _model(facts: _Facts) -> Iterator[str]:
         yield f"The specimen was a {shape} {_SPECIMENS[kind]} (preset {facts.text(f'{kind}.preset')}){across}."
         yield from _origins(facts, kind)
     else:
-        scan, file = facts.text("mesh.skin"), Path(facts.text("mesh.file")).name
+        scan, file = facts.text("mesh.skin"), facts.mesh_file
         yield f"The specimen was {f'a scan ({Path(scan).name})' if scan else f'the mesh {file}'}{across}."
     yield from _layers(facts, kind)
     if supports := [str(name) for name in facts.histories[0]["support"].values]:

@@ -102,6 +102,8 @@ def compute(jobs: Sequence[Job], progress: Callable[[float], None], threads: int
             for job, folder in zip(jobs, folders, strict=True):
                 logs.enter_context(_log(folder / LOG))
                 _logger.info("run %s of %s, identity %s", job.run.name, job.run.where, job.identity)
+                if job.run.mesh_copy:
+                    _logger.info("mesh %s, a copy of %s", job.run.mesh_copy, job.run.plain_values["mesh"]["file"])
             started = time.perf_counter()
             histories = _simulate(jobs, folders, progress, threads)
             seconds = time.perf_counter() - started

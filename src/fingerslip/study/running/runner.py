@@ -211,7 +211,7 @@ def compute_jobs(
     """Compute jobs of a study, and return what went wrong and what was drawn; what is unfinished is removed."""
     created = [folder for folder in (plan.folder, *plan.folder.parents) if not folder.exists()]
     clean_stale(plan.folder)
-    copies = _mesh_copies(plan)
+    copies = _mesh_copies(plan, jobs)
     failures: dict[str, FingerslipError] = {}
     pictures: dict[str, RunPictures] = {}
     for job in () if engine.force else jobs:
@@ -239,9 +239,9 @@ def compute_jobs(
     return failures, pictures
 
 
-def _mesh_copies(plan: Plan) -> dict[str, bytes]:
+def _mesh_copies(plan: Plan, jobs: Sequence[Job]) -> dict[str, bytes]:
     """Return what is in the mesh files of runs, as long as it is that of the runs, by the names of copies to come."""
-    for run in plan.runs:  # where a run is computed, the file may not be there
+    for run in (*plan.runs, *(job.run for job in jobs)):  # where a run is computed, the file may not be there
         _ = run.written_values
     files = {run.mesh_copy: Path(run.study.mesh.file) for run in plan.runs if isinstance(run.study.mesh, MeshFile)}
     return {name: file.read_bytes() for name, file in files.items() if name and not (plan.folder / name).exists()}

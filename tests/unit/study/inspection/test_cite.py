@@ -49,8 +49,7 @@ CASES = {
     "block": (
         BLOCK,
         (
-            "The specimen was the mesh block-",
-            ".msh, in plane strain with an out-of-plane depth of 1 mm.",
+            "The specimen was the mesh block.msh, in plane strain with an out-of-plane depth of 1 mm.",
             "block, isotropic linear elastic (Young's modulus 100 kPa, Poisson's ratio 0.3, density 1000 kg/m^3).",
             "Fixed: top (x, y). Strains and rotations were taken as small.",
             "45 nodes and 72 unknowns in bilinear quadrilaterals (Q4); their volumetric part was integrated at their",

@@ -119,7 +119,7 @@ def test_a_failing_or_stopped_run_leaves_neither_folder_nor_handler(job, simulat
 
 
 def job_of(name, model=None, folder=Path("none")):
-    run = SimpleNamespace(name=name, where=f"x.yaml ({name})", study=SimpleNamespace(reaction=None))
+    run = SimpleNamespace(name=name, where=f"x.yaml ({name})", study=SimpleNamespace(reaction=None), written_values={})
     return SimpleNamespace(run=run, model=model or push_and_slide(), folder=folder / name)
 
 

@@ -268,12 +268,36 @@ def test_a_run_is_repeated_from_its_results_alone_and_with_the_mesh_that_it_had(
     assert len(read_results(moved).runs) == 3
 
 
-@pytest.mark.parametrize(("file", "content"), [("a.xdmf", b""), ("a.inp", b"*Include, input=b.inp\n"), ("a.msh", None)])
+@pytest.mark.parametrize(
+    ("file", "content"),
+    [
+        ("a.xdmf", '<DataItem Format="HDF">b.inp:/data0</DataItem>'),
+        ("a.inp", "*Include, input=b.inp\n"),
+        ("a.msh", "more than 4"),
+    ],
+)
 def test_mesh_files_that_are_large_or_read_others_are_not_copied(write_study, tmp_path, file, content, monkeypatch):
-    (tmp_path / file).write_bytes(content or b"large")
-    monkeypatch.setattr(runs, "_LARGEST_COPY", 100 if content is not None else 4)
+    (tmp_path / file).write_text(content)
+    (tmp_path / "b.inp").touch()
+    monkeypatch.setattr(runs, "_LARGEST_COPY", 4 if content.startswith("more") else 100)
     run = plan_study(write_study(changed("mesh.file", file)), tmp_path).runs[0]
     assert (run.mesh_copy, run.written_values["mesh"]["file"]) == ("", str(tmp_path / file))
+
+
+@pytest.mark.usefixtures("reports", "simulated")
+def test_runs_are_computed_where_their_mesh_file_is_not(write_study, monkeypatch):
+    path, whole = write_study(), simulation.simulate
+
+    def without_file(model, **options):
+        path.with_name("block.msh").unlink(missing_ok=True)
+        return whole(model, **options)
+
+    monkeypatch.setattr(simulation, "simulate", without_file)
+    result = run_block(path)
+    assert result.computed == tuple(NAMES)
+    copy = result.runs[0].values["mesh.file"].removeprefix("../")
+    log = (result.folder / NAMES[0] / "log.txt").read_text()
+    assert f"mesh {copy}, a copy of {path.with_name('block.msh')}\n" in log
 
 
 @pytest.mark.usefixtures("reports")
