@@ -70,6 +70,17 @@ class Spikes:
         Between which times was looked [s].
     beyond : mapping of str to float, optional
         Types whose model responds to higher frequencies than the records resolve, and how high these go [Hz].
+
+    Examples
+    --------
+    Spikes around an event such as ``fs.find_events(history).slip.incipient``: a raster, and rates after it (PSTH).
+
+    >>> spikes = Spikes(("a", "b"), ("FA-I", "FA-I"), (np.array([0.45, 0.52]), np.array([0.53])), 0.0, 1.0)
+    >>> event, edges = 0.5, np.linspace(-0.1, 0.1, 5)  # [s]
+    >>> aligned = [times - event for times in spikes.times]  # what ``axes.eventplot(aligned)`` draws
+    >>> counts, _ = np.histogram(np.concatenate(aligned), edges)
+    >>> (counts / len(aligned) / np.diff(edges)).round(3).tolist()  # spikes per second and afferent
+    [0.0, 10.0, 20.0, 0.0]
     """
 
     names: tuple[str, ...]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import datetime as dt
+import math
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -136,15 +137,24 @@ def write_nwb(
     if not spikes.names:
         raise InputError("spikes", "have no afferents", "need one or more")
     said = models if isinstance(models, str) else _about_models(spikes.kinds, models)
+    run = "" if history is None else history.attrs.get("run", "")
     file = pynwb.NWBFile(
-        session_description=_ABOUT,
+        session_description=f"{_ABOUT} Run: {run}." if run else _ABOUT,
         identifier=digest(list(spikes.names), *spikes.times),
         session_start_time=start or dt.datetime.now(dt.UTC),
         # Keywords proper are a list, which Neo cannot read.
         data_collection=f"No tissue was recorded from. Spikes come from {said}. Keywords: {_KEYWORDS}.",
         **({} if history is None else _about_run(spikes, history)),
     )
-    file.units = pynwb.misc.Units(name="units", description=f"Simulated spikes [s] of {said}.")
+    file.subject = pynwb.file.Subject(
+        subject_id="virtual",
+        description="No living subject: a simulated body.",
+        sex="U",
+        species="Homo sapiens" if {kind.lower() for kind in spikes.kinds} <= {*AFFERENTS.names} else None,
+    )
+    resolution = None if isinstance(models, str) else _spike_resolution(spikes, models)
+    about = f"Simulated spikes [s] of {said}."
+    file.units = pynwb.misc.Units(name="units", description=about, resolution=resolution)
     if not isinstance(models, str):
         _add_models(file, spikes.kinds, models)
     places = None if history is None else in_space(spike_places(spikes, history))
@@ -165,6 +175,13 @@ def write_nwb(
     with new_file(Path(path)) as partial, pynwb.NWBHDF5IO(str(partial), "w") as stream:
         stream.write(file)
     return Path(path)
+
+
+def _spike_resolution(spikes: Spikes, models: Mapping[str, AfferentModel]) -> float | None:
+    """Return the shortest time step [s] of the membranes of models; None where one has none."""
+    steps: list[Any] = [getattr(models.get(kind), "longest_step", None) for kind in {*spikes.kinds}]
+    span = spikes.end - spikes.start
+    return float(min(span / math.ceil(span / step) for step in steps)) if all(steps) and span > 0.0 else None
 
 
 def _about_models(kinds: Iterable[str], models: Mapping[str, AfferentModel]) -> str:
@@ -254,7 +271,7 @@ def _about_run(spikes: Spikes, history: xr.Dataset) -> dict[str, str]:
         "protocol": ", ".join(f"{kind} {first:.4g} to {last:.4g} s" for kind, first, last in _phases(history)),
         "notes": " ".join(notes),
     }
-    return about | ({"session_id": str(history.attrs["run"])} if "run" in history.attrs else {})
+    return about | ({"session_id": str(history.attrs["run"]).replace("/", "_")} if "run" in history.attrs else {})
 
 
 def _phases(history: xr.Dataset) -> Iterator[tuple[Any, ...]]:

@@ -53,6 +53,9 @@ def test_a_file_of_nwb_has_units_stimuli_phases_and_partial_slip(felt, tmp_path)
         assert file.session_start_time == START
         assert file.notes.startswith("The records resolve 10 Hz. FA-II left out: "), "twenty steps of 5 ms"
         assert ", three-quarter at " in file.notes
+        subject = file.subject
+        assert (subject.subject_id, subject.species, subject.sex) == ("virtual", "Homo sapiens", "U")
+        assert file.units.resolution is None, "models that are told in words have no time step"
         units = file.units.to_dataframe()
         assert units["site"].tolist() == list(SPIKES.names)
         assert units["kind"].tolist() == list(SPIKES.kinds)
@@ -77,6 +80,7 @@ def test_a_file_of_nwb_has_the_parameters_of_the_models_with_units_and_what_is_a
     path = fs.write_nwb(SPIKES, tmp_path / "spikes.nwb", felt, start=START, models=models)
     with pynwb.NWBHDF5IO(str(path), "r") as stream:
         file = stream.read()
+        assert file.units.resolution == pytest.approx(min(models[kind].longest_step for kind in SPIKES.kinds), rel=1e-2)
         table = file.processing["afferents"]["models"]
         rows = table.to_dataframe().set_index(["kind", "parameter"])
         assert set(rows.index.get_level_values("kind")) == set(SPIKES.kinds)
@@ -158,13 +162,24 @@ def test_a_file_of_nwb_says_which_run_it_is_of(felt, tmp_path):
     path = fs.write_nwb(SPIKES, tmp_path / "a.nwb", felt.assign_attrs(run="study/run", depth=1e-3), models="my models")
     with pynwb.NWBHDF5IO(str(path), "r") as stream:
         file = stream.read()
-        assert file.session_id == "study/run"
+        assert file.session_id == "study_run"
+        assert file.session_description.endswith("not a recording. Run: study/run.")
         assert file.protocol.startswith("press 0 to 1 s, slide 1 to ")
         assert "my models" in file.data_collection
         (name,) = felt["counterface"].values
         for words in (f"Friction coefficient at {name}: ", "slides towards (", "a section 1 mm deep, no finger's"):
             assert words in file.experiment_description
         assert "force of the counterface on the body" in file.stimulus[f"force_{name}"].description
+
+
+def test_spikes_of_a_sensor_are_of_no_species_and_a_model_without_steps_gives_no_resolution(tmp_path):
+    pynwb = pytest.importorskip("pynwb")
+    spikes = dataclasses.replace(SPIKES, kinds=("pin",) * 3)
+    path = fs.write_nwb(spikes, tmp_path / "a.nwb", models={"pin": Kernel()})
+    with pynwb.NWBHDF5IO(str(path), "r") as stream:
+        file = stream.read()
+        assert (file.subject.species, file.units.resolution) == (None, None)
+    assert not pynwb.validate(path=str(path))
 
 
 @pytest.mark.parametrize(
