@@ -55,7 +55,7 @@ def _afferents(spikes: Spikes, history: xr.Dataset) -> pd.DataFrame:
             "kind": spikes.kinds,
             **{f"site_position_{axis}_m": values for axis, values in places},
             "spikes": [times.size for times in spikes.times],
-            "note": ["; ".join([*[beyond[kind]] * (kind in beyond), CAVEAT]) for kind in spikes.kinds],
+            "note": ["; ".join(filter(None, (beyond.get(kind), CAVEAT))) for kind in spikes.kinds],
         }
     )
 

@@ -61,6 +61,11 @@ def test_times_of_slip_have_text_beside_them_even_without_any_and_spikes_are_los
     (note,) = set(afferents["note"])
     assert note.startswith("SA-I (101 Hz) respond to more than the ")
     assert note.endswith(f"; {CAVEAT}")
+    # Ten times as fast the records resolve what SA-I respond to, but not FA-I.
+    fast = pushed.assign_coords(site_kind=("site", ["SA-I", "FA-I"]), time=pushed["time"] / 10.5)
+    notes = result_tables(fast)["afferents"].set_index("kind")["note"]
+    assert notes["SA-I"] == CAVEAT
+    assert notes["FA-I"].startswith("FA-I (117 Hz) respond to more than the 105 Hz ")
     unknown = felt.assign(strain=np.nan * felt["strain"])
     with pytest.raises(ResultError, match="is not known at some receptor"):
         result_tables(unknown)

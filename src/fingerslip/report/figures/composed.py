@@ -78,7 +78,10 @@ def composed_figure(
             axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.97), borderaxespad=0.0, ncols=3)
         else:  # what leads from the pictures to their times is there
             style.add_keys_inside(axes, ncols=2)
-    _limit_to_programme(ratios, history, shown=(float(history[picture_axis(history)][number]) for number in moments))
+    if kinds:
+        ratios.set_xlim(times[0], times[-1])
+    else:
+        _limit_to_programme(ratios, history, (float(history[picture_axis(history)][number]) for number in moments))
     seen = times <= ratios.get_xlim()[1]
     draw_stimulus(stimulus, history.isel(time=seen), times[seen])
     style.mark_panels([stimulus, *others, forces, ratios], history, events.slip, rasters=others[is_flat:])
@@ -149,25 +152,29 @@ def spike_figure(
     draw_stimulus(stimulus, history, times)
     window = max(_WINDOW, _RECORDS_A_WINDOW * float(np.diff(times).max()))
     rates = spikes.rates(window)
-    edges = spikes.start + window * np.arange(rates.sizes["time"] + 1)
+    # A window that reaches beyond the end holds less than the others.
+    count = max(1, int((spikes.end - spikes.start) / window + 1e-9))
+    edges = spikes.start + window * np.arange(count + 1)
     for axes, kind in zip(rasters, kinds, strict=True):
         colour = palette.RECEPTOR_COLOURS.get(kind, palette.BLACK)
         draw_raster(axes, spikes, history, kind)
-        rate.stairs(rates.sel(kind=kind), edges, color=colour, linewidth=1.2, label=kind)
+        rate.stairs(rates.sel(kind=kind)[:count], edges, baseline=None, color=colour, linewidth=1.2, label=kind)
     add_spike_notes(rate, spikes, history, assumed=assumed)
     rate.set_ylabel(f"mean rate\nin {1e3 * window:.3g} ms\n[1/s]")
     rate.set_ylim(bottom=0.0)
-    _limit_to_programme(stimulus, history)
+    stimulus.set_xlim(times[0], times[-1])
     style.mark_panels(panels, history, events.slip, rasters=[*rasters, rate])
     return figure
 
 
-def _limit_to_programme(axes: Axes, history: xr.Dataset, shown: Iterable[float] = ()) -> None:
-    """Show a run until it is only lifted any more, and all times that are `shown` [s]."""
+def _limit_to_programme(axes: Axes, history: xr.Dataset, shown: Iterable[float]) -> None:
+    """Show a run until it is only lifted any more, and all times that are `shown` [s]; say from when it is not."""
     times, kinds = history["time"].values, history["phase_kind"].values
     ends = history["phase_end"].values[kinds != "lift"]
-    end = ends[-1] if ends.size and kinds[-1] == "lift" else times[-1]
-    axes.set_xlim(times[0], max(end, *shown, times[0]))
+    end = max(ends[-1] if ends.size and kinds[-1] == "lift" else times[-1], *shown, times[0])
+    axes.set_xlim(times[0], end)
+    if end < times[-1]:
+        style.note_below(axes, f"Lift from {end:g} s not shown.")
 
 
 def _raster_heights(spikes: Spikes) -> list[float]:

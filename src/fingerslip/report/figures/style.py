@@ -406,11 +406,11 @@ def titles_at(history: xr.Dataset, moments: Mapping[float, str], axis: str) -> d
 def mark_panels(
     panels: Sequence[Axes], history: xr.Dataset | None, events: SlipEvents, named: int = 1, rasters: Sequence[Axes] = ()
 ) -> None:
-    """Draw lines at events and the start of a slide in panels over time, thin and behind spikes; name them above."""
+    """Draw lines at events and the start of a slide in panels over time, pale and behind spikes; name them above."""
     window = None if history is None else slide_window(history)
     times = ({_SLIDE: window.start} if window else {}) | event_times(events)
     for axes, (name, time) in itertools.product(panels, times.items()):
-        behind = {"linewidth": 0.7, "zorder": 1} if axes in rasters else {"zorder": 4 if name in EVENTS else 3}
+        behind = {"linewidth": 0.7, "alpha": 0.4, "zorder": 1} if axes in rasters else {"zorder": 4 if name in EVENTS else 3}
         axes.axvline(time, **(_line_look(name) | behind))
     for axes in panels[:named]:
         _name_times(axes, times)

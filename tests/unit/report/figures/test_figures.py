@@ -335,6 +335,24 @@ def test_a_composed_figure_has_the_whole_programme_until_it_only_lifts_and_all_i
     )
     figure = draw_of_run("composed", RunSubject(history, AT_EVENTS, times=times))
     assert panels(figure)[0].get_xlim() == pytest.approx((0.0, end))
+    notes = [text for axes in panels(figure) if "Lift" in (text := axes.get_xlabel())]
+    assert notes == ["time [s]\nLift from 0.05 s not shown."] * (end < 0.1)
+
+
+def test_figures_of_spikes_end_with_the_run_and_count_them_in_whole_windows():
+    history = block_history("Q4")
+    history = history.assign_coords(
+        phase_kind=("phase", ["slide", "lift"]), phase_start=("phase", [0.0, 0.05]), phase_end=("phase", [0.05, 0.1])
+    )
+    spikes = fs.Spikes(tuple(history["site"].values[:1]), ("FA-I",), (np.array([0.02, 0.08, 0.14]),), 0.0, 0.15)
+    rates = panels(composed.spike_figure(spikes, history))[-1]
+    stimulus = panels(composed.composed_figure(history, spikes=spikes))[0]
+    assert rates.get_xlim() == stimulus.get_xlim() == pytest.approx((0.0, 0.1)), "the lift has spikes, too"
+    # The block records every 10 ms, so windows are of 0.1 s.
+    steps = rates.patches[0].get_data()
+    assert steps.edges == pytest.approx([0.0, 0.1])
+    assert steps.values == pytest.approx([20.0])
+    assert steps.baseline is None, "no fall at the end"
 
 
 def test_keys_of_ratios_cover_no_curve():
@@ -488,6 +506,7 @@ def test_every_type_has_its_raster_below_the_stimulus_with_rows_by_place_and_rat
     assert [label.get_text() for label in slow.get_yticklabels()] == ["\N{MINUS SIGN}2.0 mm", "4.0 mm"]
     (start,) = slow.lines
     assert start.get_zorder() < min(row.get_zorder() for row in slow.collections), "it hides no spike"
+    assert start.get_alpha() < 0.5, "and one on it stands out"
     np.testing.assert_allclose(np.concatenate([row.get_positions() for row in slow.collections]), [0.1, 0.2, 0.3])
     # Records of 10 ms resolve no rate of 20 a second in windows of less than 100 ms.
     edges = rates.patches[0].get_data().edges
