@@ -410,8 +410,9 @@ def mark_panels(
     window = None if history is None else slide_window(history)
     times = ({_SLIDE: window.start} if window else {}) | event_times(events)
     for axes, (name, time) in itertools.product(panels, times.items()):
-        behind = {"linewidth": 0.7, "alpha": 0.4, "zorder": 1} if axes in rasters else {"zorder": 4 if name in EVENTS else 3}
-        axes.axvline(time, **(_line_look(name) | behind))
+        behind = {"linewidth": 0.7, "alpha": 0.4, "zorder": 1}
+        look = behind if axes in rasters else {"zorder": 4 if name in EVENTS else 3}
+        axes.axvline(time, **(_line_look(name) | look))
     for axes in panels[:named]:
         _name_times(axes, times)
 
