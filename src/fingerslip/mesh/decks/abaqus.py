@@ -56,6 +56,8 @@ _INCLUDE = re.compile(
     r'^[ \t]*\*[ \t]*INCLUDE\s*,[^*]*?INPUT\s*=\s*"?((?<=")[^"\n]+|[^,\n]+)', re.IGNORECASE | re.MULTILINE
 )
 
+Line = tuple[Path, int]  # a file and the number of its line, from 1
+
 
 @dataclass(frozen=True)
 class Keyword:
@@ -65,11 +67,12 @@ class Keyword:
     line: int  # of the file, from 1
     name: str  # in capitals
     options: Mapping[str, str]  # by their names in capitals
-    data: list[tuple[int, list[str]]] = field(default_factory=list)  # numbers of lines, and what commas divide
+    data: list[tuple[Line, list[str]]] = field(default_factory=list)  # each line, and what commas divide
 
-    def error(self, fault: str, allowed: str, repair: str = "", line: int | None = None) -> MeshError:
+    def error(self, fault: str, allowed: str, repair: str = "", line: Line | None = None) -> MeshError:
         """Return the error of a line of data, or of the keyword itself."""
-        return MeshError(f"{self.file}: *{self.name.capitalize()}", fault, allowed, repair, line or self.line)
+        file, number = line or (self.file, self.line)
+        return MeshError(f"{file}: *{self.name.capitalize()}", fault, allowed, repair, number)
 
     def option(self, name: str) -> str:
         """Return an option, which must be there."""
@@ -77,7 +80,7 @@ class Keyword:
             raise self.error(f"has no {name.lower()}=", f"needs {name.lower()}= and a name")
         return self.options[name]
 
-    def numbers(self, kind: type[Number], line: int, fields: Sequence[str]) -> list[Number]:
+    def numbers(self, kind: type[Number], line: Line, fields: Sequence[str]) -> list[Number]:
         """Return the numbers of a line, those of nodes and elements as ``int``, coordinates as ``float``."""
         values = to_numbers(kind, fields[:-1] if len(fields) > 1 and not fields[-1] else fields)
         if values is None:
@@ -86,8 +89,8 @@ class Keyword:
         return values
 
 
-def read_keywords(file: Path, depth: int = 0) -> list[Keyword]:
-    """Return the keywords of a deck, those of the files that it includes in their place."""
+def read_keywords(file: Path, depth: int = 0, before: Sequence[Keyword] = ()) -> list[Keyword]:
+    """Return the keywords of a deck, those of files that it includes in their place; data may go on with one before."""
     keywords: list[Keyword] = []
     head, start = "", 0
     for number, raw in enumerate(file.read_text(encoding="utf-8", errors="replace").splitlines(), start=1):
@@ -98,15 +101,15 @@ def read_keywords(file: Path, depth: int = 0) -> list[Keyword]:
             head, start = (text, number) if text.startswith("*") else (head + text, start)
             if head.endswith(","):
                 continue
-            keywords += _keyword(file, start, head, depth)
-        elif keywords:
-            keywords[-1].data.append((number, [entry.strip() for entry in text.split(",")]))
+            keywords += _keyword(file, start, head, depth, keywords or before)
+        elif keywords or before:
+            (keywords or before)[-1].data.append(((file, number), [entry.strip() for entry in text.split(",")]))
         else:
             raise MeshError(str(file), f"begins with '{shorten(text)}'", "needs a keyword such as *Node", "", number)
     return keywords
 
 
-def _keyword(file: Path, line: int, head: str, depth: int) -> list[Keyword]:
+def _keyword(file: Path, line: int, head: str, depth: int, before: Sequence[Keyword]) -> list[Keyword]:
     """Return the keyword of a line, or the keywords of the file that it includes."""
     name, *entries = (entry.strip() for entry in re.findall(r'(?:[^,"]|"[^"]*"?)+', head[1:]) or [""])
     pairs = (entry.partition("=") for entry in entries)
@@ -118,7 +121,7 @@ def _keyword(file: Path, line: int, head: str, depth: int) -> list[Keyword]:
     if depth == _DEEPEST or not other.is_file():
         fault = f"'{other}' includes itself" if depth == _DEEPEST else f"there is no file '{other}'"
         raise keyword.error(fault, "needs a file beside the deck")
-    return read_keywords(other, depth + 1)
+    return read_keywords(other, depth + 1, before)
 
 
 def included_files(file: Path, depth: int = 0) -> list[Path]:
@@ -151,7 +154,7 @@ class _Table:
         entry = self.sets.setdefault((scope, name.casefold()), _Set(name, "INTERNAL" in keyword.options))
         entry.members.extend(members)
 
-    def find(self, keyword: Keyword, line: int, entry: str, scope: str) -> Sequence[int]:
+    def find(self, keyword: Keyword, line: Line, entry: str, scope: str) -> Sequence[int]:
         """Return what an entry of a list means: a label or the name of a set, behind an instance and a dot or not."""
         name = entry.strip('"')
         instance, _, rest = name.rpartition(".")
@@ -290,7 +293,7 @@ class _Body:
         blocks = zip(self.cells, starts[:-1], starts[1:], strict=True)
         return [(kind, nodes[chosen[(chosen >= a) & (chosen < b)] - a]) for (kind, nodes), a, b in blocks]
 
-    def _faces(self, keyword: Keyword, entry: tuple[int, str], kind: str, nodes: Integers) -> Sides:
+    def _faces(self, keyword: Keyword, entry: tuple[Line, str], kind: str, nodes: Integers) -> Sides:
         """Return the named side of each of some cells, a shell itself, or without a name all that are free."""
         line, face = entry
         if not len(nodes):

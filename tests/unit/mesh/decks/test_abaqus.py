@@ -166,6 +166,20 @@ def test_two_instances_of_a_part_are_told_apart(tmp_path):
     assert [len(mesh.boundaries[f"Pad-{number}.Around"]) for number in (1, 2)] == [4, 4]
 
 
+def test_files_of_data_alone_go_on_with_the_keyword_before_and_are_named_in_errors(tmp_path):
+    """As Abaqus reads ``*Include`` behind ``*Node`` and ``*Element``; the deck may go on with data, too."""
+    deck = flat("CPE4", SQUARE, [(1, 2, 3, 4)])
+    nodes, cells = "2, 1, 0\n3, 1, 1\n", "1, 1, 2, 3, 4"
+    parted = deck.replace(nodes, "*Include, input=nodes.txt\n").replace(cells, "*Include, input=cells.txt")
+    write(tmp_path / "nodes.txt", f"** some nodes\n{nodes}")
+    write(tmp_path / "cells.txt", cells)
+    path = write(tmp_path / "deck.inp", parted)
+    assert read_mesh(path, "mm").p.tolist() == read_mesh(write(tmp_path / "whole.inp", deck), "mm").p.tolist()
+    write(tmp_path / "nodes.txt", nodes.replace("3, 1, 1", "3, 1, up"))
+    with pytest.raises(MeshError, match=r"nodes\.txt: \*Node: got '1, up', needs numbers between commas \(line 2\)"):
+        read_mesh(path)
+
+
 ANALYTICAL = "*Surface, type=SEGMENTS, name=Plate\nSTART, 0., 0.\nLINE, 5., 0.\n"
 COMBINED = "*Surface, name=Both, combine=union\nTouch, Round\n"
 
