@@ -162,9 +162,12 @@ def _write(study: StudyResult, measurement: Measurement, settings: FitSettings) 
     low, high = (np.array([two[side][0] for two in ends]) for side in (0, 1))
     numbers = [[number_and_unit(run.sampled[path])[0] for path in study.ranges] for run in study.runs]
     points = (np.array(numbers) - low) / (high - low)
-    curves = np.array(
-        [curves_of(read_history(study.folder / run.name / HISTORY), measurement, run.name) for run in study.runs]
-    )
+    histories = (read_history(study.folder / run.name / HISTORY) for run in study.runs)
+    curves_and_ends = [
+        (curves_of(history, measurement, run.name), float(history["time"][-1]))
+        for run, history in zip(study.runs, histories, strict=True)
+    ]
+    curves, end = np.array([curve for curve, _ in curves_and_ends]), max(end for _, end in curves_and_ends)
     _refuse_far(measurement, curves)
     emulator = fit_emulator(points, measurement.in_deviations(curves))
     chain = sample_posterior(Likelihood(emulator, measurement, settings.discrepancy), len(low))
@@ -177,7 +180,7 @@ def _write(study: StudyResult, measurement: Measurement, settings: FitSettings) 
     note = f"Emulator of the curves: error {emulator.error:.2g} standard deviations of the measurement. "
     tables = (
         _summary(values, chain, (low, high), (labels, units), note),
-        _predictions(study.runs, points, chain.samples[:, :-1], generator),
+        _predictions(study.runs, points, chain.samples[:, :-1], generator, end),
     )
     rows = generator.permutation(len(values))
     saved, drawn_samples = values[rows[:_SAVED]], chain.samples[rows[:_SAVED]]
@@ -260,9 +263,12 @@ def _summary(
     return Table("What the measurement says", (*columns, *more), rows, note.strip())
 
 
-def _predictions(runs: Sequence[RunResult], points: Floats, samples: Floats, generator: np.random.Generator) -> Table:
-    """Show slip times and derived quantities with intervals, which contain the emulator's error."""
+def _predictions(
+    runs: Sequence[RunResult], points: Floats, samples: Floats, generator: np.random.Generator, end: float
+) -> Table:
+    """Show slip times and derived quantities with intervals; of what not every run up to `end` [s] has, no error."""
     rows: list[tuple[Cell, ...]] = []
+    extrapolated = []
     for name in (*_EVENTS, *runs[0].derived):
         quantities = [required_output(run, name) for run in runs]
         has = np.array([quantity.value is not None for quantity in quantities])
@@ -273,13 +279,19 @@ def _predictions(runs: Sequence[RunResult], points: Floats, samples: Floats, gen
             processes = fit_processes(points[has], ((outputs - middle) / spread)[:, None])
             mean, variance = processes.predict(samples)
             mean += np.sqrt(variance) * generator.standard_normal(mean.shape)
-            error = spread * np.sqrt(np.mean(processes.errors**2))
-            cells = [*(middle + spread * np.percentile(mean, _PERCENTS)).tolist(), float(error)]
+            intervals = (middle + spread * np.percentile(mean, _PERCENTS)).tolist()
+            error: Cell = float(spread * np.sqrt(np.mean(processes.errors**2)))
+            if not has.all() or (name in _EVENTS[:2] and max(intervals) > end):
+                extrapolated.append(quantities[0].label)
+                error = Missing.NOT_DEFINED
+            cells = [*intervals, error]
         rows.append((quantities[0].label, quantities[0].unit, *cells, f"{has.sum()} of {len(runs)}"))
     columns = Column("output"), Column("unit"), *(Column(name, significant=4) for name in _INTERVALS)
+    beyond = f" Extrapolated, as not every run has it before its end (at most {end:.4g} s) or intervals reach beyond: "
+    beyond += f"{', '.join(extrapolated)}; let the programme go on for longer."
     return Table(
         "What the fitted model predicts",
         (*columns, Column("emulator's error", significant=2), Column("found in")),
         tuple(rows),
-        "Intervals contain the emulator's error.",
+        "Intervals contain the emulator's error." + beyond * bool(extrapolated),
     )

@@ -12,11 +12,14 @@ import pytest
 
 import fingerslip as fs
 from fingerslip.report.figures import style as figures
+from fingerslip.results import RunResult
 from fingerslip.sampling import posterior as chains
 from fingerslip.sampling.curves import Measurement, curves_of
+from fingerslip.slip.events import Events, SlipEvents
 from fingerslip.study import fit as fit_module
 from fingerslip.study.definition.spec import read_study
 from fingerslip.study.inspection.cite import methods_and_papers
+from fingerslip.tables.table import Missing
 from unit.study.block import block_values, changed
 
 MODULUS, FRICTION = "materials.block.youngs_modulus", "contact.friction_coefficient"
@@ -104,6 +107,19 @@ def test_a_fit_is_whole_and_a_range_that_cuts_it_off_is_refused(
     assert posterior.summary.set_index("value").loc["friction coefficient", "median"] < 0.6, "the truth is below"
     files = sorted(path.name for path in posterior.folder.iterdir())
     assert files == ["corner.png", "fit.png", "posterior.csv", "predictions.csv", "summary.csv"]
+
+
+@pytest.mark.parametrize(("end", "reaching", "beyond"), [(3.0, 1.0, False), (3.0, 0.6, True), (1.9, 1.0, True)])
+def test_slip_times_behind_the_end_of_the_runs_have_no_error(end: float, reaching: float, beyond: bool) -> None:
+    """Runs slip at one second and a share of the range; some do not, or their programme ends before the intervals."""
+    points = np.linspace(0.0, 1.0, 20)[:, None]
+    readings = [SlipEvents(0.1 + at, overall=1.0 + at if at <= reaching else None) for at in points[:, 0].tolist()]
+    runs = [RunResult("run", {}, Events(slip)) for slip in readings]
+    table = fit_module._predictions(runs, points, np.full((400, 1), 0.95), np.random.default_rng(1), end)
+    errors = {str(row[0]): row[-2] for row in table.rows}
+    assert (errors["overall slip (accumulated slip)"] is Missing.NOT_DEFINED) == beyond
+    assert isinstance(errors["incipient slip (accumulated slip)"], float)
+    assert ("Extrapolated" in table.note and "overall slip" in table.note) == beyond
 
 
 @pytest.mark.parametrize(
