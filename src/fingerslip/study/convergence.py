@@ -52,7 +52,7 @@ def levels_of(study: Study) -> tuple[Level, ...]:
 
 _LEFT_OUT: Mapping[str, str] = {
     "mesh": "the mesh is read or made of a scan, so there are no element sizes to change; read a finer one in a second"
-    " study, and compare both with fingerslip diff",
+    " study, and compare both with fingerslip report",
     "penalty": "nothing is in contact",
     "alpha": "without inertia there is no damping, and what is in use is no other value",
 }

@@ -62,7 +62,7 @@ def test_what_is_asked_for_and_cannot_be_refined_is_said(write_study):
     plan = plan_study(write_study(block_values() | {"converge": asked}))
     mesh, alpha = refinement_warnings(plan)
     assert mesh.startswith("converge.mesh is left out: the mesh is read")
-    assert "fingerslip diff" in mesh
+    assert "fingerslip report" in mesh
     assert alpha.startswith("converge.alpha is left out")
     assert f"WARNING: block.yaml: {mesh}." in check_plans([plan]).note
     assert refinement_warnings(plan_study(write_study())) == (), "defaults ask for nothing"

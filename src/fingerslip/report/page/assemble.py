@@ -246,8 +246,8 @@ def pairs_of(first: StudyResult, second: StudyResult) -> tuple[Pair, ...]:
 def comparison_report(first: ComparedStudy, second: ComparedStudy, provenance: Mapping[str, str]) -> Report:
     """Assemble the report of two studies."""
     pairs, names = pairs_of(first.study, second.study), (f"A: {first.title}", f"B: {second.title}")
-    values = [{value.path: value.value for value in compared.values} for compared in (first, second)]
-    differing = compare.differences_table(values[0], values[1], same="Both studies have the same values.")
+    values = compare.compared_values(first.values, second.values)
+    differing = compare.differences_table(*values, same="Both studies have the same values.")
     hero: tuple[Picture, ...] = ()
     if pairs:
         figure = paired_figure(pairs, names, (first.starts, second.starts))
@@ -267,6 +267,8 @@ def comparison_report(first: ComparedStudy, second: ComparedStudy, provenance: M
     count = len(differing.rows)
     name = "no-difference" if not count else "one-difference" if count == 1 else "differences"
     said = prose("sections", name, {"count": count})
+    if count and all(str(row[0]).startswith("mesh.") for row in differing.rows):
+        said += " Only the mesh differs: B - A is the error of its element sizes, if both are of one body."
     return Report(
         f"{first.title} beside {second.title}",
         tuple(section for section in sections if not section.is_empty),
@@ -303,4 +305,6 @@ def _differences(pairs: Sequence[Pair]) -> Table:
         for first, second in [[run_tables.time_cell(run, "slip", time) for run in pair.runs]]
         for missing in [(cell for cell in (first, second) if isinstance(cell, Missing))]
     )
-    return Table("Slip events from accumulated slip, from the start of the run", columns, rows, NOTICED_NOTE)
+    marked = tuple(number for number, row in enumerate(rows) if compare.exceeds_uncertainty(row[2], row[3]))
+    note = " ".join(filter(None, (NOTICED_NOTE, compare.marked_notes([run for pair in pairs for run in pair.runs]))))
+    return Table("Slip events from accumulated slip, from the start of the run", columns, rows, note, marked)

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 from fingerslip.published import PublishedSet, PublishedValue
 from fingerslip.report.labels import first_named, path_label, prose, run_title, swept_text
-from fingerslip.report.tables.parameters import group_of
+from fingerslip.report.tables.parameters import DEFAULT, ShownValue, group_of
 from fingerslip.report.tables.runs import run_notes, swept_cells, swept_columns, swept_paths, time_cell
 from fingerslip.results import RunResult
 from fingerslip.slip.measures import measure_of
@@ -123,8 +123,28 @@ def difference_cell(first: Cell, second: Cell, factor: float = 1.0) -> Cell:
     return difference
 
 
+def exceeds_uncertainty(first: Cell, second: Cell) -> bool:
+    """Tell whether two numbers differ by more than the uncertainty of both, or of the one that has it."""
+    bars = [cell.uncertainty for cell in (first, second) if isinstance(cell, Measured)]
+    difference = difference_cell(*(cell.value if isinstance(cell, Measured) else cell for cell in (first, second)))
+    return bool(bars) and isinstance(difference, float) and abs(difference) > math.hypot(*bars)
+
+
+def marked_notes(runs: Sequence[RunResult]) -> str:
+    """Say what the sign ± leaves out, and which differences are marked; nothing where no run has it."""
+    bold = "Bold: the difference exceeds that of both runs, or of the one that has it."
+    return " ".join((run_notes(runs), bold)) if any(run.uncertainty for run in runs) else ""
+
+
 # What is only kept or filmed differs between most studies, and moves no slip event.
 _ASIDE = "Recording"
+_BASIS = "dynamics.basis"
+
+
+def compared_values(*sides: Sequence[ShownValue]) -> list[dict[str, str]]:
+    """Return the values of each side by their paths, without a basis that the program chose on all sides."""
+    is_chosen = all(value.source == DEFAULT for side in sides for value in side if value.path == _BASIS)
+    return [{shown.path: shown.value for shown in side if shown.path != _BASIS or not is_chosen} for side in sides]
 
 
 def differences_table(first: Mapping[str, str], second: Mapping[str, str], *, same: str, note: str = "") -> Table:

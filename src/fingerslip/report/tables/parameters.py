@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 #: Sources that set the order of tables: assumed values come first, those that a run does not use last.
 ASSUMED, NOT_USED = "assumed", "not used"
+#: Source of what the study file does not say.
+DEFAULT = "default"
 
 #: The columns of a table of values.
 COLUMNS = (Column("parameter"), Column("value"), Column("source"), Column("note"))

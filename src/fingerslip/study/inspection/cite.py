@@ -18,13 +18,13 @@ from fingerslip.published import published_set
 from fingerslip.report.citations import bibtex_entries, short_citation, source_keys
 from fingerslip.report.labels import path_labels, run_title
 from fingerslip.report.page.answer import definitions
-from fingerslip.report.tables.parameters import ASSUMED, NOT_USED, ShownValue
+from fingerslip.report.tables.parameters import ASSUMED, DEFAULT, NOT_USED, ShownValue
 from fingerslip.results import HISTORY, RUN, RunResult, StudyResult
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import EventSettings
 from fingerslip.study.fit import SUMMARY
 from fingerslip.study.storage.reporting import (
-    DEFAULT,
+    AT_REST,
     STUDY_FILE,
     SWEPT,
     read_results,
@@ -113,9 +113,7 @@ class _Facts:
     @property
     def mesh_file(self) -> str:
         """Names of mesh files; of a copy in the results, that of the file that was copied."""
-        folder = self.study.folder.resolve()
-        results = f"{re.escape(str(folder))}|{re.escape(str(folder.parent))}"
-        return Path(re.sub(rf"(?:{results})[/\\\\]([^/]*?)-[0-9a-f]{{8}}(?=\.)", r"\1", self.text("mesh.file"))).name
+        return Path(re.sub(r" \(content \w+\)", "", self.text("mesh.file"))).name
 
     def below(self, group: str, *, only_set: bool = False) -> dict[str, str]:
         """Return the values below a path, by what their paths have after it; only those of the study file if asked."""
@@ -236,8 +234,11 @@ def _layers(facts: _Facts, kind: str) -> Iterator[str]:
     for region in _regions_with_cells(facts.histories[0]):
         values = facts.below(f"materials.{region}") or facts.below(f"{kind}.materials.{region}")
         law = values.pop("law", "elastic")
+        values.pop("stable_between", "")  # a check, and no constant of the law
         words = _LAWS.get(law, law.replace("_", " "))
-        texts.append(f"{region}, {words} ({_in_words(values)})")
+        notes = (value.note for path, value in facts.values.items() if path.endswith(f"materials.{region}.law"))
+        at_rest = re.findall(f"{AT_REST}[^;]*", "; ".join(notes))
+        texts.append(f"{', '.join((region, words, *at_rest))} ({_in_words(values)})")
     if texts:
         yield f"Materials: {'; '.join(texts)}."
     if any(".prony." in path for path in facts.values):

@@ -12,8 +12,8 @@ from fingerslip.errors import InputError
 from fingerslip.history import read_history
 from fingerslip.materials.choice import MATERIALS, material_names
 from fingerslip.parameters.yaml_text import parse_document
-from fingerslip.report.tables.compare import difference_cell, differences_table
-from fingerslip.report.tables.parameters import ASSUMED, COLUMNS, NOT_USED
+from fingerslip.report.tables import compare
+from fingerslip.report.tables.parameters import ASSUMED, COLUMNS, NOT_USED, ShownValue
 from fingerslip.report.tables.runs import measures_table, readings_table, run_caveats, table_frame, time_cell
 from fingerslip.report.tables.samples import indices_table, prediction_table, sensitivity_table
 from fingerslip.results import HISTORY, RESULT, RUN, RunResult, StudyResult
@@ -27,7 +27,7 @@ from fingerslip.study.definition.runs import read_runs
 from fingerslip.study.scripted import open_study
 from fingerslip.study.storage.reporting import read_results, read_run_values, read_stored_run, study_tables, value_rows
 from fingerslip.study.storage.store import read_manifest
-from fingerslip.tables.table import Cell, Column, Measured, Table, to_csv
+from fingerslip.tables.table import Cell, Column, Table, to_csv
 
 _CATALOGUE = Column("name"), Column("after")
 
@@ -90,15 +90,16 @@ _SIDES = ("A", "B")
 def diff_runs(first: str | Path, second: str | Path) -> tuple[Table, ...]:
     """Compare two finished runs, of one study or of two."""
     runs = read_stored_run(first), read_stored_run(second)
-    values = _values(Path(first), runs[0]), _values(Path(second), runs[1])
+    shown = (_values(Path(folder), run) for folder, run in zip((first, second), runs, strict=True))
+    values = compare.compared_values(*shown)
     same, note = "Both have the same values and versions.", f"A: {first}; B: {second}."
-    return differences_table(*values, same=same, note=note), _results_table(runs)
+    return compare.differences_table(*values, same=same, note=note), _results_table(runs)
 
 
-def _values(folder: Path, run: RunResult) -> dict[str, str]:
+def _values(folder: Path, run: RunResult) -> tuple[ShownValue, ...]:
     """Return the values of a run as people read them, and the versions of the programs that made it."""
-    values = {value.path: value.value for value in value_rows([read_run_values(folder / RUN)])}
-    return values | {f"version of {name}": version for name, version in run.versions.items()}
+    values = value_rows([read_run_values(folder / RUN)], read_manifest(folder.parent).get("given") or None)
+    return (*values, *(ShownValue(f"version of {name}", text, "") for name, text in run.versions.items()))
 
 
 def _results_table(runs: tuple[RunResult, RunResult]) -> Table:
@@ -108,16 +109,12 @@ def _results_table(runs: tuple[RunResult, RunResult]) -> Table:
             unit, factor = ("ms", 1e3) if time == LATENCY else ("s", 1.0)
             cells = (time_cell(run, reading, time, factor) for run in runs)
             events.append((f"{event_label(time)} ({words})", unit, *cells))
-    rows = tuple((*row, difference_cell(row[2], row[3])) for row in (*events, *measures_table(runs, _SIDES).rows))
-    differences = enumerate(row[-1] for row in rows)
-    marked = (
-        number for number, cell in differences if isinstance(cell, Measured) and abs(cell.value) > cell.uncertainty
-    )
+    results = (*events, *measures_table(runs, _SIDES).rows)
+    rows = tuple((*row, compare.difference_cell(row[2], row[3])) for row in results)
+    marked = (number for number, row in enumerate(rows) if compare.exceeds_uncertainty(row[2], row[3]))
     sides = (Column(name, significant=5) for name in _SIDES)
     columns = Column("result"), Column("unit"), *sides, Column("B - A", significant=3)
-    has_uncertainty = any(run.uncertainty for run in runs)
-    note = "After ±: numerical uncertainty; bold: the difference exceeds that of both runs." if has_uncertainty else ""
-    return Table("Slip events and measures", columns, rows, note, tuple(marked))
+    return Table("Slip events and measures", columns, rows, compare.marked_notes(runs), tuple(marked))
 
 
 def export_result(

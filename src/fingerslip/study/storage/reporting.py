@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 import time
 import warnings
 from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -16,13 +17,14 @@ from numpy.typing import NDArray
 from fingerslip.errors import ResultError
 from fingerslip.history import read_history, stored_phases
 from fingerslip.materials.choice import MATERIALS, PRESET, material_of
+from fingerslip.materials.large_strain import FiniteMaterial
 from fingerslip.parameters import Leaf, walk_values
 from fingerslip.parameters.dotted import is_below, known_part
 from fingerslip.parameters.presets import Presets, PresetValue
 from fingerslip.published import published_set
 from fingerslip.report.labels import run_title
 from fingerslip.report.tables.compare import compare_table
-from fingerslip.report.tables.parameters import NOT_USED, ShownValue
+from fingerslip.report.tables.parameters import DEFAULT, NOT_USED, ShownValue
 from fingerslip.report.tables.runs import doubt_warnings, events_table, run_caveats
 from fingerslip.report.tables.samples import sample_tables
 from fingerslip.results import HISTORY, RUN, RunResult, StudyResult
@@ -50,10 +52,14 @@ if TYPE_CHECKING:
 
     from fingerslip.react.results import Reactions
     from fingerslip.report.content import Film, ReportContent, RunPictures
-STUDY_FILE, SWEPT, DEFAULT = "study file", "study file, swept", "default"
+#: What is computed of a law of large strain at small strain.
+AT_REST = "taken as Hooke's law with its modulus at rest"
+STUDY_FILE, SWEPT = "study file", "study file, swept"
 
 # Values of a sweep that a cell of a table shows.
 _MOST_VALUES = 12
+
+_MODULUS = Unit("Pa", "kPa")
 
 # Keys of a study file that describe the study and no run.
 _ABOUT = ("title", *NOT_OF_A_RUN)
@@ -72,8 +78,10 @@ def value_rows(runs: Sequence[Run], paths: Collection[str] | None = None) -> tup
     """Return every value of some runs of one study, in the order of the study file."""
     result: dict[str, list[_Row]] = {}
     for run in runs:
-        for row in _rows(run, paths):
-            result.setdefault(row[0].path, []).append(row)
+        at_rest = _notes_at_rest(run)
+        for shown, text in _rows(run, paths):
+            note = "; ".join(filter(None, (shown.note, at_rest.get(shown.path, ""))))
+            result.setdefault(shown.path, []).append((dataclasses.replace(shown, note=note), text))
     values = []
     for path, rows in result.items():
         texts = list(dict.fromkeys(text for _, text in rows))
@@ -86,6 +94,18 @@ def value_rows(runs: Sequence[Run], paths: Collection[str] | None = None) -> tup
         listed = ", ".join(texts) if len(texts) <= _MOST_VALUES else f"{texts[0]}, … ({len(texts)} values)"
         values.append(ShownValue(path, listed, SWEPT, "; ".join(notes)))
     return tuple(values)
+
+
+def _notes_at_rest(run: Run) -> dict[str, str]:
+    """Return what is computed in place of laws of large strain at small strain, by the paths of these laws."""
+    groups = {f"{run.study.specimen_kind}.materials": run.specimen.materials if run.specimen else {}}
+    groups["materials"] = {name: material_of(entry) for name, entry in run.study.materials.items()}
+    return {
+        f"{group}.{name}.law": f"{AT_REST}, E = {_MODULUS.format(float(f'{law.stiffness:.4g}'))}"
+        for group, laws in groups.items()
+        for name, law in laws.items()
+        if run.study.kinematics == "small" and isinstance(law, FiniteMaterial)
+    }
 
 
 def _rows(run: Run, paths: Collection[str] | None) -> Iterator[_Row]:
@@ -105,7 +125,14 @@ def _rows(run: Run, paths: Collection[str] | None) -> Iterator[_Row]:
             source, reason = STUDY_FILE if is_given else DEFAULT, ""
             if leaf.path == "time.alpha" and run.study.time.scheme == "quasi_static":
                 source, reason = NOT_USED, "quasi-static steps have no numerical damping"
-            yield _row(leaf.path, _text(leaf.value, leaf.unit), source, reason)
+            text = _text(leaf.value, leaf.unit)
+            yield _row(leaf.path, _original_name(text, run) if leaf.path == "mesh.file" else text, source, reason)
+
+
+def _original_name(file: str, run: Run) -> str:
+    """Return the name of the file whose copy in the results of a run is its mesh, and the hash of its content."""
+    is_copy = Path(file).resolve().parent == Path(run.where).resolve().parent.parent
+    return re.sub(r".*[/\\\\](.+)-([0-9a-f]{8})(\.\w+)", r"\1\3 (content \2)", file) if is_copy else file
 
 
 def _row(path: str, value: str, source: str, note: str = "") -> _Row:

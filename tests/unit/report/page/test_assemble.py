@@ -16,7 +16,7 @@ from fingerslip.report.page.assemble import ComparedStudy, comparison_report, pa
 from fingerslip.report.page.page import ReportSection, render_page
 from fingerslip.report.page.pictures import has_receptors, hero_pictures, model_pictures, run_pictures, swept_pictures
 from fingerslip.report.page.sensor import cameras_section
-from fingerslip.report.tables.parameters import ShownValue
+from fingerslip.report.tables.parameters import DEFAULT, ShownValue
 from fingerslip.results import RunResult, StudyResult, result_of
 from fingerslip.slip import Events, SlipEvents, find_events, measures
 from fingerslip.slip.front import EdgeContact
@@ -278,9 +278,11 @@ def test_cameras_have_a_row_each_and_the_order_of_slip():
     assert [picture.name for picture in section.pictures] == ["run-external-camera-order"]
 
 
-def compared(title, times, friction="0.6"):
+def compared(title, times, friction="0.6", **bars):
     runs = tuple(
-        RunResult(str(mu), {"contact.friction_coefficient": mu}, Events(slip=SlipEvents(incipient=1.1, overall=time)))
+        RunResult(
+            str(mu), {"contact.friction_coefficient": mu}, Events(SlipEvents(incipient=1.1, overall=time)), **bars
+        )
         for mu, time in times.items()
     )
     values = (ShownValue("time.step", "5 ms", "study file"), ShownValue("a.b", friction, "study file"))
@@ -300,6 +302,23 @@ def test_runs_with_the_same_values_are_compared_and_values_that_differ_are_shown
     assert ["friction coefficient 0.6", "overall", "1.700", "1.750", "50"] in texts(differences)
     assert values.rows == (("a.b", "0.6", "0.7"),)
     checked(render_page(report))
+
+
+def test_what_the_error_bars_of_one_study_do_not_explain_is_marked_and_a_mesh_alone_is_named():
+    overall = Convergence("overall slip", "s", 1.4, {"step": Series("step", (1.0, 2.0, 4.0), (1.4, 1.401, 1.402))})
+    bars = {"uncertainty": {"slip.overall": 5e-3}, "convergence": {"slip.overall": overall}}
+    first, second = compared("one", {0.4: 1.4}, **bars), compared("two", {0.4: 1.465})
+    values = [
+        (ShownValue("mesh.file", f"pad.inp (content {name})", ""), ShownValue("dynamics.basis", basis, DEFAULT))
+        for name, basis in (("0a", "full"), ("0b", "reduced"))
+    ]
+    sides = [dataclasses.replace(side, values=own) for side, own in zip((first, second), values, strict=True)]
+    report = comparison_report(*sides, {})
+    differences, differing = (report.sections[number].tables[0] for number in (0, 1))
+    assert differing.rows == (("mesh.file", "pad.inp (content 0a)", "pad.inp (content 0b)"),)
+    assert "Only the mesh differs: B - A is the error of its element sizes" in report.answer[0]
+    assert [differences.rows[number][1] for number in differences.marked] == ["overall"]
+    assert "After ±: numerical uncertainty over time steps, not element sizes. Bold: the" in differences.note
 
 
 def test_single_runs_are_a_pair_whatever_their_values_and_without_common_runs_it_says_so():

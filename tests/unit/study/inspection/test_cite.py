@@ -45,7 +45,18 @@ FINGER = finger_values(
     dynamics={"basis": "reduced"},
     record={"receptors": ["FA-I", "FA-II"]},
 )
+OGDEN = {"law": "ogden", "terms": [{"modulus": "6 kPa", "exponent": 6}], "poisson_ratio": 0.45}
+AT_REST = block_values() | {"materials": {"block": {**OGDEN, "density": "1000 kg/m^3"}}, "sweep": {}}
 CASES = {
+    "large strain at small strain": (
+        AT_REST,
+        (
+            "the mesh block.msh, in plane strain",
+            "Ogden's law (Ogden 1972), taken as Hooke's law with its modulus at rest, E = 52.2 kPa (",
+            "6 kPa, exponent 6, density 1000 kg/m^3, Poisson's ratio 0.45).",
+        ),
+        {"ogden1972", "alart1991", "malkus1978", "hilber1977", *LIBRARIES},
+    ),
     "block": (
         BLOCK,
         (

@@ -1,5 +1,7 @@
 """Presets, studies and results as tables, two runs side by side, what moves results, and results for other programs."""
 
+import re
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -18,6 +20,7 @@ from fingerslip.study.inspection.show import (
 )
 from fingerslip.study.inspection.views import FigureChoice, write_figure
 from fingerslip.study.storage import reporting
+from fingerslip.study.storage.reporting import read_run_values, value_rows
 from fingerslip.study.storage.store import RunConvergence
 from fingerslip.tables.table import Measured, Missing
 from fingerslip.uncertainty import Convergence, Series
@@ -110,6 +113,8 @@ def rows_by_name(table):
 def test_two_runs_stand_beside_each_other_where_they_differ_and_a_run_does_not_from_itself(finished):
     values, results = diff_runs(finished / FIRST, finished / SECOND)
     assert rows_by_name(values) == {"contact.friction_coefficient": ("0.2", "0.6")}
+    copies = {row.path: row.value for row in value_rows([read_run_values(finished / FIRST / "run.yaml")])}
+    assert re.fullmatch(r"block\.msh \(content [0-9a-f]{8}\)", copies["mesh.file"])
     assert values.note == f"A: {finished / FIRST}; B: {finished / SECOND}."
     rows = rows_by_name(results)
     unit, first, second, difference = rows["overall slip (accumulated slip)"]
@@ -147,7 +152,7 @@ def test_differences_beyond_the_uncertainties_of_both_stand_out_and_studies_may_
     marked = {results.rows[number][0] for number in results.marked}
     assert "overall slip (accumulated slip)" in marked
     assert "incipient slip (accumulated slip)" not in marked
-    assert "bold" in results.note
+    assert "Bold: the difference" in results.note
     law = {"static_kinetic": {"static": 0.6, "kinetic": 0.5, "decay_speed": "1 mm/s"}}
     path = write_study(block_values() | {"contact": {"boundary": "bottom", "friction": law}, "sweep": {}}, name="drop")
     other = run_block(path)

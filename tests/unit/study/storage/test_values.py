@@ -12,12 +12,12 @@ import yaml
 from fingerslip.parameters import as_mapping
 from fingerslip.parameters.dotted import assign, flatten
 from fingerslip.report.page.page import Report, ReportSection, render_page
-from fingerslip.report.tables.parameters import ASSUMED, NOT_USED, ShownValue, value_tables
+from fingerslip.report.tables.parameters import ASSUMED, DEFAULT, NOT_USED, ShownValue, value_tables
 from fingerslip.specimens.fingertip.fingertip import preset_table
 from fingerslip.study.definition.file import write_mapping
 from fingerslip.study.definition.runs import expand_mapping
 from fingerslip.study.running.build import build_model
-from fingerslip.study.storage.reporting import DEFAULT, STUDY_FILE, SWEPT, read_run_values, value_rows
+from fingerslip.study.storage.reporting import STUDY_FILE, SWEPT, read_run_values, value_rows
 from fingerslip.units import parse_quantity
 from unit.study.block import block_values
 
