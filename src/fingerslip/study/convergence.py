@@ -18,6 +18,7 @@ from fingerslip.results import RunResult, quantities, stored_result
 from fingerslip.storage.files import new_folder, write_text
 from fingerslip.study.definition.runs import Plan, Run, plan_study
 from fingerslip.study.definition.spec import Study
+from fingerslip.study.running.cost import require_mesh_memory
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.running.runner import Engine, StudyFailedError, compute_jobs, run_plans, write_up
 from fingerslip.study.storage.store import CONVERGENCE, RunConvergence, read_convergences, write_convergences
@@ -62,11 +63,29 @@ def refinement_warnings(plan: Plan) -> tuple[str, ...]:
     """Say which settings a study file asks to refine that its runs do not have."""
     refined = {level.setting for run in plan.runs for level in levels_of(run.study)}
     asked = [name for name in _LEFT_OUT if any(is_below(path, f"converge.{name}") for path in plan.given)]
-    return tuple(
+    warnings = [
         f"converge.{name} is left out: {_LEFT_OUT[name]}"
         for name in asked
         if getattr(plan.study.converge, name) and name not in refined
-    )
+    ]
+    if "mesh" in asked:
+        try:
+            check_meshes(plan.runs)
+        except InputError as error:
+            warnings.append(f"converge.mesh: {error.found}, {error.allowed}; {error.repair}")
+    return tuple(warnings)
+
+
+def check_meshes(runs: Sequence[Run]) -> None:
+    """Refuse factors on element sizes that ridges or the memory do not allow, without making a mesh."""
+    for run in {run.mesh_key: run for run in reversed(runs)}.values():
+        for factor in run.study.converge.mesh:
+            source = run.study.mesh.refined(factor) or run.study.mesh
+            try:
+                require_mesh_memory(source, run.specimen)
+            except InputError as error:
+                fault = f"with {factor:g}, {error.where} {error.found}"
+                raise InputError(f"{run.where}: converge.mesh", fault, error.allowed, "write other factors") from None
 
 
 def run_at(run: Run, level: Level, model: Model) -> Run:
@@ -136,6 +155,7 @@ def converge(
     for name in only:
         if name not in names:
             raise InputError(str(plan.source), f"has no run '{name}'", f"has {', '.join(names)}")
+    check_meshes([run for run in plan.runs if not only or run.name in only])
     warnings = refinement_warnings(plan)
     for warning in warnings:
         reporter.say(f"WARNING: {warning}.")

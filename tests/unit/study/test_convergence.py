@@ -70,6 +70,17 @@ def test_what_is_asked_for_and_cannot_be_refined_is_said(write_study):
     assert said.endswith(f"WARNING: {mesh}.")
 
 
+def test_element_sizes_that_ridges_refuse_are_said_by_a_check_and_refused_before_any_run(write_study, called):
+    path = write_study(FINGER | {"converge": {"mesh": [0.5, 2]}})
+    plan, fault = plan_study(path), "with 2, mesh.contact_size got 0.24 mm, needs <= 0.1567 mm, a third of ridges.pitch"
+    assert refinement_warnings(plan) == (f"converge.mesh: {fault}; write other factors",)
+    with pytest.raises(fs.InputError) as error:
+        refined(path)
+    assert str(error.value).endswith(f": converge.mesh: {fault}; write other factors")
+    assert called == []
+    assert refinement_warnings(plan_study(write_study(FINGER | {"converge": {"mesh": [0.5, 0.75]}}))) == ()
+
+
 def test_sizes_steps_and_stiffness_are_multiplied(block):
     (run,) = expand_mapping(FINGER, Path("finger.yaml")).runs
     sizes = run_at(run, Level("mesh", 0.5), None).study.mesh  # the model is not asked

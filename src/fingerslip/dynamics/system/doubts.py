@@ -98,16 +98,18 @@ def _contacts(model: Model, checked_model: CheckedModel) -> Iterator[Doubt]:
                 "take smaller elements there",
                 is_measured=True,
             )
-        elif (turn := _turn_where_nearest(counterface, inwards, corners)) > _LARGEST_TURN:
-            yield Doubt(
-                f"{where}: where '{contact.boundary}' touches first it turns by {turn:.0f} degrees from one element to "
-                f"the next, and more than {_LARGEST_TURN} are too coarse for the times of slip: take smaller elements "
-                "there"
-            )
+        else:
+            turn, size = _turn_where_nearest(counterface, inwards, corners)
+            if turn > _LARGEST_TURN:
+                yield Doubt(
+                    f"{where}: where '{contact.boundary}' touches first it turns by {turn:.0f} degrees from one "
+                    f"element to the next, and more than {_LARGEST_TURN} are too coarse for the times of slip: take "
+                    f"elements of about {millimetres(size * _LARGEST_TURN / turn, 2)} there"
+                )
 
 
-def _turn_where_nearest(counterface: Counterface, inwards: Floats, corners: Floats) -> float:
-    """Return the largest angle [degrees] between facets that share the corner nearest to a counterface.
+def _turn_where_nearest(counterface: Counterface, inwards: Floats, corners: Floats) -> tuple[float, float]:
+    """Return the largest angle [degrees] between facets at the corner nearest to a counterface, and their length [m].
 
     Few nodes of a ridge touch, however many lie above the level to which the counterface comes.
     """
@@ -115,7 +117,9 @@ def _turn_where_nearest(counterface: Counterface, inwards: Floats, corners: Floa
     # All facets of a flat boundary are nearest; those of its sides that share a corner face elsewhere.
     nearest = np.any(gaps < gaps.min() + _SAME_GAP, axis=0) & (inwards @ counterface.unit_normal > FACED)
     normals = np.unique(inwards[nearest].round(6), axis=0)
-    return float(np.degrees(np.arccos(np.clip((normals @ normals.T).min(initial=1.0), -1.0, 1.0))))
+    turn = np.degrees(np.arccos(np.clip((normals @ normals.T).min(initial=1.0), -1.0, 1.0)))
+    lengths = np.linalg.norm(corners[:, 1] - corners[:, 0], axis=0)
+    return float(turn), float(lengths[nearest].max(initial=0.0))
 
 
 def _along(motion: Motion, counterface: Counterface) -> Floats:

@@ -82,7 +82,8 @@ def _answer_of_held(runs: Sequence[RunResult]) -> tuple[str, ...]:
 
 def _answer_of_one(run: RunResult, starts: Mapping[str, float]) -> tuple[str, ...]:
     overall, bar = run.events.overall or 0.0, _bar(run, "slip.overall")
-    error = f" ({bar} ms, numerical)" if bar else ""
+    marks = [*[f"{bar} ms, numerical"] * bool(bar), *["doubtful"] * bool(run.doubts)]
+    error = f" ({', '.join(marks)})" if marks else ""
     digits, travels = time_digits([run]), _travels([run], "overall_travel_m")
     travel = f"after {travels[0]:.2f} mm of travel, " if travels else ""
     since = f"{overall - starts[run.name]:.{digits}f} s after the slide begins"
@@ -126,8 +127,8 @@ def _answer_of_many(
 
     def at(run: RunResult) -> str:
         bar = _bar(run, "slip.overall")
-        name = "" if study.ranges else f" ({run_title(run, run.name)}{f', {bar} ms' if bar else ''})"
-        return f"{since[run.name]:.{digits}f} s{name}"
+        marks = [run_title(run, run.name), *[f"{bar} ms"] * bool(bar), *["doubtful"] * bool(run.doubts)]
+        return f"{since[run.name]:.{digits}f} s" + ("" if study.ranges else f" ({', '.join(marks)})")
 
     labels = [path_label(path) for path in differing_paths(study.runs)]
     listed = " and ".join([", ".join(labels[:-1]), labels[-1]] if len(labels) > 1 else labels)

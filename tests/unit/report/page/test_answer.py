@@ -36,6 +36,8 @@ def test_a_single_run_says_when_it_slips_and_how_long_there_is_to_react():
     assert first.startswith("The whole contact slips 0.710 s after the slide begins, 1.710 s after the start of the ")
     assert first.endswith("run (± 4 ms, numerical).")
     assert second == "From incipient slip on, 610 ms are left to react."
+    doubted = dataclasses.replace(run("a", 1.71, uncertainty={"slip.overall": 0.004}), doubts=("contacts.0: coarse",))
+    assert answer(study(doubted), {"a": 1.0})[0].endswith("run (± 4 ms, numerical, doubtful).")
     bars, values = {"slip.latency": 0.03, "slip.overall": 1e-4}, {"programme.2.slide.speed": "0.01 m/s"}
     first, second = answer(study(run("a", 1.71, uncertainty=bars, values=values)), {"a": 1.0})
     assert first.endswith("(± <1 ms, numerical).")
@@ -62,9 +64,10 @@ def test_a_sweep_says_where_it_slips_first_and_last_and_the_trend():
     )
     assert second == "From incipient slip on, 100 to 800 ms are left to react."
     assert third == "These times have no error bars yet: fingerslip converge finds them."
+    runs[0] = dataclasses.replace(runs[0], doubts=("contacts.0: coarse",))
     runs[2] = dataclasses.replace(runs[2], uncertainty={"slip.overall": 0.004, "slip.latency": 0.2})
-    first, second, third = answer(study(*runs), dict.fromkeys(map(str, times), 1.0))
-    assert "(friction coefficient 0.2) and 0.900 s (friction coefficient 0.8, ± 4 ms)" in first
+    first, second, _, third = answer(study(*runs), dict.fromkeys(map(str, times), 1.0))
+    assert "(friction coefficient 0.2, doubtful) and 0.900 s (friction coefficient 0.8, ± 4 ms)" in first
     assert second == "From incipient slip on, 100 to 800 ± 200 ms are left to react."
     lacking = "friction coefficient 0.2, friction coefficient 0.4"
     assert third == f"The times of {lacking} have no error bars yet: fingerslip converge finds them."

@@ -6,7 +6,7 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 
-from fingerslip.errors import MeshError
+from fingerslip.errors import InputError, MeshError
 from fingerslip.mesh.gmsh_session import mesh_surface
 from fingerslip.specimens.fingertip.fingertip import SolidSizes
 from fingerslip.specimens.fingertip.meshing import solid
@@ -120,6 +120,9 @@ def test_sizes_have_defaults_are_refined_together_and_cells_are_foreseen_by_thei
     assert solid.graded_sizes(points, points[:1], 0.3e-3, 1e-3) == pytest.approx([0.3e-3, 0.5e-3, 1e-3])
     coarse, fine = (solid.solid_cells(change_solid(), SolidSizes("T4", size, size)) for size in (1e-3, 0.5e-3))
     assert fine == pytest.approx(8 * coarse)
+    rippled = change_solid(fingerprint={"enabled": True, "pitch": "0.94 mm"})
+    with pytest.raises(InputError, match=r"needs <= 0\.235 mm, a quarter of fingerprint\.pitch"):
+        solid.solid_cells(rippled, SolidSizes("T4", 0.3e-3))
 
 
 def test_failure_of_gmsh_is_ours(monkeypatch):

@@ -81,11 +81,12 @@ def mesh_section(fingertip: FingertipNumbers, sizes: GradedMesh) -> skfem.Mesh2D
 
 
 def section_cells(fingertip: FingertipNumbers, sizes: GradedMesh) -> float:
-    """Return about how many cells the mesh of a section will have, without making it.
+    """Return about how many cells the mesh of a section will have, without making it; sizes that have none are refused.
 
     Rows and columns of the skin, fine where it can touch; squares of the bulk's size that fill the outline, and more
     where they grow from the contact inwards; triangles are halves of the skin's cells, and equilateral inside.
     """
+    _contact_spacing(fingertip, sizes)
     curve = outline_curve(fingertip)
     first, last = arc_length_at_cut(fingertip, curve, 0.0)
     points = curve.points[(curve.arc_length >= first) & (curve.arc_length <= last)]

@@ -86,16 +86,26 @@ def mesh_solid(fingertip: FingertipNumbers, sizes: GradedMesh) -> skfem.Mesh3D:
 
 
 def solid_cells(fingertip: FingertipNumbers, sizes: GradedMesh) -> float:
-    """Return about how many tetrahedra a fine mesh will have, without making it.
+    """Return about how many tetrahedra a fine mesh will have, without making it; sizes that have none are refused.
 
     As many regular ones of the bulk's size as fill the finger, whose sections are ellipses; coarse meshes have more,
     because layers and contact are finer.
     """
+    _check_contact_size(fingertip, sizes)
     outline = fingertip.sagittal
     x = np.linspace(-outline.pad_length, outline.tip_length, _SLICES)
     _, height, width = skin_section(fingertip, x)
     volume = float(np.trapezoid(np.pi * height * width, x))
     return 6.0 * float(np.sqrt(2.0)) * volume / sizes.bulk_size**3
+
+
+def _check_contact_size(fingertip: FingertipNumbers, sizes: GradedMesh) -> None:
+    """Refuse a contact size that gives a fingerprint fewer than four elements a ridge."""
+    fingerprint = fingertip.fingerprint
+    if fingerprint.enabled and sizes.contact_size > fingerprint.pitch / 4:
+        fault, allowed = f"got {millimetres(sizes.contact_size)}", f"needs <= {millimetres(fingerprint.pitch / 4)}"
+        repair = "write a smaller one or switch the fingerprint off"
+        raise InputError("mesh.contact_size", fault, f"{allowed}, a quarter of fingerprint.pitch", repair)
 
 
 def mesh_solid_core(skin: Surface, phalanx: Surface, largest: float) -> CoreMesh:
@@ -174,11 +184,7 @@ def _draw(points: Floats, surfaces: dict[str, Integers], unit: float) -> dict[st
 
 def sweep_solid_skin(fingertip: FingertipNumbers, sizes: GradedMesh, phalanx: Floats) -> SolidSkin:
     """Divide the skin around the points (n, 3) [m] of the phalanx into rows and columns."""
-    fingerprint = fingertip.fingerprint
-    if fingerprint.enabled and sizes.contact_size > fingerprint.pitch / 4:
-        fault, allowed = f"got {millimetres(sizes.contact_size)}", f"needs <= {millimetres(fingerprint.pitch / 4)}"
-        repair = "write a smaller one or switch the fingerprint off"
-        raise InputError("mesh.contact_size", fault, f"{allowed}, a quarter of fingerprint.pitch", repair)
+    _check_contact_size(fingertip, sizes)
     levels = _levels(fingertip, sizes)
     outer = _outer_surface(fingertip, sizes, levels, phalanx)
     height, reach = _height(fingertip, outer.points), sizes.contact_reach
