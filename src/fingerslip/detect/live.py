@@ -159,8 +159,9 @@ class LiveDetector(FrameByFrame[Finding]):
 def frames_of(tracks: xr.Dataset) -> Iterator[SeenMarkers]:
     """Yield the internal markers of tracks frame by frame, as a tracker behind a camera does."""
     inside = markers_of(tracks, "internal")
-    for time, position in zip(inside["time"].values, inside["position"].values, strict=True):
-        yield SeenMarkers(float(time), position)
+    columns = (inside[name].values for name in ("time", "position", "quality"))
+    for time, position, quality in zip(*columns, strict=True):
+        yield SeenMarkers(float(time), position, quality)
 
 
 def run_live(live: FrameByFrame[F], frames: Iterable[SeenMarkers]) -> Iterator[F]:

@@ -2,7 +2,8 @@
 
 As long as all sticks, markers move in one pattern that grows: a motion as one, and how the sensor yields to it (Dong et
 al. 2019 take a rigid motion alone). That is how a plane moves that a moving camera sees, so that no wall slips;
-few markers tell the turn and size of the plane alone; it is fitted to the markers that agree. How the sensor yields is
+few markers tell the turn and size of the plane alone; it is fitted to the markers that agree. Those whose pictures are
+less like a marker than most, at rest or now, are not counted: reflections pull at them. How the sensor yields is
 fitted to its motion from rest until it is known as well as it has to be; the limit grows by what noise leaves unknown.
 Slip begins where a share of the markers leaves the pattern by more than the limit. It is gross where the markers spring
 back, faster than they were ever carried along. A motion that is not rigid from its start is no slide but a press; where
@@ -19,6 +20,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 import pydantic
+from numpy.typing import NDArray
 
 from fingerslip.arrays import Flags, Floats
 from fingerslip.detect.features import fill_unseen, markers_of, neighbour_weights
@@ -37,12 +39,12 @@ if TYPE_CHECKING:
 
 
 #: Share of the markers that left the pattern, and in how many tested clips slip had begun when it was first reached, as
-#: (right + 1) / (all + 2): 193 clips, of which 97 slip. Below the limit of 0.1 the shares are assumed.
-RIGHT = ((0.0, 0.0), (0.05, 0.25), (0.1, 98 / 99), (1.0, 98 / 99))
+#: (right + 1) / (all + 2): 233 clips, of which 117 slip. Below the limit of 0.1 the shares are assumed.
+RIGHT = ((0.0, 0.0), (0.05, 0.25), (0.1, 118 / 119), (1.0, 118 / 119))
 #: Time that markers have to stay where they are to rest again [s].
 STILL = 0.5
 #: The same of gross slip, which was told in five clips in which a part of the contact always sticks.
-GROSS_RIGHT = 92 / 98
+GROSS_RIGHT = 112 / 118
 
 _MOST = 100  # frames that are taken for rest
 # The first motion is one of so many times the noise, and of this share of the distance between markers.
@@ -64,6 +66,8 @@ class ResidualSettings:
     noise: NonNegativeNumber = 5.0  # residual that counts, in units of its root mean square at rest [-]
     growth: NonNegativeNumber = 0.02  # residual that counts, as a share of the displacement [-]
     share: Annotated[Number, pydantic.Field(gt=0, le=1)] = 0.1  # of the markers with such a residual, that is slip [-]
+    # of the median quality of positions, that those have at least that count [-]
+    likeness: Annotated[Number, pydantic.Field(ge=0, le=1)] = 0.95
     frames: Annotated[int, pydantic.Field(ge=1)] = 3  # in a row in which there are so many; the first is the onset
     fall: NonNegativeNumber = 0.02  # share of their displacement by which markers spring back in gross slip [-]
     speed: NonNegativeNumber = 2.0  # theirs then, in units of that at which they were carried along [-]
@@ -167,7 +171,10 @@ class ResidualDetector(FrameByFrame[ResidualFinding]):
         if not self._is_moving:
             self._start(frame.time, moved, displacement)
         is_press = self._is_moving and self._slides[-1].is_press
-        counted = visible & ~self._still & (not is_press)
+        clear = self._is_clear(frame.quality)
+        if not self._is_moving:
+            self._was_clear = clear
+        counted = visible & clear & self._was_clear & ~self._still & (not is_press)
         if self._is_moving and counted.any():
             along = float((moved * self._along).sum())
             noise = float(np.hypot(self._noise, self._error * along))
@@ -184,6 +191,13 @@ class ResidualDetector(FrameByFrame[ResidualFinding]):
         odds = _log_odds(sureness(share)), _log_odds(GROSS_RIGHT if onsets.gross is not None else 0.0)
         seconds, slides = clock.perf_counter() - start, tuple(self._slides)
         return ResidualFinding(frame.time, *odds, onsets, seconds, share, residual, displacement, slides)
+
+    def _is_clear(self, quality: NDArray[np.floating]) -> Flags:
+        """Tell which markers, by the quality of their positions, look as most do: reflections pull at others."""
+        if not quality.size:
+            return np.ones(len(self._rest), dtype=bool)
+        quality = quality[self._chosen]
+        return np.asarray(quality >= self.settings.likeness * np.median(quality[quality > 0.0]))
 
     def _start(self, time: float, moved: Floats, displacement: float) -> None:
         """See whether the markers begin to move, and in which pattern, by their displacements (n, 2)."""
