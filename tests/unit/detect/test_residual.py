@@ -362,7 +362,7 @@ def test_the_page_says_when_and_how_sure_and_shows_it(tmp_path, monkeypatch):
     assert kinds_text(tmp_path / "page").startswith("slip-timeline: ")
     assert kinds_text(tmp_path / "page").count("\n") == 0
     drawn, line = page.timeline_of(clip), read_timeline(tmp_path / "page")
-    assert drawn.values["sure of slip [%]"].iloc[[0, -1]].tolist() == [0.0, 98.99]
+    assert drawn.values["sure of slip [%]"].iloc[[0, -1]].tolist() == [0.0, 99.16]
     assert {axes.get_ylabel() for axes in page.field_figure(clip).axes} == {"y at rest [px]"}
     assert (line.name, line.slides) == (drawn.name, drawn.slides)
     # New rests are where ends of slides are times, to the last digit.
