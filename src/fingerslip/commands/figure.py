@@ -56,5 +56,5 @@ def figure(  # noqa: PLR0917  the options of a command line have no order
         dpi=dpi,
     )
     if not run and (chosen := with_run(target, choice).run):
-        typer.echo(f"{chosen}: the run in the middle; --run names another.", err=True)
+        typer.echo(f"{chosen}: one of several runs; --run names another.", err=True)
     typer.echo(str(write_figure(target, choice, output)))

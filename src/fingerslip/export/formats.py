@@ -258,7 +258,7 @@ def export_history(history: xr.Dataset, folder: str | Path, kind: str) -> Path:
 def export_tables(tables: Mapping[str, pd.DataFrame], folder: str | Path, kind: str) -> Path:
     """Write tables for other programs, whole or not at all."""
     if kind not in TABULAR:
-        repair = "name the folder of a run: tracks and studies are tables" if kind in _OF_HISTORIES else ""
+        repair = "name the folder of a run: these are tables" if kind in _OF_HISTORIES else ""
         raise InputError("format", f"got '{kind}'", f"needs one of {', '.join(TABULAR)}", repair)
     with _export(Path(folder), kind) as partial:
         for name, frame in tables.items():

@@ -15,6 +15,7 @@ from fingerslip.published import published_set
 from fingerslip.report.scene import viewer
 from fingerslip.study import fit
 from fingerslip.study.inspection import show as inspection
+from fingerslip.study.shipped import TEMPLATES
 from fingerslip.study.storage import reporting
 from fingerslip.tables.table import Column, Table
 from fingerslip.validation import comparison
@@ -48,6 +49,10 @@ def test_a_study_is_checked_run_compared_exported_drawn_and_reported(invoke, blo
     assert Path(written).read_bytes().startswith(b"<?xml")
     assert "film: a film, as MP4" in invoke("figure", "results/block").output
     invoke("figure", "results/block", "--kind", "x", code=2)
+    with monkeypatch.context() as patch:
+        patch.setattr("fingerslip.study.inspection.views.write_figure", lambda *_: "c.pdf")
+        said = invoke("figure", "results/block", "--kind", "composed").stderr
+        assert said.strip() == "friction_coefficient-0.4: one of several runs; --run names another."
     made = []
     monkeypatch.setattr(reporting, "write_report", lambda stored: made.append(stored.folder))
     monkeypatch.delattr("fingerslip.dynamics.simulation.simulate")
@@ -117,6 +122,7 @@ def test_a_mesh_a_new_study_and_an_example_are_written(invoke, block, tmp_path):
     assert "wang2014_table2" in invoke("examples").output
     assert invoke("examples", "wang2014_table2").output.strip() == "wang2014_table2.yaml"
     assert Path("wang2014_table2.yaml").is_file()
+    assert all(name in invoke("new", "--help").output for name in TEMPLATES)
     result = invoke("new", "friction", "--template", "sweep")
     assert "friction.yaml: look at it with fingerslip check friction.yaml" in " ".join(result.output.split())
     assert Path("friction.yaml").is_file()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import dataclasses
+import itertools
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -338,9 +339,16 @@ def _receptors_and_afferents(facts: _Facts) -> Iterator[str]:
     if not receptors:
         return
     yield f"Recorded: {_enumerate(f'{recorded.count(kind)} {kind}' for kind in receptors)}."
-    from fingerslip.afferents.model import AFFERENTS, human_afferents, resolved_afferents  # slow
+    from fingerslip.afferents.model import (  # slow
+        AFFERENTS,
+        beyond_records,
+        human_afferents,
+        resolved_afferents,
+        spike_notes,
+    )
 
-    resolved = {kind for history in facts.histories if "strain" in history for kind in resolved_afferents(history)}
+    felt = [history for history in facts.histories if "strain" in history]
+    resolved = {kind for history in felt for kind in resolved_afferents(history)}
     models = human_afferents()
     kinds: dict[str, list[str]] = {}
     papers: dict[str, list[str]] = {}
@@ -353,7 +361,7 @@ def _receptors_and_afferents(facts: _Facts) -> Iterator[str]:
         return
     stimuli = _enumerate(f"{stimulus} ({', '.join(names)})" for stimulus, names in kinds.items())
     thresholds = _enumerate(f"{', '.join(names)} (@{paper})" for paper, names in papers.items())
-    names = {name for names in kinds.values() for name in names}
+    names = [kind for kind in receptors if kind in resolved]
     borrowed = " (those of SA-II are those of SA-I)" * ("SA-II" in names)
     rate = " and the threshold of SA-I for rates" * ("SA-I" in names)
     least = " That of FA-I is the least of 39, and whether they fire in partial slip depends on it." * ("FA-I" in names)
@@ -364,6 +372,8 @@ def _receptors_and_afferents(facts: _Facts) -> Iterator[str]:
         f"driven by {stimuli}; stimuli{rate} were assumed, thresholds calibrated on single published values: "
         f"{thresholds}.{least}{fast} Counts of spikes are no result."
     )
+    limits = (spike_notes(names, beyond_records({kind: models[kind] for kind in names}, each), each) for each in felt)
+    yield from (f"{note}." for note in dict.fromkeys(itertools.chain(*limits)))
 
 
 def _trust(facts: _Facts) -> Iterator[str]:

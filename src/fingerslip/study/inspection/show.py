@@ -12,6 +12,7 @@ from fingerslip.errors import InputError
 from fingerslip.history import read_history
 from fingerslip.materials.choice import MATERIALS, material_names
 from fingerslip.parameters.yaml_text import parse_document
+from fingerslip.report.labels import first_named
 from fingerslip.report.tables import compare
 from fingerslip.report.tables.parameters import ASSUMED, COLUMNS, NOT_USED, ShownValue
 from fingerslip.report.tables.runs import measures_table, readings_table, run_caveats, table_frame, time_cell
@@ -90,7 +91,8 @@ _SIDES = ("A", "B")
 def diff_runs(first: str | Path, second: str | Path) -> tuple[Table, ...]:
     """Compare two finished runs, of one study or of two."""
     runs = read_stored_run(first), read_stored_run(second)
-    values = compare.compared_values(*map(_values, (Path(first), Path(second)), runs))
+    shown = (_values(Path(folder), run) for folder, run in zip((first, second), runs, strict=True))
+    values = compare.compared_values(*shown)
     same, note = "Both have the same values and versions.", f"A: {first}; B: {second}."
     return compare.differences_table(*values, same=same, note=note), _results_table(runs)
 
@@ -128,10 +130,13 @@ def export_result(
         raise InputError(f"export {target}", "is a file", "needs the folder of a run or of a study, or tracks.nc")
     folder = output or target / f"export-{kind}"
     if runs := list(read_manifest(target).get("runs") or ()):
-        from fingerslip.export.formats import TABULAR, export_tables
+        from fingerslip.export.formats import FORMATS, TABULAR, export_tables
 
-        if len(runs) == 1 and kind not in TABULAR:
-            return export_result(target / runs[0], kind, folder, say)
+        if kind in FORMATS and kind not in TABULAR:
+            if len(runs) == 1:
+                return export_result(target / runs[0], kind, folder, say)
+            needs = f"{kind} needs the folder of one of them: {first_named(runs)}"
+            raise InputError(f"export {target}", f"is a study of {len(runs)} runs", needs, f"name {target / runs[0]}")
         study = open_study(target)
         tables = {"runs": study.to_dataframe()}
         if any(run.reaction for run in study.result.runs):

@@ -103,6 +103,8 @@ CASES = {
             "and delays of Saal et al. 2017, fitted to afferents of monkeys",
             "driven by equivalent strain (FA-I); stimuli were assumed, thresholds calibrated on single published ",
             "values: FA-I 0.11/s (Knibestöl 1973). That of FA-I is the least of 39,",
+            "no result. FA-II left out: vibrations need finer steps and a body with damping. FA-I (117 Hz) respond ",
+            " to more than the 1 Hz that records resolve.",
         ),
         {
             "saal2017",
@@ -204,13 +206,17 @@ def test_all_that_moves_or_loads_is_told_beside_the_programme(values, sentence):
 
 def test_what_is_assumed_of_afferents_is_told_of_those_that_are_resolved(monkeypatch):
     monkeypatch.setattr("fingerslip.afferents.model.resolved_afferents", lambda _: ("SA-I", "SA-II"))
+    kinds = ["SA-I", "SA-II", "FA-II"]
     history = xr.Dataset(
-        {"strain": 0.0}, {"site": ["SA-I-0", "SA-II-0", "FA-II-0"], "site_kind": ("site", ["SA-I", "SA-II", "FA-II"])}
+        dict.fromkeys(("strain", "damping_dissipation", "viscous_dissipation"), 0.0),
+        {"time": [0.0, 2e-3], "site": kinds, "site_kind": ("site", kinds)},
     )
     said = list(cite._receptors_and_afferents(cite._Facts({}, (history,), StudyResult(Path("s"), (), ()), "")))
     assert "monkeys (those of SA-II are those of SA-I), driven by" in said[1]
     assert "stimuli and the threshold of SA-I for rates were assumed" in said[1]
     assert "FA-" not in said[1]
+    assert said[2] == "FA-II left out: vibrations need finer steps and a body with damping."
+    assert said[3] == "SA-I (101 Hz), SA-II (101 Hz) respond to more than the 25 Hz that records resolve."
 
 
 def test_error_bars_are_the_largest_of_all_runs():

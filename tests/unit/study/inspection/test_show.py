@@ -182,7 +182,7 @@ def test_a_study_is_a_table_of_its_runs_and_a_run_the_tables_of_its_history(fini
         (lambda finished: export_result(finished.parent, "csv"), "holds no finished run"),
         (
             lambda finished: export_result(finished, "vtu"),
-            "got 'vtu', needs one of csv, json, mat, parquet; name the folder of a run",
+            f"is a study of 3 runs, vtu needs the folder of one of them: {FIRST}, .*; name .*block/{FIRST}",
         ),
         (lambda finished: diff_runs(finished, finished / SECOND), "needs the folder of one of its runs"),
     ],
