@@ -18,7 +18,7 @@ SCALARS: Mapping[str, tuple[str, float]] = {
     "displacement": ("displacement [mm]", 1e3),
     "velocity": ("velocity [mm/s]", 1e3),
     "region": ("region", 1.0),
-    **{name: (f"{name.replace('_', ' ')} [kPa]", 1e-3) for name in COMPONENTS[:6]},
+    **{name: (f"Cauchy {name.replace('_', ' ')} [kPa]", 1e-3) for name in COMPONENTS[:6]},
     **{name: (f"{name.replace('_', ' ')} [-]", 1.0) for name in COMPONENTS[6:]},
 }
 

@@ -102,7 +102,7 @@ def test_components_of_stress_and_strain_are_fields_with_zero_in_the_middle(hist
     inside = shown[2][history["cell_region"].values == 1]
     assert inside.min() <= layer["stress_zz"].min() < -1.0
     assert layer["stress_zz"].max() <= inside.max()
-    assert "stress zz [kPa]" in plotter.scalar_bars
+    assert "Cauchy stress zz [kPa]" in plotter.scalar_bars
     section = block_history("Q4")
     assert scene.fields_of(section)[5:] == tuple(f"{name}_{at}" for name in ("stress", "strain") for at in AXES_2D)
     with pytest.raises(InputError, match="field: got 'strain_xz', which the result does not have, needs one of von_m"):
