@@ -162,12 +162,9 @@ def _write(study: StudyResult, measurement: Measurement, settings: FitSettings) 
     low, high = (np.array([two[side][0] for two in ends]) for side in (0, 1))
     numbers = [[number_and_unit(run.sampled[path])[0] for path in study.ranges] for run in study.runs]
     points = (np.array(numbers) - low) / (high - low)
-    histories = (read_history(study.folder / run.name / HISTORY) for run in study.runs)
-    curves_and_ends = [
-        (curves_of(history, measurement, run.name), float(history["time"][-1]))
-        for run, history in zip(study.runs, histories, strict=True)
-    ]
-    curves, end = np.array([curve for curve, _ in curves_and_ends]), max(end for _, end in curves_and_ends)
+    histories = ((run, read_history(study.folder / run.name / HISTORY)) for run in study.runs)
+    both = [(curves_of(history, measurement, run.name), history["time"].values[-1]) for run, history in histories]
+    curves, end = np.array([of_run for of_run, _ in both]), float(max(last for _, last in both))
     _refuse_far(measurement, curves)
     emulator = fit_emulator(points, measurement.in_deviations(curves))
     chain = sample_posterior(Likelihood(emulator, measurement, settings.discrepancy), len(low))
@@ -268,7 +265,6 @@ def _predictions(
 ) -> Table:
     """Show slip times and derived quantities with intervals; of what not every run up to `end` [s] has, no error."""
     rows: list[tuple[Cell, ...]] = []
-    extrapolated = []
     for name in (*_EVENTS, *runs[0].derived):
         quantities = [required_output(run, name) for run in runs]
         has = np.array([quantity.value is not None for quantity in quantities])
@@ -280,15 +276,14 @@ def _predictions(
             mean, variance = processes.predict(samples)
             mean += np.sqrt(variance) * generator.standard_normal(mean.shape)
             intervals = (middle + spread * np.percentile(mean, _PERCENTS)).tolist()
-            error: Cell = float(spread * np.sqrt(np.mean(processes.errors**2)))
-            if not has.all() or (name in _EVENTS[:2] and max(intervals) > end):
-                extrapolated.append(quantities[0].label)
-                error = Missing.NOT_DEFINED
-            cells = [*intervals, error]
+            is_beyond = not has.all() or (name in _EVENTS[:2] and max(intervals) > end)
+            error = float(spread * np.sqrt(np.mean(processes.errors**2)))
+            cells = [*intervals, Missing.NOT_DEFINED if is_beyond else error]
         rows.append((quantities[0].label, quantities[0].unit, *cells, f"{has.sum()} of {len(runs)}"))
     columns = Column("output"), Column("unit"), *(Column(name, significant=4) for name in _INTERVALS)
+    extrapolated = ", ".join(str(row[0]) for row in rows if row[-2] is Missing.NOT_DEFINED)
     beyond = f" Extrapolated, as not every run has it before its end (at most {end:.4g} s) or intervals reach beyond: "
-    beyond += f"{', '.join(extrapolated)}; let the programme go on for longer."
+    beyond += f"{extrapolated}; let the programme go on for longer."
     return Table(
         "What the fitted model predicts",
         (*columns, Column("emulator's error", significant=2), Column("found in")),

@@ -4,35 +4,31 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from importlib import resources
 from pathlib import Path
 
 from fingerslip.errors import InputError, unknown_name
 from fingerslip.parameters.yaml_text import parse_document
 from fingerslip.storage.files import write_text
+from fingerslip.study.definition.file import PACKAGE, SHIPPED
 from fingerslip.tables.table import Column, Table
 
 _SCHEMA = "study.schema.json"
 _BASE = re.compile(r"^base: (\w+)\.yaml", re.MULTILINE)
-_PACKAGE = Path(str(resources.files("fingerslip")))
-# In the package, or in a checkout that is installed in place.
-_PACKED = _PACKAGE / "data" / "studies"
-_STUDIES = _PACKED if _PACKED.is_dir() else _PACKAGE.parents[1] / "studies"
 # What templates read, written beside them.
 _READ = {"own-mesh": "pad.inp", "fit": "indentation.csv"}
 #: The templates of new study files, by name.
-TEMPLATES: Mapping[str, Path] = {path.stem: path for path in sorted(_PACKAGE.glob("data/templates/*.yaml"))}
+TEMPLATES: Mapping[str, Path] = {path.stem: path for path in sorted(PACKAGE.glob("data/templates/*.yaml"))}
 
 
 def studies_folder() -> Path:
     """Return the folder `studies` of the current folder, as in a checkout, or else that of the shipped studies."""
     folder = Path("studies")
-    return folder if folder.is_dir() else _STUDIES
+    return folder if folder.is_dir() else SHIPPED
 
 
 def examples() -> dict[str, Path]:
     """Return the files of the shipped studies by name."""
-    return {path.stem: path for path in sorted(_STUDIES.glob("*.yaml"))}
+    return {path.stem: path for path in sorted(SHIPPED.glob("*.yaml"))}
 
 
 def example_path(name: str) -> Path | None:

@@ -397,6 +397,9 @@ RINGING: dict[str, object] = {
          ["contacts.0: never touches 'bottom', which is 1 mm away", "comes 0.2 mm nearer"]),
         ({"mesh": box("Q4", np.linspace(0.0, 10e-3, 9), np.linspace(0.0, 4e-3, 5))},
          ["contacts.0: 9 nodes of 'bottom' are in reach", "take smaller elements there"]),
+        ({"programme": (fs.Press(3.7e-3, 20e-3),)},
+         ["contacts.0: is pressed 3.7 mm deep into a body of 4 mm along its normal: press less deep, and check the"]),
+        ({"programme": (fs.Press(3.5e-3, 20e-3),)}, []),
         # All 21 nodes are in reach, but only every second one is the tip of a ridge.
         ({"mesh": RIDGED}, ["touches first it turns by 23 degrees", "take elements of about 0.23 mm there"]),
         (SLAB_OF_9, ["contacts.0: 18 nodes of 'bottom' are in reach of the counterface, 9 along the slide, and fewer"]),

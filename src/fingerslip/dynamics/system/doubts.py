@@ -26,6 +26,7 @@ from fingerslip.units import millimetres
 _SOFTEST, _PURE = 1e3, 10.0
 # Largest angle between neighbouring facets of a tip that touches [degrees], and the gaps that count as one [m].
 _LARGEST_TURN, _SAME_GAP = 10, 1e-9
+_DEEPEST = 0.9  # press, as a share of the body's height along the normal
 
 
 class Doubt(NamedTuple):
@@ -77,6 +78,7 @@ def _contacts(model: Model, checked_model: CheckedModel) -> Iterator[Doubt]:
             continue
         points = checked_model.space.positions[boundary_nodes(checked_model.space, contact.boundary)]
         gaps = counterface.gap(points)
+        heights = checked_model.space.positions @ counterface.unit_normal
         approach = float(np.max(motion.positions @ counterface.unit_normal))
         reached = int((gaps < approach).sum())
         near = np.any([counterface.gap(corner.T) < approach for corner in corners.swapaxes(0, 1)], axis=0)
@@ -86,6 +88,9 @@ def _contacts(model: Model, checked_model: CheckedModel) -> Iterator[Doubt]:
                 f"{where}: never touches '{contact.boundary}', which is {millimetres(float(gaps.min()))} away while "
                 f"the counterface comes {millimetres(max(approach, 0.0))} nearer: press deeper, or start nearer"
             )
+        elif (depth := approach - float(gaps.min())) > _DEEPEST * (height := float(np.ptp(heights))):
+            fault = f"is pressed {millimetres(depth)} deep into a body of {millimetres(height)}"
+            yield Doubt(f"{where}: {fault} along its normal: press less deep, and check the units of depth and mesh")
         elif faced[near].max(initial=-1.0) < FACED:
             fault = f"its normal {direction_text(counterface.unit_normal)} runs along '{contact.boundary}'"
             normal = direction_text(inwards[near].mean(axis=0))

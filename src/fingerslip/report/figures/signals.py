@@ -159,7 +159,8 @@ def energy_figure(history: xr.Dataset, title: str = "") -> Figure:
             large.plot(time.values, scale * history[name].values, color=colour, label=words)
     for name, (label, colour) in _SMALL_ENERGIES.items():
         share = np.abs(history[name].values) / (work or 1.0)
-        small.semilogy(time.values, np.maximum(share, _ROUNDING), color=colour, linewidth=1.0, label=label)
+        if share.max() > _ROUNDING or name == "energy_imbalance":
+            small.semilogy(time.values, np.maximum(share, _ROUNDING), color=colour, linewidth=1.0, label=label)
     large.set_ylabel(f"energy [{unit}]")
     small.set_ylabel("share of the largest work")
     for axes in (large, small):

@@ -90,7 +90,7 @@ def latency_figure(
             _draw_times(axes, axis, members, (reading, LATENCY), scale=1e3, **_mark(reading, colour, line=axis.numeric))
         published |= _draw_published(axes, axis, members, reference, {LATENCY: BLACK}, scale=1e3)
         axis.apply(axes)
-    panels[0][0].set_ylim(bottom=0.0)
+    panels[0][0].set_ylim(0.0, 1.04 * panels[0][0].get_ylim()[1])  # marks at the top are whole
     keys = {READINGS[reading]: Line2D([], [], **_mark(reading, READING_COLOURS[reading])) for reading in axis.readings}
     add_legend(figure, keys | published)
     return figure

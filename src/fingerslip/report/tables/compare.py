@@ -133,8 +133,7 @@ def exceeds_uncertainty(first: Cell, second: Cell) -> bool:
 
 def marked_notes(runs: Sequence[RunResult]) -> str:
     """Say what the sign ± leaves out, and which differences are marked; nothing where no run has it."""
-    bold = "Bold: the difference exceeds that of both runs, or of the one that has it."
-    return " ".join((run_notes(runs), bold)) if any(run.uncertainty for run in runs) else ""
+    return f"{run_notes(runs)} {prose('notes', 'bold')}" if any(run.uncertainty for run in runs) else ""
 
 
 # What is only kept or filmed differs between most studies, and moves no slip event.

@@ -15,10 +15,8 @@ from fingerslip.tables.table import Column, Missing, Table
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Sources that set the order of tables: assumed values come first, those that a run does not use last.
-ASSUMED, NOT_USED = "assumed", "not used"
-#: Source of what the study file does not say.
-DEFAULT = "default"
+#: Sources: assumed values come first in tables, those that a run does not use last; the study file says no defaults.
+ASSUMED, NOT_USED, DEFAULT = "assumed", "not used", "default"
 
 #: The columns of a table of values.
 COLUMNS = (Column("parameter"), Column("value"), Column("source"), Column("note"))

@@ -7,6 +7,7 @@ import copy
 import functools
 import re
 from collections.abc import Iterator, Mapping
+from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -77,6 +78,10 @@ def _entries_of_run(text: str) -> dict[str, Any]:
     return content if len(content) == len(items) else {}
 
 
+PACKAGE = Path(str(resources.files("fingerslip")))
+_PACKED = PACKAGE / "data" / "studies"
+#: Folder of the studies that ship: in the package, or in a checkout that is installed in place.
+SHIPPED = _PACKED if _PACKED.is_dir() else PACKAGE.parents[1] / "studies"
 # How files of meshes end, which are given in the place of a study.
 _MESHES = {".inp": "a deck of Abaqus", ".feb": "a file of FEBio"} | dict.fromkeys(
     (".msh", ".vtu", ".vtk", ".xdmf", ".stl", ".bdf", ".med"), "a mesh"
@@ -95,7 +100,10 @@ def _read_text(path: Path) -> str:
         return path.read_text(encoding="utf-8")
     except FileNotFoundError:
         near = ", ".join(most_similar(where, map(str, path.parent.glob("*.yaml"))))
-        raise InputError(where, "is not there", needed, f"in that folder: {near}" if near else "") from None
+        repair = f"in that folder: {near}" if near else ""
+        if (SHIPPED / path.name).is_file():
+            repair = f"it ships: fingerslip examples {path.stem} copies it here"
+        raise InputError(where, "is not there", needed, repair) from None
     except IsADirectoryError:
         raise InputError(where, "is a folder", needed) from None
     except UnicodeDecodeError:

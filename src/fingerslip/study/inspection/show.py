@@ -91,8 +91,7 @@ _SIDES = ("A", "B")
 def diff_runs(first: str | Path, second: str | Path) -> tuple[Table, ...]:
     """Compare two finished runs, of one study or of two."""
     runs = read_stored_run(first), read_stored_run(second)
-    shown = (_values(Path(folder), run) for folder, run in zip((first, second), runs, strict=True))
-    values = compare.compared_values(*shown)
+    values = compare.compared_values(*map(_values, (Path(first), Path(second)), runs))
     same, note = "Both have the same values and versions.", f"A: {first}; B: {second}."
     return compare.differences_table(*values, same=same, note=note), _results_table(runs)
 

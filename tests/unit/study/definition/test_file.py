@@ -68,6 +68,8 @@ def test_what_cannot_be_read_and_a_name_that_is_not_utf_8_are_refused(tmp_path):
 def test_files_with_the_most_similar_names_come_first(tmp_path):
     for name in ("a.yaml", "b.yaml", "c.yaml", "d.yaml", "e.yaml", "f.yaml", "slide.yaml"):
         (tmp_path / name).write_text("time: {step: 1 ms}")
+    with pytest.raises(InputError, match=r"is not there, .*; it ships: fingerslip examples wang2014_table2 copies it"):
+        read_study(tmp_path / "studies" / "wang2014_table2.yaml")
     with pytest.raises(InputError, match=r"slied\.yaml: is not there, .*; in that folder: [^,]*slide\.yaml"):
         read_mapping(tmp_path / "slied.yaml")
 
