@@ -100,7 +100,8 @@ def read_onsets(path: str | Path, key: str = "trial") -> dict[str, Onsets]:
     required = needed if key == "source" else needed[:2]
     if set(names) - set(needed) or not set(required) <= set(names) or len(set(names)) < len(names):
         fault = shorten(f"has the columns {', '.join(map(str, names)) or 'none'}")
-        raise InputError(str(path), fault, f"needs {', '.join(needed)}", "write a first line with these names")
+        repair = "write a first line with these names; yes or no alone is for slip in the conditions"
+        raise InputError(str(path), fault, f"needs {', '.join(needed)}", repair)
     onsets: dict[str, Onsets] = {}
     for line, row in enumerate(records, start=2):
         if None in row or None in row.values():
