@@ -194,10 +194,10 @@ class ResidualDetector(FrameByFrame[ResidualFinding]):
 
     def _is_clear(self, quality: NDArray[np.floating]) -> Flags:
         """Tell which markers, by the quality of their positions, look as most do: reflections pull at others."""
-        if not quality.size:
-            return np.ones(len(self._rest), dtype=bool)
-        quality = quality[self._chosen]
-        return np.asarray(quality >= self.settings.likeness * np.median(quality[quality > 0.0]))
+        quality = quality[self._chosen] if quality.size else np.ones(len(self._rest))
+        seen = quality > 0.0
+        least = self.settings.likeness * np.median(quality[seen]) if seen.any() else 0.0
+        return np.asarray(~seen | (quality >= least))
 
     def _start(self, time: float, moved: Floats, displacement: float) -> None:
         """See whether the markers begin to move, and in which pattern, by their displacements (n, 2)."""
