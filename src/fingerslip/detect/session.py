@@ -125,7 +125,7 @@ def collect_trials(
     outside: dict[str, Any] = {"n_markers": external_markers, "layout": "free"}
     outside |= {name: inside[name] for name in ("rest_frames", "channel", "frame_rate") if name in inside}
     onsets = {} if labels is None else read_onsets(labels)
-    instead = ", in the place of those that were there" if output.exists() else ""
+    instead = ", in the place of those that were there" if any(output.glob("*")) else ""
     trials = recorded_trials(folder, conditions, onsets, tracking=inside, external_tracking=outside)
     result = write_trials(trials, output, title)
     complaints = [
