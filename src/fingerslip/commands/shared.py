@@ -90,7 +90,7 @@ def tracking_options(
     ] = None,
     layout: Annotated[Any, typer.Option(parser=str, metavar="NAME", help="auto, rings, hex, grid or free.")] = "auto",
     rest: Annotated[
-        int | None, typer.Option(metavar="FRAMES", min=1, help="Frames at rest at the start; else it is found.")
+        int | None, typer.Option(metavar="FRAMES", min=2, help="Frames at rest at the start; else it is found.")
     ] = None,
     mask: Annotated[
         Path | None, typer.Option(metavar="IMAGE", help="Image that is white where markers may be.")
