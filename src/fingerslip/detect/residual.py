@@ -154,6 +154,7 @@ class ResidualDetector(FrameByFrame[ResidualFinding]):
         self._pattern, self._error = np.zeros_like(rest), 0.0
         self._along, self._moment, self._power = np.zeros_like(rest), np.zeros_like(rest), 0.0
         self._still: Flags = np.zeros(len(rest), dtype=bool)  # which stay behind their neighbours
+        self._was_clear: Flags = np.ones(len(rest), dtype=bool)  # when they were last seen at rest
         self._first: deque[Floats] = deque(maxlen=_MOST)
         self._means: deque[Floats] = deque(maxlen=_WINDOW + 1)
         self._steps: deque[float] = deque(maxlen=3 * _WINDOW)
@@ -173,7 +174,7 @@ class ResidualDetector(FrameByFrame[ResidualFinding]):
         is_press = self._is_moving and self._slides[-1].is_press
         clear = self._is_clear(frame.quality)
         if not self._is_moving:
-            self._was_clear = clear
+            self._was_clear = np.where(visible, clear, self._was_clear)
         counted = visible & clear & self._was_clear & ~self._still & (not is_press)
         if self._is_moving and counted.any():
             along = float((moved * self._along).sum())

@@ -86,16 +86,17 @@ def test_reflections_of_lamps_are_no_slip_and_do_not_hide_it(angle: float, seed:
     assert (onsets.incipient, onsets.gross) == (pytest.approx(2.1, abs=0.15), pytest.approx(4.05, abs=0.1))
 
 
-@pytest.mark.parametrize(("quality", "slips"), [(1.0, True), (0.9, False)])
-def test_markers_that_look_less_like_one_than_most_do_not_count(quality: float, slips: bool) -> None:
+@pytest.mark.parametrize(("at_rest", "later", "slips"), [(1.0, 1.0, True), (0.9, 0.9, False), (0.9, 1.0, False)])
+def test_markers_that_look_less_like_one_than_most_do_not_count(at_rest: float, later: float, slips: bool) -> None:
     """A fifth of the markers lags by a tenth from 10 px on."""
     carried = path((40, 0.0), (60, 30.0))[:, None]
     displacement = np.zeros((len(carried), 49, 2))
     displacement[..., 0] = carried - 0.1 * np.where(np.arange(49) % 5, 0.0, np.clip(carried - 10.0, 0.0, None))
     tracks = moved(displacement)
-    tracks["quality"][:, ::5] = quality
-    # In the last frame at rest, and later, none is seen.
-    tracks["quality"][[39, 50]], tracks["position"][[39, 50]] = 0.0, np.nan
+    tracks["quality"][:44, ::5], tracks["quality"][44:, ::5] = at_rest, later
+    # In the last frames before the motion is seen, and later, no marker is.
+    unseen = [42, 43, 50]
+    tracks["quality"][unseen], tracks["position"][unseen] = 0.0, np.nan
     assert (detect_residual(tracks, SETTINGS)[-1].onsets.incipient is not None) == slips
 
 
