@@ -101,7 +101,7 @@ def _read_text(path: Path) -> str:
     except FileNotFoundError:
         near = ", ".join(most_similar(where, map(str, path.parent.glob("*.yaml"))))
         repair = f"in that folder: {near}" if near else ""
-        if (SHIPPED / path.name).is_file():
+        if path.suffix == ".yaml" and (SHIPPED / path.name).is_file():
             repair = f"it ships: fingerslip examples {path.stem} copies it here"
         raise InputError(where, "is not there", needed, repair) from None
     except IsADirectoryError:

@@ -70,6 +70,9 @@ def test_files_with_the_most_similar_names_come_first(tmp_path):
         (tmp_path / name).write_text("time: {step: 1 ms}")
     with pytest.raises(InputError, match=r"is not there, .*; it ships: fingerslip examples wang2014_table2 copies it"):
         read_study(tmp_path / "studies" / "wang2014_table2.yaml")
+    with pytest.raises(InputError) as caught:
+        read_mapping(tmp_path / "study.schema.json")
+    assert "it ships" not in str(caught.value), "it is no study"
     with pytest.raises(InputError, match=r"slied\.yaml: is not there, .*; in that folder: [^,]*slide\.yaml"):
         read_mapping(tmp_path / "slied.yaml")
 
