@@ -61,17 +61,17 @@ def draw_contact(axes: Axes, history: xr.Dataset, number: int, *, scaled: bool =
         _draw_scale(axes, above=True)
 
 
-def _add_field_bar(figure: Figure, panels: Sequence[Axes], label: str, limits: tuple[float, float]) -> None:
+def add_field_bar(figure: Figure, panels: Sequence[Axes], label: str, limits: tuple[float, float], **look: Any) -> None:
     """Put a bar of the colours of a field beside panels."""
     colours = ScalarMappable(Normalize(*limits), palette.field_map(limits))
     extend = "both" if limits[0] else "max"
-    figure.colorbar(colours, ax=list(panels), label=label, extend=extend, shrink=0.8, pad=0.01)
+    figure.colorbar(colours, ax=list(panels), label=label, extend=extend, shrink=0.8, **look)
 
 
 def add_stress_bar(figure: Figure, pictures: Sequence[Axes], history: xr.Dataset) -> None:
     """Put a bar of the stress beside pictures of :func:`draw_contact`, where they show it: in 2D."""
     if not is_solid(history):
-        _add_field_bar(figure, pictures, "von Mises\n[kPa]", scene.field_limits(history, SceneOptions()))
+        add_field_bar(figure, pictures, "von Mises\n[kPa]", scene.field_limits(history, SceneOptions()), pad=0.01)
 
 
 def frame_times(history: xr.Dataset, events: Events, names: Sequence[str] = MAIN_EVENTS) -> dict[float, str]:
@@ -123,7 +123,7 @@ def deformed_figure(
     if options.scalar == "region":
         keys = style.layer_keys(palette.region_colours(scene.region_names(history)), palette.BLACK, linewidth=0.3)
     else:
-        _add_field_bar(figure, panels, field, limits)
+        add_field_bar(figure, panels, field, limits, pad=0.01)
     if options.contact or not solid:
         keys |= style.state_keys((STICK, SLIP))
     if solid and options.receptors and site_kinds(history).size:
@@ -163,7 +163,7 @@ def draw_section(
             look: dict[str, Any] = {"facecolors": colour, "edgecolors": "face", "linewidth": 0.2, "rasterized": True}
             axes.add_collection(PolyCollection(points[corners], **look))
         elif corners.size:
-            values = SCALARS[scalar][1] * scene.field_values(history, scalar)[number]
+            values = SCALARS[scalar][1] * scene.field_values(history, scalar, number)
             if of_cells:
                 # Means at the nodes of a layer, of what its cells have.
                 nodes, weights = corners.ravel(), np.repeat(values[regions == region], corners.shape[1])

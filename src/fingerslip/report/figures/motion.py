@@ -12,8 +12,7 @@ import xarray as xr
 from matplotlib.animation import FuncAnimation
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize, to_rgba_array
+from matplotlib.colors import to_rgba_array
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.widgets import Slider
@@ -22,9 +21,9 @@ from numpy.typing import NDArray
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import InputError
 from fingerslip.history import is_solid, nearest_record
-from fingerslip.report.colours import BLACK, BLUE, GREY, ORANGE, STATE_NAMES, field_map
+from fingerslip.report.colours import BLACK, BLUE, GREY, ORANGE, STATE_NAMES
 from fingerslip.report.figures import style
-from fingerslip.report.figures.bodies import draw_section
+from fingerslip.report.figures.bodies import add_field_bar, draw_section
 from fingerslip.report.figures.signals import draw_forces, draw_ratios, draw_states
 from fingerslip.report.labels import of_histories
 from fingerslip.report.scene.options import SCALARS, SceneOptions
@@ -93,9 +92,7 @@ def _draw_frame(
     else:
         style.show_picture(body, picture)
     if options.scalar != "region":
-        colours, label = ScalarMappable(Normalize(*limits), field_map(limits)), SCALARS[options.scalar][0]
-        extend = "both" if limits[0] else "max"
-        figure.colorbar(colours, ax=body, label=label, location="bottom", extend=extend, shrink=0.8)
+        add_field_bar(figure, [body], SCALARS[options.scalar][0], limits, location="bottom")
     rows, times = 1 if is_solid(history) else 2, style.ShownTime(history["time"].values)
     panels: list[Axes] = list(grid[1].subgridspec(rows, 1).subplots(sharex=True, squeeze=False)[:, 0])
     if rows == 2:

@@ -111,15 +111,15 @@ def fields_of(history: xr.Dataset) -> tuple[Scalar, ...]:
     return tuple(name for name in FIELDS if name not in COMPONENTS or name.partition("_")[2] in components)
 
 
-def field_values(history: xr.Dataset, scalar: Scalar) -> Floats:
-    """Return a field at all snapshots [SI]: of cells (n, n_cells), of nodes with its components (n, n_nodes, dim)."""
+def field_values(history: xr.Dataset, scalar: Scalar, numbers: int | slice = slice(None)) -> Floats:
+    """Return a field at snapshots [SI]: of cells (n, n_cells), of nodes with its components (n, n_nodes, dim)."""
     if scalar not in COMPONENTS:
-        return np.asarray(history[f"snapshot_{scalar}"].values)
+        return np.asarray(history[f"snapshot_{scalar}"].values[numbers])
     if scalar not in fields_of(history):
         fault, allowed = f"got '{scalar}', which the result does not have", ", ".join(fields_of(history))
         raise InputError("field", fault, f"needs one of {allowed}")
     tensor, _, component = scalar.partition("_")
-    return history[f"snapshot_{tensor}"].sel(stress_component=component).values.astype(np.float64)
+    return history[f"snapshot_{tensor}"].sel(stress_component=component).values[numbers].astype(np.float64)
 
 
 def vtk_grid(cells: NDArray[np.integer[Any]], kind: int, points: Floats) -> pyvista.UnstructuredGrid:
@@ -142,7 +142,7 @@ def snapshot_grid(history: xr.Dataset, number: int, scalar: Scalar = "von_mises"
     for name, values in snapshot.cell_fields.items():
         grid.cell_data[name] = values if name == "region" else SCALARS[name][1] * values
     if scalar in COMPONENTS:
-        grid.cell_data[scalar] = SCALARS[scalar][1] * field_values(history, scalar)[number]
+        grid.cell_data[scalar] = SCALARS[scalar][1] * field_values(history, scalar, number)
     return grid
 
 
