@@ -84,9 +84,9 @@ def map_figure(reactions: Reactions, *, saves: Mapping[str, Flags] = MappingProx
     keys: dict[str, Artist] = {}
     for (name, delay), look in zip(delays.items(), _FRONTIERS, strict=False):
         saved = np.concatenate([1e3 * values.ravel() >= delay for values in latencies.values()])
-        which = "the objects to the left" if saved.any() and not saved.all() else "all" if saved.any() else "none"
-        line = look if "left" in which else {"linestyle": "none"}
-        keys[f"{name}, {delay:.0f} ms: saves {which}"] = Line2D([], [], **line)
+        has_line = saved.any() and not saved.all()
+        which = "the objects to the left" if has_line else "all" if saved.any() else "none"
+        keys[f"{name}, {delay:.0f} ms: saves {which}"] = Line2D([], [], **(look if has_line else {"linestyle": "none"}))
     keys |= {f"{name} saves it": Line2D([], [], linestyle="none", **_DOT) for name in saves}
     keys["– no latency is short enough"] = Line2D([], [], linestyle="none")
     add_legend(figure, keys)

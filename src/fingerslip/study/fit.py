@@ -163,8 +163,8 @@ def _write(study: StudyResult, measurement: Measurement, settings: FitSettings) 
     numbers = [[number_and_unit(run.sampled[path])[0] for path in study.ranges] for run in study.runs]
     points = (np.array(numbers) - low) / (high - low)
     histories = ((run, read_history(study.folder / run.name / HISTORY)) for run in study.runs)
-    both = [(curves_of(history, measurement, run.name), history["time"].values[-1]) for run, history in histories]
-    curves, end = np.array([of_run for of_run, _ in both]), float(max(last for _, last in both))
+    pairs = [(curves_of(history, measurement, run.name), history["time"].values[-1]) for run, history in histories]
+    curves, end = np.array([curve for curve, _ in pairs]), float(max(last for _, last in pairs))
     _refuse_far(measurement, curves)
     emulator = fit_emulator(points, measurement.in_deviations(curves))
     chain = sample_posterior(Likelihood(emulator, measurement, settings.discrepancy), len(low))

@@ -95,7 +95,7 @@ def advance(
 ) -> list[State]:
     """Take one step of several motions with one matrix to a time [s] and counterfaces (n_counterfaces, dim) [m]."""
     condensed = steppers[0].condensed
-    starts, leads = predict(steppers, states, time, counterfaces), [Anchor() for _ in steppers]
+    starts, anchors = predict(steppers, states, time, counterfaces), [Anchor() for _ in steppers]
     for _ in range(_MOST_PASSES):
         with watch.part("substitution"):
             sides = [start.right_hand_side for start in starts]
@@ -113,7 +113,7 @@ def advance(
                 turn(*arguments)
         if all(map(is_at_rest, steppers, starts, contacts, unknowns)):
             break
-        starts = list(map(Anchor.move, leads, steppers, starts, unknowns))
+        starts = list(map(Anchor.move, anchors, steppers, starts, unknowns))
     else:
         raise EquilibriumError(time, steppers[0].system.held_by_contact)
     with watch.part("recording"):

@@ -268,7 +268,7 @@ def comparison_report(first: ComparedStudy, second: ComparedStudy, provenance: M
     name = "no-difference" if not count else "one-difference" if count == 1 else "differences"
     said = prose("sections", name, {"count": count})
     if count and all(str(row[0]).startswith("mesh.") for row in differing.rows):
-        said += " Only the mesh differs: B - A is the error of its element sizes, if both are of one body."
+        said += " Only the mesh differs: B - A is what its element sizes change, if both are of one body."
     return Report(
         f"{first.title} beside {second.title}",
         tuple(section for section in sections if not section.is_empty),

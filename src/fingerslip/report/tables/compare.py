@@ -126,8 +126,8 @@ def difference_cell(first: Cell, second: Cell, factor: float = 1.0) -> Cell:
 def exceeds_uncertainty(first: Cell, second: Cell) -> bool:
     """Tell whether two numbers differ by more than the uncertainty of both, or of the one that has it."""
     bars = [cell.uncertainty for cell in (first, second) if isinstance(cell, Measured)]
-    low, high = (cell.value if isinstance(cell, Measured) else cell for cell in (first, second))
-    difference = difference_cell(low, high)
+    before, after = (cell.value if isinstance(cell, Measured) else cell for cell in (first, second))
+    difference = difference_cell(before, after)
     return bool(bars) and isinstance(difference, float) and abs(difference) > math.hypot(*bars)
 
 

@@ -316,7 +316,7 @@ def test_what_the_error_bars_of_one_study_do_not_explain_is_marked_and_a_mesh_al
     report = comparison_report(*sides, {})
     differences, differing = (report.sections[number].tables[0] for number in (0, 1))
     assert differing.rows == (("mesh.file", "pad.inp (content 0a)", "pad.inp (content 0b)"),)
-    assert "Only the mesh differs: B - A is the error of its element sizes" in report.answer[0]
+    assert "Only the mesh differs: B - A is what its element sizes change" in report.answer[0]
     assert [differences.rows[number][1] for number in differences.marked] == ["overall"]
     assert "After ±: numerical uncertainty over time steps, not element sizes. Bold: the" in differences.note
 
