@@ -20,7 +20,7 @@ from fingerslip.afferents.model import (
     spike_notes,
     spikes_of,
 )
-from fingerslip.afferents.signals import STIMULI, BandwidthWarning, receptor_stimuli, warn_beyond
+from fingerslip.afferents.signals import STIMULI, BandwidthWarning, receptor_stimuli
 from fingerslip.sites import RECEPTOR_KINDS
 from problems.pushed import push_and_slide
 from unit.report.scenes import block_history
@@ -67,11 +67,6 @@ def test_models_of_the_project_fire_and_say_what_the_step_does_not_resolve(histo
     }
     assert found.beyond == {"SA-I": 101.0, "FA-I": 117.0}, "figures and files say it too"
     assert all(np.all(np.diff(own) > 0.0) for own in found.times)
-
-
-def test_a_step_that_would_do_is_rounded_down(history):
-    with pytest.warns(BandwidthWarning, match=r"324 Hz, .* a step of 0\.15 ms would do"):
-        warn_beyond(history, 324.0, "the model of FA-II")
 
 
 def test_a_model_may_respond_to_the_rate_of_a_stimulus(history):
