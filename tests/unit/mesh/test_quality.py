@@ -49,6 +49,14 @@ def test_cells_of_known_shape(corners, jacobian, angles):
 FOLDED = quadrilateral((0, 0), (1, 0), (0.2, 0.2), (0, 1))
 
 
+def test_folded_corners_are_negative():
+    (row,) = quality_table(FOLDED)
+    assert row.scaled_jacobian < 0
+    assert row.largest_angle > np.pi
+    clockwise, collapsed = np.array([[0, 0], [0, 1], [1, 1], [1, 0]]), np.array([[0, 0], [0, 0], [1, 1], [0, 1]])
+    assert scaled_jacobians(np.vstack([clockwise, collapsed]), np.arange(8).reshape(2, 4)).tolist() == [-1.0, 0.0]
+
+
 SLIVER = tetrahedron((0, 0, 0), (1, 0, 0.03), (1, 1, 0), (0, 1, 0.03))
 
 

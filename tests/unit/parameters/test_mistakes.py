@@ -14,7 +14,7 @@ from fingerslip.errors import InputError
 from fingerslip.materials.elastic import Elastic
 from fingerslip.model.programme import Press, Slide
 from fingerslip.parameters import PositiveDuration, PositiveLength, from_mapping, parameters
-from fingerslip.parameters.fields import locate, mistakes_in
+from fingerslip.parameters.fields import locate, mistakes_in, type_hints, unit_of
 from fingerslip.specimens.fingertip.numbers import Receptors
 from fingerslip.study.definition.settings import ContactSettings
 from fingerslip.study.definition.spec import Study
@@ -165,6 +165,16 @@ class Body:
 def test_tags_are_left_out_and_keys_are_kept(parts, path, owner):
     found = locate(Body, parts)
     assert (".".join(found.path), found.owner) == (path, owner)
+
+
+def test_units_are_those_of_the_quantity_itself():
+    assert [locate(Body, parts).unit for parts in (("pair", 0), ("layers", "a", "Skin"))] == [None, None]
+    unit = locate(Body, ("pair", 1)).unit
+    assert unit is not None
+    assert unit.si == "m"
+    assert unit_of(Body, "pair") is not None
+    assert unit_of(Study, "title") is None
+    assert set(type_hints(Skin)) == {"width"}
 
 
 names = st.sampled_from(["Skin", "Elastic", "function-x", "a[b]", "[key]", "tuple", "Components", "float"]) | st.text(

@@ -76,6 +76,17 @@ def test_arc_length_is_the_way_along_the_curve(s, way):
     assert np.linalg.norm(np.diff(path, axis=0), axis=1).sum() == pytest.approx(way, rel=1e-4)
 
 
+@pytest.mark.parametrize("depth", [0.0, 0.5e-3, 1.5e-3, 3e-3])
+def test_every_layer_meets_the_proximal_cut_at_both_ends(depth):
+    fingertip = preset("wang2014-2d")
+    curve = outline_curve(fingertip)
+    ends = np.array(arc_length_at_cut(fingertip, curve, depth))
+    points = at_depth(curve, ends, depth)
+    assert points[:, 0] == pytest.approx(-16e-3, abs=1e-8)
+    assert points[1] == pytest.approx([-16e-3, 7e-3 - depth], abs=1e-8)
+    assert points[0, 1] < points[1, 1]
+
+
 def test_ridges_alternate_and_leave_the_mean_thickness_of_the_epidermis():
     fingertip, pitch = preset("wang2014-2d"), 0.47e-3
     depth = interface_depth(fingertip, np.arange(20_000) / 20_000 * 10 * pitch)
