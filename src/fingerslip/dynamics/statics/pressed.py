@@ -109,16 +109,16 @@ def pressed_bodies(
 def _press(model: Model, system: System, state: State | None, span: tuple[float, float], solver: LinearSolver) -> State:
     """Press on from a state, or from rest, over a span of time [s], in legs with few candidates."""
     way = float(np.linalg.norm(system.displacements(span[1]) - system.displacements(span[0])))
-    legs = math.ceil(way / _LEG - 1e-9)
-    for leg in itertools.pairwise(np.linspace(*span, legs + 1)):
-        nearest = _narrow(system, _gaps(system, state) <= _REACH * way / legs)
-        integrator = Large(model, nearest, solver, Stopwatch(), 0)
-        states = None if state is None else {0: _transfer(state, system, nearest)}
-        loop = Loop(integrator, [_Checked(nearest)], [_times(leg, model.time.step)], Stopwatch(), states)
-        loop.run()
-        integrator.release()
-        state = _transfer(loop.states[0], nearest, system)
-    return state
+    middle = 0.5 * (span[0] + span[1])
+    if way > _LEG:
+        return _press(model, system, _press(model, system, state, (span[0], middle), solver), (middle, span[1]), solver)
+    nearest = _narrow(system, _gaps(system, state) <= _REACH * way)
+    integrator = Large(model, nearest, solver, Stopwatch(), 0)
+    states = None if state is None else {0: _transfer(state, system, nearest)}
+    loop = Loop(integrator, [_Checked(nearest)], [_times(span, model.time.step)], Stopwatch(), states)
+    loop.run()
+    integrator.release()
+    return _transfer(loop.states[0], nearest, system)
 
 
 def _slide(
