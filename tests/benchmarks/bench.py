@@ -9,7 +9,8 @@ before; the machine's speed is measured by fixed work before each case, and figu
 2D, frictions, solid    the mesh, a basis that is made, and one that is kept: the paper's section, eight frictions of
                         it, and the fingertip in 3D
 control                 steps from outside, in milliseconds
-table 2, sweep          studies on the command line; 64 runs
+table 2, sweep, hundred studies on the command line; 64 runs; 100 runs beside studies of their own
+opened                  results of 1,000 runs, opened in Python
 3D, eight               the shipped tetrahedra in one direction and eight; the mesh of ``directions_3d``
 sensor                  the slide of 47 s of a TacTip in 2D
 shipped, fine           a mesh with thousands of touching nodes beside that of the shipped tetrahedra
@@ -23,6 +24,7 @@ Of variants of a model the parts of the stepping follow, what their solver count
 the first variant, as root of the mean square over that of the variable.
 """
 
+import json
 import logging
 import multiprocessing
 import os
@@ -60,6 +62,7 @@ from threadpoolctl import threadpool_limits
 import fingerslip as fs
 from fingerslip.linear.solver import known_solvers
 from fingerslip.linear.solvers.pardiso import Pardiso
+from fingerslip.verification.meshes import box
 from problems.matrices import ExactPardiso
 from problems.pushed import section
 
@@ -201,26 +204,88 @@ programme:
 time: {step: 5 ms}
 record: {receptors: [FA-I, SA-I, FA-II, SA-II]}
 """
-SWEPT = f"""{STUDY}sweep:
-  contact.friction_coefficient: {np.linspace(0.2, 0.95, 16).round(2).tolist()}
-  programme.0.press.depth: [1.2 mm, 1.3 mm, 1.4 mm, 1.5 mm]
+BLOCK = """
+mesh: {file: block.msh}
+formulation: plane_strain
+depth: 10 mm
+materials: {bulk: {youngs_modulus: 50 kPa, poisson_ratio: 0.45, density: 1000 kg/m^3}}
+supports: {top: [x, y]}
+contact: {boundary: bottom, friction_coefficient: 0.4}
+programme:
+  - press: {depth: 0.2 mm, speed: 4 mm/s}
+  - slide: {distance: 1 mm, speed: 4 mm/s}
+time: {step: 10 ms, scheme: quasi_static}
+sample: {count: 1000, ranges: {contact.friction_coefficient: [0.3, 0.9]}}
 """
 RUN = """
+import sys
 from fingerslip.study.running import compute, runner
 assert runner.write_report and compute.drawings_of
 compute.drawings_of, runner.write_report = lambda *_: {}, lambda *_: None
-runner.run_study("study.yaml", workers=2)
+runner.run_study("study.yaml", workers=int(sys.argv[1]))
 """
 
 
-def sweep():
-    """Run 64 runs after a single one that compiles, each study in a process of its own and without figures."""
+def swept(frictions=(), depths=(), moves=""):
+    """Return the study, with a sweep of friction, depth and direction where there are any."""
+    if not len(frictions):
+        return STUDY
+    text = f"sweep:\n  contact.friction_coefficient: {[round(float(each), 2) for each in frictions]}\n"
+    text += f"  programme.0.press.depth: [{', '.join(f'{depth} mm' for depth in depths)}]\n"
+    return STUDY + text + (f"  programme.1.slide.direction: {moves}\n" if moves else "")
+
+
+def apart(figures, name, study, folder, workers=2):
+    """Run a study in a process of its own, from an empty folder and without figures."""
+    (folder / "study.yaml").write_text(study, encoding="utf-8")
+    with seconds(figures, name):
+        subprocess.run([sys.executable, "-c", RUN, str(workers)], check=True, cwd=folder, capture_output=True)
+
+
+def studies(rows):
+    """Run studies after a single run that compiles; rows are name, study and workers."""
     figures = Figures()
-    for name, study in (("single", STUDY), ("64 runs", SWEPT)):
+    for name, study, workers in (("single", STUDY, 2), *rows):
         with tempfile.TemporaryDirectory() as folder:
-            (Path(folder) / "study.yaml").write_text(study, encoding="utf-8")
-            with seconds(figures, name):
-                subprocess.run([sys.executable, "-c", RUN], check=True, cwd=folder, capture_output=True)
+            apart(figures, name, study, Path(folder), workers)
+    return figures
+
+
+def hundred():
+    """Run a sweep of 100 runs, and five of its runs as studies of their own on one worker, a twentieth of all."""
+    frictions, depths = np.linspace(0.3, 0.9, 10), (1.1, 1.2, 1.3, 1.4, 1.5)
+    single = [
+        (f"apart {number}", swept([frictions[2 * number]], [depths[number]], "[[-1, 0]]"), 1) for number in range(5)
+    ]
+    figures = studies([*single, ("100 runs", swept(frictions, depths, "[[-1, 0], [1, 0]]"), 2)])
+    for kind in ("", ", clock"):
+        figures[f"100 runs apart{kind}"] = 20.0 * sum(figures.pop(f"{name}{kind}") for name, _, _ in single)
+    return figures
+
+
+OPEN = """
+import json, sys, time
+marks = [(time.perf_counter(), time.process_time())]
+def mark():
+    marks.append((time.perf_counter(), time.process_time()))
+import fingerslip as fs
+fs.open_study; mark()
+study = fs.open_study("results/study"); mark()
+assert len(study.to_dataframe()) == 1000; mark()
+print(json.dumps([[b[0] - a[0], b[1] - a[1]] for a, b in zip(marks, marks[1:])]))
+"""
+
+
+def opened():
+    """Open the results of 1,000 runs of a block in Python, and take their data frame: the least of three."""
+    figures = Figures()
+    with tempfile.TemporaryDirectory() as folder:
+        fs.write_mesh(box("Q4", np.linspace(0.0, 8e-3, 9), np.linspace(0.0, 4e-3, 5)), f"{folder}/block.msh")
+        apart(figures, "1000 runs", BLOCK, Path(folder))
+        command = partial(subprocess.run, [sys.executable, "-c", OPEN], check=True, cwd=folder, capture_output=True)
+        least = np.min([json.loads(command().stdout) for _ in range(3)], axis=0)
+    for name, (clock, cpu) in zip(("imports", "open_study", "to_dataframe"), least, strict=True):
+        figures |= {f"{name}, clock": clock, name: cpu}
     return figures
 
 
@@ -255,18 +320,21 @@ def of(make, *arguments, **options):
     return partial(compared, partial(make, *arguments, **options))
 
 
+SWEPT = swept(np.linspace(0.2, 0.95, 16), (1.2, 1.3, 1.4, 1.5))
 EIGHT = tuple(np.linspace(0.4, 0.75, 8).tolist())
 CASES = {
     "2D": Case(of(lambda: bases(paper(), basis=fs.ReducedBasis(1e-2, 0.5))), {"basis made": 0.7, "basis kept": 0.3}),
     "control": Case(control, {"a step [ms]": 0.5, "95 % [ms], clock": 1.0}),
     "table 2": Case(partial(table_2, warm=True), {"run": 12.0}),
     "table 2, cold": Case(partial(table_2, warm=False), {"run, clock": 30.0}),
-    "sweep": Case(sweep, {"64 runs": 15.0}),
+    "sweep": Case(partial(studies, [("64 runs", SWEPT, 2)]), {"64 runs": 15.0}),
     "3D": Case(
         of(lambda: directions(model_of("wang2014_3d_tetrahedra"))),
         {"one direction": 15.0, "eight directions over one direction": 2.0},
     ),
     "large strain": Case(of(strains, "finite_strain"), {"large strain over small strain": 4.0}),
+    "hundred": Case(hundred),
+    "opened": Case(opened),
     "frictions": Case(of(lambda: bases(model_of("wang2014_friction"), EIGHT))),
     "solid": Case(of(lambda: bases(model_of("wang2014_3d")))),
     "eight": Case(of(lambda: directions(finger("coarse", integration="nodal")))),
