@@ -89,6 +89,22 @@ def test_vibrations_are_asked_for_where_ten_records_a_period_and_a_damped_body_r
     assert list(resolved_afferents(history, {"SA-I": Once()})) == ["SA-I"], "strain is slow"
 
 
+@pytest.mark.parametrize(
+    ("kinds", "times", "message"),
+    [
+        (("SA-I", "FA-I"), [[0.1]], "kinds: have 2 entries, need one for each of 1 names"),
+        (("SA-I",), [[0.1], [0.2]], "times: have 2 entries, need one for each of 1 names"),
+        (("SA-I",), [[100.0, 150.0]], "times of a: are not in order from 0 to 0.2 s"),
+        (("SA-I",), [[0.15, 0.1]], "times of a: are not in order"),
+        (("SA-I",), [[-0.05]], "times of a: are not in order"),
+        (("SA-I",), [[np.nan]], "times of a: are not in order"),
+    ],
+)
+def test_spikes_of_ones_own_are_checked(kinds, times, message):
+    with pytest.raises(fs.InputError, match=message):
+        Spikes(("a",), kinds, tuple(map(np.array, times)), 0.0, 0.2)
+
+
 def test_rates_count_spikes_per_second_and_afferent():
     spikes = Spikes(("a", "b"), ("SA-I", "SA-I"), (np.array([0.05, 0.15, 0.16]), np.array([0.17])), 0.0, 0.2)
     assert repr(spikes) == "Spikes(2 SA-I with 4 spikes, 0 to 0.2 s)", "and not thousands of times"
