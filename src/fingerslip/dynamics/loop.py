@@ -5,8 +5,7 @@ from __future__ import annotations
 import logging
 from collections import Counter, OrderedDict
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, Generic, Protocol, TypeVar
+from typing import Any, Generic, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 from scipy import sparse
@@ -45,10 +44,11 @@ class Integrator(Protocol[S]):
     def start(self) -> dict[int, S]:
         """Return the states of all motions at time zero."""
 
-    def advance(self, states: Mapping[int, S], ends: Floats) -> dict[int, tuple[S, list[S]]]:
+    def advance(self, states: Mapping[int, S], ends: Floats) -> dict[int, list[S]]:
         """Take the next step of some motions, or as many as are taken at once, to times (k,) [s].
 
-        Of each motion, return the last state and those of its steps, one by one or some together, time first in arrays.
+        Of each motion, return the states of its steps, one by one or some together, time first in arrays. It goes on
+        from the last of them.
         """
 
 
@@ -59,9 +59,7 @@ class BodyIntegrator(Integrator[State], Protocol):
     def steppers(self) -> Sequence[Stepper]:
         """What stayed the same in the last step of each motion."""
 
-    def advance(
-        self, states: Mapping[int, State], ends: Floats, length: float | None = None
-    ) -> dict[int, tuple[State, list[State]]]:
+    def advance(self, states: Mapping[int, State], ends: Floats, length: float | None = None) -> dict[int, list[State]]:
         """Take the next steps; one may have another length [s] than the model's own."""
 
     def steer(self, system: System) -> None:
@@ -164,7 +162,8 @@ class BodyObserver:
 
     def _look(self) -> None:
         if self._waiting:
-            steps, self._waiting, self._count = Steps.join(self._waiting), [], 0
+            steps = Steps(*map(np.concatenate, zip(*self._waiting, strict=True)))
+            self._waiting, self._count = [], 0
             for check in self._checks:
                 check.look(steps)
 
@@ -213,8 +212,8 @@ class Loop(Generic[S]):
         after = self._integrator.advance(moving, self.times[self.taken + 1 : self.taken + 1 + count])
         steps: Sequence[Any] = ()
         with self._watch.part("recording"):
-            for number, (state, steps) in after.items():
-                self.states[number] = state
+            for number, steps in after.items():
+                self.states[number] = steps[-1]
                 for some in steps:
                     self._observers[number].record(some)
         self.taken += sum(np.size(some.time) for some in steps)
@@ -233,30 +232,23 @@ class Loop(Generic[S]):
             observer.finish()
 
 
-@dataclass(frozen=True)
-class Steps:
+class Steps(NamedTuple):
     """What checks look at: k states of a motion."""
 
     time: Floats  # (k,) [s]
-    motion: tuple[Floats, Floats, Floats]  # (k, n), displacement [m], velocity and acceleration
+    displacement: Floats  # (k, n) [m]
+    velocity: Floats  # (k, n) [m/s]
+    acceleration: Floats  # (k, n) [m/s^2]
     counterfaces: Floats  # (k, n_counterfaces, dim), their prescribed displacement [m]
 
     @staticmethod
     def of(state: State) -> Steps:
         """Return what of a state, or of several, time first in their arrays, is looked at; nothing else is kept."""
+        times = np.ravel(state.time)
         fields = state.displacement, state.velocity, state.acceleration
-        displacement, velocity, acceleration = (field.reshape(-1, field.shape[-1]) for field in fields)
-        travel = state.counterfaces.reshape(len(displacement), *state.counterfaces.shape[-2:])
-        return Steps(np.ravel(state.time), (displacement, velocity, acceleration), travel)
-
-    @staticmethod
-    def join(parts: Sequence[Steps]) -> Steps:
-        """Return several of them as one."""
-        if len(parts) == 1:
-            return parts[0]
-        displacement, velocity, acceleration = map(np.concatenate, zip(*(part.motion for part in parts), strict=True))
-        times, travel = (np.concatenate([getattr(part, name) for part in parts]) for name in ("time", "counterfaces"))
-        return Steps(times, (displacement, velocity, acceleration), travel)
+        displacement, velocity, acceleration = map(np.atleast_2d, fields)
+        travel = state.counterfaces.reshape(times.size, *state.counterfaces.shape[-2:])
+        return Steps(times, displacement, velocity, acceleration, travel)
 
 
 class Check(Protocol):
@@ -280,7 +272,7 @@ class OutsideCheck(Check):
     def look(self, steps: Steps) -> None:
         """Check states; refuse slip outside."""
         for number, beside in enumerate(self._beside):
-            outsiders, gaps = beside.outsiders, beside.gaps(steps.motion[0], steps.counterfaces[:, number])
+            outsiders, gaps = beside.outsiders, beside.gaps(steps.displacement, steps.counterfaces[:, number])
             for time, row in zip(steps.time.tolist(), gaps, strict=True):
                 check_outsiders(
                     *(row, outsiders.nodes, outsiders.positions, time),
@@ -333,7 +325,7 @@ class RotationCheck(Check):
         """Check states; refuse a body that has turned too far to call that small."""
         if not self._names:
             return
-        angles = np.abs(steps.motion[0][:, self._at])
+        angles = np.abs(steps.displacement[:, self._at])
         self._largest = np.maximum(self._largest, angles.max(axis=0))
         beyond = np.flatnonzero(angles.max(axis=1) > _REFUSE)
         if beyond.size:
