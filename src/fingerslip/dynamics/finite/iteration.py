@@ -313,7 +313,7 @@ def _error(stepper: Stepper, iterate: _Iterate, solved: _Linearised) -> float:
     residual, size = _with_contact(stepper, iterate, solved.force)
     error, contact = float(np.linalg.norm(residual)) / size, solved.contact
     pressing = contact.solution.forces[:, 0]
-    if stepper.constant_frames is not None or not pressing.any():
+    if stepper.compliance.frames is not None or not pressing.any():
         return error
     candidates, counterfaces = stepper.system.candidates, stepper.system.counterfaces
     points = candidates.positions + iterate.moved if iterate.pose is None else iterate.pose.points
