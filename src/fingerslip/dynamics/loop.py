@@ -12,11 +12,9 @@ from scipy import sparse
 
 from fingerslip.arrays import Floats
 from fingerslip.contact.candidates import check_outsiders
-from fingerslip.contact.counterfaces import Counterface
 from fingerslip.dynamics.recording.recorder import Recorder
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
-from fingerslip.dynamics.system.operators import Outsiders, Rotations
 from fingerslip.dynamics.system.system import System
 from fingerslip.errors import InputError
 
@@ -114,12 +112,14 @@ class Observer(Protocol[S_contra]):
     @property
     def room(self) -> int:
         """Steps that may be recorded together next."""
+        return 1
 
     def record(self, state: S_contra) -> None:
         """Check and record the next state, or several, time first in their arrays."""
 
     def finish(self) -> None:
         """Finish the checks of what was recorded."""
+        return
 
 
 class BodyObserver:
@@ -127,7 +127,8 @@ class BodyObserver:
 
     def __init__(self, recorder: Recorder, system: System, checks: Sequence[Check] = ()) -> None:
         self.recorder = recorder
-        self._checks: Sequence[Check] = (OutsideCheck(system), RotationCheck(system), *checks)
+        outside = (OutsideCheck(system, number) for number in range(len(system.outsiders)))
+        self._checks: Sequence[Check] = (*outside, RotationCheck(system), *checks)
         self._waiting: list[Steps] = []
         self._count, self._at_once = 0, 1
 
@@ -263,50 +264,45 @@ class Check(Protocol):
 
 
 class OutsideCheck(Check):
-    """Refuses slip outside the candidates."""
+    """Refuses that a counterface reaches nodes beside its candidates.
 
-    def __init__(self, system: System) -> None:
-        numbered = enumerate(zip(system.outsiders, system.counterfaces.shapes, strict=True))
-        self._beside = [_Beside(*contact, number, system.rotations) for number, contact in numbered]
+    Gaps to what is flat need but one displacement of each of these k nodes.
+    """
+
+    def __init__(self, system: System, number: int) -> None:
+        self._outsiders, self._shape = system.outsiders[number], system.counterfaces.shapes[number]
+        self._number, rotations = number, system.rotations
+        self._rotations = rotations if rotations is not None and rotations.axes[:, number].any() else None
+        # The unknowns that they depend on, and the map from these to their displacement, or to that along the normal.
+        moved: Any = self._outsiders.relative
+        self._columns = np.unique(moved.indices) if sparse.issparse(moved) else np.arange(moved.shape[1])
+        self._moved = moved[:, self._columns]
+        if self._rotations is None and self._shape.is_flat:
+            normal = self._shape.unit_normal[None]
+            self._moved = sparse.kron(sparse.identity(len(self._outsiders.nodes)), normal, format="csr") @ self._moved
 
     def look(self, steps: Steps) -> None:
         """Check states; refuse slip outside."""
-        for number, beside in enumerate(self._beside):
-            outsiders, gaps = beside.outsiders, beside.gaps(steps.displacement, steps.counterfaces[:, number])
-            for time, row in zip(steps.time.tolist(), gaps, strict=True):
-                check_outsiders(
-                    *(row, outsiders.nodes, outsiders.positions, time),
-                    shape=beside.shape,
-                    number=number,
-                    searched=outsiders.searched,
-                )
+        outsiders, gaps = self._outsiders, self._gaps(steps.displacement, steps.counterfaces[:, self._number])
+        for time, row in zip(steps.time.tolist(), gaps, strict=True):
+            check_outsiders(
+                *(row, outsiders.nodes, outsiders.positions, time),
+                shape=self._shape,
+                number=self._number,
+                searched=outsiders.searched,
+            )
 
-
-class _Beside:
-    """The k nodes beside the candidates of a counterface; gaps to what is flat need but one displacement of each."""
-
-    def __init__(self, outsiders: Outsiders, shape: Counterface, number: int, rotations: Rotations | None) -> None:
-        self.outsiders, self.shape, self._number = outsiders, shape, number
-        self._rotations = rotations if rotations is not None and rotations.axes[:, number].any() else None
-        # The unknowns that they depend on, and the map from these to their displacement, or to that along the normal.
-        moved: Any = outsiders.relative
-        self._columns = np.unique(moved.indices) if sparse.issparse(moved) else np.arange(moved.shape[1])
-        self._moved = moved[:, self._columns]
-        if self._rotations is None and shape.is_flat:
-            along = sparse.kron(sparse.identity(len(outsiders.nodes)), shape.unit_normal[None], format="csr")
-            self._moved = along @ self._moved
-
-    def gaps(self, fields: Floats, travel: Floats) -> Floats:
+    def _gaps(self, fields: Floats, travel: Floats) -> Floats:
         """Return the gaps (n, k) [m] for displacements of all unknowns (n, m) and of the counterface (n, dim) [m]."""
-        positions, moved = self.outsiders.positions, (self._moved @ fields[:, self._columns].T).T
-        if self.shape.is_flat and self._rotations is None:
-            return np.asarray(self.shape.gap(positions) + moved - (travel @ self.shape.unit_normal)[:, None])
+        positions, moved = self._outsiders.positions, (self._moved @ fields[:, self._columns].T).T
+        if self._shape.is_flat and self._rotations is None:
+            return np.asarray(self._shape.gap(positions) + moved - (travel @ self._shape.unit_normal)[:, None])
         points = positions + moved.reshape(len(fields), *positions.shape) - travel[:, None]
         if self._rotations is not None:
             counterface = np.full(len(positions), self._number)
             turned = self._rotations.matrices(fields[:, self._rotations.at])[:, counterface]
             points = self._rotations.seen(turned, points, counterface)
-        return self.shape.gap(points.reshape(-1, positions.shape[1])).reshape(len(fields), -1)
+        return self._shape.gap(points.reshape(-1, positions.shape[1])).reshape(len(fields), -1)
 
 
 class RotationCheck(Check):

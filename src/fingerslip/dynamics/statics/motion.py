@@ -29,7 +29,7 @@ from fingerslip.contact.solve.compliance import Compliance
 from fingerslip.contact.solve.partition import Partition
 from fingerslip.contact.solve.working_set import WorkingSet
 from fingerslip.contact.states import OPEN, STICK
-from fingerslip.dynamics.loop import Integrator, Loop
+from fingerslip.dynamics.loop import Integrator, Loop, Observer
 from fingerslip.dynamics.statics.body import REPAIR, StaticBody, shear_distances
 from fingerslip.dynamics.step.contact_step import solve_law
 from fingerslip.dynamics.step.stepper import Stopwatch, penalty_compliance
@@ -267,10 +267,8 @@ class _Steps(Integrator[_State]):
         return int(np.argmin(shear_distances(moved, body.moved[:, patches].reshape(-1, *shape), body.forces[0])))
 
 
-class _Records:
-    """Forces and states of all steps, one by one: see :class:`fingerslip.dynamics.loop.Observer`."""
-
-    room = 1
+class _Records(Observer[_State]):
+    """Forces and states of all steps."""
 
     def __init__(self, steps: _Steps) -> None:
         self._steps = steps

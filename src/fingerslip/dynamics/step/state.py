@@ -127,7 +127,7 @@ def first_state(stepper: Stepper) -> State:
         moved=none,
         contact_forces=none,
         contact_forces_before=none,
-        interface=rest_state(candidates, system.counterfaces.gaps(candidates.positions, candidates.counterface)),
+        interface=rest_state(candidates, stepper.gaps),
         energies=Energies(kinetic=kinetic, initial=kinetic),
         moments=np.zeros(0 if system.rotations is None else system.rotations.at.size),
         history_variables=tuple(map(variables_at_rest, stepper.viscous)),

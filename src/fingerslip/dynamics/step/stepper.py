@@ -20,7 +20,7 @@ from fingerslip.dynamics.step.viscoelastic import Viscous, viscous_steps
 from fingerslip.dynamics.system.scheme import Scheme, make_scheme
 from fingerslip.dynamics.system.system import System
 from fingerslip.fe.space import vector_dofs
-from fingerslip.linear.solver import LinearSolver, preferred_solver
+from fingerslip.linear.solver import LinearSolver
 from fingerslip.linear.symmetric import row_products
 from fingerslip.materials.elastic import RayleighDamping
 from fingerslip.model.timing import Timing
@@ -116,15 +116,10 @@ def is_large(systems: Sequence[System]) -> bool:
 
 
 def build_steppers(
-    systems: Sequence[System],
-    time: Timing,
-    damping: RayleighDamping,
-    *,
-    solver: LinearSolver | None = None,
-    reserved_bytes: int = 0,
+    systems: Sequence[System], time: Timing, damping: RayleighDamping, solver: LinearSolver, reserved_bytes: int = 0
 ) -> list[Stepper]:
     """Factorise and condense the matrix that systems share for a fixed step, roughly where steps correct it."""
-    scheme, solver = make_scheme(time), solver or preferred_solver()
+    scheme = make_scheme(time)
     # The equation of the next step contains the forces of the displacement reached, and so corrects what rough factors
     # miss. Without inertia a single step may be all of a motion, and has to be exact.
     corrected = bool(scheme.inertia_factor) and not systems[0].held_by_contact and is_large(systems)
