@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fingerslip.arrays import Floats
 from fingerslip.contact.interface import InterfaceState, conditions
@@ -171,8 +172,7 @@ class _Steps:
         inverse, records = Inverse(*before.carried[len(motion) :]), _empty_records(count, self._body)
         solved = self._take_steps(motion, inverse, driving, records, float(times[0]))
         steps: tuple[Any, ...] = tuple(values[:solved] for values in records)
-        after = replace(before, carried=(*motion, *inverse))
-        return self._states(after, times[:solved], travel[1 : solved + 1], Records(*steps))
+        return self._states(before, times[:solved], travel[1 : solved + 1], Records(*steps), (*motion, *inverse))
 
     def _take_steps(self, motion: Motion, inverse: Inverse, driving: Driving, records: Records, end: float) -> int:
         """Take steps up to one that is not solved, at least the first, which ends at a time [s]; return how many."""
@@ -191,7 +191,9 @@ class _Steps:
                 raise unsolved(self.stepper.system.candidates, solution.worst, residual, TOLERANCE, end)
             solutions = np.concatenate([solutions, solution.forces[None]])
 
-    def _states(self, after: State, times: Floats, travel: Floats, records: Records) -> State:
+    def _states(
+        self, before: State, times: Floats, travel: Floats, records: Records, carried: tuple[NDArray[Any], ...]
+    ) -> State:
         """Return the states of steps, time first in their arrays where there are several."""
         size = self._interface.shape[1]
         # Fields with the displacement of the interface behind them; one product reads the interface once for all.
@@ -203,7 +205,7 @@ class _Steps:
         slip_distance, since_contact, slip, limit = (slips[..., row, :] for row in range(4))
         energies: dict[str, Any] = dict(zip(ENERGIES, records.energies[at].T, strict=True))
         return replace(
-            after,
+            before,
             time=times[at],  # type: ignore[arg-type]
             displacement=displacement,
             velocity=velocity,
@@ -219,10 +221,11 @@ class _Steps:
                 state=records.states[at],
                 limit=limit,
             ),
-            energies=replace(after.energies, **energies),
+            energies=replace(before.energies, **energies),
             step=self.stepper.scheme.step,
             iterations=records.iterations[at],  # type: ignore[arg-type]
             residual=records.residuals[at],  # type: ignore[arg-type]
+            carried=carried,
         )
 
 
