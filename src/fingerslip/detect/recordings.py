@@ -112,12 +112,14 @@ def recorded_trials(
     for file, values in table.items():
         path, outer = Path(folder) / file, values.pop(EXTERNAL, None)
         tracks, origin = read_recording(path, tracking), {"recording": file}
+        wrong = [tracks.attrs.get("warnings")]
         if outer is not None:
             outside = read_recording(Path(folder) / str(outer), external_tracking)
             tracks = with_external(tracks, outside, str(outer))
             origin["external_recording"] = str(outer)
-        if tracks.attrs.get("warnings"):
-            origin["warnings"] = str(tracks.attrs["warnings"])
+            wrong.append(outside.attrs.get("warnings"))
+        if any(wrong):
+            origin["warnings"] = "\n".join(filter(None, wrong))
         labels = {"user": onsets[path.stem]} if path.stem in onsets else {}
         if values.get(SLIP) == NO_SLIP_WORD:
             labels["user"] = Onsets(None, None)
@@ -135,7 +137,8 @@ def recorded_trials(
 def with_external(tracks: xr.Dataset, outer: xr.Dataset, where: str = "external") -> xr.Dataset:
     """Return the tracks of both cameras of a sensor in one dataset, at the times of the inner one.
 
-    Both recordings have to begin together; their rates may differ.
+    Both recordings have to begin together; their rates may differ. Attributes are those of the inner one: what is wrong
+    with the other makes labels doubtful, not what a detector sees.
     """
     time, other = tracks["time"].values, outer["time"].values
     if abs((time[-1] - time[0]) - (other[-1] - other[0])) > _APART:
@@ -146,7 +149,6 @@ def with_external(tracks: xr.Dataset, outer: xr.Dataset, where: str = "external"
     from fingerslip.vision.cameras.camera import interpolate
 
     seen = interpolate(outer, time - time[0] + other[0])
-    wrong = [str(each.attrs["warnings"]) for each in (tracks, outer) if each.attrs.get("warnings")]
     count, first = outer.sizes["marker"], int(tracks["marker"].max()) + 1
     ring = tracks["ring"].values if "ring" in tracks.variables else np.zeros(tracks.sizes["marker"], dtype=np.int64)
     return make_tracks(
@@ -157,8 +159,7 @@ def with_external(tracks: xr.Dataset, outer: xr.Dataset, where: str = "external"
         marker=np.concatenate([tracks["marker"].values, first + np.arange(count)]),
         # Markers outside are in no ring of the inner ones.
         ring=np.concatenate([ring, np.full(count, _NO_RING)]),
-        attributes={name: tracks.attrs[name] for name in _KEPT if name in tracks.attrs}
-        | ({"warnings": "\n".join(wrong)} if wrong else {}),
+        attributes={name: tracks.attrs[name] for name in _KEPT if name in tracks.attrs},
     )
 
 
