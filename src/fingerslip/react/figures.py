@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
+from itertools import cycle
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -24,7 +25,7 @@ from fingerslip.contact.states import SLIP, STICK
 from fingerslip.react.results import FILM, STILL, Reactions, answer, cell_table, paper_table, source_table, trial_table
 from fingerslip.react.settings import ReactionSettings
 from fingerslip.report.citations import bibtex_entries
-from fingerslip.report.colours import BLACK, BLUE, GREEN, GREY, ORANGE, STATE_COLOURS, VERMILLION
+from fingerslip.report.colours import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, STATE_COLOURS, VERMILLION
 from fingerslip.report.content import ReportContent
 from fingerslip.report.figures.style import add_legend, figure_grid, with_style
 from fingerslip.report.page.assemble import uncertainty_section
@@ -45,10 +46,11 @@ _FRONTIERS: tuple[dict[str, Any], ...] = (
 )
 _DOT: dict[str, Any] = {"marker": "o", "markersize": 4.0, "markeredgecolor": "white", "color": VERMILLION}
 _LOWEST = 4.0  # [ms], the lower end of the axis of critical latencies
-# Lines that cover each other are ever thinner, so that all can be seen.
-_PANEL_COLOURS, _PANEL_WIDTHS = (BLUE, ORANGE, GREEN), (2.2, 1.4, 0.8)
+# Lines that cover each other are ever thinner, so that all can be seen. Looks are cycled through by numbers without a
+# common factor: the first 21 panels and 20 detectors differ.
+_PANEL_COLOURS, _PANEL_WIDTHS = (BLUE, ORANGE, GREEN, VERMILLION, PURPLE, SKY, BLACK), (2.2, 1.4, 0.8)
 _DASHES: Sequence[Any] = ("solid", (0, (5, 2)), (0, (1.2, 1.4)), (0, (5, 1.5, 1, 1.5)))
-_MARKERS = ("o", "s", "^", "D")
+_MARKERS = ("o", "s", "^", "D", "v")
 
 
 @with_style
@@ -138,10 +140,9 @@ def margin_figure(reactions: Reactions) -> Figure:
     figure, (rates, travels) = figure_grid(2, 2, _PANEL_OF_LINES, title, ("", ""), share="none")
     row = reactions.frictions.index(result.friction)
     keys: dict[str, Artist] = {}
-    for detector, dashes, marker in zip(settings.detectors, _DASHES, _MARKERS, strict=False):
-        for (heading, values), colour, width in zip(
-            reactions.panels(detector).items(), _PANEL_COLOURS, _PANEL_WIDTHS, strict=False
-        ):
+    for detector, dashes, marker in zip(settings.detectors, cycle(_DASHES), cycle(_MARKERS), strict=False):
+        looks = zip(cycle(_PANEL_COLOURS), cycle(_PANEL_WIDTHS), strict=False)
+        for (heading, values), (colour, width) in zip(reactions.panels(detector).items(), looks, strict=False):
             look: dict[str, Any] = {"color": colour, "marker": marker, "markersize": 1.0 + 2.0 * width}
             look["linewidth"] = width * mpl.rcParams["lines.linewidth"]
             rates.plot(reactions.load_rates, 1e3 * values[row], linestyle=dashes, **look)

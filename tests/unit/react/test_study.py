@@ -211,6 +211,12 @@ def test_figures_draw_the_reactions_of_the_study_alone(reactions):
         assert rates.get_ylim()[1] > 1.1 * 60.0, "no dot is cut"
     figure = map_figure(reactions)
     assert figure.legends[0].get_texts()[0].get_text() == "human-slip, 74 ms: saves the objects to the left"
+    critical = dict.fromkeys("abcdef", 0.05)
+    results = tuple(replace(result, critical=critical) for result in reactions.results)
+    settings = replace(reactions.settings, detectors=dict.fromkeys(critical, next(iter(own.detectors.values()))))
+    rates, _ = margin_figure(replace(reactions, settings=settings, results=results)).axes
+    looks = {f"{line.get_marker()} {line._dash_pattern}" for line in rates.lines[:6]}
+    assert len(looks) == 6, "no detector is left out, and none looks like another"
 
 
 def test_columns_of_reactions_have_names_that_matlab_takes(reactions):
