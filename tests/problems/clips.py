@@ -211,7 +211,7 @@ def _disk(  # noqa: PLR0917
 
 
 def tutorial_slides():
-    """Return the twelve analytic slides of the tutorial of detectors, by name: pins slip alone, leap and touch."""
+    """Return twelve analytic slides, deeper than those of the tutorial, by name: pins slip alone, leap and touch."""
     return {trial.name: trial for trial in synthetic_slides((3e-3, 4e-3), 3, 2, sensor=SMALL_SENSOR, travel=6e-3)}
 
 
