@@ -185,8 +185,7 @@ def evaluate(
         options: dict[str, Any] = {"folds": folds, "group": group, "leave_out": leave_out or (), "output": output}
         tables = evaluate_classifiers(dataset, classifier or (), choices, **options)
     _print(tables, markdown, as_json)
-    page = "" if whole else f"\npage: {output / 'evaluation.html'}"
-    typer.echo(f"tables: {output}{page}", err=markdown or as_json)
+    typer.echo(f"tables: {output}\npage: {output / 'evaluation.html'}", err=markdown or as_json)
 
 
 @with_options("choices", _choices)

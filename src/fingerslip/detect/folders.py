@@ -14,10 +14,10 @@ JUDGED, CLIP = "judged.npz", "clip.json"
 AGAIN = "run fingerslip detect run again"
 #: Kinds of figures of an evaluation, and of a clip that a detector ran on, with what they show.
 OF_EVALUATIONS: Mapping[str, str] = {
-    "confusion": "frames by true class and by the class found, of each classifier",
-    "roc": "slip found over false alarms, frame by frame",
-    "calibration": "how often frames slip over the probability that is said",
-    "leads": "share of the trials in which slip was found so long before gross slip",
+    "confusion": "frames, or whole trials, by true class and by the class found, in per cent of each row",
+    "roc": "slip found over false alarms as the threshold falls, each frame or whole trial by itself",
+    "calibration": "how often it slips over the probability that is said",
+    "leads": "share of the trials in which slip was found so long before gross slip; early alarms have no lead",
     "trials": "onsets of slip found in each trial, beside the labels",
 }
 OF_CLIPS: Mapping[str, str] = {"slip-timeline": "displacement, markers that left the pattern and slip over time"}

@@ -6,16 +6,17 @@ import dataclasses
 import io
 import json
 import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pydantic
 
+from fingerslip.arrays import Floats
 from fingerslip.detect.classifiers import optional, probabilities
 from fingerslip.detect.labels import CLASSES
-from fingerslip.detect.training import Detector, candidate_of_name
+from fingerslip.detect.training import TESTED, TIME_ERROR, UNLIKE, Detector, candidate_of_name
 from fingerslip.errors import DamagedError, InputError, shorten
 from fingerslip.storage.files import (
     check_digests,
@@ -27,6 +28,7 @@ from fingerslip.storage.files import (
     write_json,
     write_text,
 )
+from fingerslip.tables.table import Column, Table, to_markdown
 from fingerslip.version import __version__
 
 #: Largest classifier that is loaded [byte], unpacked.
@@ -69,6 +71,7 @@ def _description(detector: Detector) -> dict[str, Any]:
         "data": detector.data,
         "frame_rate": detector.frame_rate,
         "provenance": dict(detector.provenance),
+        "ranges": detector.ranges,
     }
     plain: dict[str, Any] = json.loads(json.dumps(description))
     return plain
@@ -112,7 +115,7 @@ def _described_detector(path: Path, described: Mapping[str, Any]) -> Detector:
             "smoother": {name: value for name, value in described["smoother"].items() if name != "kind"},
         }
         detector = pydantic.TypeAdapter(Detector).validate_python(values)
-        # Older detectors do not say their frame rate.
+        # Older detectors do not say their frame rate, nor their ranges.
         again = _description(detector) | {name: described[name] for name in ("fingerslip", "scikit_learn", "sha256")}
         wrong = sorted(name for name in {**described, **again} if described.get(name) != again.get(name))
     # Any other value may stand in any place.
@@ -182,6 +185,8 @@ def _faults(detector: Detector, estimator: Any) -> Iterator[str]:
         for model in (estimator, candidate_of_name(detector.classifier).make(0))
     )
     yield "" if kinds == needed else f"is not the classifier {detector.classifier}"
+    is_ranged = detector.ranges is None or np.shape(detector.ranges) == (2, 2, count)
+    yield "" if is_ranged else f"has other ranges than those of {count} features"
     for tree in (step.tree_ for step in getattr(estimator, "estimators_", [estimator]) if hasattr(step, "tree_")):
         children = np.stack([tree.children_left, tree.children_right])
         is_whole = tree.capacity == tree.node_count and tree.value.shape == (tree.node_count, 1, 3)
@@ -215,23 +220,39 @@ def _node_fault(children: Any, is_split: Any, feature: Any, threshold: Any, valu
 
 
 def _card(detector: Detector) -> str:
-    calibration, motion = detector.calibration, detector.features.motion
-    promise = "The threshold guarantees nothing, as too few trials were kept for it: slip is as likely as not."
+    says = "It knows the sensor, the surfaces and the motions that it learned from, and says nothing about others."
+    rows = to_markdown(detector_table(detector))
+    return f"# Slip detector: {detector.classifier}\n\nMade by fingerslip {__version__}.\n\n{rows}\n{says}\n"
+
+
+def detector_table(detector: Detector, shares: Floats | None = None) -> Table:
+    """Return what a detector is and learned from, how it did in tests, and how far beyond that a clip is (2,)."""
+    calibration, learned, motion = detector.calibration, dict(detector.provenance), detector.features.motion
+    (count, unlike), error = learned.pop(TESTED, (0, 0)), learned.pop(TIME_ERROR, ())
+    rate = "" if detector.frame_rate is None else f" at {detector.frame_rate:.4g} frames/s"
+    promise = "no guarantee: too few trials were kept for the threshold; slip is as likely as not"
     if calibration.trials:
         like = f"if they are like the {calibration.trials} that set the threshold"
-        promise = f"At most {100 * calibration.share:.3g} % of trials without slip raise a false alarm, {like}."
-    rate = "" if detector.frame_rate is None else f" at {detector.frame_rate:.4g} frames/s"
-    seen = f"{len(detector.names)} features ({', '.join(detector.features.sets)})"
-    lines = [
-        f"# Slip detector: {detector.classifier}",
-        "",
-        f"Made by fingerslip {__version__} for {detector.layout_in_words}{rate}.",
-        f"It sees {seen}; the first {motion.rest_frames} frames are at rest.",
-        f"Learned from {', '.join(f'{name} {value}' for name, value in detector.provenance.items())}.",
-        f"Hash of the data set: `{detector.data}`.",
-        "",
-        promise,
-        "",
-        "It knows the sensor, the surfaces and the motions that it learned from, and says nothing about others.",
+        promise = f"in at most {100 * calibration.share:.3g} % of trials without slip, {like}"
+    beyond = f"more than {100 * UNLIKE:g} % of the features beyond the range learned"
+    rows = [
+        ("sees", f"{len(detector.names)} features ({', '.join(detector.features.sets)})"),
+        ("is for", f"{detector.layout_in_words}{rate}; the first {motion.rest_frames} frames are at rest"),
+        ("learned from", ", ".join(f"{name} {value}" for name, value in learned.items())),
+        ("hash of that data set", detector.data),
+        ("false alarms", promise),
+        ("error of the time of slip", time_error_text(error)),
+        ("called unlike the trials that it learned from", f"{unlike} of {count} others in tests: {beyond}"),
     ]
-    return "\n".join(lines) + "\n"
+    if shares is not None:
+        at_rest, later = 100 * shares
+        rows.append(("features of this clip beyond that range", f"{at_rest:.0f} % at rest, {later:.0f} % later"))
+    return Table("The detector", (Column(""), Column("value")), tuple(rows))
+
+
+def time_error_text(error: Sequence[float]) -> str:
+    """Say how far times of slip were off in tests: median, 5 % and 95 % [s]; nothing is not known."""
+    if not error:
+        return "not known"
+    middle, low, high = (f"{1e3 * value:.0f}" for value in error)
+    return f"{middle} ms ({low} to {high}), in trials that the detector did not learn from"

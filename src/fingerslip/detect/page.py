@@ -22,8 +22,9 @@ from fingerslip.arrays import Floats
 from fingerslip.detect.folders import AGAIN, CLIP, OF_CLIPS
 from fingerslip.detect.labels import Onsets
 from fingerslip.detect.live import Finding
+from fingerslip.detect.model_file import time_error_text
 from fingerslip.detect.residual import STILL, ResidualFinding, ResidualSettings, Slide, slides_of
-from fingerslip.errors import DamagedError, shorten
+from fingerslip.errors import DamagedError, InputError, shorten
 from fingerslip.report.colours import BLACK, BLUE, GREY, ORANGE, SKY, VERMILLION
 from fingerslip.report.figures.markers import SHOWN_UNITS
 from fingerslip.report.figures.style import add_legend, figure_grid, picture_bytes, say, show_picture, with_style
@@ -174,6 +175,7 @@ class SlipClip:
     time_error: Sequence[float] = ()  # median, 5 % and 95 % of the error of the time of slip, where it is known [s]
     source: str = ""  # its file
     detector: str = ""  # what looked at it
+    about: Table | None = None  # what that is, of a trained one
 
     @property
     def slides(self) -> tuple[Slide, ...]:
@@ -236,16 +238,16 @@ def slide_table(clip: SlipClip) -> Table:
         no_event = Missing.NO_EVENT if slide.is_judged else Missing.NOT_JUDGED
         incipient, gross = (no_event if time is None else time for time in vars(slide.onsets).values())
         sure = _sureness(clip, slide) if slide.is_judged else no_event
-        motion: tuple[Cell, ...] = (slide.start, slide.end, "not rigid" if slide.is_press else "slide")
-        if not clip.residual:
-            motion = (Missing.NOT_DEFINED,) * 3  # it knows no rests
-        elif slide.onsets.first is not None and slide.onsets.gross is None:
+        if clip.residual and slide.onsets.first is not None and slide.onsets.gross is None:
             gross = Missing.NOT_JUDGED
+        motion: tuple[Cell, ...] = (slide.start, slide.end, "not rigid" if slide.is_press else "slide")
         rows.append((*motion, incipient, gross, sure))
     seconds = [Column(name, "s", digits=3) for name in ("begins", "ends", "slip", "gross slip")]
     columns = (*seconds[:2], Column("what"), *seconds[2:], Column("sure", "%"))
-    note = (_SURE if clip.residual else _SURE_OF_TRAINED) if rows else ""
-    return Table("What happened from rest to rest" if rows else "The markers never moved", columns, tuple(rows), note)
+    if not clip.residual:  # it knows no rests
+        return Table("What was found", columns[3:], tuple(row[3:] for row in rows), _SURE_OF_TRAINED)
+    title = "What happened from rest to rest" if rows else "The markers never moved"
+    return Table(title, columns, tuple(rows), _SURE if rows else "")
 
 
 def _sureness(clip: SlipClip, slide: Slide) -> int | None:
@@ -286,11 +288,8 @@ def answer_of(clip: SlipClip) -> tuple[str, ...]:
 
 def _time_error(clip: SlipClip) -> str:
     """Return how far times of slip were off in tests, where that is known."""
-    if clip.time_error:
-        middle, low, high = (f"{1e3 * value:.0f}" for value in clip.time_error)
-        return f"Error of the time of slip, on the trials that set its threshold: {middle} ms ({low} to {high})."
     if not clip.residual:
-        return "Error of the time not known."
+        return f"Error of the time of slip: {time_error_text(clip.time_error)}."
     errors = [f"{_error(slip, ' s', 1)} on {name}" for name, slip, _ in _TIMED]
     line = f"Error of the time when slip begins, in tests: {', '.join(errors)}."
     if all(slide.onsets.gross is None for slide in clip.slides):
@@ -324,6 +323,8 @@ def slip_report(clip: SlipClip) -> Report:
         settings = ResidualSettings()
         numbers = {"noise": settings.noise, "growth": 100 * settings.growth, "share": 100 * settings.share}
         sections.append(ReportSection("How it was found", (_HOW.format(**numbers), _WHAT_IT_NEEDS), (tested_table(),)))
+    if clip.about:
+        sections.append(ReportSection("How it was found", tables=(clip.about,)))
     sections.append(ReportSection("Speed", tables=(clip.latency,)))
     provenance = {"fingerslip": __version__, "source": str(clip.tracks.attrs.get("source", clip.name))}
     question = "When did it slip, and how sure is that?"
@@ -484,6 +485,10 @@ def draw(folder: Path, kind: str) -> Figure:
     """Draw a figure of a folder that a detector wrote."""
     if kind in OF_CLIPS:
         return timeline_figure(read_timeline(folder))
-    from fingerslip.detect.evaluation.figures import FIGURES, read_judged
+    from fingerslip.detect.evaluation.figures import figures_of, read_judged
 
-    return FIGURES[kind][1](*read_judged(folder))
+    judged, labels = read_judged(folder)
+    kinds = figures_of(judged)
+    if kind not in kinds:
+        raise InputError(str(folder), f"has no figure {kind}: trials were judged whole", f"needs {', '.join(kinds)}")
+    return kinds[kind](judged, labels)

@@ -332,12 +332,6 @@ def frames_at_rest(tracks: xr.Dataset) -> int:
     return min(rest_length(position), _MOST)
 
 
-def first_motion(tracks: xr.Dataset, rest_frames: int) -> int | None:
-    """Return the first of so many frames at rest in which the markers of tracks move, if they do in one."""
-    length = rest_length(markers_of(tracks, "internal")["position"].values[:rest_frames])
-    return length if length < rest_frames else None
-
-
 def detect_residual(tracks: xr.Dataset, settings: ResidualSettings | None = None) -> list[ResidualFinding]:
     """Return what the detector finds in the internal markers of tracks, frame by frame."""
     detector = ResidualDetector(settings)

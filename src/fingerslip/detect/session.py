@@ -25,14 +25,15 @@ from fingerslip.detect.evaluation.scores import (
     score_submission,
     table_of,
 )
-from fingerslip.detect.features import MotionSettings
+from fingerslip.detect.features import MotionSettings, markers_of
 from fingerslip.detect.folders import origin_of
 from fingerslip.detect.labels import Onsets, read_onsets
-from fingerslip.detect.model_file import read_detector, write_detector
+from fingerslip.detect.model_file import detector_table, read_detector, write_detector
 from fingerslip.detect.recordings import TRACK_FILES, read_any_tracks, recorded_trials
 from fingerslip.detect.samples import Sampling, benchmark_test_trials, grouped_folds, left_out
 from fingerslip.detect.training import (
     TIME_ERROR,
+    UNLIKE,
     Detector,
     calibration_count,
     candidate_of_name,
@@ -40,7 +41,9 @@ from fingerslip.detect.training import (
     check_tracks_fit,
     frame_rate_of,
     rate_fault,
+    strange_shares,
     train,
+    with_test_results,
 )
 from fingerslip.detect.trials import TrialSet, condition_text, open_trials, write_trials
 from fingerslip.errors import InputError, shorten
@@ -139,15 +142,18 @@ def collect_trials(
 def train_detector(dataset: Path, output: Path, classifier: str, choices: Choices) -> str:
     """Train a detector on what is no test trial of the benchmark, write it, and return what was done."""
     folder = open_trials(dataset)
-    detector = choices.train(folder, classifier)
+    tests, onsets = benchmark_test_trials(folder.names, choices.seed), choices.onsets(folder)
+    with threadpool_limits(choices.workers):
+        detector = choices.train(folder, classifier)
+        detector = with_test_results(detector, folder, onsets, [name for name in tests if name in onsets])
     write_detector(detector, output)
     promise = "no guarantee on false alarms: too few trials"
     calibration = detector.calibration
     if calibration.trials:
         promise = f"false alarms <= {100 * calibration.share:g} % by {calibration.trials} trials"
     trials, samples = detector.provenance["trials"], detector.provenance["samples"]
-    tests = ", ".join(benchmark_test_trials(folder.names, choices.seed))
-    return f"{output}: {classifier}, {trials} trials, {samples} samples, {promise}\ntest trials, not seen: {tests}"
+    learned = f"{output}: {classifier}, {trials} trials, {samples} samples, {promise}"
+    return f"{learned}\ntest trials, not seen: {', '.join(tests)}"
 
 
 def evaluate_classifiers(
@@ -263,6 +269,7 @@ def score_onsets(dataset: Path, submission: Path, choices: Choices) -> Table:
 def unseen_tables(result: Unseen) -> list[Table]:
     """Return the tables of what was found: onsets in both readings, classes and confusion of all frames."""
     warning = f"Warning: the data set {result.rate_fault}. " if result.rate_fault else ""
+    warning += f"Warning: {result.unlike} trials are unlike those learned from. " if result.unlike else ""
     note = f"{warning}Single frames: the first that is more likely slip than not, without smoothing or guarantee."
     return [event_table(result.scores, note), *frame_tables({"all frames": frame_scores_of(result.matrices)})]
 
@@ -315,7 +322,7 @@ def run_detector(
     from fingerslip.detect.residual import ResidualSettings, detect_residual, findings_table, frames_at_rest
     from fingerslip.vision.tracking.track import follow_video, lens_of, tracks_of
 
-    frames, note, seconds = None, "Latency without the tracker. A first run compiles, too.", np.zeros(1)
+    frames, note, seconds, about = None, "Latency without the tracker. A first run compiles, too.", np.zeros(1), None
     with threadpool_limits(1):
         if source.suffix in TRACK_FILES:
             tracks = read_any_tracks(source)
@@ -332,8 +339,10 @@ def run_detector(
         if trained:
             if frames is None:
                 check_rate_fits(trained, frame_rate_of(tracks["time"].values), str(source))
-            tracks = tracks.assign_attrs(warnings="\n".join(_warnings(tracks, trained)))
             findings: Sequence[Finding] = list(run_on_tracks(trained, tracks))
+            shares = strange_shares(trained, tracks)
+            about = detector_table(trained, shares)
+            tracks = tracks.assign_attrs(warnings="\n".join(_warnings(tracks, trained, shares.max())))
         else:
             findings = detect_residual(tracks, ResidualSettings(rest_frames=rest_frames or frames_at_rest(tracks)))
     more = np.resize(seconds, len(findings)).tolist()
@@ -341,7 +350,7 @@ def run_detector(
     name = "the detector that ships" if trained is None else trained.classifier
     latency = findings_table(timed, f"{source.name} with {name}", note)
     error = trained.provenance.get(TIME_ERROR, ()) if trained else ()
-    clip = SlipClip(source.name, tracks, findings, latency, frames, error, str(source.resolve()), detector)
+    clip = SlipClip(source.name, tracks, findings, latency, frames, error, str(source.resolve()), detector, about)
     page = write_slip_page(clip, output)
     lines = [*(f"warning: {text}" for text in clip.warnings), *answer_of(clip), f"page: {page}"]
     if before:
@@ -349,17 +358,20 @@ def run_detector(
     return [slide_table(clip), latency], lines
 
 
-def _warnings(tracks: xr.Dataset, trained: Detector) -> Iterator[str]:
-    """Yield what is wrong with tracks, and with their rest for a trained detector."""
-    from fingerslip.detect.residual import first_motion
+def _warnings(tracks: xr.Dataset, trained: Detector, strange: float) -> Iterator[str]:
+    """Yield what is wrong with tracks, and what of them a trained detector has not learned."""
+    from fingerslip.vision.tracking.track import rest_length
 
     if tracks.attrs.get("warnings"):
         yield str(tracks.attrs["warnings"])
     rest_frames = trained.features.motion.rest_frames
-    first = first_motion(tracks, rest_frames)
-    if first is not None:
+    first = rest_length(markers_of(tracks, "internal")["position"].values[:rest_frames])
+    if first < rest_frames:
         fault = f"the markers move from frame {first} on, and the detector takes {rest_frames} frames for rest"
         yield f"{fault}: its times mean nothing; begin the recording earlier, or train with fewer --rest"
+    if strange > UNLIKE:
+        fault = f"{100 * strange:.0f} % of what the detector sees is beyond the range that it learned from"
+        yield f"{fault}: its answer means nothing here; train it on trials like this clip"
 
 
 def watch_camera(

@@ -38,8 +38,11 @@ Positive = Annotated[Number, pydantic.Field(gt=0, allow_inf_nan=False)]
 _LEAST = 1e-3
 #: Share by which the frame rate of a recording may differ from that of a detector.
 RATE_TOLERANCE = 0.1
-#: In the provenance of a detector: how far off its times are on the trials that set its threshold.
-TIME_ERROR = "time_error_s"
+#: In the provenance of a detector: how many trials it was tested on and how many of these are said to be unlike those
+#: that it learned from, and how far off its times are on them.
+TESTED, TIME_ERROR = "tested_unlike", "time_error_s"
+#: Share of the features of a clip beyond the range of those learned that makes it unlike them; assumed.
+UNLIKE = 0.1
 
 
 @parameters
@@ -178,6 +181,8 @@ class Detector:
     calibration: Calibration = field(default_factory=Calibration)
     data: str = ""  # hash of the data set that it learned from
     frame_rate: Positive | None = None  # median of the trials that it learned from [1/s], where it is known
+    # (2, 2, n_features), least and largest features at rest and in the frames that it learned from
+    ranges: list[list[list[float]]] | None = None
     provenance: Mapping[str, Any] = field(default_factory=dict)
 
 
@@ -216,6 +221,8 @@ def train(
     samples = samples_of(trials, onsets, settings, sampling, names=[name for name in chosen if name not in calibration])
     estimator = fit(candidate, samples.values, samples.classes, seed=seed, workers=workers)
     inside = markers_of(trials.tracks(chosen[0]), "internal")
+    rests = (trials.tracks(name).isel(time=slice(settings.motion.rest_frames)) for name in samples.trials)
+    at_rest = np.concatenate([features_of(motion_of(rest, settings.motion), settings) for rest in rests])
     # Of trials at several rates no rate is the one that it learned from.
     alike = np.ptp(samples.interval) <= RATE_TOLERANCE * np.median(samples.interval)
     detector = Detector(
@@ -228,17 +235,33 @@ def train(
         smoother=forward_filter(samples, onsets, settings.motion.window),
         data=trials.digest,
         frame_rate=float(f"{1.0 / np.median(samples.interval):.6g}") if alike else None,
+        ranges=[[part.min(axis=0).tolist(), part.max(axis=0).tolist()] for part in (at_rest, samples.values)],
         provenance={"trials": len(samples.trials), "samples": len(samples.classes), "seed": seed, "set": trials.title},
     )
     if not calibration:
         return detector
-    scored = {name: detect(detector, trials.tracks(name))[:2] for name in calibration}
-    limit = false_alarm_threshold([largest_before(*scores, onsets[name]) for name, scores in scored.items()], share)
-    thresholds = Thresholds(slip=limit)
-    begins = [onsets_from(*scores, thresholds) for scores in scored.values()]
-    provenance = {**detector.provenance, **time_error([onsets[name] for name in scored], begins)}
-    calibrated = Calibration(len(calibration), share)
-    return replace(detector, thresholds=thresholds, calibration=calibrated, provenance=provenance)
+    scored = ((detect(detector, trials.tracks(name))[:2], onsets[name]) for name in calibration)
+    limit = false_alarm_threshold([largest_before(*scores, label) for scores, label in scored], share)
+    return replace(detector, thresholds=Thresholds(slip=limit), calibration=Calibration(len(calibration), share))
+
+
+def with_test_results(
+    detector: Detector, trials: TrialSet, onsets: Mapping[str, Onsets], names: Sequence[str]
+) -> Detector:
+    """Return a detector that says how it does in trials that it did not learn from."""
+    begins = [detect(detector, trials.tracks(name))[2] for name in names]
+    unlike = sum(bool(strange_shares(detector, trials.tracks(name)).max() > UNLIKE) for name in names)
+    error = time_error([onsets[name] for name in names], begins)
+    return replace(detector, provenance={**detector.provenance, TESTED: [len(names), unlike], **error})
+
+
+def strange_shares(detector: Detector, tracks: xr.Dataset) -> Floats:
+    """Return which shares of the features of tracks, at rest and later (2,), are beyond the range of those learned."""
+    motion, resting = motion_of(tracks, detector.features.motion), detector.features.motion.rest_frames
+    values, usable = features_of(motion, detector.features), motion.usable
+    frames = values[:resting][usable[:resting]], values[resting:][usable[resting:]]
+    ranges = zip(frames, detector.ranges or [[[-np.inf], [np.inf]]] * 2, strict=True)
+    return np.array([((part < low) | (part > high)).mean() if part.size else 0.0 for part, (low, high) in ranges])
 
 
 def time_error(labels: Sequence[Onsets], begins: Sequence[Onsets]) -> dict[str, list[float]]:

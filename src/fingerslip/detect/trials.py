@@ -173,7 +173,11 @@ class TrialSet:
         result = {name: self.labels(name) for name in self.names}
         for name, labels in result.items():
             if source not in labels:
-                raise InputError(f"{self.folder}: {name}", f"has no labels {source!r}", f"has {', '.join(labels)}")
+                repair = (
+                    "ask of whole trials: fingerslip detect evaluate --whole" if "slip" in self.conditions[name] else ""
+                )
+                fault, allowed = f"has no labels {source!r}", f"has {', '.join(labels) or 'none'}"
+                raise InputError(f"{self.folder}: {name}", fault, allowed, repair)
         return {name: labels[source] for name, labels in result.items()}
 
 

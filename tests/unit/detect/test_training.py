@@ -56,10 +56,11 @@ def test_thresholds_are_set_by_the_largest_score_before_slip_of_trials_that_were
     assert [training.calibration_count(count, 0.05) for count in (24, 37, 38, 95, 256)] == [0, 0, 19, 19, 51]
     assert made.provenance["trials"] == 19
     assert made.data == trials.digest
-    onsets, calibration = trials.onsets(), held_out(trials.names, 5, 0)
-    begins = [detect(made, trials.tracks(name))[2] for name in calibration]
-    known = training.time_error([onsets[name] for name in calibration], begins)
-    assert known == {training.TIME_ERROR: made.provenance[training.TIME_ERROR]}
+    onsets, others = trials.onsets(), held_out(trials.names, 5, 0)
+    begins = [detect(made, trials.tracks(name))[2] for name in others]
+    known = training.time_error([onsets[name] for name in others], begins)
+    results = training.with_test_results(made, trials, onsets, others)
+    assert results.provenance == {**made.provenance, training.TESTED: [5, 0], **known}
 
     def error(labels, begins):
         return training.time_error(*([Onsets(time, None) for time in times] for times in (labels, begins)))
@@ -70,6 +71,14 @@ def test_thresholds_are_set_by_the_largest_score_before_slip_of_trials_that_were
     time, scores = np.arange(4.0), np.array([[0.0, 9.0], [3.0, 9.0], [1.0, 9.0], [8.0, 9.0]])
     largest = [training.largest_before(time, scores, Onsets(*at)) for at in ((2.5, 3.0), (None, None), (0.0, 1.0))]
     assert largest == [3.0, 8.0, -np.inf]
+
+
+def test_clip_of_another_sensor_is_known_by_how_its_rest_looks(detector, trials):
+    tracks, deeper = (trials.tracks(trials.names[number]) for number in (8, -1))
+    alike, noisy = (training.strange_shares(detector, disturb(tracks, "noise", amount)) for amount in (0.0, 1.0))
+    assert alike.max() < training.UNLIKE < 0.5 < noisy[0]
+    assert training.strange_shares(detector, deeper)[1] > training.UNLIKE, "no such indentation was learned"
+    assert training.strange_shares(dataclasses.replace(detector, ranges=None), tracks).tolist() == [0.0, 0.0]
 
 
 def test_trials_at_two_rates_make_a_detector_that_refuses_neither(samples, trials, monkeypatch):

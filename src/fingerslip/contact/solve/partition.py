@@ -63,22 +63,25 @@ def first_partition(compliance: Floats, penalty: Floats) -> Partition:
 
 
 def solve_in_partitions(  # noqa: PLR0917
-    partition: Partition,
+    compliance: Floats,
     penalty: Floats,
     free: Floats,
     friction_coefficient: Floats,
     start: Floats,
     tolerance: float,
+    *,
+    partition: Partition | None = None,
 ) -> tuple[ContactSolution, Partition]:
-    """Find the contact forces of one step in 2D, from the partition of the last one.
+    """Find the contact forces of one step in 2D.
 
     Steps are halved until they bring the forces nearer to a solution. Where none does, :func:`solve_friction` takes
     over.
 
-    Arrays: penalty (n_c, 2) [m/N]; free (n_c, 2) [m]; friction_coefficient (n_c,) [-]; start (n_c, 2) [N]; tolerance
-    [-].
+    Arrays: compliance (n_c * 2, n_c * 2) [m/N]; penalty (n_c, 2) [m/N]; free (n_c, 2) [m]; friction_coefficient (n_c,)
+    [-]; start (n_c, 2) [N]; tolerance [-].
     """
-    compliance = partition.compliance
+    if partition is None or partition.compliance is not compliance:
+        partition = first_partition(compliance, penalty)
     product = partition.product if partition.forces is start else active_product(compliance, start)
     problem = compliance, np.ascontiguousarray(penalty), partition.scale, free, friction_coefficient, tolerance
     reached = start, product, 0

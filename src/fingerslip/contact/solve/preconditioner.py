@@ -59,10 +59,18 @@ class Coupled:
         return Coupled(self.near, _local_parts(body, self.near, len(body) // max(len(self.near), 1)))
 
 
-def _local_parts(body: Reals, near: Integers, dim: int) -> Singles:
+@numba.njit(cache=True, nogil=True)
+def _local_parts(body, near, dim):  # type: ignore[no-untyped-def]
     """Return the parts of a compliance among the nodes `near` (n_c, m), shape (n_c, m * dim, m * dim)."""
-    unknowns = (near[:, :, None] * dim + np.arange(dim)).reshape(len(near), -1)
-    return np.asarray(body[unknowns[:, :, None], unknowns[:, None, :]], dtype=np.float32)
+    count, width = near.shape
+    blocks = np.empty((count, width * dim, width * dim), dtype=np.float32)
+    for i in range(count):
+        for a in range(width * dim):
+            row = body[near[i, a // dim] * dim + a % dim]
+            for b in range(width):
+                for m in range(dim):
+                    blocks[i, a, b * dim + m] = row[near[i, b] * dim + m]
+    return blocks
 
 
 @dataclass(frozen=True)

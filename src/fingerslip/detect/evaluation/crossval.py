@@ -27,6 +27,7 @@ from fingerslip.detect.features import FeatureSettings, MotionSettings, feature_
 from fingerslip.detect.labels import CLASSES, Onsets, classes_at, onsets_of, times_of
 from fingerslip.detect.samples import Samples, Sampling, columns_of, held_out, sample_split, samples_of
 from fingerslip.detect.training import (
+    UNLIKE,
     Detector,
     ForwardFilter,
     Thresholds,
@@ -39,6 +40,7 @@ from fingerslip.detect.training import (
     onsets_from,
     rate_fault,
     single_frame_scores,
+    strange_shares,
 )
 from fingerslip.detect.trials import TrialSet, check_labels
 from fingerslip.errors import InputError
@@ -294,6 +296,7 @@ class Unseen:
     scores: Mapping[str, EventScores]  # by reading
     matrices: NDArray[np.intp]  # (n_trials, 3, 3), confusion of all frames
     rate_fault: str = ""  # how the frame rate of the trials differs from that of the detector
+    unlike: int = 0  # trials that are unlike those that it learned from
 
 
 def on_unseen(detector: Detector, trials: TrialSet, onsets: Mapping[str, Onsets]) -> Unseen:
@@ -303,9 +306,11 @@ def on_unseen(detector: Detector, trials: TrialSet, onsets: Mapping[str, Onsets]
         raise InputError(str(trials.folder), "is what the detector learned from", "needs another data set", repair)
     check_labels(onsets, trials.names, needed=())
     results: dict[str, dict[str, Onsets]] = {reading: {} for reading in READINGS}
-    matrices = []
+    matrices, unlike = [], 0
     for name in trials.names:
-        motion, chances = frame_chances(detector, trials.tracks(name))
+        tracks = trials.tracks(name)
+        motion, chances = frame_chances(detector, tracks)
+        unlike += int(strange_shares(detector, tracks).max() > UNLIKE)
         usable, likely = motion.usable, chances.argmax(axis=1).astype(np.int8)
         true, one_trial = classes_at(onsets[name], motion.time)[usable], np.zeros(int(usable.sum()), dtype=np.intp)
         matrices.append(confusion_by_trial(true, likely[usable], one_trial))
@@ -315,4 +320,4 @@ def on_unseen(detector: Detector, trials: TrialSet, onsets: Mapping[str, Onsets]
         results[READINGS[1]][name] = onsets_from(motion.time, alone)
     ends, frame = rest_ends(trials, trials.names, detector.features.motion.rest_frames)
     scores = {reading: event_scores_of(result, onsets, ends, frame=frame) for reading, result in results.items()}
-    return Unseen(results, scores, np.concatenate(matrices), rate_fault(detector, 1.0 / frame))
+    return Unseen(results, scores, np.concatenate(matrices), rate_fault(detector, 1.0 / frame), unlike)

@@ -18,8 +18,8 @@ from fingerslip.arrays import Flags, Floats
 from fingerslip.detect.classifiers import optional
 from fingerslip.detect.evaluation.crossval import UNREADABLE, read_arrays
 from fingerslip.detect.evaluation.scores import Estimate
-from fingerslip.detect.folders import JUDGED
-from fingerslip.detect.labels import CLASSES, Onsets, onsets_of, times_of
+from fingerslip.detect.folders import JUDGED, OF_EVALUATIONS
+from fingerslip.detect.labels import Onsets, onsets_of, times_of
 from fingerslip.errors import DamagedError, shorten
 from fingerslip.report.colours import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION
 from fingerslip.report.figures.style import add_legend, columns_for, figure_grid, join_title, say, with_style
@@ -138,12 +138,13 @@ _TRIALS = 24  # that the timelines show
 
 @dataclass(frozen=True)
 class Judged:
-    """What a classifier says of trials that it has not seen."""
+    """What a classifier says of trials that it has not seen: of their frames, or of whole ones."""
 
-    matrix: NDArray[np.intp]  # (3, 3), frames by true class (rows) and predicted class (columns)
-    slip: Floats  # (n_samples,), probability of slip of each sampled frame
+    # (3, 3), frames by true class (rows) and predicted class (columns); (2, 2) of whole trials, which slip or do not
+    matrix: NDArray[np.intp]
+    slip: Floats  # (n_samples,), probability of slip of each sampled frame or trial
     slips: Flags  # (n_samples,), whether it does
-    events: Mapping[str, Onsets]  # onsets found, by trial
+    events: Mapping[str, Onsets]  # onsets found, by trial; none of whole ones
 
 
 Draw = Callable[[Mapping[str, Judged], Mapping[str, Onsets]], Figure]
@@ -153,7 +154,8 @@ def write_evaluation(
     tables: Sequence[Table], judged: Mapping[str, Judged], labels: Mapping[str, Onsets], path: Path, title: str
 ) -> None:
     """Write the page of an evaluation."""
-    pictures = [Picture(kind, caption, draw(judged, labels)) for kind, (caption, draw) in FIGURES.items()]
+    kinds = figures_of(judged).items()
+    pictures = [Picture(kind, f"Shows {OF_EVALUATIONS[kind]}.", draw(judged, labels)) for kind, draw in kinds]
     sections = (ReportSection("Figures", pictures=tuple(pictures)), ReportSection("Tables", tables=tuple(tables)))
     report = Report(title, sections, {"fingerslip": __version__}, "How well is slip found in trials not seen?")
     write_page(report, path)
@@ -170,7 +172,7 @@ def _keys(judged: Mapping[str, Judged]) -> dict[str, str]:
 
 @with_style
 def confusion_figure(matrices: Mapping[str, NDArray[np.intp]]) -> Figure:
-    """Draw the confusion matrix (3, 3) of each classifier, rows in per cent, with the numbers of frames."""
+    """Draw the confusion matrix of each classifier, rows in per cent, with the numbers of frames or trials."""
     columns = columns_for(len(matrices))
     figure, panels = figure_grid(len(matrices), columns, (3.0, 2.8), "Confusion", ("found", "true class"))
     for axes, (name, matrix) in zip(panels, matrices.items(), strict=True):
@@ -180,8 +182,9 @@ def confusion_figure(matrices: Mapping[str, NDArray[np.intp]]) -> Figure:
             text = f"{100 * share[row, column]:.1f}\n({matrix[row, column]})"
             colour = "white" if share[row, column] > 0.6 else BLACK
             axes.text(column, row, text, ha="center", va="center", color=colour, fontsize=8)
-        axes.set_xticks(range(len(CLASSES)), _WORDS)
-        axes.set_yticks(range(len(CLASSES)), _WORDS, rotation=90, va="center")
+        words = _WORDS if len(matrix) == len(_WORDS) else ("no slip", "slip")
+        axes.set_xticks(range(len(words)), words)
+        axes.set_yticks(range(len(words)), words, rotation=90, va="center")
         axes.tick_params(length=0)
         axes.set_title(_words(name))
         axes.grid(visible=False)
@@ -192,7 +195,7 @@ def confusion_figure(matrices: Mapping[str, NDArray[np.intp]]) -> Figure:
 def roc_figure(judged: Mapping[str, Judged]) -> Figure:
     """Draw the rate of frames with slip that are found over that of false alarms, with the area below."""
     metrics, keys = optional("sklearn.metrics"), {}
-    figure, (axes,) = figure_grid(1, 1, (4.6, 3.6), "Slip or none, of single frames", ("false alarms", "slip found"))
+    figure, (axes,) = figure_grid(1, 1, (4.6, 3.6), "Slip or none", ("false alarms", "slip found"))
     for name, colour in _keys(judged).items():
         entry = judged[name]
         if len(np.unique(entry.slips)) > 1:
@@ -272,20 +275,20 @@ def trials_figure(judged: Mapping[str, Judged], labels: Mapping[str, Onsets]) ->
     return figure
 
 
-#: Figures of an evaluation by their kind: caption, and what draws them of what is said and of the labels.
-FIGURES: Mapping[str, tuple[str, Draw]] = {
-    "confusion": (
-        "Frames by true class, in per cent of each row.",
-        lambda judged, _: confusion_figure({name: entry.matrix for name, entry in judged.items()}),
-    ),
-    "roc": (
-        "Slip found over false alarms, frame by frame, as the threshold falls.",
-        lambda judged, _: roc_figure(judged),
-    ),
-    "calibration": ("How often frames slip that are said to.", lambda judged, _: calibration_figure(judged)),
-    "leads": ("Share of the trials that had at least this lead; early alarms have none.", leads_figure),
-    "trials": ("Onsets of slip found in each trial, beside the labels.", trials_figure),
+#: What draws the figures of an evaluation, by their kind, of what is said and of the labels.
+FIGURES: Mapping[str, Draw] = {
+    "confusion": lambda judged, _: confusion_figure({name: entry.matrix for name, entry in judged.items()}),
+    "roc": lambda judged, _: roc_figure(judged),
+    "calibration": lambda judged, _: calibration_figure(judged),
+    "leads": leads_figure,
+    "trials": trials_figure,
 }
+
+
+def figures_of(judged: Mapping[str, Judged]) -> dict[str, Draw]:
+    """Return what draws an evaluation, by kinds of figures; whole trials, which have no times, have the first three."""
+    are_whole = all(len(entry.matrix) == 2 for entry in judged.values())
+    return dict(list(FIGURES.items())[: 3 if are_whole else None])
 
 
 _PARTS = ("matrix", "slip", "slips", "events")
@@ -296,7 +299,7 @@ def write_judged(judged: Mapping[str, Judged], labels: Mapping[str, Onsets], fol
     arrays: dict[str, Any] = {"classifiers": np.array(list(judged)), "trials": np.array(list(labels))}
     arrays["labels"] = times_of(labels.values())
     for number, entry in enumerate(judged.values()):
-        values = (entry.matrix, entry.slip, entry.slips, times_of(entry.events[trial] for trial in labels))
+        values = (entry.matrix, entry.slip, entry.slips, times_of(entry.events.values()))
         arrays |= {f"{part}-{number}": array for part, array in zip(_PARTS, values, strict=True)}
     with new_file(folder / JUDGED) as partial, partial.open("wb") as file:
         np.savez_compressed(file, **arrays)
@@ -310,7 +313,7 @@ def read_judged(folder: Path) -> tuple[dict[str, Judged], dict[str, Onsets]]:
         trials = stored["trials"].tolist()
         for number, name in enumerate(stored["classifiers"].tolist()):
             matrix, slip, slips, times = (stored[f"{part}-{number}"] for part in _PARTS)
-            judged[name] = Judged(matrix, slip, slips, dict(zip(trials, onsets_of(times), strict=True)))
+            judged[name] = Judged(matrix, slip, slips, dict(zip(trials, onsets_of(times), strict=len(times) > 0)))
         return judged, dict(zip(trials, onsets_of(stored["labels"]), strict=True))
     except (*UNREADABLE, KeyError) as error:
         fault = f"cannot be read ({shorten(str(error))})"

@@ -11,10 +11,11 @@ from threadpoolctl import threadpool_limits
 
 from fingerslip.arrays import Flags, Floats
 from fingerslip.detect.classifiers import CLASSIFIERS, optional
+from fingerslip.detect.evaluation.figures import Judged, write_evaluation, write_judged
 from fingerslip.detect.evaluation.scores import INTERVALS, output_tables, ratio_estimate, table_of
 from fingerslip.detect.features import FeatureSettings, MotionSettings, features_of, motion_of
 from fingerslip.detect.labels import Onsets
-from fingerslip.detect.recordings import NO_SLIP_WORD, SLIP
+from fingerslip.detect.recordings import NO_SLIP_WORD, SLIP, SLIP_WORD
 from fingerslip.detect.residual import ResidualSettings, detect_residual
 from fingerslip.detect.samples import grouped_folds
 from fingerslip.detect.session import Choices, groups_of
@@ -39,7 +40,7 @@ SHIPS = "the detector that ships"
 def evaluate_whole(
     dataset: Path, choices: Choices, *, folds: int = 5, group: str | None = None, output: Path | None = None
 ) -> list[Table]:
-    """Return the table of how well it is told whether there is slip in whole trials, after learning from the others."""
+    """Return how well it is told whether there is slip in whole trials, after learning from the others, as tables."""
     trials, seed = open_trials(dataset), choices.seed
     has_all = all(SLIP in trials.conditions[name] for name in trials.names)
     slips = slips_of(trials, {} if has_all else choices.onsets(trials))
@@ -50,24 +51,47 @@ def evaluate_whole(
         if len(np.unique(true[fold != number])) < 2:
             fault = f"the fold that leaves out trial {test[0]} has one kind of trial to learn from"
             raise InputError("folds", fault, "needs trials with slip and without", "take fewer folds")
-    selection, rows = optional("sklearn.model_selection"), []
+    selection, metrics, judged = optional("sklearn.model_selection"), optional("sklearn.metrics"), {}
     with threadpool_limits(choices.workers):
         columns = [_columns(trials.tracks(name), choices.motion) for name in slips]
         for name, (classifier, seen) in _SEEN.items():
             estimator, values = CLASSIFIERS[classifier].make(seed), np.stack([column[seen] for column in columns])
             split = selection.PredefinedSplit(fold)
-            chances = selection.cross_val_predict(estimator, values, true, cv=split, method="predict_proba")[:, 1]
-            area = float(optional("sklearn.metrics").roc_auc_score(true, chances))
-            rows.append((name, *_shares(true, chances > 0.5, seed), area))
-    said = np.array([column["ships"][0] > 0 for column in columns])
-    rows.append((SHIPS, *_shares(true, said, seed), None))
+            chances = selection.cross_val_predict(estimator, values, true, cv=split, method="predict_proba")
+            judged[name] = _verdicts(true, chances[:, 1])
+    judged[SHIPS] = _verdicts(true, np.array([column["ships"][0] for column in columns]))
+    rows = [
+        (name, *_shares(true, entry.slip > 0.5, seed), float(metrics.roc_auc_score(true, entry.slip)))
+        for name, entry in judged.items()
+    ]
     names = ("classifier", "accuracy", "slip found", "false alarm", Column("area below the curve", digits=3))
     majority = max(true.mean(), 1.0 - true.mean())
     note = f"{len(true)} trials, {true.sum()} with slip; to say the commoner always is right in {majority:.3f}."
-    tables = [table_of("Slip in whole trials, not seen", names, rows, f"{note} {INTERVALS}")]
+    tables = [
+        table_of("Slip in whole trials, not seen", names, rows, f"{note} {INTERVALS}"),
+        _trial_table(slips, judged),
+    ]
     if output is not None:
         output_tables(tables, output)
+        labels = dict.fromkeys(slips, Onsets(None, None))
+        write_judged(judged, labels, output)
+        write_evaluation(tables, judged, labels, output / "evaluation.html", f"Evaluation on {trials.title}")
     return tables
+
+
+def _verdicts(true: Flags, chances: Floats) -> Judged:
+    """Return what is said of trials, whose matrix has two classes, as they have no times of slip."""
+    matrix = np.bincount(2 * true + (chances > 0.5), minlength=4).reshape(2, 2)
+    return Judged(matrix, chances, true, {})
+
+
+def _trial_table(slips: Mapping[str, bool], judged: Mapping[str, Judged]) -> Table:
+    """Return what is said of each trial."""
+    chances = (entry.slip.tolist() for entry in judged.values())
+    words = (SLIP_WORD if slip else NO_SLIP_WORD for slip in slips.values())
+    columns = [Column(name, digits=2) for name in judged]
+    note = "Probability of slip, after learning from other trials; the detector that ships says 1 or 0."
+    return table_of("Trials", ("trial", SLIP, *columns), list(zip(slips, words, *chances, strict=True)), note)
 
 
 def slips_of(trials: TrialSet, onsets: Mapping[str, Onsets]) -> dict[str, bool]:

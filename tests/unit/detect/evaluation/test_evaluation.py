@@ -355,14 +355,20 @@ def mixed(tmp_path_factory: pytest.TempPathFactory) -> TrialSet:
 
 @pytest.mark.slow
 def test_slip_is_told_from_none_and_the_length_tells_nothing(mixed, tmp_path):
-    (table,) = evaluate_whole(mixed.folder, CHOICES, folds=2, group="object", output=tmp_path)
+    table, each = evaluate_whole(mixed.folder, CHOICES, folds=2, group="object", output=tmp_path)
     accuracies = {str(row[0]): float(str(row[1]).split()[0]) for row in table.rows}
     assert accuracies.pop("length of the clip alone") <= 0.5
     assert accuracies.keys() == {"forest", "logistic", SHIPS}
     assert accuracies["logistic"] > 0.9
     assert accuracies[SHIPS] == 1.0
     assert "12 trials, 6 with slip; to say the commoner always is right in 0.500" in table.note
-    assert len(list(tmp_path.glob("*.csv"))) == 1
+    assert [(row[1], row[-1]) for row in each.rows] == [("yes", 1.0), ("no", 0.0)] * 6
+    assert len(list(tmp_path.glob("*.csv"))) == 2
+    page = (tmp_path / "evaluation.html").read_text()
+    assert [f'id="{kind}"' in page for kind in FIGURES] == [True] * 3 + [False] * 2
+    assert draw(tmp_path, "confusion").axes[0].get_yticklabels()[1].get_text() == "slip"
+    with pytest.raises(InputError, match="has no figure leads: trials were judged whole, needs confusion, roc, calib"):
+        draw(tmp_path, "leads")
 
 
 def test_what_cannot_be_asked_is_refused(mixed):
