@@ -71,6 +71,11 @@ class Spikes:
     beyond : mapping of str to float, optional
         Types whose model responds to higher frequencies than the records resolve, and how high these go [Hz].
 
+    Raises
+    ------
+    InputError
+        Where afferents do not have a type and times each, or times are not in order between start and end.
+
     Examples
     --------
     Spikes around an event such as ``fs.find_events(history).slip.incipient``: a raster, and rates after it (PSTH).
@@ -89,6 +94,17 @@ class Spikes:
     start: float
     end: float
     beyond: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name, entries in (("kinds", self.kinds), ("times", self.times)):
+            if len(entries) != len(self.names):
+                raise InputError(name, f"have {len(entries)} entries", f"need one for each of {len(self.names)} names")
+        for name, times in zip(self.names, self.times, strict=True):
+            # What is no number is not in order, either.
+            if not (np.diff([self.start, *times, self.end]) >= 0.0).all():
+                fault = f"are not in order from {self.start:g} to {self.end:g} s"
+                repair = "give seconds, sorted, and the start and end of the recording"
+                raise InputError(f"times of {name}", fault, "need ascending times between start and end", repair)
 
     def __repr__(self) -> str:
         trains = [(kind, time.size) for kind, time in zip(self.kinds, self.times, strict=True)]

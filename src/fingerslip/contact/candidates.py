@@ -80,8 +80,6 @@ class Counterfaces:
 
     def coefficients(self, conditions: Conditions, counterface: Integers) -> Floats:
         """Return the friction coefficient of every node under the given conditions, shape (n,) [-]."""
-        if len(self.friction) == 1:
-            return self.friction[0].coefficients(conditions)
         values = np.zeros(len(counterface))
         for _, law, rows in self._each(counterface):
             values[rows] = law.coefficients(conditions.at(rows))

@@ -58,7 +58,7 @@ class Controlled(Integrator[State]):
         """Return the state at time zero."""
         return self._integrator.start()
 
-    def advance(self, states: Mapping[int, State], ends: Floats) -> dict[int, tuple[State, list[State]]]:  # noqa: ARG002
+    def advance(self, states: Mapping[int, State], ends: Floats) -> dict[int, list[State]]:  # noqa: ARG002
         """Take steps to the next record; in a new span the first one is the smallest."""
         state, (span, units) = states[0], next(self._records)
         # How often the unit of records can be halved without getting shorter than the shortest step.
@@ -72,7 +72,7 @@ class Controlled(Integrator[State]):
         first, last = self._at, self._at + (units << finest)
         while self._at < last:
             state, self._at = self._step(state, self._at, first, last)
-        return {0: (state, [state])}
+        return {0: [state]}
 
     def _step(self, state: State, at: int, first: int, last: int) -> tuple[State, int]:
         """Take one step from a place, in ticks of the span, within the interval between two records."""
@@ -129,7 +129,7 @@ class Controlled(Integrator[State]):
         end = self._span.start + (at + size) * self._tick
         if abs(end - self._span.end) < 0.5 * self._tick:
             end = self._span.end
-        return self._integrator.advance({0: state}, np.array([end]), size * self._tick)[0][0]
+        return self._integrator.advance({0: state}, np.array([end]), size * self._tick)[0][-1]
 
 
 def _doublings(length: float, most: float) -> int:

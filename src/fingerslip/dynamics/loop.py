@@ -5,19 +5,16 @@ from __future__ import annotations
 import logging
 from collections import Counter, OrderedDict
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, Generic, Protocol, TypeVar
+from typing import Any, Generic, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 from scipy import sparse
 
 from fingerslip.arrays import Floats
 from fingerslip.contact.candidates import check_outsiders
-from fingerslip.contact.counterfaces import Counterface
 from fingerslip.dynamics.recording.recorder import Recorder
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
-from fingerslip.dynamics.system.operators import Outsiders, Rotations
 from fingerslip.dynamics.system.system import System
 from fingerslip.errors import InputError
 
@@ -45,10 +42,11 @@ class Integrator(Protocol[S]):
     def start(self) -> dict[int, S]:
         """Return the states of all motions at time zero."""
 
-    def advance(self, states: Mapping[int, S], ends: Floats) -> dict[int, tuple[S, list[S]]]:
+    def advance(self, states: Mapping[int, S], ends: Floats) -> dict[int, list[S]]:
         """Take the next step of some motions, or as many as are taken at once, to times (k,) [s].
 
-        Of each motion, return the last state and those of its steps, one by one or some together, time first in arrays.
+        Of each motion, return the states of its steps, one by one or some together, time first in arrays. It goes on
+        from the last of them.
         """
 
 
@@ -59,9 +57,7 @@ class BodyIntegrator(Integrator[State], Protocol):
     def steppers(self) -> Sequence[Stepper]:
         """What stayed the same in the last step of each motion."""
 
-    def advance(
-        self, states: Mapping[int, State], ends: Floats, length: float | None = None
-    ) -> dict[int, tuple[State, list[State]]]:
+    def advance(self, states: Mapping[int, State], ends: Floats, length: float | None = None) -> dict[int, list[State]]:
         """Take the next steps; one may have another length [s] than the model's own."""
 
     def steer(self, system: System) -> None:
@@ -116,12 +112,14 @@ class Observer(Protocol[S_contra]):
     @property
     def room(self) -> int:
         """Steps that may be recorded together next."""
+        return 1
 
     def record(self, state: S_contra) -> None:
         """Check and record the next state, or several, time first in their arrays."""
 
     def finish(self) -> None:
         """Finish the checks of what was recorded."""
+        return
 
 
 class BodyObserver:
@@ -129,7 +127,8 @@ class BodyObserver:
 
     def __init__(self, recorder: Recorder, system: System, checks: Sequence[Check] = ()) -> None:
         self.recorder = recorder
-        self._checks: Sequence[Check] = (OutsideCheck(system), RotationCheck(system), *checks)
+        outside = (OutsideCheck(system, number) for number in range(len(system.outsiders)))
+        self._checks: Sequence[Check] = (*outside, RotationCheck(system), *checks)
         self._waiting: list[Steps] = []
         self._count, self._at_once = 0, 1
 
@@ -164,7 +163,8 @@ class BodyObserver:
 
     def _look(self) -> None:
         if self._waiting:
-            steps, self._waiting, self._count = Steps.join(self._waiting), [], 0
+            steps = Steps(*map(np.concatenate, zip(*self._waiting, strict=True)))
+            self._waiting, self._count = [], 0
             for check in self._checks:
                 check.look(steps)
 
@@ -213,8 +213,8 @@ class Loop(Generic[S]):
         after = self._integrator.advance(moving, self.times[self.taken + 1 : self.taken + 1 + count])
         steps: Sequence[Any] = ()
         with self._watch.part("recording"):
-            for number, (state, steps) in after.items():
-                self.states[number] = state
+            for number, steps in after.items():
+                self.states[number] = steps[-1]
                 for some in steps:
                     self._observers[number].record(some)
         self.taken += sum(np.size(some.time) for some in steps)
@@ -233,30 +233,23 @@ class Loop(Generic[S]):
             observer.finish()
 
 
-@dataclass(frozen=True)
-class Steps:
+class Steps(NamedTuple):
     """What checks look at: k states of a motion."""
 
     time: Floats  # (k,) [s]
-    motion: tuple[Floats, Floats, Floats]  # (k, n), displacement [m], velocity and acceleration
+    displacement: Floats  # (k, n) [m]
+    velocity: Floats  # (k, n) [m/s]
+    acceleration: Floats  # (k, n) [m/s^2]
     counterfaces: Floats  # (k, n_counterfaces, dim), their prescribed displacement [m]
 
     @staticmethod
     def of(state: State) -> Steps:
         """Return what of a state, or of several, time first in their arrays, is looked at; nothing else is kept."""
+        times = np.ravel(state.time)
         fields = state.displacement, state.velocity, state.acceleration
-        displacement, velocity, acceleration = (field.reshape(-1, field.shape[-1]) for field in fields)
-        travel = state.counterfaces.reshape(len(displacement), *state.counterfaces.shape[-2:])
-        return Steps(np.ravel(state.time), (displacement, velocity, acceleration), travel)
-
-    @staticmethod
-    def join(parts: Sequence[Steps]) -> Steps:
-        """Return several of them as one."""
-        if len(parts) == 1:
-            return parts[0]
-        displacement, velocity, acceleration = map(np.concatenate, zip(*(part.motion for part in parts), strict=True))
-        times, travel = (np.concatenate([getattr(part, name) for part in parts]) for name in ("time", "counterfaces"))
-        return Steps(times, (displacement, velocity, acceleration), travel)
+        displacement, velocity, acceleration = map(np.atleast_2d, fields)
+        travel = state.counterfaces.reshape(times.size, *state.counterfaces.shape[-2:])
+        return Steps(times, displacement, velocity, acceleration, travel)
 
 
 class Check(Protocol):
@@ -271,50 +264,45 @@ class Check(Protocol):
 
 
 class OutsideCheck(Check):
-    """Refuses slip outside the candidates."""
+    """Refuses that a counterface reaches nodes beside its candidates.
 
-    def __init__(self, system: System) -> None:
-        numbered = enumerate(zip(system.outsiders, system.counterfaces.shapes, strict=True))
-        self._beside = [_Beside(*contact, number, system.rotations) for number, contact in numbered]
+    Gaps to what is flat need but one displacement of each of these k nodes.
+    """
+
+    def __init__(self, system: System, number: int) -> None:
+        self._outsiders, self._shape = system.outsiders[number], system.counterfaces.shapes[number]
+        self._number, rotations = number, system.rotations
+        self._rotations = rotations if rotations is not None and rotations.axes[:, number].any() else None
+        # The unknowns that they depend on, and the map from these to their displacement, or to that along the normal.
+        moved: Any = self._outsiders.relative
+        self._columns = np.unique(moved.indices) if sparse.issparse(moved) else np.arange(moved.shape[1])
+        self._moved = moved[:, self._columns]
+        if self._rotations is None and self._shape.is_flat:
+            normal = self._shape.unit_normal[None]
+            self._moved = sparse.kron(sparse.identity(len(self._outsiders.nodes)), normal, format="csr") @ self._moved
 
     def look(self, steps: Steps) -> None:
         """Check states; refuse slip outside."""
-        for number, beside in enumerate(self._beside):
-            outsiders, gaps = beside.outsiders, beside.gaps(steps.motion[0], steps.counterfaces[:, number])
-            for time, row in zip(steps.time.tolist(), gaps, strict=True):
-                check_outsiders(
-                    *(row, outsiders.nodes, outsiders.positions, time),
-                    shape=beside.shape,
-                    number=number,
-                    searched=outsiders.searched,
-                )
+        outsiders, gaps = self._outsiders, self._gaps(steps.displacement, steps.counterfaces[:, self._number])
+        for time, row in zip(steps.time.tolist(), gaps, strict=True):
+            check_outsiders(
+                *(row, outsiders.nodes, outsiders.positions, time),
+                shape=self._shape,
+                number=self._number,
+                searched=outsiders.searched,
+            )
 
-
-class _Beside:
-    """The k nodes beside the candidates of a counterface; gaps to what is flat need but one displacement of each."""
-
-    def __init__(self, outsiders: Outsiders, shape: Counterface, number: int, rotations: Rotations | None) -> None:
-        self.outsiders, self.shape, self._number = outsiders, shape, number
-        self._rotations = rotations if rotations is not None and rotations.axes[:, number].any() else None
-        # The unknowns that they depend on, and the map from these to their displacement, or to that along the normal.
-        moved: Any = outsiders.relative
-        self._columns = np.unique(moved.indices) if sparse.issparse(moved) else np.arange(moved.shape[1])
-        self._moved = moved[:, self._columns]
-        if self._rotations is None and shape.is_flat:
-            along = sparse.kron(sparse.identity(len(outsiders.nodes)), shape.unit_normal[None], format="csr")
-            self._moved = along @ self._moved
-
-    def gaps(self, fields: Floats, travel: Floats) -> Floats:
+    def _gaps(self, fields: Floats, travel: Floats) -> Floats:
         """Return the gaps (n, k) [m] for displacements of all unknowns (n, m) and of the counterface (n, dim) [m]."""
-        positions, moved = self.outsiders.positions, (self._moved @ fields[:, self._columns].T).T
-        if self.shape.is_flat and self._rotations is None:
-            return np.asarray(self.shape.gap(positions) + moved - (travel @ self.shape.unit_normal)[:, None])
+        positions, moved = self._outsiders.positions, (self._moved @ fields[:, self._columns].T).T
+        if self._shape.is_flat and self._rotations is None:
+            return np.asarray(self._shape.gap(positions) + moved - (travel @ self._shape.unit_normal)[:, None])
         points = positions + moved.reshape(len(fields), *positions.shape) - travel[:, None]
         if self._rotations is not None:
             counterface = np.full(len(positions), self._number)
             turned = self._rotations.matrices(fields[:, self._rotations.at])[:, counterface]
             points = self._rotations.seen(turned, points, counterface)
-        return self.shape.gap(points.reshape(-1, positions.shape[1])).reshape(len(fields), -1)
+        return self._shape.gap(points.reshape(-1, positions.shape[1])).reshape(len(fields), -1)
 
 
 class RotationCheck(Check):
@@ -333,7 +321,7 @@ class RotationCheck(Check):
         """Check states; refuse a body that has turned too far to call that small."""
         if not self._names:
             return
-        angles = np.abs(steps.motion[0][:, self._at])
+        angles = np.abs(steps.displacement[:, self._at])
         self._largest = np.maximum(self._largest, angles.max(axis=0))
         beyond = np.flatnonzero(angles.max(axis=1) > _REFUSE)
         if beyond.size:

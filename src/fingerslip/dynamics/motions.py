@@ -122,7 +122,7 @@ def make_integrator(motions: Motions, systems: Sequence[System], mapper: Mapper 
 
         return SmallStrain(make, time.shortest, watch)
     with watch.part("factorisation"):
-        steppers = build_steppers(systems, time, damping, solver=solver, reserved_bytes=reserved)
+        steppers = build_steppers(systems, time, damping, solver, reserved)
     if isinstance(steppers[0].condensed, ByModes):
         reason = next(filter(None, map(obstacle, steppers)), None)
         if reason is None:

@@ -31,8 +31,12 @@ class Factor(Protocol):
         """Return x = U^-1 y."""
 
 
-class SchurFactor(Protocol):
-    """A matrix of n unknowns factorised but for some, the kept ones; arrays are (n,) or (n, k), in any unit."""
+class SchurFactor(Factor, Protocol):
+    """A matrix of n unknowns factorised but for some, the kept ones.
+
+    The forward half gives a new array that holds the right-hand side of the Schur complement at the kept unknowns. The
+    backward half takes it with the solution there in its place.
+    """
 
     @property
     def substitutions(self) -> int:
@@ -41,12 +45,6 @@ class SchurFactor(Protocol):
     @property
     def is_single(self) -> bool:
         """Whether it is of single precision."""
-
-    def forward(self, right_hand_side: Floats) -> Floats:
-        """Return a new array that holds the right-hand side of the Schur complement at the kept unknowns."""
-
-    def backward(self, halfway: Floats) -> Floats:
-        """Return the solution, from a forward half into which the solution at the kept unknowns was put."""
 
 
 class LinearSolver(Protocol):

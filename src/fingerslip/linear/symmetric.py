@@ -19,22 +19,19 @@ _ROWS_AT_ONCE = 256
 
 
 def symmetric_product(matrix: NDArray[Any], vector: NDArray[Any]) -> NDArray[Any]:
-    """Return a symmetric matrix (n, n) times a vector (n,), in the precision of the vector.
+    """Return a symmetric matrix (n, n) times a vector (n,) or columns (n, k), in their precision.
 
-    Half of the matrix is read: what is above its diagonal may be anything.
+    For a vector half of the matrix is read: what is above its diagonal may be anything.
     """
-    product = np.empty_like(vector)
-    write_symmetric_product(matrix, np.ascontiguousarray(vector), product)
-    return product
-
-
-def symmetric_products(matrix: NDArray[Any], columns: NDArray[Any]) -> NDArray[Any]:
-    """Return a symmetric matrix (n, n), all of which is there, times columns (n, k), in their precision."""
-    if matrix.dtype == columns.dtype:
-        return np.asarray(matrix @ columns)
+    if vector.ndim == 1:
+        product = np.empty_like(vector)
+        write_symmetric_product(matrix, np.ascontiguousarray(vector), product)
+        return product
+    if matrix.dtype == vector.dtype:
+        return np.asarray(matrix @ vector)
     starts = range(0, len(matrix), _ROWS_AT_ONCE)
-    blocks = [matrix[start : start + _ROWS_AT_ONCE].astype(columns.dtype) @ columns for start in starts]
-    return np.concatenate(blocks) if blocks else columns.copy()
+    blocks = [matrix[start : start + _ROWS_AT_ONCE].astype(vector.dtype) @ vector for start in starts]
+    return np.concatenate(blocks) if blocks else vector.copy()
 
 
 @numba.njit(cache=True, nogil=True, fastmath={"reassoc", "contract"})

@@ -23,6 +23,7 @@ from fingerslip.fe.cell_materials import cell_materials
 from fingerslip.fe.forms import mass_matrix, stiffness_matrix
 from fingerslip.fe.space import boundary_nodes, build_space, nodal_areas, vector_dofs
 from fingerslip.linear.resources import allowed_threads, limited_threads, suitable_threads
+from fingerslip.linear.solver import preferred_solver
 from fingerslip.model.timing import TimeStepping
 from fingerslip.verification.blocks import block_on_plate
 from fingerslip.verification.meshes import axes_of, dimension
@@ -226,7 +227,7 @@ def full_motions(system, plates, times):
 
 def make_stepper(model, solver=None):
     """Return the stepper of a model that is simulated alone."""
-    return build_steppers([build_system(model)], model.time, model.damping, solver=solver)[0]
+    return build_steppers([build_system(model)], model.time, model.damping, solver or preferred_solver())[0]
 
 
 def condensed_states(stepper, model):

@@ -20,7 +20,7 @@ from fingerslip.afferents.model import (
     spike_notes,
     spikes_of,
 )
-from fingerslip.afferents.signals import STIMULI, BandwidthWarning, receptor_stimuli, warn_beyond
+from fingerslip.afferents.signals import STIMULI, BandwidthWarning, receptor_stimuli
 from fingerslip.sites import RECEPTOR_KINDS
 from problems.pushed import push_and_slide
 from unit.report.scenes import block_history
@@ -69,11 +69,6 @@ def test_models_of_the_project_fire_and_say_what_the_step_does_not_resolve(histo
     assert all(np.all(np.diff(own) > 0.0) for own in found.times)
 
 
-def test_a_step_that_would_do_is_rounded_down(history):
-    with pytest.warns(BandwidthWarning, match=r"324 Hz, .* a step of 0\.15 ms would do"):
-        warn_beyond(history, 324.0, "the model of FA-II")
-
-
 def test_a_model_may_respond_to_the_rate_of_a_stimulus(history):
     fast = Once()
     fast.stimulus = "equivalent_strain_rate"
@@ -92,6 +87,22 @@ def test_vibrations_are_asked_for_where_ten_records_a_period_and_a_damped_body_r
     history = xr.Dataset(losses, {"time": times})
     assert set(human_afferents()) - set(resolved_afferents(history)) == left_out
     assert list(resolved_afferents(history, {"SA-I": Once()})) == ["SA-I"], "strain is slow"
+
+
+@pytest.mark.parametrize(
+    ("kinds", "times", "message"),
+    [
+        (("SA-I", "FA-I"), [[0.1]], "kinds: have 2 entries, need one for each of 1 names"),
+        (("SA-I",), [[0.1], [0.2]], "times: have 2 entries, need one for each of 1 names"),
+        (("SA-I",), [[100.0, 150.0]], "times of a: are not in order from 0 to 0.2 s"),
+        (("SA-I",), [[0.15, 0.1]], "times of a: are not in order"),
+        (("SA-I",), [[-0.05]], "times of a: are not in order"),
+        (("SA-I",), [[np.nan]], "times of a: are not in order"),
+    ],
+)
+def test_spikes_of_ones_own_are_checked(kinds, times, message):
+    with pytest.raises(fs.InputError, match=message):
+        Spikes(("a",), kinds, tuple(map(np.array, times)), 0.0, 0.2)
 
 
 def test_rates_count_spikes_per_second_and_afferent():

@@ -149,4 +149,6 @@ def test_records_resolve_a_twentieth_of_their_rate_and_a_question_beyond_is_warn
     message = r"the question reaches 50 Hz, and the records resolve 20 Hz; a step of 1 ms"
     with pytest.warns(BandwidthWarning, match=message):
         warn_beyond(records(2.5e-3), 50.0, "the question")
+    with pytest.warns(BandwidthWarning, match=r"324 Hz, .* a step of 0\.15 ms would do"):
+        warn_beyond(records(2.5e-3), 324.0, "the model of FA-II")
     warn_beyond(records(2.5e-3), 19.0, "the question")

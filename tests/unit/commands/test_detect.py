@@ -52,16 +52,6 @@ def test_evaluation_prints_and_writes_tables(invoke, folder):
     assert [path.name for path in Path.cwd().iterdir()] == ["tables"]
 
 
-@pytest.mark.slow
-def test_an_inquiry_is_printed_and_written(invoke, folder):
-    asked = ("--classifier", "time_threshold", "--lost", "0", "--noise", "", "--slower", "2", "--output", "asked")
-    found = invoke("detect", "inquire", folder, *asked, *SETTINGS)
-    assert "Learning curve" in found.output
-    assert "Robustness" in found.output
-    assert len(list(Path("asked").glob("*.png"))) == 2
-    assert found.output.endswith("tables and figures: asked\n")
-
-
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

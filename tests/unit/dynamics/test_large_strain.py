@@ -163,7 +163,7 @@ def test_factors_go_before_others_are_made_also_where_an_iterate_went_too_far(co
     integrator = Large(model, build_system(model), solver, Stopwatch(), 0)
     state = integrator.start()[0]
     for end in np.linspace(0.125, 1.0, 8):
-        state, _ = integrator.advance({0: state}, np.array([end]))[0]
+        (state,) = integrator.advance({0: state}, np.array([end]))[0]
         integrator.renewed(state)
     assert len(solver.existed) > 8
     assert not any(solver.existed)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import fingerslip as fs
-from fingerslip.fe.cell_materials import cell_materials, small_strain_law
+from fingerslip.fe.cell_materials import cell_materials
 from fingerslip.fe.forms import mass_matrix, stiffness_matrix, traction_load, viscoelastic_layers
 from fingerslip.fe.integration import Integration, check_integration, is_mean_of_cell
 from fingerslip.fe.recovery import cell_recovery, von_mises
@@ -23,20 +23,6 @@ def halves(first, second, element="Q4", count=2):
 
 
 LOW, HIGH = (lambda c: c[1] < 0.5), (lambda c: c[1] > 0.5)
-
-
-def test_materials_follow_the_regions_and_laws_of_large_strain_are_taken_at_rest():
-    space = halves(LOW, HIGH)
-    soft, stiff = elastic(1e5, 0.25, 900.0), elastic(2e5, 0.0, 1100.0)
-    materials = cell_materials(space, {"b": stiff, "a": soft}, "plane_strain")
-    low, high = space.mesh.subdomains["a"], space.mesh.subdomains["b"]
-    assert {material: cells.tolist() for material, cells in materials} == {soft: low.tolist(), stiff: high.tolist()}
-    np.testing.assert_allclose(materials.density[low], 900.0)
-    np.testing.assert_allclose(materials.density[high], 1100.0)
-    law = fs.NeoHookean(34e3, 0.48, 1000.0)
-    materials = cell_materials(halves(LOW, HIGH), {"a": law, "b": elastic()}, "plane_strain").materials
-    assert materials == (law.at_rest(), elastic())
-    assert small_strain_law(elastic()) == elastic()
 
 
 BOTH = {"a": elastic(), "b": elastic()}
@@ -140,14 +126,6 @@ def test_only_rigid_body_modes_are_free_of_force(element, integration, formulati
     values, count = np.linalg.eigvalsh(stiffness.toarray()), 3 if space.dim == 2 else 6
     assert np.abs(values[:count]).max() <= 1e-12 * values[-1]
     assert values[count] >= (1e-4 if space.dim == 2 else 1e-6) * values[-1]
-
-
-@pytest.mark.parametrize("element", ["Q4", "T3", "T6"])
-def test_selective_integration_changes_quadrilaterals_only(element):
-    mesh = distorted(element)
-    full, selective = (stiffness_of(mesh, elastic(), "plane_strain", kind)[2] for kind in ("full", "selective"))
-    difference = abs(full - selective).max()
-    assert difference > 1e-3 * abs(full).max() if element == "Q4" else difference == 0.0
 
 
 @pytest.mark.parametrize("element", EVERY_ELEMENT)
@@ -279,20 +257,6 @@ def test_in_plane_stress_both_parts_make_the_elastic_stiffness(integration):
     expected = stiffness_matrix(space, materials, 1.0, integration)
     both = layers.shape + layers.across.along * layers.thickness
     np.testing.assert_allclose(both.toarray(), expected.toarray(), atol=1e-9 * np.abs(expected).max())
-
-
-@pytest.mark.parametrize(
-    ("first", "second", "formulation", "count"),
-    [
-        (fs.Elastic(1e4, 0.4, 1.0, prony=SOME), fs.Elastic(1e5, 0.3, 1.0, prony=SOME), "plane_strain", 1),
-        # The strain across is another one.
-        (fs.Elastic(1e4, 0.4, 1.0, prony=SOME), fs.Elastic(1e5, 0.3, 1.0, prony=SOME), "plane_stress", 2),
-        (fs.Elastic(1e4, 0.4, 1.0, prony=SOME), fs.Elastic(1e5, 0.3, 1.0, prony=OTHER), "plane_strain", 2),
-        (fs.Elastic(1e4, 0.4, 1.0), fs.Elastic(1e5, 0.3, 1.0), "plane_strain", 0),
-    ],
-)
-def test_layers_are_joined_where_they_relax_alike(first, second, formulation, count):
-    assert len(layers_of("Q4", first, second, formulation)[2]) == count
 
 
 def test_layers_know_their_materials_and_take_maps():

@@ -47,15 +47,6 @@ def test_vertices_come_before_the_middles_of_sides_and_the_centre_basis_has_one_
     np.testing.assert_allclose(space.centre.X[:, 0], 0.5 if element == "Q4" else 1 / 3, rtol=1e-14)
 
 
-@pytest.mark.parametrize(("element", "count"), [("Q4", 5), ("T3", 5), ("T6", 9)])
-def test_boundary_nodes_are_those_on_the_side(element, count):
-    space = build_space(distorted(element))
-    nodes = boundary_nodes(space, "top")
-    assert len(nodes) == count
-    np.testing.assert_allclose(space.positions[nodes, 1], 1.0)
-    assert (np.diff(nodes) > 0).all()
-
-
 @pytest.mark.parametrize("element", ELEMENTS)
 def test_region_nodes_are_those_of_its_cells(element):
     halves = {"low": lambda c: c[1] < 0.5, "high": lambda c: c[1] > 0.5}

@@ -5,7 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from fingerslip.linear.symmetric import symmetric_product, symmetric_products, write_symmetric_product
+from fingerslip.linear.symmetric import symmetric_product, write_symmetric_product
 
 SIZES = [0, 1, 2, 3, 4, 5, 7, 8, 150, 151]
 
@@ -46,7 +46,7 @@ def test_entries_of_single_precision_are_taken_as_they_are_and_the_leading_ones_
 @pytest.mark.parametrize("shape", [(0, 3), (1, 1), (5, 2), (700, 8)])
 def test_columns_are_multiplied_as_vectors_are(shape: tuple[int, int], precision: type) -> None:
     matrix, columns = example(shape[0], precision), np.random.default_rng(1).normal(size=shape)
-    found = symmetric_products(matrix, columns)
+    found = symmetric_product(matrix, columns)
     assert found.dtype == np.float64
     expected = [symmetric_product(matrix, column) for column in columns.T]
     np.testing.assert_allclose(found.T, np.reshape(expected, shape[::-1]), atol=1e-11)

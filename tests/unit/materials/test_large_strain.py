@@ -1,6 +1,5 @@
 """Laws of large strain: known tests, stability, limits of small strain."""
 
-import itertools
 import re
 
 import numpy as np
@@ -12,13 +11,7 @@ import fingerslip as fs
 from fingerslip.errors import InputError
 from fingerslip.materials.choice import LAWS
 from fingerslip.materials.elastic import Elastic
-from fingerslip.materials.large_strain import (
-    FiniteMaterial,
-    check_stability,
-    deviator,
-    isochoric_tangent,
-    log_volume_of,
-)
+from fingerslip.materials.large_strain import FiniteMaterial, check_stability, isochoric_tangent
 from fingerslip.materials.mooney_rivlin import MooneyRivlin
 from fingerslip.materials.neo_hookean import NeoHookean
 from fingerslip.materials.ogden import Ogden, OgdenTerm
@@ -63,18 +56,6 @@ def test_stress_and_tangent_are_derivatives_of_the_energy(law):
 
 
 @EVERY
-def test_no_axis_is_another_than_the_others_and_points_are_independent(law):
-    at = log_strains(6)
-    for order in map(list, itertools.permutations(range(3))):
-        np.testing.assert_allclose(law.stored_energy(at[:, order]), law.stored_energy(at), rtol=1e-12)
-        np.testing.assert_allclose(law.kirchhoff_stress(at[:, order]), law.kirchhoff_stress(at)[:, order], rtol=1e-12)
-    np.testing.assert_array_equal(law.kirchhoff_stress(at)[1:2], law.kirchhoff_stress(at[1:2]))
-    none = np.zeros((0, 3))
-    shapes = [of(none).shape for of in (law.stored_energy, law.kirchhoff_stress, law.kirchhoff_tangent)]
-    assert shapes == [(0,), (0, 3), (0, 3, 3)]
-
-
-@EVERY
 def test_every_law_answers_the_protocol_and_its_law_at_rest_is_its_linearisation(law):
     """Of normal strains along the axes Hooke's law has the tangent lambda + 2 G on, lambda off the diagonal."""
     assert set(EXAMPLES) == {law for law in LAWS if hasattr(law, "stored_energy")}
@@ -86,35 +67,8 @@ def test_every_law_answers_the_protocol_and_its_law_at_rest_is_its_linearisation
     hooke = rest.tangent(np.zeros((1, 6)), "solid")[0, :3, :3]
     np.testing.assert_allclose(law.kirchhoff_tangent(none)[0], hooke, rtol=1e-12)
     assert rest.shear_modulus == pytest.approx(law.shear_modulus)
-
-
-@EVERY
-def test_part_of_the_volume_has_its_derivatives(law):
-    at = np.linspace(-0.4, 0.5, 7)
-    energy, first, second = law.volumetric(at)
-    ahead, back = law.volumetric(at + STEP), law.volumetric(at - STEP)
-    scale = np.abs(second).max()
-    np.testing.assert_allclose((ahead[0] - back[0]) / (2 * STEP), first, atol=1e-8 * scale)
-    np.testing.assert_allclose((ahead[1] - back[1]) / (2 * STEP), second, atol=1e-8 * scale)
-    assert [float(part[0]) for part in law.volumetric(np.zeros(1))[:2]] == [0.0, 0.0]
-    assert (energy >= 0.0).all()
-
-
-@pytest.mark.parametrize("make", [lambda nu: NeoHookean(34e3, nu, 1.0), lambda nu: Ogden(TERMS, 1.0, poisson_ratio=nu)])
-def test_what_the_part_of_the_volume_leaves_stays_bounded(make):
-    at = log_strains()
-    left = [
-        law.kirchhoff_stress(at) - law.volumetric(at.sum(axis=1))[1][:, None] for law in (make(0.49), make(0.499999))
-    ]
-    np.testing.assert_allclose(left[0], left[1], rtol=0.02, atol=100.0)
-
-
-def test_deviator_and_tangent_of_shape_are_projections():
-    values = np.array([[1.0, 2.0, 6.0], [0.0, 0.0, 0.0]])
-    np.testing.assert_allclose(log_volume_of(deviator(values)), 0.0, atol=1e-15)
-    np.testing.assert_allclose(np.diff(deviator(values), axis=1), np.diff(values, axis=1))
-    rates, projection = np.array([[1.0, 2.0, 5.0]]), np.eye(3) - 1 / 3
-    np.testing.assert_allclose(isochoric_tangent(rates)[0], projection @ np.diag(rates[0]) @ projection, atol=1e-14)
+    shapes = [of(none[:0]).shape for of in (law.stored_energy, law.kirchhoff_stress, law.kirchhoff_tangent)]
+    assert shapes == [(0,), (0, 3), (0, 3, 3)]
 
 
 def test_bulk_modulus_follows_from_poissons_ratio_and_back():

@@ -120,23 +120,6 @@ def test_files_of_gmsh_with_physical_groups(version, kind, tmp_path):
     assert np.all(np.isin(sides, mesh.subdomains["upper"]).sum(axis=0) == 1)
 
 
-def test_hexahedra_of_gmsh(tmp_path):
-    with drawn(tmp_path / "block.msh") as model:
-        bottom = model.occ.addRectangle(0, 0, 0, 2, 1)
-        swept = model.occ.extrude([(2, bottom)], 0, 0, 1, numElements=[3], recombine=True)
-        model.occ.synchronize()
-        model.mesh.setRecombine(2, bottom)
-        model.mesh.setTransfiniteSurface(bottom)
-        model.addPhysicalGroup(3, [tag for dim, tag in swept if dim == 3], name="block")
-        model.addPhysicalGroup(2, [bottom], name="plate")
-        model.mesh.generate(3)
-    mesh = read_mesh(tmp_path / "block.msh")
-    space = build_space(mesh)
-    assert space.element == "H8"
-    assert space.full.dx.sum() == pytest.approx(2.0)
-    assert mesh.p[2, mesh.facets[:, mesh.boundaries["plate"]]].max() == pytest.approx(0.0)
-
-
 @pytest.mark.parametrize("path", sorted((ROOT / "meshes").glob("*.msh")), ids=lambda path: path.stem)
 def test_shipped_meshes_are_read(path):
     mesh = read_mesh(path)

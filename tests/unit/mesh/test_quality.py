@@ -11,7 +11,7 @@ from scipy.spatial import Delaunay
 
 from fingerslip.errors import MeshError
 from fingerslip.mesh.gmsh_session import Fragments
-from fingerslip.mesh.quality import check_quality, positive_tetrahedra, quality_table, tetrahedron_margins
+from fingerslip.mesh.quality import check_quality, quality_table, tetrahedron_margins
 from fingerslip.mesh.repair import repair_tetrahedra, scaled_jacobians, smooth
 
 
@@ -128,23 +128,6 @@ def test_corners_may_be_counted_either_way_round_but_not_both_ways_in_one_mesh()
     cells[:, 4] = cells[[0, 3, 2, 1], 4]
     (row,) = quality_table(skfem.MeshQuad(mesh.p, cells))
     assert row.scaled_jacobian == pytest.approx(-1.0)
-
-
-@pytest.mark.parametrize("kind", [skfem.MeshTet1, skfem.MeshTet2])
-def test_volumes_become_positive_and_middles_stay_on_their_edges(kind):
-    mesh = skfem.MeshTet1.init_tensor(*[np.linspace(0.0, 1.0, 3)] * 3)
-    mesh = mesh if kind is skfem.MeshTet1 else kind.from_mesh(mesh)
-    points, cells = mesh.doflocs.T, np.array(mesh.dofs.element_dofs.T)
-    before = cells.copy()
-    turned = positive_tetrahedra(points, cells)
-    np.testing.assert_array_equal(cells, before)
-    a, b, c, d = np.moveaxis(points[turned[:, :4]], 1, 0)
-    volume = np.sum(np.cross(b - a, c - a) * (d - a), axis=1) / 6
-    assert volume.min() > 0.0
-    assert volume.sum() == pytest.approx(1.0)
-    assert (turned != before).any(), "some were mirrored"
-    for middle, (first, second) in zip(turned[:, 4:].T, [(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)], strict=False):
-        np.testing.assert_allclose(points[middle], (points[turned[:, first]] + points[turned[:, second]]) / 2)
 
 
 REGION = np.zeros(9, dtype=int)

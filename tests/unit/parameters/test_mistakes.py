@@ -14,7 +14,7 @@ from fingerslip.errors import InputError
 from fingerslip.materials.elastic import Elastic
 from fingerslip.model.programme import Press, Slide
 from fingerslip.parameters import PositiveDuration, PositiveLength, from_mapping, parameters
-from fingerslip.parameters.fields import in_order, locate, mistakes_in, type_hints, unit_of
+from fingerslip.parameters.fields import locate, mistakes_in, type_hints, unit_of
 from fingerslip.specimens.fingertip.numbers import Receptors
 from fingerslip.study.definition.settings import ContactSettings
 from fingerslip.study.definition.spec import Study
@@ -99,15 +99,6 @@ def test_all_mistakes_are_found_and_told_in_plain_words_of_limited_length(cls, v
     assert line.startswith("friction_coefficient: got [0, 1, 2,")
     assert line.endswith("..., needs a number")
     assert len(line) < 140
-
-
-def test_order_is_that_of_the_file_and_missing_values_follow_their_group():
-    paths = ["b", "b.x", "b.y", "a", "a.z"]
-    mistakes = [InputError(where, "f", "a") for where in ("a.z", "c", "b", "b.missing", "b.y", "a.missing.deep")]
-    places = [mistake.where for mistake in in_order(mistakes, paths)]
-    assert places == ["b", "b.y", "b.missing", "a.z", "c", "a.missing.deep"]
-    placed = [mistake.moved(lambda where: f"f: {where}") for mistake in mistakes]
-    assert [mistake.where for mistake in in_order(placed, paths, "f: ")][:2] == ["f: b", "f: b.y"]
 
 
 def test_mistakes_of_plain_pydantic_and_of_calls_are_told_too():

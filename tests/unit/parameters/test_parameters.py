@@ -149,15 +149,7 @@ def test_every_value_is_walked_once_with_its_default_and_what_is_empty_is_left_o
     assert defaults(Nested(Outer(inner, count=2), Inner(width=0.25))) == {"around.width"}
 
 
-def test_all_mistakes_come_together_from_files_and_from_python():
-    with pytest.raises(InputError) as caught:
-        from_mapping(Outer, {"name": 3, "count": 0, "inner": {"width": 1, "places": ["1 mm", 2]}}, "f")
-    assert str(caught.value).splitlines() == [
-        "f: name: got 3, needs text",
-        "f: count: got 0, needs a number >= 1",
-        "f: inner.width: '1' has no unit, needs a unit of [m]; write '1 mm' or '1 m'",
-        "f: inner.places.1: '2' has no unit, needs a unit of [m]; write '2 mm' or '2 m'",
-    ]
+def test_all_mistakes_of_a_call_come_together():
     with pytest.raises(InputError) as caught:
         Elastic(-1.0, 0.6, "1 m")
     names = [error.where.removeprefix("Elastic.") for error in caught.value.all]

@@ -151,16 +151,6 @@ def test_noise_moves_no_event_by_more_than_two_steps(seed, noise):
     assert noisy.acceleration.overall == pytest.approx(1.71, abs=0.01)
 
 
-@pytest.mark.parametrize("missing", ["slip", "displacement", "acceleration"])
-def test_events_that_lack_a_reading_or_a_time_are_refused(missing):
-    plain = events_mapping(fs.Events())
-    with pytest.raises(KeyError, match=missing):
-        events_from_mapping({name: times for name, times in plain.items() if name != missing})
-    del plain[missing]["overall"]
-    with pytest.raises(KeyError, match="overall"):
-        events_from_mapping(plain)
-
-
 def test_latency_is_that_of_accumulated_slip_and_receptors_that_were_not_recorded_are_told_from_no_event():
     events, silent = fs.find_events(HISTORY), fs.find_events(HISTORY.drop_dims("site"))
     assert [getattr(events, time) for time in TIMES] == [events.slip.time(time) for time in TIMES]

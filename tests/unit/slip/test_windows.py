@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from fingerslip import slip
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import InputError
-from fingerslip.slip.windows import ContactForces, accumulated_slip, area_fraction, counterface_normal, split_along
+from fingerslip.slip.windows import ContactForces, accumulated_slip, area_fraction, counterface_normal
 from unit.report.scenes import block_history
 from unit.synthetic import HALF_WIDTH, PRESS_END, SPEED, Process, make, slip_times
 
@@ -87,15 +87,6 @@ def test_several_signals_are_looked_at_as_one_by_one(signals, sustained):
         assert (crossing is None) == (start is None)
         if crossing is not None and start is not None:
             assert times[max(start - 1, 0)] <= crossing <= times[start]
-
-
-def test_parts_along_the_normal_and_beside_it_add_up():
-    rng = np.random.default_rng(0)
-    vectors, normals = rng.normal(size=(4, 7, 3)), rng.normal(size=(7, 3))
-    normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
-    along, tangential = split_along(vectors, normals)
-    np.testing.assert_allclose(along[..., None] * normals + tangential, vectors, atol=1e-14)
-    np.testing.assert_allclose(np.einsum("tnc,nc->tn", tangential, normals), 0.0, atol=1e-14)
 
 
 def test_forces_of_a_turned_plate_are_those_of_the_level_one_and_a_second_one_has_its_own():

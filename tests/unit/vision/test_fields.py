@@ -75,17 +75,6 @@ def test_an_affine_motion_has_its_closed_form_also_in_3d():
     np.testing.assert_allclose(fields["velocity"].values[..., 2], 1e-3, rtol=1e-9)
 
 
-def test_a_rotation_is_rigid():
-    angles = np.linspace(-2.5, 2.5, TIMES.size)
-    angles -= angles[0]
-    angles = np.where(angles > np.pi, angles - 2 * np.pi, angles)
-    position = np.stack([LAYOUT.position @ turn_by(angle).T for angle in angles])
-    fields = marker_fields(make_tracks(position, TIMES, units="m"))
-    np.testing.assert_allclose(fields["rigid_rotation"], angles, atol=1e-12)
-    assert float(fields["rigid_residual_rms"].max()) < 1e-17
-    assert float(np.abs(fields["strain"]).max()) < 1e-12
-
-
 def test_what_was_not_seen_is_nowhere_and_rest_is_the_mean_of_what_was():
     fields = marker_fields(hide(moved(np.diag([0.1, 0.1])), slice(10, 20), 4))
     for name in ("displacement", "velocity", "rigid_residual"):

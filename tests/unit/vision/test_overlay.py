@@ -5,11 +5,7 @@ import pytest
 
 from fingerslip.errors import InputError
 from fingerslip.vision.fields import marker_fields
-from fingerslip.vision.overlay import (
-    RING_COLOURS,
-    field_frames,
-    overlay_frames,
-)
+from fingerslip.vision.overlay import RING_COLOURS, field_frames, overlay_frames
 from fingerslip.vision.tracks import make_tracks
 from unit.vision.scenes import GREY
 

@@ -62,14 +62,12 @@ def solve_contact(
         left = next_warm_start(warm_start, solution.forces, solution.response, start, origin)
         return solution, replace(used, warm_start=replace(left, frames=compliance.frames))
     matrix = compliance.matrix
-    if free.shape[1] != 2:
-        return solve_friction(matrix, free, friction_coefficient, start, tolerance), None
-    last = working_set if isinstance(working_set, Partition) else None
-    if not free.size or last is None or last.compliance is not matrix:
-        # An inverse is worth its updates where the compliance stays: frames that turn change it in every step.
-        solution = solve_friction(matrix, free, friction_coefficient, start, tolerance)
-        return solution, first_partition(matrix, compliance.penalty) if free.size else None
-    return solve_in_partitions(matrix, compliance.penalty, free, friction_coefficient, start, tolerance, partition=last)
+    # An inverse is worth its updates where the compliance stays: frames that turn change it in every step.
+    if isinstance(working_set, Partition) and working_set.compliance is matrix:
+        return solve_in_partitions(working_set, compliance.penalty, free, friction_coefficient, start, tolerance)
+    solution = solve_friction(matrix, free, friction_coefficient, start, tolerance)
+    has_partition = free.size and free.shape[1] == 2
+    return solution, first_partition(matrix, compliance.penalty) if has_partition else None
 
 
 @dataclass(frozen=True)

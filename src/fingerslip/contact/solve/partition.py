@@ -63,25 +63,22 @@ def first_partition(compliance: Floats, penalty: Floats) -> Partition:
 
 
 def solve_in_partitions(  # noqa: PLR0917
-    compliance: Floats,
+    partition: Partition,
     penalty: Floats,
     free: Floats,
     friction_coefficient: Floats,
     start: Floats,
     tolerance: float,
-    *,
-    partition: Partition | None = None,
 ) -> tuple[ContactSolution, Partition]:
-    """Find the contact forces of one step in 2D.
+    """Find the contact forces of one step in 2D, from the partition of the last one.
 
     Steps are halved until they bring the forces nearer to a solution. Where none does, :func:`solve_friction` takes
     over.
 
-    Arrays: compliance (n_c * 2, n_c * 2) [m/N]; penalty (n_c, 2) [m/N]; free (n_c, 2) [m]; friction_coefficient (n_c,)
-    [-]; start (n_c, 2) [N]; tolerance [-].
+    Arrays: penalty (n_c, 2) [m/N]; free (n_c, 2) [m]; friction_coefficient (n_c,) [-]; start (n_c, 2) [N]; tolerance
+    [-].
     """
-    if partition is None or partition.compliance is not compliance:
-        partition = first_partition(compliance, penalty)
+    compliance = partition.compliance
     product = partition.product if partition.forces is start else active_product(compliance, start)
     problem = compliance, np.ascontiguousarray(penalty), partition.scale, free, friction_coefficient, tolerance
     reached = start, product, 0

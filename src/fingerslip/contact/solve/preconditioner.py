@@ -59,18 +59,10 @@ class Coupled:
         return Coupled(self.near, _local_parts(body, self.near, len(body) // max(len(self.near), 1)))
 
 
-@numba.njit(cache=True, nogil=True)
-def _local_parts(body, near, dim):  # type: ignore[no-untyped-def]
+def _local_parts(body: Reals, near: Integers, dim: int) -> Singles:
     """Return the parts of a compliance among the nodes `near` (n_c, m), shape (n_c, m * dim, m * dim)."""
-    count, width = near.shape
-    blocks = np.empty((count, width * dim, width * dim), dtype=np.float32)
-    for i in range(count):
-        for a in range(width * dim):
-            row = body[near[i, a // dim] * dim + a % dim]
-            for b in range(width):
-                for m in range(dim):
-                    blocks[i, a, b * dim + m] = row[near[i, b] * dim + m]
-    return blocks
+    unknowns = (near[:, :, None] * dim + np.arange(dim)).reshape(len(near), -1)
+    return np.asarray(body[unknowns[:, :, None], unknowns[:, None, :]], dtype=np.float32)
 
 
 @dataclass(frozen=True)

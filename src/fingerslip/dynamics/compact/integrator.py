@@ -22,8 +22,6 @@ from fingerslip.dynamics.step.state import State, first_state
 from fingerslip.dynamics.step.stepper import Stepper
 from fingerslip.dynamics.system.system import System
 
-__all__ = ["Compact", "obstacle"]
-
 # What of a state stands in what is carried.
 _CARRIED = ("inertia", "load", "unbalance", "unbalance_before", "moved", "contact_forces_before")
 _NOT_KEPT: dict[str, Any] = dict.fromkeys(_CARRIED, np.zeros(0))
@@ -38,7 +36,7 @@ def obstacle(stepper: Stepper) -> str | None:
     unknowns = stepper.system.candidates.positions.size
     reasons = {
         "it is in 3D": stepper.system.space.dim != 2,
-        "a counterface is curved or turns": stepper.constant_frames is None,
+        "a counterface is curved or turns": stepper.compliance.frames is None,
         f"{unknowns} unknowns of contact are none or more than {_FEW}": not 0 < unknowns <= _FEW,
     }
     return next((reason for reason, holds in reasons.items() if holds), None)
@@ -64,7 +62,7 @@ class Compact(BodyIntegrator):
         states: Mapping[int, State],
         ends: Floats,
         length: float | None = None,  # noqa: ARG002
-    ) -> dict[int, tuple[State, list[State]]]:
+    ) -> dict[int, list[State]]:
         """Take steps to times (k,) [s]; see :meth:`fingerslip.dynamics.loop.Integrator.advance`."""
         return {number: self._motions[number].advance(state, ends) for number, state in states.items()}
 
@@ -78,7 +76,7 @@ class _Steps:
 
     def __init__(self, stepper: Stepper) -> None:
         assert isinstance(stepper.condensed, ByModes)
-        assert stepper.constant_frames is not None
+        assert stepper.compliance.frames is not None
         self.stepper = stepper
         diagonal, self._interface = stepper.condensed.diagonal, stepper.condensed.interface
         system, scheme, candidates = stepper.system, stepper.scheme, stepper.system.candidates
@@ -91,7 +89,7 @@ class _Steps:
             effective=diagonal,
             local=np.ascontiguousarray(stepper.condensed.local[stepper.rows]),
             loads=self._loads(),
-            frames=np.ascontiguousarray(stepper.constant_frames),
+            frames=np.ascontiguousarray(stepper.compliance.frames),
             gaps=stepper.gaps,
             counterface=candidates.counterface,
             springs=(candidates.normal_stiffness, candidates.tangential_stiffness),
@@ -144,27 +142,27 @@ class _Steps:
         inverse = (getattr(self._open, name).copy() for name in Inverse._fields)
         return replace(state, **_NOT_KEPT, carried=(*motion, *inverse))
 
-    def advance(self, state: State, times: Floats) -> tuple[State, list[State]]:
-        """Take steps to times (k,) [s]; return the state at the last, and what is recorded of all, some at a time."""
+    def advance(self, state: State, times: Floats) -> list[State]:
+        """Take steps to times (k,) [s]; return their states, those of some steps together."""
         blocks: list[State] = []
         taken = 0
         while taken < times.size:
             # Through several steps friction coefficients stay.
             count = times.size if self._has_constant_friction else taken + 1
-            state, block = self._advance(state, times[taken:count])
-            taken += np.size(block.time)
-            blocks.append(block)
-        return state, blocks
+            state = self._advance(state, times[taken:count])
+            taken += np.size(state.time)
+            blocks.append(state)
+        return blocks
 
-    def _advance(self, before: State, times: Floats) -> tuple[State, State]:
-        """Take steps with the same friction coefficients; return what :meth:`_states` does of those that are solved."""
+    def _advance(self, before: State, times: Floats) -> State:
+        """Take steps with the same friction coefficients; return the states of those that are solved."""
         system, count = self.stepper.system, times.size
         if self._friction is None or not self._has_constant_friction:
             limits = conditions(system.candidates, before.interface, before.step, float(times[0]))
             friction = system.counterfaces.coefficients(limits, system.candidates.counterface)
             self._friction = np.ascontiguousarray(friction)
         travel = np.zeros((count + 1, len(system.motions), 2))
-        travel[0] = before.counterfaces
+        travel[0] = before.counterfaces[-1] if before.counterfaces.ndim == 3 else before.counterfaces
         for number, travels in enumerate(system.motions):
             travel[1:, number] = travels.displacement(times)
         factors = [[load.ramp.at(time) for load in _loads_of(self.stepper)] for time in times.tolist()]
@@ -195,46 +193,40 @@ class _Steps:
 
     def _states(
         self, before: State, times: Floats, travel: Floats, records: Records, carried: tuple[NDArray[Any], ...]
-    ) -> tuple[State, State]:
-        """Return the state at the end of steps, and what is recorded of all of them, time first."""
+    ) -> State:
+        """Return the states of steps, time first in their arrays where there are several."""
         size = self._interface.shape[1]
         # Fields with the displacement of the interface behind them; one product reads the interface once for all.
         fields = records.fields.transpose(1, 0, 2)
         behind = (fields.reshape(-1, size) @ self._interface.T).reshape(3, times.size, -1)
-        moved = np.concatenate([fields, behind], axis=2)
-
-        def state(at: int | slice, carried: tuple[NDArray[Any], ...] = ()) -> State:
-            displacement, velocity, acceleration = moved[:, at]
-            forces, slips = records.forces[at], records.slips[at]
-            slip_distance, since_contact, slip, limit = (slips[..., row, :] for row in range(4))
-            energies: dict[str, Any] = dict(zip(ENERGIES, records.energies[at].T, strict=True))
-            return State(
-                time=times[at],  # type: ignore[arg-type]
-                displacement=displacement,
-                velocity=velocity,
-                acceleration=acceleration,
-                counterfaces=travel[at],
-                contact_forces=forces[..., 1, :, :],
-                interface=InterfaceState(
-                    forces=forces[..., 0, :, :],
-                    relative=records.relative[at],
-                    slip_distance=slip_distance,
-                    slip_since_contact=since_contact,
-                    slip=slip,
-                    state=records.states[at],
-                    limit=limit,
-                ),
-                energies=replace(before.energies, **energies),
-                moments=before.moments,
-                step=self.stepper.scheme.step,
-                iterations=records.iterations[at],  # type: ignore[arg-type]
-                residual=records.residuals[at],  # type: ignore[arg-type]
-                carried=carried,
-                **_NOT_KEPT,
-            )
-
-        last = state(-1, carried)
-        return last, last if times.size == 1 else state(slice(None))
+        at: int | slice = 0 if times.size == 1 else slice(None)
+        displacement, velocity, acceleration = np.concatenate([fields, behind], axis=2)[:, at]
+        forces, slips = records.forces[at], records.slips[at]
+        slip_distance, since_contact, slip, limit = (slips[..., row, :] for row in range(4))
+        energies: dict[str, Any] = dict(zip(ENERGIES, records.energies[at].T, strict=True))
+        return replace(
+            before,
+            time=times[at],  # type: ignore[arg-type]
+            displacement=displacement,
+            velocity=velocity,
+            acceleration=acceleration,
+            counterfaces=travel[at],
+            contact_forces=forces[..., 1, :, :],
+            interface=InterfaceState(
+                forces=forces[..., 0, :, :],
+                relative=records.relative[at],
+                slip_distance=slip_distance,
+                slip_since_contact=since_contact,
+                slip=slip,
+                state=records.states[at],
+                limit=limit,
+            ),
+            energies=replace(before.energies, **energies),
+            step=self.stepper.scheme.step,
+            iterations=records.iterations[at],  # type: ignore[arg-type]
+            residual=records.residuals[at],  # type: ignore[arg-type]
+            carried=carried,
+        )
 
 
 def _loads_of(stepper: Stepper) -> Sequence[Any]:

@@ -24,9 +24,6 @@ from fingerslip.contact.solve.partition import solve_partitions
 from fingerslip.dynamics.step.release import dropped_forces, mark_changes
 from fingerslip.linear.symmetric import weighted_rows
 
-__all__ = ["ENERGIES", "Body", "Driving", "Inverse", "Motion", "Records", "take_steps"]
-
-
 #: What :attr:`Motion.energies` holds: stored, and dissipated or put in since the start.
 ENERGIES = ("kinetic", "strain", "contact", "friction", "damping", "numerical", "external_work")
 _FADED = 1e-16

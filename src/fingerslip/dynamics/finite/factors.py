@@ -82,8 +82,7 @@ class Factors:
     @property
     def current(self) -> Stepper:
         """The stepper of the present factors."""
-        if self._stepper is None:
-            raise ValueError("no factors were made yet")
+        assert self._stepper is not None, "no factors were made yet"
         return self._stepper
 
     @property

@@ -28,7 +28,6 @@ from fingerslip.dynamics.step.finish import Strained, finish
 from fingerslip.dynamics.step.release import fading_forces
 from fingerslip.dynamics.step.state import Prediction, State, predict_ends
 from fingerslip.dynamics.step.stepper import Stepper
-from fingerslip.dynamics.system.operators import Pose
 from fingerslip.errors import ConvergenceError, FingerslipError
 
 # Residual over the forces of the step. On the shipped fingertip it leaves 1e-7 of the displacement and 6e-5 of the
@@ -54,14 +53,10 @@ class _Iterate:
     """An iterate, evaluated."""
 
     unknown: Floats  # (n,)
-    displacement: Floats  # (n,) [m]
     local: Local  # coordinates of the displacement
-    velocity: Floats  # (n,) [m/s]
-    moved: Floats  # (n_c, dim), motion of the candidates [m]
-    pose: Pose | None  # the candidates as bodies see them that turn
+    end: Prediction  # the step predicted to end here, with the residual without contact forces as its right-hand side
     body: BodyState
-    residual: Floats  # (n,), that of the equation of motion without contact forces [N]
-    size: float  # the scale of its forces [N]
+    size: float  # the scale of the forces [N]
 
 
 @dataclass(frozen=True)
@@ -102,7 +97,7 @@ def _solve(factors: Factors, start: Prediction) -> tuple[_Iterate, ContactStep, 
     iterate, mixing, contact = _first(factors, start), Mixing(), None
     last, contraction, slow, renewals, is_stuck = np.inf, _USUAL, 0, 0, False
     for iteration in range(1, _MOST + 1):
-        solved = _linearise(factors, start, iterate, contact, (last, contraction))
+        solved = _linearise(factors, iterate, contact, (last, contraction))
         contact, contraction = solved.contact, solved.contraction
         # Where nothing is left to correct, the iterate is the end, as exactly as contact is ever solved.
         if solved.error <= TOLERANCE and _error(factors.current, iterate, solved) <= TOLERANCE:
@@ -119,7 +114,7 @@ def _solve(factors: Factors, start: Prediction) -> tuple[_Iterate, ContactStep, 
             iterate = replace(iterate, local=local)
             renewals, slow, last = renewals + 1, 0, np.inf
             continue
-        end = _end(factors, start, iterate, solved)
+        end = _end(factors, iterate, solved)
         mixed = mixing.next(end, solved.residual)
         # Only at the end of an iteration does contact obey its law; a mixed iterate cannot be the last.
         is_end = contraction * solved.error <= _TOLERANCE
@@ -156,7 +151,7 @@ def _first(factors: Factors, start: Prediction) -> _Iterate:
     change = before.large_body.change
     change = scheme.step * before.velocity if change is None else scheme.step / before.step * change
     onwards = body.moved(body.local(before.displacement - predictor, predictor, turned), change, turned)
-    best = None
+    best, least = None, np.inf
     for since in (body.since(onwards, predictor, turned), np.zeros_like(predictor)):
         try:
             iterate = _at(factors, start, since, before.large_body)
@@ -167,7 +162,9 @@ def _first(factors: Factors, start: Prediction) -> _Iterate:
         if scheme.inertia_factor:
             return iterate
         # A static change goes on as before only where this is nearer to equilibrium: not where a body turns far.
-        best = iterate if best is None or np.linalg.norm(iterate.residual) < np.linalg.norm(best.residual) else best
+        left = float(np.linalg.norm(iterate.end.right_hand_side))
+        if best is None or left < least:
+            best, least = iterate, left
     if best is None:
         raise ConvergenceError(start.time, -1, np.inf, _TOLERANCE, f"{too_far}; try a smaller time step", _PROBLEM)
     return best
@@ -175,7 +172,6 @@ def _first(factors: Factors, start: Prediction) -> _Iterate:
 
 def _linearise(
     factors: Factors,
-    start: Prediction,
     iterate: _Iterate,
     earlier: ContactStep | None,
     errors: tuple[float, float],
@@ -186,21 +182,13 @@ def _linearise(
     from the error of the iteration before and the contraction, until contact tells it.
     """
     (last, contraction), watch, stepper = errors, factors.watch, factors.current
-    here = replace(
-        start,
-        displacement=iterate.displacement,
-        velocity=iterate.velocity,
-        moved=iterate.moved,
-        pose=iterate.pose,
-        right_hand_side=iterate.residual,
-    )
     with watch.part("substitution"):
-        forces = factors.inclusions.forces(iterate.residual, iterate.local, factors.rotations)
+        forces = factors.inclusions.forces(iterate.end.right_hand_side, iterate.local, factors.rotations)
         halfway = stepper.condensed.forward(forces)
     local, goal = halfway.local[stepper.rows], _goal(contraction * last, contraction)
     for _ in range(2):
         with watch.part("contact"):
-            contact = solve_step(stepper, here, local, earlier=earlier, goal=goal)
+            contact = solve_step(stepper, iterate.end, local, earlier=earlier, goal=goal)
         force = weighted_forces(stepper, contact)
         residual, size = _with_contact(stepper, iterate, force)
         error = float(np.linalg.norm(residual)) / size
@@ -211,14 +199,14 @@ def _linearise(
     return _Linearised(halfway, contact, force, residual, error, contraction)
 
 
-def _end(factors: Factors, start: Prediction, iterate: _Iterate, solved: _Linearised) -> Floats:
+def _end(factors: Factors, iterate: _Iterate, solved: _Linearised) -> Floats:
     """Return the coordinates (m,) where the step linearised about an iterate ends."""
     stepper, inclusions = factors.current, factors.inclusions
     with factors.watch.part("substitution"):
         forces = np.zeros_like(solved.halfway.local)
         forces[stepper.rows] = solved.force.ravel()
         change = stepper.condensed.backward(solved.halfway, forces)
-        turn(stepper, replace(start, pose=iterate.pose), solved.contact, change)
+        turn(stepper, iterate.end, solved.contact, change)
         motion = inclusions.motion(change, iterate.local, factors.rotations)
         return inclusions.moved(iterate.local, stepper.scheme.displacement_factor * motion, factors.rotations)
 
@@ -233,8 +221,8 @@ def _goal(error: float, contraction: float) -> float:
 def _with_contact(stepper: Stepper, iterate: _Iterate, force: Floats) -> tuple[Floats, float]:
     """Return the residual (n,) of an iterate with contact forces (n_c, dim), and the scale of all forces [N]."""
     system = stepper.system
-    pushed = system.push(force, iterate.pose)
-    residual = iterate.residual + pushed
+    pushed = system.push(force, iterate.end.pose)
+    residual = iterate.end.right_hand_side + pushed
     residual[system.unknowns.moving] = 0.0
     return residual, max(iterate.size, float(np.linalg.norm(pushed)))
 
@@ -258,7 +246,7 @@ def _downhill(factors: Factors, start: Prediction, way: tuple[_Iterate, _Iterate
     A tangent that was made definite is too stiff where a body gives way: an iterate may go a thousandth of the way.
     """
     before, iterate = way
-    here, step = before.local.flat(), iterate.displacement - before.displacement
+    here, step = before.local.flat(), iterate.end.displacement - before.end.displacement
     direction = iterate.local.flat() - here
 
     def work(end: _Iterate) -> float:
@@ -302,7 +290,8 @@ def _at(factors: Factors, start: Prediction, since: Floats, near: BodyState) -> 
     size = max(float(np.linalg.norm(part)) for part in (elastic, inertia, start.load))
     size = max(size, system.rounding / _TOLERANCE)
     local = factors.inclusions.local(since, start.displacement, factors.rotations)
-    return _Iterate(unknown, displacement, local, velocity, moved, pose, body, residual, size)
+    end = replace(start, displacement=displacement, velocity=velocity, moved=moved, pose=pose, right_hand_side=residual)
+    return _Iterate(unknown, local, end, body, size)
 
 
 def _error(stepper: Stepper, iterate: _Iterate, solved: _Linearised) -> float:
@@ -313,10 +302,11 @@ def _error(stepper: Stepper, iterate: _Iterate, solved: _Linearised) -> float:
     residual, size = _with_contact(stepper, iterate, solved.force)
     error, contact = float(np.linalg.norm(residual)) / size, solved.contact
     pressing = contact.solution.forces[:, 0]
-    if stepper.constant_frames is not None or not pressing.any():
+    if stepper.compliance.frames is not None or not pressing.any():
         return error
     candidates, counterfaces = stepper.system.candidates, stepper.system.counterfaces
-    points = candidates.positions + iterate.moved if iterate.pose is None else iterate.pose.points
+    end = iterate.end
+    points = candidates.positions + end.moved if end.pose is None else end.pose.points
     gaps = counterfaces.gaps(points, candidates.counterface)
     missed = candidates.normal_stiffness * np.abs(gaps - contact.relative[:, 0])
     return max(error, float(missed[pressing > 0.0].max() / pressing.max()))
@@ -331,7 +321,7 @@ def _failure(
 ) -> ConvergenceError:
     """Return the error of a step that was not solved."""
     system = stepper.system
-    residual = iterate.residual if solved is None else solved.residual
+    residual = iterate.end.right_hand_side if solved is None else solved.residual
     dofs = np.append(system.unknowns.free, -1)
     worst = dofs[min(int(np.argmax(np.abs(residual))), dofs.size - 1)]
     advice = "try a smaller time step, a finer or more regular mesh, or softer contact penalties"

@@ -61,13 +61,10 @@ class Large(BodyIntegrator):
         self._counts["factorisations"] += 1
         return {0: first_state(self._last.renew(self._system.require_body().at_rest(self._step)))}
 
-    def advance(
-        self, states: Mapping[int, State], ends: Floats, length: float | None = None
-    ) -> dict[int, tuple[State, list[State]]]:
+    def advance(self, states: Mapping[int, State], ends: Floats, length: float | None = None) -> dict[int, list[State]]:
         """Take the next step."""
         end = float(ends[0])
-        after = self._halves(states[0], end, 0) if length is None else self._whole(states[0], end, length)
-        return {0: (after, [after])}
+        return {0: [self._halves(states[0], end, 0) if length is None else self._whole(states[0], end, length)]}
 
     def renewed(self, state: State) -> Stepper | None:
         """Return the stepper with the tangent of a state, which serves on; None where this is not definite."""

@@ -39,8 +39,6 @@ from fingerslip.linear.resources import available_memory
 from fingerslip.model.model import ReducedBasis
 from fingerslip.storage.files import digest
 
-__all__ = ["BasisStore", "compute_in_basis", "in_basis"]
-
 T = TypeVar("T")
 
 # Normal modes of the first basis and of the largest one, and how many times as many the next one has at most. There are

@@ -32,17 +32,6 @@ from fingerslip.linear.solver import LinearSolver
 from fingerslip.linear.symmetric import weighted_rows
 from fingerslip.model.model import Model
 
-__all__ = [
-    "ByModes",
-    "ReducedCoordinates",
-    "further_shapes",
-    "interface_unknowns",
-    "observed_unknowns",
-    "reduced_system",
-    "site_responses",
-    "site_unknowns",
-]
-
 
 @dataclass(frozen=True)
 class ByModes:
@@ -109,11 +98,8 @@ class ReducedCoordinates:
 
     def on_mesh(self, field: Floats) -> Floats:
         """Return a field (m + p,) or (m + p, k) at all degrees of freedom of the mesh, (n_dofs,) or (n_dofs, k)."""
-        return self.system.coordinates.on_mesh(self.lift(field))
-
-    def lift(self, field: Floats) -> Floats:
-        """Return a field (m + p,) or (m + p, k) on the unknowns of the mesh, (n,) or (n, k)."""
-        return self.basis.field(self.body, field[: self.basis.eigenvalues.size])
+        coordinates = field[: self.basis.eigenvalues.size]
+        return self.system.coordinates.on_mesh(self.basis.field(self.body, coordinates))
 
     def condense(
         self,

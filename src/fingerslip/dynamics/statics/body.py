@@ -28,7 +28,7 @@ from fingerslip.contact.candidates import node_operator
 from fingerslip.dynamics.system.system import System, build_system
 from fingerslip.errors import InputError
 from fingerslip.fe.space import carrying_nodes, nodal_areas
-from fingerslip.linear.solver import LinearSolver, preferred_solver
+from fingerslip.linear.solver import preferred_solver
 from fingerslip.model.model import Model
 from fingerslip.model.timing import QuasiStatic
 
@@ -158,13 +158,11 @@ def shear_distances(moved: Floats, states: Floats, forces: Floats) -> Floats:
     return np.asarray(np.sqrt(np.square(states - moved).sum(axis=2) @ (weights / weights.sum())))
 
 
-def static_body(
-    model: Model, *, reach: float, hidden: float, patch: float = 0.0, solver: LinearSolver | None = None
-) -> StaticBody:
+def static_body(model: Model, *, reach: float, hidden: float, patch: float = 0.0) -> StaticBody:
     """Compute what the body of a model at small strain answers to forces on the surface that may touch; sizes in m."""
     check_kind(model, is_finite=False)
     stiffness, reads, body = _surface(model, reach, hidden, patch)
-    factor = (solver or preferred_solver()).factorise(stiffness)
+    factor = preferred_solver().factorise(stiffness)
     answers = answers_of(lambda right: factor.backward(factor.forward(right)), reads)[None]
     return replace(
         body, answers=answers, moved=np.zeros(answers.shape[:2]), forces=np.zeros((1, *body.positions.shape))

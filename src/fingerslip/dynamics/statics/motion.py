@@ -29,7 +29,7 @@ from fingerslip.contact.solve.compliance import Compliance
 from fingerslip.contact.solve.partition import Partition
 from fingerslip.contact.solve.working_set import WorkingSet
 from fingerslip.contact.states import OPEN, STICK
-from fingerslip.dynamics.loop import Integrator, Loop
+from fingerslip.dynamics.loop import Integrator, Loop, Observer
 from fingerslip.dynamics.statics.body import REPAIR, StaticBody, shear_distances
 from fingerslip.dynamics.step.contact_step import solve_law
 from fingerslip.dynamics.step.stepper import Stopwatch, penalty_compliance
@@ -230,7 +230,7 @@ class _Steps(Integrator[_State]):
             interface = replace(interface, state=np.where(in_frames[:, 0] > 0.0, STICK, OPEN).astype(np.int8))
         return {0: _State(self.begin, 0.0, interface, forces, np.zeros(len(self._plate.axes)), shift)}
 
-    def advance(self, states: Mapping[int, _State], ends: Floats) -> dict[int, tuple[_State, list[_State]]]:
+    def advance(self, states: Mapping[int, _State], ends: Floats) -> dict[int, list[_State]]:
         """Take the next step."""
         before, time, nodes = states[0], float(ends[0]), self.candidates
         prescribed = self.motion.displacement(ends[:1])[0]
@@ -255,8 +255,7 @@ class _Steps(Integrator[_State]):
         )
         plate = self._plate.displacements(unheld, contact.forces.sum(axis=0))
         shift, solved = prescribed + self._plate.shift(plate), (contact.working_set, contact.solution.iterations)
-        after = _State(time, self._step, settled.state, contact.forces, plate, shift, nearest, *solved)
-        return {0: (after, [after])}
+        return {0: [_State(time, self._step, settled.state, contact.forces, plate, shift, nearest, *solved)]}
 
     def _nearest(self, state: _State) -> int:
         """Return which state of the body is the nearest to where its patches are."""
@@ -268,10 +267,8 @@ class _Steps(Integrator[_State]):
         return int(np.argmin(shear_distances(moved, body.moved[:, patches].reshape(-1, *shape), body.forces[0])))
 
 
-class _Records:
-    """Forces and states of all steps, one by one: see :class:`fingerslip.dynamics.loop.Observer`."""
-
-    room = 1
+class _Records(Observer[_State]):
+    """Forces and states of all steps."""
 
     def __init__(self, steps: _Steps) -> None:
         self._steps = steps

@@ -26,7 +26,7 @@ from scipy import sparse
 from fingerslip.arrays import Floats, Integers, Reals
 from fingerslip.linear.resources import require_memory
 from fingerslip.linear.solver import LinearSolver, SchurFactor, factorise_around
-from fingerslip.linear.symmetric import symmetric_product, symmetric_products
+from fingerslip.linear.symmetric import symmetric_product
 
 # Contact rows times unknowns up to which the memory is not asked.
 _SMALL = 6_000_000
@@ -80,7 +80,7 @@ class BySchur:
         # Nothing comes from forces on the kept unknowns alone.
         vector = self.factor.forward(vector_copy) if vector_copy.any() else vector_copy
         vector[self.kept] += right_hand_side[self.kept]
-        interface = _symmetric_times(self.inverse, vector[self.kept])
+        interface = symmetric_product(self.inverse, vector[self.kept])
         return Halfway(vector, interface if self.rows is None else self.rows @ interface, interface)
 
     def backward(self, halfway: Halfway, forces: Floats, moved: Floats | None = None) -> Floats:
@@ -90,15 +90,10 @@ class BySchur:
             vector[self.kept] = halfway.local + moved
         elif forces.any():
             added = forces if self.rows is None else self.rows.T @ forces
-            vector[self.kept] = _symmetric_times(self.inverse, vector[self.kept] + added)
+            vector[self.kept] = symmetric_product(self.inverse, vector[self.kept] + added)
         else:
             vector[self.kept] = halfway.kept
         return self.factor.backward(vector)
-
-
-def _symmetric_times(matrix: Reals, vector: Floats) -> Floats:
-    """Return the product of a symmetric matrix (p, p) with a vector, for which half of it is read, or with columns."""
-    return symmetric_product(matrix, vector) if vector.ndim == 1 else symmetric_products(matrix, vector)
 
 
 def condense(

@@ -116,8 +116,15 @@ def _solve_about(
         surface, over = (system.candidates, system.counterfaces), (before.step, start.time)
         return solve_law(surface, compliance, frames, relative, before.interface, over=over, warm=warm, goal=goal)
 
+    def changes(contact: ContactStep) -> NDArray[np.int8]:
+        """Mark the candidates whose force at the start of the step must not count, shape (n_c,)."""
+        motion = before.interface.forces, contact.solution.forces, before.interface.relative, contact.relative
+        return np.asarray(mark_changes(*motion, system.candidates.tangential_stiffness, contact.coefficients))
+
     contact = solve(relative, earlier)
-    marks = _changes(stepper, start, contact)
+    if not scheme.inertia_factor:
+        return contact
+    marks = changes(contact)
     if not marks.any():
         return contact if before.release is None else replace(contact, release=fade(scheme, before.release))
     forces, dropped = (before.contact_forces_before, before.contact_forces), np.zeros_like(marks)
@@ -127,7 +134,7 @@ def _solve_about(
         response = compliance.response(in_frames(frames, release_force) / scheme.end_weight)
         again = solve(relative + response, contact)
         contact = replace(again, release=release, release_force=release_force, release_response=response)
-        marks = _changes(stepper, start, contact)
+        marks = changes(contact)
     return contact
 
 
@@ -149,15 +156,6 @@ def _moments(stepper: Stepper, start: Prediction, contact: ContactStep, arms: Fl
     if start.before.release is not None:
         moments += fading_forces(stepper.scheme, start.before.release).ravel() @ (arms - start.arms)
     return moments
-
-
-def _changes(stepper: Stepper, start: Prediction, contact: ContactStep) -> NDArray[np.int8]:
-    """Mark the candidates whose force at the start of the step must not count, shape (n_c,)."""
-    before, stiffness = start.before.interface, stepper.system.candidates.tangential_stiffness
-    if not stepper.scheme.inertia_factor:
-        return np.zeros(len(stiffness), dtype=np.int8)
-    motion = before.forces, contact.solution.forces, before.relative, contact.relative
-    return np.asarray(mark_changes(*motion, stiffness, contact.coefficients))
 
 
 def solve_law(
@@ -205,7 +203,7 @@ def _free_motion(stepper: Stepper, start: Prediction, unknown: Floats) -> tuple[
     """Return the frames, and gap and relative displacement in them at the end of the step without contact forces."""
     counterfaces, candidates, moved = stepper.system.counterfaces, stepper.system.candidates, start.moved
     free = moved + stepper.scheme.displacement_factor * unknown
-    flat = stepper.constant_frames
+    flat = stepper.compliance.frames
     if flat is not None:
         relative = flat_motion(flat, stepper.gaps, start.before.interface.relative, start.before.moved, free)
         return flat, relative
@@ -225,7 +223,7 @@ def _free_motion(stepper: Stepper, start: Prediction, unknown: Floats) -> tuple[
 def _compliance(stepper: Stepper, start: Prediction, frames: Floats) -> Compliance:
     """Return the compliance of a step in its frames, with that of bodies that turn, whose arms change."""
     compliance = stepper.compliance
-    if stepper.constant_frames is not None:
+    if stepper.compliance.frames is not None:
         return compliance
     if start.pose is None:
         return replace(compliance, frames=frames)

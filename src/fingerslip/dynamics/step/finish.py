@@ -164,7 +164,7 @@ def _contact_record(
         contact.solution.forces,
         contact.relative,
         friction_coefficient=contact.coefficients,
-        stretch=tangent_lengths(contact.frames) if stepper.stretch is None else stepper.stretch,
+        stretch=tangent_lengths(contact.frames),
         work=inward,
     )
     return moved, moments, outward, outcome

@@ -56,9 +56,7 @@ class SmallStrain(BodyIntegrator):
         states = {kind: first_state(self.steppers[kind]) for kind in set(self._alike)}
         return {number: states[kind] for number, kind in enumerate(self._alike)}
 
-    def advance(
-        self, states: Mapping[int, State], ends: Floats, length: float | None = None
-    ) -> dict[int, tuple[State, list[State]]]:
+    def advance(self, states: Mapping[int, State], ends: Floats, length: float | None = None) -> dict[int, list[State]]:
         """Take the next step of some motions; those that are still the same are computed once."""
         if length is not None:
             self.steppers = self._by_length.at(length)
@@ -77,7 +75,7 @@ class SmallStrain(BodyIntegrator):
         travels = [shifts[number] for number in first]
         after = advance(steppers, before, time, travels, watch=self._watch, mapper=self._mapper)
         pairs = zip(groups.values(), after, strict=True)
-        return {number: (state, [state]) for members, state in pairs for number in members}
+        return {number: [state] for members, state in pairs for number in members}
 
     def steer(self, system: System) -> None:
         """Go on with a system whose counterfaces or loads are others from now on."""

@@ -87,8 +87,7 @@ class State:
     @property
     def large_body(self) -> BodyState:
         """The body at large strain, where there is one."""
-        if self.body is None:
-            raise ValueError("a state at small strain")
+        assert self.body is not None, "a state at small strain"
         return self.body
 
 
@@ -128,7 +127,7 @@ def first_state(stepper: Stepper) -> State:
         moved=none,
         contact_forces=none,
         contact_forces_before=none,
-        interface=rest_state(candidates, system.counterfaces.gaps(candidates.positions, candidates.counterface)),
+        interface=rest_state(candidates, stepper.gaps),
         energies=Energies(kinetic=kinetic, initial=kinetic),
         moments=np.zeros(0 if system.rotations is None else system.rotations.at.size),
         history_variables=tuple(map(variables_at_rest, stepper.viscous)),
@@ -230,7 +229,8 @@ def predict_ends(stepper: Stepper, before: State, time: float, counterfaces: Flo
     if moving.size:
         # Moving supports move by the scheme like all others.
         unknown = np.zeros_like(displacement)
-        unknown[moving] = (system.support_values(time) - displacement[moving]) / scheme.displacement_factor
+        wanted = np.array([component.at(time) for component in system.moving_supports])
+        unknown[moving] = (wanted - displacement[moving]) / scheme.displacement_factor
         displacement = displacement + scheme.displacement_factor * unknown
         velocity = velocity + scheme.velocity_factor * unknown
         prescribed = scheme.inertia_factor * unknown

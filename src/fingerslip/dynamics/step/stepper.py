@@ -13,7 +13,6 @@ from scipy import sparse
 
 from fingerslip.arrays import Floats, Integers, Reals
 from fingerslip.contact.candidates import Candidates
-from fingerslip.contact.counterfaces import tangent_lengths
 from fingerslip.contact.solve.compliance import Compliance
 from fingerslip.dynamics.step.condensation import Condensed
 from fingerslip.dynamics.step.sharing import first_alike, same_compliance
@@ -21,7 +20,7 @@ from fingerslip.dynamics.step.viscoelastic import Viscous, viscous_steps
 from fingerslip.dynamics.system.scheme import Scheme, make_scheme
 from fingerslip.dynamics.system.system import System
 from fingerslip.fe.space import vector_dofs
-from fingerslip.linear.solver import LinearSolver, preferred_solver
+from fingerslip.linear.solver import LinearSolver
 from fingerslip.linear.symmetric import row_products
 from fingerslip.materials.elastic import RayleighDamping
 from fingerslip.model.timing import Timing
@@ -61,8 +60,7 @@ class Stepper:
     # the effective matrix, factorised and condensed on the candidates of all motions that share it
     condensed: Condensed
     rows: Integers  # (m,), the rows among these of the system's own candidates
-    compliance: Compliance  # compliance of a step on the own candidates
-    constant_frames: Floats | None  # (n_c, dim, dim), frames of the candidates where they never turn
+    compliance: Compliance  # compliance of a step on the own candidates, with their frames where these never turn
     turning: Floats  # (n, r) [1/(N m)]
     anchoring: Floats | None = None  # (n,), springs [N/m] or [N m] between what only contact holds and an anchor
     viscous: tuple[Viscous, ...] = ()  # the viscoelastic layers
@@ -74,11 +72,6 @@ class Stepper:
         for layer in self.viscous:
             stiffness = sparse.csr_matrix(stiffness + layer.stiffness)
         return stiffness
-
-    @cached_property
-    def stretch(self) -> Floats | None:
-        """Lengths of the constant frames' tangents, shape (n_c, dim - 1) [-]; None where frames turn."""
-        return None if self.constant_frames is None else tangent_lengths(self.constant_frames)
 
     def resisting_force(self, displacement: Floats, velocity: Floats) -> Floats:
         """Return what resists k motions u (k, n) [m] and v [m/s] at the end of a step, K u + C v, (k, n) [N]."""
@@ -123,15 +116,10 @@ def is_large(systems: Sequence[System]) -> bool:
 
 
 def build_steppers(
-    systems: Sequence[System],
-    time: Timing,
-    damping: RayleighDamping,
-    *,
-    solver: LinearSolver | None = None,
-    reserved_bytes: int = 0,
+    systems: Sequence[System], time: Timing, damping: RayleighDamping, solver: LinearSolver, reserved_bytes: int = 0
 ) -> list[Stepper]:
     """Factorise and condense the matrix that systems share for a fixed step, roughly where steps correct it."""
-    scheme, solver = make_scheme(time), solver or preferred_solver()
+    scheme = make_scheme(time)
     # The equation of the next step contains the forces of the displacement reached, and so corrects what rough factors
     # miss. Without inertia a single step may be all of a motion, and has to be exact.
     corrected = bool(scheme.inertia_factor) and not systems[0].held_by_contact and is_large(systems)
@@ -163,7 +151,7 @@ def factorised(
     compliances = {kind: _own_compliance(systems[kind], compliance, rows[kind], factor) for kind in set(first)}
     alike = scheme, damping, solver, condensed
     return [
-        Stepper(each, *alike, rows[number], *compliances[first[number]], turning, anchoring, viscous)
+        Stepper(each, *alike, rows[number], compliances[first[number]], turning, anchoring, viscous)
         for number, each in enumerate(systems)
     ]
 
@@ -209,7 +197,7 @@ def _anchoring(system: System) -> Floats | None:
     candidates, springs = system.candidates, np.zeros(system.mass.shape[0])
     stiffness = _SOFT * candidates.normal_stiffness
     for at, freedom in zip(system.unknowns.rigid, system.unknowns.freedoms, strict=True):
-        if freedom.is_loose:
+        if not (freedom.stiffness or freedom.damping):
             touches = np.isin(candidates.counterface, freedom.faces)[:, None]
             springs[at] = stiffness @ ((touches * freedom.displacements(candidates.positions)) ** 2).sum(axis=1)
     if "body" in system.held_by_contact:
@@ -231,10 +219,10 @@ def _joint_rows(systems: Sequence[System]) -> tuple[sparse.csr_matrix, list[Inte
     return stacked[vector_dofs(first, dim).ravel()], rows
 
 
-def _own_compliance(system: System, joint: Reals, rows: Integers, factor: float) -> tuple[Compliance, Floats | None]:
-    """Return the compliance of a system's candidates, in their frames where these stay, and these frames."""
-    block, frames = joint if rows.size == len(joint) else joint[np.ix_(rows, rows)], system.constant_frames()
-    return Compliance(block, penalty_compliance(system.candidates), frames, factor), frames
+def _own_compliance(system: System, joint: Reals, rows: Integers, factor: float) -> Compliance:
+    """Return the compliance of a system's candidates, in their frames where these stay."""
+    block = joint if rows.size == len(joint) else joint[np.ix_(rows, rows)]
+    return Compliance(block, penalty_compliance(system.candidates), system.constant_frames(), factor)
 
 
 def penalty_compliance(candidates: Candidates) -> Floats:

@@ -231,11 +231,6 @@ class RigidFreedom:
     loads: tuple[tuple[float, Ramp], ...] = ()  # forces [N] or moments [N m] with their factors
 
     @property
-    def is_loose(self) -> bool:
-        """Whether nothing but contact holds it where nothing has inertia."""
-        return not (self.stiffness or self.damping)
-
-    @property
     def axis(self) -> int:
         """Index of its axis among x, y and z."""
         return 0 if self.direction is None else "xyz".index(self.direction[-1])

@@ -96,8 +96,7 @@ class System:
 
     def require_body(self) -> Body:
         """Return the deformable body at large strain, where there is one."""
-        if self.body is None:
-            raise ValueError("a system at small strain")
+        assert self.body is not None, "a system at small strain"
         return self.body
 
     def load(self, time: float) -> Floats:
@@ -109,10 +108,6 @@ class System:
         if not self.motions:
             return np.zeros((0, self.space.dim))
         return np.stack([motion.displacement(np.array([time]))[0] for motion in self.motions])
-
-    def support_values(self, time: float) -> Floats:
-        """Return the displacements of the moving supports at a time [s], the last unknowns, shape (k,) [m]."""
-        return np.array([component.at(time) for component in self.moving_supports])
 
     def constant_frames(self) -> Floats | None:
         """Return the candidates' frames (n_c, dim, dim) [-] where they never turn; None where they do."""

@@ -275,13 +275,9 @@ def expand_mapping(mapping: Mapping[str, Any], source: Path, folder: Path = Path
                 raise
     if study.reaction is not None:
         runs = _tried_at_centre(runs, _run(plain, {}))
-    return Plan(source, study, tuple(runs), folder, given_in(mapping), tuple(refused))
-
-
-def given_in(mapping: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the dotted paths of all values that a study as plain data gives, swept and sampled ones last."""
     written = flatten({key: value for key, value in mapping.items() if key not in ("sweep", "sample")})
-    return (*map(str, written), *changed_paths(mapping))
+    paths = (*map(str, written), *changed_paths(mapping))
+    return Plan(source, study, tuple(runs), folder, paths, tuple(refused))
 
 
 def _tried_at_centre(runs: list[Run], centre: Run) -> list[Run]:

@@ -199,38 +199,32 @@ StepSettings = Annotated[
 
 @parameters
 class TimeSettings:
-    """How time passes.
+    """How time passes."""
 
-    Parameters
-    ----------
-    step : float or 'auto'
-        Time step [s], or steps that control their own error.
-    scheme : {'hht_alpha', 'quasi_static'}
-        Implicit dynamics, or steps without inertia of which every one is in equilibrium.
-    alpha : float
-        Numerical damping of `hht_alpha`, from -1/2 to 0; quasi-static steps have none.
-    end : float, optional
-        End of the simulation [s]; without it the end of the programme.
-    output : float, optional
-        Of steps that control their own error: longest time between records, in holds with `records_per_decade` the
-        first one there [s].
-    tolerance : float, optional
-        Of these, largest error over the largest displacement; see :class:`~fingerslip.model.timing.Adaptive`.
-    smallest, largest : float, optional
-        Shortest and longest of these steps [s].
-    records_per_decade : int, optional
-        Logarithmic records in holds: how many there are at least while the time in the hold grows tenfold.
-    """
-
-    step: StepSettings
-    scheme: Literal["hht_alpha", "quasi_static"] = "hht_alpha"
-    alpha: NumericalDamping = _ALPHA
-    end: PositiveDuration | None = None
-    output: PositiveDuration | None = None
-    tolerance: Tolerance | None = None
-    smallest: PositiveDuration | None = None
-    largest: PositiveDuration | None = None
-    records_per_decade: RecordsPerDecade | None = None
+    step: Annotated[StepSettings, "Time step [s], or steps that control their own error."]
+    scheme: Annotated[
+        Literal["hht_alpha", "quasi_static"],
+        "Implicit dynamics, or steps without inertia of which every one is in equilibrium.",
+    ] = "hht_alpha"
+    alpha: Annotated[
+        NumericalDamping, "Numerical damping of `hht_alpha`, from -1/2 to 0; quasi-static steps have none."
+    ] = _ALPHA
+    end: Annotated[PositiveDuration | None, "End of the simulation [s]; without it the end of the programme."] = None
+    output: Annotated[
+        PositiveDuration | None,
+        "Of steps that control their own error: longest time between records, in holds with `records_per_decade` the "
+        "first one there [s].",
+    ] = None
+    tolerance: Annotated[
+        Tolerance | None,
+        "Of these, largest error over the largest displacement; see :class:`~fingerslip.model.timing.Adaptive`.",
+    ] = None
+    smallest: Annotated[PositiveDuration | None, "Shortest and longest of these steps [s]."] = None
+    largest: Annotated[PositiveDuration | None, "Shortest and longest of these steps [s]."] = None
+    records_per_decade: Annotated[
+        RecordsPerDecade | None,
+        "Logarithmic records in holds: how many there are at least while the time in the hold grows tenfold.",
+    ] = None
 
     def __post_init__(self) -> None:
         if self.scheme == "quasi_static" and self.alpha != _ALPHA:
@@ -275,22 +269,14 @@ _Quality = Annotated[int, pydantic.Field(ge=1, le=100)]
 
 @parameters
 class CameraView:
-    """What a camera of a sensor sees; no published sensor prints these values, so every default is assumed.
+    """What a camera of a sensor sees; no published sensor prints these values, so every default is assumed."""
 
-    Parameters
-    ----------
-    distance : float
-        From the lens to the markers, the lowest ones for the external camera [m].
-    view_width : float
-        Length that the width of the image shows at the markers [m].
-    width, height : int
-        Size of the image [px].
-    """
-
-    distance: PositiveLength = 50e-3
-    view_width: PositiveLength = 45e-3
-    width: _Pixels = 640
-    height: _Pixels = 480
+    distance: Annotated[
+        PositiveLength, "From the lens to the markers, the lowest ones for the external camera [m]."
+    ] = 50e-3
+    view_width: Annotated[PositiveLength, "Length that the width of the image shows at the markers [m]."] = 45e-3
+    width: Annotated[_Pixels, "Size of the image [px]."] = 640
+    height: Annotated[_Pixels, "Size of the image [px]."] = 480
 
     @property
     def metres_per_pixel(self) -> float:

@@ -76,10 +76,11 @@ _SOLVERS = {"MKL PARDISO": " (@schenk2004)", "SuperLU": " (@li2005)"}
 _LEAST_ALPHA = -1.0 / 3.0  # that Hilber, Hughes and Taylor recommend
 _TOLERANCE, _TOLERANCE_FINITE = 1e-10, 1e-6  # of contact, and of the balance at large strain, over the largest force
 _TIMES = ("slip.incipient", "slip.overall", "slip.latency")
+_CONTACT = r"contacts?\.(\d+\.)?"
 # Patterns of paths of what moved or loaded beside the programme, and the words for it.
 _ACTIONS = {
-    r"contacts?\.(\d+\.)?drive\.": "Along its normal, a force moved the counterface",
-    r"contacts?\.(\d+\.)?programme\.": "Counterfaces with a motion of their own",
+    rf"{_CONTACT}drive\.": "Along its normal, a force moved the counterface",
+    rf"{_CONTACT}programme\.": "Counterfaces with a motion of their own",
     r"bodies\.": "Rigid bodies",
     r"support_motions\.": "Supports moved",
     r"tractions\.": "Tractions",
@@ -93,7 +94,6 @@ _THRESHOLDS = {
     "FA-II": ("least_steady", " m/s²"),
     "SA-II": ("least_steady", ""),
 }
-_NORMAL = re.compile(r"contacts?\.(\d+\.)?(counterface\.\w+\.)?normal$")
 _CITED = re.compile(r"@(\w+)")
 _LENGTH, _STIFFNESS = Unit("m", "µm"), Unit("Pa/m", "GPa/m")
 
@@ -116,13 +116,18 @@ class _Facts:
         """Names of mesh files; of a copy in the results, that of the file that was copied."""
         return Path(re.sub(r" \(content \w+\)", "", self.text("mesh.file"))).name
 
-    def below(self, group: str, *, only_set: bool = False) -> dict[str, str]:
-        """Return the values below a path, by what their paths have after it; only those of the study file if asked."""
+    def matching(self, pattern: str, *, only_set: bool = False) -> dict[str, str]:
+        """Return the values whose paths begin with a pattern, by path; only those of the study file if asked."""
         return {
-            path.removeprefix(f"{group}."): value.value
+            path: value.value
             for path, value in self.values.items()
-            if path.startswith(f"{group}.") and not (only_set and value.source == DEFAULT)
+            if re.match(pattern, path) and not (only_set and value.source == DEFAULT)
         }
+
+    def below(self, group: str, *, only_set: bool = False) -> dict[str, str]:
+        """Return the values below a path, by what their paths have after it; see :meth:`matching`."""
+        values = self.matching(rf"{re.escape(group)}\.", only_set=only_set)
+        return {path.removeprefix(f"{group}."): text for path, text in values.items()}
 
     def span(self, name: str, unit: Unit | None = None) -> str:
         """Return a property of the meshes, or the smallest and the largest of them."""
@@ -267,26 +272,26 @@ def _mesh(facts: _Facts) -> Iterator[str]:
 
 def _contact(facts: _Facts) -> Iterator[str]:
     """Yield sentences on contact and friction, and how exactly they were solved."""
-    friction = {path: value for path, value in facts.values.items() if re.match(r"contacts?\.(\d+\.)?friction", path)}
+    friction = facts.matching(rf"{_CONTACT}friction")
     if not friction:
         return
     bodies = [kind for kind in ("cylinder", "sphere") if any(f".{kind}." in path for path in facts.values)]
     # A law that is named stands in the path of its values.
     law = "" if any(".friction." in path for path in friction) else "Coulomb's, "
-    boundaries = [value.value for path, value in facts.values.items() if re.match(r"contacts?\.(\d+\.)?boundary", path)]
     normal, tangential = facts.span("normal_penalty", _STIFFNESS), facts.span("tangential_penalty", _STIFFNESS)
-    parameters = _in_words({path: value.value for path, value in friction.items()})
     penalties = f"by penalties at the nodes ({normal} normal, {tangential} tangential)"
-    normals = dict.fromkeys(f"({value.value})" for path, value in facts.values.items() if _NORMAL.match(path))
+    normals = dict.fromkeys(f"({text})" for text in facts.matching(rf"{_CONTACT}(counterface\.\w+\.)?normal$").values())
     facing = f" (outward normal {_enumerate(normals)})" if normals else ""
-    pair = f"{_enumerate(dict.fromkeys(boundaries))} with a rigid {_enumerate(bodies) or 'plane'}{facing}"
+    boundaries = dict.fromkeys(facts.matching(rf"{_CONTACT}boundary").values())
+    pair = f"{_enumerate(boundaries)} with a rigid {_enumerate(bodies) or 'plane'}{facing}"
     penetration, stretch = facts.largest("penetration_max_m"), facts.largest("elastic_slip_max_m")
     deviations = ""
     if penetration is not None and stretch is not None:
         lengths = [_LENGTH.format(float(f"{length:.2g}")) for length in (penetration, stretch)]
         deviations = f"; the largest penetration was {lengths[0]}, the largest elastic part of slip {lengths[1]}"
     yield (
-        f"Contact of the boundary {pair} was unilateral, with friction ({law}{parameters}), {penalties}{deviations}."
+        f"Contact of the boundary {pair} was unilateral, with friction ({law}{_in_words(friction)}), "
+        f"{penalties}{deviations}."
     )
     finite = "finite" in facts.text("kinematics")
     large = f"; at large strain the balance of forces to {_TOLERANCE_FINITE:g}" if finite else ""
@@ -308,11 +313,7 @@ def _motion(facts: _Facts) -> Iterator[str]:
         listed = (f"{phase.split()[1]} ({_in_words(values)})" for phase, values in phases.items())
         yield f"The counterface moved in phases: {', then '.join(listed)}."
     for pattern, words in _ACTIONS.items():
-        set_values = {
-            path: value.value
-            for path, value in facts.values.items()
-            if re.match(pattern, path) and value.source != DEFAULT
-        }
+        set_values = facts.matching(pattern, only_set=True)
         is_constant = "drive" in pattern and not any(".ramp." in path for path in set_values)
         if set_values:
             yield f"{words}: {_in_words(set_values)}{', constant from the start' if is_constant else ''}."
@@ -339,23 +340,17 @@ def _receptors_and_afferents(facts: _Facts) -> Iterator[str]:
     if not receptors:
         return
     yield f"Recorded: {_enumerate(f'{recorded.count(kind)} {kind}' for kind in receptors)}."
-    from fingerslip.afferents.model import (  # slow
-        AFFERENTS,
-        beyond_records,
-        human_afferents,
-        resolved_afferents,
-        spike_notes,
-    )
+    from fingerslip.afferents import model as afferents  # slow
 
     felt = [history for history in facts.histories if "strain" in history]
-    resolved = {kind for history in felt for kind in resolved_afferents(history)}
-    models = human_afferents()
+    resolved = {kind for history in felt for kind in afferents.resolved_afferents(history)}
+    models = afferents.human_afferents()
     kinds: dict[str, list[str]] = {}
     papers: dict[str, list[str]] = {}
     for kind in (kind for kind in receptors if kind in resolved):
         kinds.setdefault(models[kind].stimulus.replace("_", " "), []).append(kind)
         name, unit = _THRESHOLDS[kind]
-        (threshold,) = (value for value in AFFERENTS.table(kind.lower()) if value.path == name)
+        (threshold,) = (value for value in afferents.AFFERENTS.table(kind.lower()) if value.path == name)
         papers.setdefault(threshold.source, []).append(f"{kind} {threshold.value}{unit}")
     if not kinds:
         return
@@ -372,7 +367,10 @@ def _receptors_and_afferents(facts: _Facts) -> Iterator[str]:
         f"driven by {stimuli}; stimuli{rate} were assumed, thresholds calibrated on single published values: "
         f"{thresholds}.{least}{fast} Counts of spikes are no result."
     )
-    limits = (spike_notes(names, beyond_records({kind: models[kind] for kind in names}, each), each) for each in felt)
+    resolved_models = {kind: models[kind] for kind in names}
+    limits = (
+        afferents.spike_notes(names, afferents.beyond_records(resolved_models, history), history) for history in felt
+    )
     yield from (f"{note}." for note in dict.fromkeys(itertools.chain(*limits)))
 
 

@@ -24,18 +24,8 @@ from fingerslip.study.definition.runs import Plan
 from fingerslip.study.definition.settings import CameraSettings
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.storage.reporting import CAMERAS, ERRORS
+from fingerslip.vision.cameras import pixel
 from fingerslip.vision.cameras.camera import Camera, true_tracks
-from fingerslip.vision.cameras.pixel import (
-    BRIGHT_ON_DARK,
-    DARK_ON_BRIGHT,
-    HARSH_LIGHT,
-    LAMPS,
-    MOULDED,
-    Lighting,
-    PixelCamera,
-    SensorNoise,
-    film,
-)
 from fingerslip.vision.cameras.point import PointCamera, point_tracks
 from fingerslip.vision.comparison import TrackErrors, matched_tracks, track_errors
 from fingerslip.vision.tracking.track import TrackingWarning, track_markers
@@ -46,8 +36,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _FORMAT = 1
-_LOOKS = {"bright": BRIGHT_ON_DARK, "dark": DARK_ON_BRIGHT, "moulded": MOULDED}
-_LIGHTS = {"even": Lighting(), "harsh": HARSH_LIGHT, "lamps": LAMPS}
+_LOOKS = {"bright": pixel.BRIGHT_ON_DARK, "dark": pixel.DARK_ON_BRIGHT, "moulded": pixel.MOULDED}
+_LIGHTS = {"even": pixel.Lighting(), "harsh": pixel.HARSH_LIGHT, "lamps": pixel.LAMPS}
 
 
 def film_runs(plan: Plan, progress: StudyProgress) -> dict[str, FingerslipError]:
@@ -100,10 +90,10 @@ def _pixels(
 ) -> xr.Dataset:
     """Write the video and its tracks; return the tracks in the order of the truth."""
     look = dataclasses.replace(_LOOKS[settings.markers], radius=settings.marker_radius)
-    noise, light = SensorNoise(read=settings.noise), _LIGHTS[settings.light]
-    pixel_camera = PixelCamera(camera, look, light, noise, settings.jpeg_quality, settings.seed)
+    noise, light = pixel.SensorNoise(read=settings.noise), _LIGHTS[settings.light]
+    pixel_camera = pixel.PixelCamera(camera, look, light, noise, settings.jpeg_quality, settings.seed)
     video = folder / "video.avi"
-    film(pixel_camera, markers, video)
+    pixel.film(pixel_camera, markers, video)
     with warnings.catch_warnings():
         # The quality page says the same.
         warnings.simplefilter("ignore", TrackingWarning)

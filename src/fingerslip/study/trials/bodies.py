@@ -40,12 +40,12 @@ from fingerslip.study.definition.spec import Study
 from fingerslip.study.running.build import build_mesh, build_model, name_errors
 from fingerslip.study.storage.store import BasisFolder
 
-_VERSION = 6
+_VERSION = 7
 # How far above the plate skin is watched, over the deepest press; and searched for contact at large strain.
 _REACH, _REACH_PRESSED = 1.5, 1.25
 # At large strain: steps of press and slide [m], the speed does not matter; what the skin is sheared by from state to
 # state, over the depth (docs/tactip.md says what that costs in accuracy); and how far it is slid.
-_STEP, _STRIDE, _SPEED, _SPACING, _FARTHEST = 0.35e-3, 1.05e-3, 1e-3, 0.4, 14e-3
+_STEP, _STRIDE, _SPEED, _SPACING, _FARTHEST = 0.07e-3, 0.21e-3, 1e-3, 0.4, 14e-3
 # Where the largest friction is looked for: pressures [Pa], slip rates [m/s], slips [m], and how many times.
 _PRESSURES, _RATES, _SLIPS, _TIMES = np.geomspace(1e3, 1e6, 7), (0.0, 1e-4, 1e-2), (0.0, 1e-3, 1e-2), 11
 # Bodies are not made again for want of room: they may have taken a quarter of an hour.

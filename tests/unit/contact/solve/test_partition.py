@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from fingerslip.contact.solve import partition as module
+from fingerslip.contact.solve.compliance import Compliance
+from fingerslip.contact.solve.forces import solve_contact
 from fingerslip.contact.solve.newton import solve_friction
 from fingerslip.contact.solve.partition import first_partition, solve_in_partitions
 from problems.contact import TOLERANCE, pressed_row
@@ -18,13 +20,13 @@ def to_and_fro():
 def test_paths_are_those_of_the_compiled_solver(most_updates, wear):
     """Pulled to and fro, nodes stick and slip, and slopes change: forces and iterations are those of the other one."""
     compliance, penalty, free, friction = pressed_row(40, 0.0)
-    forces, exact, partition, counts = np.zeros((40, 2)), np.zeros((40, 2)), None, np.zeros(2)
+    forces, exact, counts = np.zeros((40, 2)), np.zeros((40, 2)), np.zeros(2)
+    partition = first_partition(compliance, penalty)
     for step, slide in enumerate(to_and_fro()):
         rows = free + np.array([0.0, slide]), friction * np.exp(-wear * (step % 10))
         other = solve_friction(compliance, *rows, exact, 1e-12)
-        if partition is not None:
-            partition.updates[0] = max(partition.updates[0], module._MOST_UPDATES - most_updates)
-        solution, partition = solve_in_partitions(compliance, penalty, *rows, forces, 1e-12, partition=partition)
+        partition.updates[0] = max(partition.updates[0], module._MOST_UPDATES - most_updates)
+        solution, partition = solve_in_partitions(partition, penalty, *rows, forces, 1e-12)
         np.testing.assert_allclose(solution.forces, other.forces, atol=1e-10 * np.abs(other.forces).max())
         product = compliance @ solution.forces.ravel()
         np.testing.assert_allclose(partition.product.ravel(), product, rtol=1e-10, atol=1e-13)
@@ -36,16 +38,20 @@ def test_paths_are_those_of_the_compiled_solver(most_updates, wear):
     assert counts[0] <= 1.2 * counts[1]
 
 
-def solution_of(row, start=None, **options):
+def solution_of(row, start=None, partition=None):
     compliance, penalty, free, friction = row
     start = np.zeros_like(free) if start is None else start
-    return solve_in_partitions(compliance, penalty, free, friction, start, 1e-12, **options)
+    partition = partition or first_partition(compliance, penalty)
+    return solve_in_partitions(partition, penalty, free, friction, start, 1e-12)
 
 
 def test_a_partition_of_another_compliance_is_not_used():
     compliance, penalty, free, friction = pressed_row(20, 0.2)
-    first, partition = solution_of((compliance, penalty, free, friction))
-    again, _ = solution_of((2.0 * compliance, 2.0 * penalty, 2.0 * free, friction), first.forces, partition=partition)
+    soft, hard = (
+        Compliance(factor * (compliance - np.diag(penalty.ravel())), factor * penalty) for factor in (2.0, 1.0)
+    )
+    first, partition = solve_contact(hard, free, friction, np.zeros_like(free), 1e-12)
+    again, _ = solve_contact(soft, 2.0 * free, friction, first.forces, 1e-12, working_set=partition)
     np.testing.assert_allclose(again.forces, first.forces, rtol=1e-9, atol=1e-12)
 
 
@@ -78,5 +84,4 @@ def test_the_compiled_solver_takes_over_where_no_step_helps(monkeypatch):
 def test_a_residual_that_is_no_number_is_not_below_the_tolerance():
     compliance, penalty, free, friction = pressed_row(5, 0.2)
     free[2, 0] = np.nan
-    row = compliance, penalty, free, friction
-    assert not solution_of(row, partition=first_partition(compliance, penalty))[0].residual <= TOLERANCE
+    assert not solution_of((compliance, penalty, free, friction))[0].residual <= TOLERANCE

@@ -1,6 +1,6 @@
-"""A body at large strain: forces, energy and stiffness belong together, whatever it is made of."""
+"""A body at large strain: forces, energy and stiffness belong together, of every law, also of a user's own."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fingerslip.errors import FingerslipError, InputError, InvertedCellError
+from fingerslip.fe.finite.powers import laws_of_points
 from fingerslip.fe.finite.thickness import Pulled, check_thickness, thickness_strain
 from fingerslip.fe.finite.volumes import selective_energy
 from fingerslip.fe.forms import stiffness_matrix
@@ -99,14 +100,6 @@ def test_all_tangents_have_one_pattern_which_solvers_analyse_once(element, integ
         np.testing.assert_array_equal((each + 0.0 * each).indices, (rest + 0.0 * rest).indices)
 
 
-@EVERY
-def test_positive_tangent_is_the_tangent_where_nothing_is_indefinite(element, integration, formulation):
-    bulk = body(element, integration, formulation)
-    rest = bulk.deformed(np.zeros(bulk.space.n_dofs))
-    plain, positive = bulk.tangent(rest), bulk.tangent(rest, positive=True)
-    np.testing.assert_allclose(positive.toarray(), plain.toarray(), atol=1e-12 * np.abs(plain).max())
-
-
 def test_positive_tangent_of_a_crushed_body_is_semidefinite_and_the_state_near_changes_no_thickness():
     bulk = body("Q4", law=STIFF)
     state = bulk.deformed((bulk.space.positions * [-0.1, -0.5]).ravel())
@@ -149,23 +142,6 @@ def test_a_cell_that_is_turned_inside_out_is_named_with_its_place(kind):
     # Other cells around the node may be worse; the place is that of the one that is named.
     assert node in mesh.t[:, caught.value.cell]
     np.testing.assert_allclose(caught.value.position, mesh.p[:, mesh.t[:, caught.value.cell]].mean(axis=1))
-
-
-@EVERY
-def test_densities_add_up_to_the_energy_and_volumes_are_determinants(element, integration, formulation):
-    bulk = body(element, integration, formulation, law=STIFF, beside=SOFT)
-    state = bulk.deformed(moved(bulk, 0.03))
-    points = np.arange(bulk.weights.size)
-    densities = bulk.energy_densities(state, points)
-    assert densities @ bulk.weights.ravel() == pytest.approx(bulk.energy(state))
-    np.testing.assert_allclose(bulk.energy_densities(state, points[3:7]), densities[3:7])
-    np.testing.assert_allclose(state.volume, np.linalg.det(state.deformation))
-    np.testing.assert_allclose(np.exp(state.log_volume), state.volume)
-    if bulk.volumes is not None:
-        np.testing.assert_allclose(bulk.volumes.mean @ np.ones(bulk.weights.size), 1.0)
-        np.testing.assert_allclose(bulk.volumes.mean.T @ bulk.volumes.size, bulk.weights.ravel())
-        assert bulk.volumes.size.sum() == pytest.approx(bulk.weights.sum())
-    assert (bulk.volumes is None) == (integration == "full")
 
 
 def test_the_groups_of_quadrilaterals_are_their_cells_and_nodes_between_materials_have_one_for_each():
@@ -261,3 +237,66 @@ def test_laws_without_a_thickness_are_refused(stiffness, stress):
         thickness_strain(Pushing(), np.zeros((1, 3)))
     with pytest.raises(InputError, match="integration"):
         body("Q4", "nodal")
+
+
+@dataclass(frozen=True)
+class Own:
+    """A law that says nothing of powers."""
+
+    law: object
+
+    def __getattr__(self, name):
+        if name == "sum_of_powers":
+            raise AttributeError(name)
+        return getattr(self.law, name)
+
+
+class Locking(NeoHookean):
+    """A law that is derived from one of powers, with another stress beyond a strain."""
+
+    def kirchhoff_stress(self, log_strain):
+        return super().kirchhoff_stress(log_strain) + 1e6 * np.maximum(log_strain - 0.5, 0.0)
+
+
+class Softer(NeoHookean):
+    """Another, with another tangent."""
+
+    def kirchhoff_tangent(self, log_strain):
+        return 0.5 * super().kirchhoff_tangent(log_strain)
+
+
+class Named(NeoHookean):
+    """One that is derived without functions of its own."""
+
+
+@EVERY_PAIR
+def test_a_body_is_that_of_the_laws_of_its_materials(element, integration, formulation, law):
+    pairs = (law, SOFT), (Own(law), Own(SOFT))
+    bodies = [body(element, integration, formulation, law=near, beside=far) for near, far in pairs]
+    at = moved(bodies[0], 0.03)
+    states = [bulk.deformed(at, bulk.deformed(0.9 * at)) for bulk in bodies]
+    some = np.arange(states[0].log_strain.shape[0])[1::3]
+    for read in (
+        lambda bulk, state: bulk.force(state),
+        lambda bulk, state: bulk.energy(state),
+        lambda bulk, state: bulk.tangent(state).toarray(),
+        lambda bulk, state: bulk.energy_densities(state, some),
+    ):
+        values, expected = map(read, bodies, states)
+        np.testing.assert_allclose(values, expected, rtol=0.0, atol=1e-10 * np.abs(expected).max())
+
+
+def test_a_law_of_its_own_is_no_sum_of_powers():
+    number = np.array([0, 1, 0])
+    assert laws_of_points([SOFT, *LAWS, Named(34e3, 0.48, 1000.0)], number) is not None
+    for law in (Own(SOFT), Locking(34e3, 0.48, 1000.0), Softer(34e3, 0.48, 1000.0)):
+        assert laws_of_points([SOFT, law], number) is None
+
+
+def test_a_thickness_that_is_not_found_is_an_error_with_the_name_of_the_law():
+    bulk = body("Q4", formulation="plane_stress", law=SOFT)
+    nothing = np.zeros(bulk.space.n_dofs)
+    near = bulk.deformed(nothing)
+    near.log_strain[:, 2] = np.nan
+    with pytest.raises(FingerslipError, match="NeoHookean: no thickness"):
+        bulk.deformed(nothing, near)

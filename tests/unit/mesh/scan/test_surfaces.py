@@ -31,13 +31,6 @@ def test_file_comes_back_in_metres(tmp_path, suffix, unit):
     assert fs.read_surface(tmp_path / "plane.vtu").area == pytest.approx(1e-4), "quadrilaterals are cut in two"
 
 
-@pytest.mark.parametrize(("written", "read", "repair"), [("mm", "m", "'mm'"), ("m", "mm", "'m'"), ("um", "mm", "'um'")])
-def test_wrong_unit_names_the_right_one(tmp_path, written, read, repair):
-    fs.write_surface(ellipsoid(), tmp_path / "skin.stl", written)
-    with pytest.raises(fs.MeshError, match=f"skin.stl: is .* m long when its unit is '{read}', .*is its unit {repair}"):
-        fs.read_surface(tmp_path / "skin.stl", read)
-
-
 def test_loop_goes_around_the_hole_and_two_holes_that_meet_in_a_point_are_two_loops():
     holed = with_hole(ellipsoid(), (0.0, 0.0, 7e-3), 3e-3)
     (loop,) = boundary_loops(holed)

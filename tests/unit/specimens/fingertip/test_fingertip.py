@@ -1,7 +1,8 @@
-"""The fingertip as a specimen: what a model takes from it, and what is called unused makes no difference."""
+"""The fingertip as a specimen: its numbers, what a model takes from it, and that unused values make no difference."""
 
 import dataclasses
 import functools
+from importlib import resources
 
 import numpy as np
 import pytest
@@ -9,6 +10,8 @@ import pytest
 import fingerslip as fs
 from fingerslip.parameters import as_mapping, from_mapping, walk_values
 from fingerslip.sites import RECEPTOR_KINDS
+from fingerslip.specimens.fingertip.fingertip import PRESETS
+from fingerslip.specimens.fingertip.numbers import skin_room
 from fingerslip.specimens.protocol import ModelUse
 from unit.fingers import change, change_solid
 
@@ -124,3 +127,59 @@ def test_a_section_stays_the_same_when_all_unused_values_change(changes, groups)
 )
 def test_the_reason_says_what_the_model_lacks(finger, use, path, reason):
     assert finger.unused_reason(path, use) == reason
+
+
+NAME = "wang2014-2d"
+
+
+@pytest.mark.parametrize(
+    ("changes", "room", "limit"),
+    [
+        ({"phalanx": {"sagittal": {"distal_end": "3 mm"}}}, 4e-3, "phalanx.sagittal.dorsal_level"),
+        ({"phalanx": {"sagittal": {"palmar_level": "-4.5 mm"}}}, 2.5e-3, "phalanx.sagittal.palmar_level"),
+        ({"section": "transverse"}, 2.5e-3, "phalanx.transverse.half_width"),
+        ({"section": "transverse", "transverse": {"half_height": "5 mm"}}, 2e-3, "phalanx.transverse.half_height"),
+        ({"phalanx": {"variant": "scaled"}}, 7e-3, "sagittal.half_height"),
+    ],
+)
+def test_room_is_set_by_the_nearest_face(changes, room, limit):
+    fingertip = change(**changes)
+    assert skin_room(fingertip.outline, fingertip.phalanx) == (pytest.approx(room), limit)
+
+
+def test_presets_hold_what_is_published_and_that_in_3d_keeps_the_sections():
+    plane, solid = fs.preset("wang2014-2d"), fs.preset("wang2014-3d")
+    # The half height of the section is calibrated, that of the fingertip in 3D is not.
+    assert dataclasses.replace(plane.sagittal, half_height=6.5e-3) == solid.sagittal
+    assert plane.sagittal.half_height == 7e-3
+    assert plane.transverse == solid.transverse
+    assert plane.phalanx.sagittal == solid.phalanx.sagittal
+    assert solid.layers.skin_thickness == 1e-3
+    assert solid.materials["epidermis"] == solid.materials["dermis"]
+    fingertip, materials = plane, plane.materials
+    assert (fingertip.layers.skin_thickness, fingertip.receptors.fa_ii_depth) == (1.5e-3, 3e-3)
+    assert (fingertip.section, fingertip.formulation) == ("sagittal", "plane_stress")
+    moduli = {name: material.youngs_modulus for name, material in materials.items()}
+    assert moduli == {"epidermis": 136e3, "dermis": 80e3, "tissue": 34e3, "phalanx": 1.5e9}
+    assert [materials[name].poisson_ratio for name in ("tissue", "phalanx")] == [0.48, 0.30]
+    assert [materials[name].density for name in ("tissue", "phalanx")] == [1000.0, 449.0]
+
+
+@pytest.mark.parametrize("name", [NAME, "wang2014-3d"])
+def test_every_value_of_the_preset_has_a_source_and_it_says_what_it_does_not_claim(name):
+    table = fs.preset_table(name)
+    references = resources.files("fingerslip").joinpath("references.bib").read_text()
+    # What a preset leaves out, such as the nail, has no source either.
+    assert {row.path for row in table} == {leaf.path for leaf in walk_values(fs.preset(name))}
+    assert {row.source for row in table} == {"assumed", "wang2014", "corniani2024"}
+    assert all(row.source == "assumed" or f"{{{row.source}," in references for row in table)
+    assert all(row.note for row in table)
+    assumed = [row.source == "assumed" for row in table]
+    assert assumed == sorted(assumed, reverse=True)
+    assert fs.preset_names() == (NAME, "wang2014-3d")
+    assert "no dimension" in PRESETS.header(name)["claims_not"]
+
+
+def test_a_preset_of_a_sensor_names_the_way_to_its_model():
+    with pytest.raises(fs.InputError, match=r"no fingertip, needs one of .*; other specimens .* fs\.study_model"):
+        fs.preset("tactip-ridged-2d")

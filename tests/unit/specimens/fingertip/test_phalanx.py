@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from fingerslip.specimens.fingertip.outline import outline_curve
-from fingerslip.specimens.fingertip.phalanx import _rounded_maximum, phalanx_contour, phalanx_surface, reaches_cut
+from fingerslip.specimens.fingertip.phalanx import phalanx_contour, phalanx_surface, reaches_cut
 from fingerslip.specimens.fingertip.skin import depth_below_skin
 from unit.fingers import SECTIONS, VARIANTS, change, change_solid, shoelace
 
@@ -79,18 +79,6 @@ def test_tissue_under_the_palmar_face_keeps_its_least_thickness(least):
     palmar = contour[: int(contour[:, 0].argmax())]
     distance, _ = cKDTree(outline_curve(fingertip).points).query(palmar[palmar[:, 0] < 0.0])
     assert distance.min() - 1.5e-3 == pytest.approx(least * 1e-3, abs=2e-6)
-
-
-def test_the_larger_of_two_heights_is_rounded_where_they_meet():
-    """Within the width the parabola max + (w - |a - b|)^2 / (4 w): a quarter of the width more where they are equal."""
-    apart = np.linspace(-2.0, 2.0, 41)
-    larger = _rounded_maximum(apart, 0.0, 1.0)
-    far = np.abs(apart) >= 1.0
-    assert larger[far] == pytest.approx(np.maximum(apart, 0.0)[far])
-    assert larger[20] == pytest.approx(0.25)
-    slopes = np.diff(larger) / np.diff(apart)
-    assert np.all(np.diff(slopes) > -1e-12)
-    assert np.abs(np.diff(slopes)).max() == pytest.approx(0.05, abs=1e-9)
 
 
 @pytest.mark.parametrize("width", [0.5, 2.0])

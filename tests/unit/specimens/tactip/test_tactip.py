@@ -64,19 +64,6 @@ def test_what_the_paper_prints_and_what_it_does_not_comes_first_with_a_range(nam
         assert "range" in notes[path]
 
 
-@pytest.mark.parametrize(("layers", "count"), [(1, 7), (6, 127), (10, 331)])
-def test_hexagonal_counts_and_rings_of_the_paper(layers, count):
-    places = Markers("hexagonal", (1,), layers, 2e-3).places
-    assert len(places.ring) == count
-    assert places.ring.max() == layers
-    distance = np.linalg.norm(places.position[:, None] - places.position[None], axis=2) + np.eye(count)
-    assert distance.min(axis=1) == pytest.approx(2e-3)
-    rings = Markers("rings", (1, 8, 16, 24, 32), 1, 3.3e-3).places
-    assert np.bincount(rings.ring).tolist() == [1, 8, 16, 24, 32]
-    assert np.allclose(np.hypot(*rings.position.T), 3.3e-3 * rings.ring)
-    assert rings.on_x.sum() == 9
-
-
 DOME, FLAT = Dome(20e-3, 20e-3), Dome(5e-3, 8e-3, 15e-3)
 RIDGES = Ridges(True, 3.3e-3, 3e-3, 4)
 

@@ -146,13 +146,3 @@ def test_nobody_is_matched_twice_or_from_too_far(n: int, m: int, seed: int) -> N
     assert len(set(rows)) == len(rows)
     assert len(set(columns)) == len(columns) == len(rows)
     assert (np.linalg.norm(expected[rows] - candidates[columns], axis=1) <= 12.0).all()
-
-
-def test_the_sum_of_ways_decides_and_a_whole_distance_between_markers_is_found() -> None:
-    expected, candidates = np.array([[0.0, 0.0], [8.0, 0.0]]), np.array([[8.0, 0.0], [15.0, 0.0]])
-    rows, columns = layouts.assign(expected, np.full(2, 10.0), candidates)
-    assert (rows.tolist(), columns.tolist()) == ([1], [0])
-    points, rng = clips.field(layout="hex", rings=6), np.random.default_rng(0)
-    shift = points[1] - points[0]
-    blobs = np.vstack([(points + shift + rng.normal(0.0, 0.5, points.shape))[::2], rng.uniform(0, 640, (40, 2))])
-    assert layouts.common_shift(points, blobs, float(np.hypot(*shift))) == pytest.approx(shift, abs=1.0)
