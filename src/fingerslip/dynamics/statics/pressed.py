@@ -6,7 +6,6 @@ One press serves several depths: at each the body is slid, and from there it is 
 from __future__ import annotations
 
 import functools
-import itertools
 import logging
 import math
 from collections.abc import Callable, Iterator, Sequence
