@@ -95,34 +95,26 @@ def _newton_step(compliance, friction, scale, forces, trial, residual):  # type:
     dim = forces.shape[1]
     touching = np.flatnonzero(trial[:, 0] > 0.0)
     step = -residual
-    size = touching.size * dim
-    if size == 0:
+    if touching.size == 0:
         return step
-    matrix, right = np.zeros((size, size)), np.empty(size)
-    open_step = step.copy()
-    open_step[touching] = 0.0
-    right_hand = active_product(compliance, open_step)
+    unknowns = (touching.reshape(-1, 1) * dim + np.arange(dim)).ravel()
+    matrix, right = np.zeros((unknowns.size, unknowns.size)), step.ravel()[unknowns]
+    step[touching] = 0.0
+    of_open = active_product(compliance, step)
     block = np.zeros((dim, dim))
     for a in range(touching.size):
         i = touching[a]
         derivative(trial[i], friction[i], block)
         for k in range(dim):
             row = a * dim + k
-            right[row] = -residual[i, k]
             for m in range(dim):
-                if block[k, m] == 0.0:
-                    continue
-                weight = block[k, m] * scale[i, m]
-                right[row] -= weight * right_hand[i, m]
-                for b in range(touching.size):
-                    for n in range(dim):
-                        matrix[row, b * dim + n] += weight * compliance[i * dim + m, touching[b] * dim + n]
-                matrix[row, a * dim + m] -= block[k, m]
+                if block[k, m] != 0.0:
+                    weight = block[k, m] * scale[i, m]
+                    right[row] -= weight * of_open[i, m]
+                    matrix[row] += weight * compliance[i * dim + m][unknowns]
+                    matrix[row, a * dim + m] -= block[k, m]
             matrix[row, row] += 1.0
-    result = np.linalg.solve(matrix, right)
-    for a in range(touching.size):
-        for k in range(dim):
-            step[touching[a], k] = result[a * dim + k]
+    step.ravel()[unknowns] = np.linalg.solve(matrix, right)
     return step
 
 
