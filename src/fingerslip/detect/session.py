@@ -19,7 +19,6 @@ from fingerslip.detect.evaluation.scores import (
     event_table,
     frame_scores_of,
     frame_tables,
-    output_tables,
     reliability_of,
     rest_ends,
     score_submission,
@@ -200,16 +199,14 @@ def evaluate_classifiers(
         *(_left_out_table(run, key, group, candidates) for key, group in groups.items()),
     ]
     if output is not None:
-        from fingerslip.detect.evaluation.figures import Judged, write_evaluation, write_judged
+        from fingerslip.detect.evaluation.figures import Judged, write_evaluation
 
-        output_tables(tables, output)
         judged = {
             name: Judged(scores[name].matrix, 1.0 - entry.chances[:, 0], samples.classes[entry.rows] > 0, events[name])
             for name, entry in all_frames.items()
         }
         labels = {name: onsets[name] for name in trials.names}
-        write_judged(judged, labels, output)
-        write_evaluation(tables, judged, labels, output / "evaluation.html", f"Evaluation on {trials.title}")
+        write_evaluation(tables, judged, labels, output, f"Evaluation on {trials.title}")
     run.parts.remove()
     return tables
 

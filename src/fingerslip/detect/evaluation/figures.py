@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from fingerslip.arrays import Flags, Floats
 from fingerslip.detect.classifiers import optional
 from fingerslip.detect.evaluation.crossval import UNREADABLE, read_arrays
-from fingerslip.detect.evaluation.scores import Estimate
+from fingerslip.detect.evaluation.scores import Estimate, output_tables
 from fingerslip.detect.folders import JUDGED, OF_EVALUATIONS
 from fingerslip.detect.labels import Onsets, onsets_of, times_of
 from fingerslip.errors import DamagedError, shorten
@@ -151,14 +151,16 @@ Draw = Callable[[Mapping[str, Judged], Mapping[str, Onsets]], Figure]
 
 
 def write_evaluation(
-    tables: Sequence[Table], judged: Mapping[str, Judged], labels: Mapping[str, Onsets], path: Path, title: str
+    tables: Sequence[Table], judged: Mapping[str, Judged], labels: Mapping[str, Onsets], folder: Path, title: str
 ) -> None:
-    """Write the page of an evaluation."""
+    """Write the tables of an evaluation, what its figures are drawn of, and its page."""
+    output_tables(tables, folder)
+    write_judged(judged, labels, folder)
     kinds = figures_of(judged).items()
     pictures = [Picture(kind, f"Shows {OF_EVALUATIONS[kind]}.", draw(judged, labels)) for kind, draw in kinds]
     sections = (ReportSection("Figures", pictures=tuple(pictures)), ReportSection("Tables", tables=tuple(tables)))
     report = Report(title, sections, {"fingerslip": __version__}, "How well is slip found in trials not seen?")
-    write_page(report, path)
+    write_page(report, folder / "evaluation.html")
 
 
 def _words(classifier: str) -> str:

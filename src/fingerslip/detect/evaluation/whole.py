@@ -11,8 +11,8 @@ from threadpoolctl import threadpool_limits
 
 from fingerslip.arrays import Flags, Floats
 from fingerslip.detect.classifiers import CLASSIFIERS, optional
-from fingerslip.detect.evaluation.figures import Judged, write_evaluation, write_judged
-from fingerslip.detect.evaluation.scores import INTERVALS, output_tables, ratio_estimate, table_of
+from fingerslip.detect.evaluation.figures import Judged, write_evaluation
+from fingerslip.detect.evaluation.scores import INTERVALS, ratio_estimate, table_of
 from fingerslip.detect.features import FeatureSettings, MotionSettings, features_of, motion_of
 from fingerslip.detect.labels import Onsets
 from fingerslip.detect.recordings import NO_SLIP_WORD, SLIP, SLIP_WORD
@@ -72,10 +72,8 @@ def evaluate_whole(
         _trial_table(slips, judged),
     ]
     if output is not None:
-        output_tables(tables, output)
         labels = dict.fromkeys(slips, Onsets(None, None))
-        write_judged(judged, labels, output)
-        write_evaluation(tables, judged, labels, output / "evaluation.html", f"Evaluation on {trials.title}")
+        write_evaluation(tables, judged, labels, output, f"Evaluation on {trials.title}")
     return tables
 
 

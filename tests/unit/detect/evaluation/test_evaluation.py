@@ -390,11 +390,11 @@ def test_an_evaluation_has_a_page(tmp_path):
         "time_threshold": Judged(np.ones((3, 3), dtype=int), chances, slips, late),
     }
     table = Table("Accuracy", (Column("classifier"),), (("forest",),))
-    write_evaluation([table], judged, labels, tmp_path / "page.html", "Evaluation")
-    page = (tmp_path / "page.html").read_text()
+    write_evaluation([table], judged, labels, tmp_path, "Evaluation")
+    page = (tmp_path / "evaluation.html").read_text()
     for name in ("confusion", "roc", "calibration", "leads", "trials"):
         assert f'id="{name}"' in page
-    (tmp_path / "page.html").rename(tmp_path / "evaluation.html")
+    (tmp_path / "judged.npz").unlink()
     with pytest.raises(InputError, match=r"has a page, but no judged.npz: an older version wrote it"):
         kinds_text(tmp_path)
     write_judged(judged, labels, tmp_path)
