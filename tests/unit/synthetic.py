@@ -53,6 +53,14 @@ def make(process: Process) -> xr.Dataset:
     return make_history(values, {"title": "synthetic press and slide"})
 
 
+def with_mesh(history: xr.Dataset) -> xr.Dataset:
+    """Return a synthetic history with a mesh of one square."""
+    values = {str(name): history[name].values for name in history.variables}
+    values["node_position"] = [[-6e-3, -6.5e-3], [6e-3, -6.5e-3], [6e-3, 5.5e-3], [-6e-3, 5.5e-3]]
+    values |= {"cell_nodes": [[0, 1, 2, 3]], "cell_region": [0]}
+    return make_history(values, {**history.attrs, "element": "Q4", "regions": "tissue"})
+
+
 def _phases(process: Process) -> dict[str, object]:
     kinds, starts, ends = zip(*process.phases, strict=True)
     return {"phase_kind": list(kinds), "phase_start": list(starts), "phase_end": list(ends)}

@@ -23,7 +23,6 @@ from fingerslip.slip import Events, EventSettings, PeakSettings
 from fingerslip.uncertainty import Convergence
 
 if TYPE_CHECKING:
-    import skfem
     import xarray as xr
 
     from fingerslip.afferents.model import AfferentModel
@@ -128,7 +127,6 @@ class ReportContent:
 
     study: StudyResult  # the study and its finished runs
     histories: Mapping[str, xr.Dataset]  # their histories by name of the run
-    meshes: Mapping[str, skfem.Mesh] = field(default_factory=lambda: _EMPTY)
     pictures: Mapping[str, RunPictures] = field(default_factory=lambda: _EMPTY)
     references: tuple[PublishedSet, ...] = ()  # published values to compare with
     values: tuple[ShownValue, ...] = ()  # all values of the runs with their sources
@@ -159,6 +157,14 @@ class ReportContent:
     def detailed_runs(self) -> tuple[RunResult, ...]:
         """The runs that have a section of their own: all that are shown in figures, of a large study the first."""
         return self.drawn[: detailed_of(len(self.study.runs))]
+
+    @property
+    def modelled_runs(self) -> tuple[RunResult, ...]:
+        """The runs whose models are shown: the first with each mesh, and of samples none."""
+        first: dict[str, RunResult] = {}
+        for run in () if self.study.ranges else self.study.runs:
+            first.setdefault(run.mesh_hash, run)
+        return tuple(first.values())
 
     def titled_histories(self) -> dict[str, xr.Dataset]:
         """Return the histories of the drawn runs by title."""

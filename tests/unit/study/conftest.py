@@ -64,7 +64,7 @@ def known_history(model: Model, *, progress: Callable[[float], None], threads: i
 
 @functools.cache
 def _history_of(friction: float) -> xr.Dataset:
-    return synthetic.make(synthetic.Process(friction=friction, centre=1.4 + 0.5 * friction))
+    return synthetic.with_mesh(synthetic.make(synthetic.Process(friction=friction, centre=1.4 + 0.5 * friction)))
 
 
 @pytest.fixture

@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
-import skfem
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
@@ -16,7 +15,6 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 from matplotlib.transforms import Bbox
 from mpl_toolkits.mplot3d import Axes3D
-from numpy.typing import NDArray
 
 from fingerslip.arrays import Floats
 from fingerslip.history import sites_of_kinds
@@ -24,8 +22,7 @@ from fingerslip.report.colours import BLACK, GREY, RECEPTOR_COLOURS, RECEPTOR_MA
 from fingerslip.report.figures.markers import ring_colours
 from fingerslip.report.figures.style import add_legend, figure_grid, join_title, layer_keys, with_style
 from fingerslip.report.labels import of_histories
-from fingerslip.report.scene.options import SceneOptions
-from fingerslip.report.scene.scene import CORNERS, check_options, region_names
+from fingerslip.report.scene.scene import CORNERS, region_names
 from fingerslip.snapshot import faces_at_record
 from fingerslip.specimens.fingertip import outline
 from fingerslip.specimens.fingertip.fingertip import Fingertip
@@ -118,43 +115,27 @@ def receptor_positions(history: xr.Dataset) -> dict[str, Floats]:
     return {kind: history["site_position"].values[row] for kind, row in rows.items() if row.size}
 
 
-def mesh_figure(history: xr.Dataset, title: str = "") -> Figure:
-    """Draw the section of a history at rest, see :func:`section_figure`."""
-    check_options(history, SceneOptions())
-    corners = history["cell_nodes"].values[:, : CORNERS[history.attrs["element"]]].T
-    kind: Any = skfem.MeshQuad if len(corners) == 4 else skfem.MeshTri
-    regions = {name: history["cell_region"].values == number for number, name in enumerate(region_names(history))}
-    mesh = kind(np.ascontiguousarray(history["node_position"].values.T), np.ascontiguousarray(corners))
-    cells = {name: np.flatnonzero(members) for name, members in regions.items()}
-    return section_figure(mesh.with_subdomains(cells), receptor_positions(history), title, history)
-
-
 @with_style
-def section_figure(
-    mesh: skfem.Mesh, receptors: Mapping[str, Floats], title: str = "", history: xr.Dataset | None = None
-) -> Figure:
-    """Draw a section with its layers, elements, receptors (n, 2) [m] and the plate, and a close view of the skin.
-
-    The counterfaces of a history are drawn as they are, the plate of a specimen below it.
-    """
+def mesh_figure(history: xr.Dataset, title: str = "") -> Figure:
+    """Draw the section of a history at rest: layers, elements, receptors and counterfaces, and the skin closer."""
     labels, heading = ("x [mm]", "y [mm]"), join_title("Section", title)
     figure, (whole, close) = figure_grid(2, 2, (4.6, 3.5), heading, labels, share="none", widths=(1.75, 1.0))
-    points = mesh.p.T[:, :2]
-    box, colours = np.array([points.min(axis=0), points.max(axis=0)]), region_colours(tuple(mesh.subdomains or {}))
+    points, of_cells = history["node_position"].values, history["cell_region"].values
+    corners = points[history["cell_nodes"].values[:, : CORNERS[history.attrs["element"]]]]
+    regions = {name: corners[of_cells == number] for number, name in enumerate(region_names(history))}
+    colours = region_colours([name for name, shapes in regions.items() if len(shapes)])
+    box = np.array([points.min(axis=0), points.max(axis=0)])
     size, first, normal, gap = float(np.ptp(box)), points[np.argmin(points[:, 1])], np.array([0.0, 1.0]), 0.0
-    lines = [first + size * np.array([[-1.0, 0.0], [1.0, 0.0]])]
-    if history is not None:
-        lines = [line[:, :2] for face in faces_at_record(history, 0, size) for line in face.outline]
-        if history.sizes.get("contact_node"):
-            first, normal, gap = _first_touched(history)
-    corners = mesh.t.T[:, : 4 if mesh.t.shape[0] in (4, 9) else 3]
-    regions: Mapping[str, NDArray[np.int64]] = mesh.subdomains or {"body": np.arange(mesh.t.shape[1])}
+    lines = [line[:, :2] for face in faces_at_record(history, 0, size) for line in face.outline]
+    if history.sizes.get("contact_node"):
+        first, normal, gap = _first_touched(history)
+    receptors = receptor_positions(history)
     # The skin round the point that touches first, which is near the edge, and a frame around that part in the whole.
     middle = first + 0.49 * _ZOOM_WIDTH * normal
     corner, width = 1e3 * (middle - np.array([0.5, 0.55]) * _ZOOM_WIDTH), 1e3 * _ZOOM_WIDTH
     for axes, line, size in ((whole, 0.12, 1.6), (close, 0.3, 5.0)):
-        for name, cells in regions.items():
-            colour, shapes = colours.get(name, REGION_COLOURS["tissue"]), _MILLIMETRES * points[corners[cells]]
+        for name, colour in colours.items():
+            shapes = _MILLIMETRES * regions[name]
             if axes is close:  # the cells in its frame, and some beside them
                 shapes = shapes[(np.abs(shapes - corner) < 3.0 * width).any(axis=1).all(axis=1)]
             axes.add_collection(PolyCollection(shapes, facecolor=colour, edgecolor=_EDGE, linewidth=line))
@@ -176,8 +157,7 @@ def section_figure(
         mark, colour = RECEPTOR_MARKS.get(kind, "x"), RECEPTOR_COLOURS.get(kind, BLACK)
         keys[kind] = Line2D([], [], linestyle="", marker=mark, color=colour, markersize=5)
     if lines:
-        plate = of_histories("plate", [history] if history is not None else [])
-        keys[plate] = Line2D([], [], color=BLACK, linewidth=1.6)
+        keys[of_histories("plate", [history])] = Line2D([], [], color=BLACK, linewidth=1.6)
     add_legend(figure, keys)
     return figure
 

@@ -113,12 +113,9 @@ def _model(content: ReportContent) -> Iterator[ReportSection]:
         yield ReportSection("Energy balance", (), (run_tables.energies_table(histories),), (picture,))
     yield uncertainty_section(content)
     models: list[Picture] = []
-    for run in content.study.runs:
+    for run in (run for run in content.modelled_runs if run.name in content.histories):
         drawn = content.pictures.get(run.name, RunPictures()).model
-        if drawn is not None:
-            models += drawn
-        elif run.name in content.meshes and run.name in content.histories:
-            models += model_pictures(_subject(content, run), content.meshes[run.name])
+        models += model_pictures(_subject(content, run)) if drawn is None else drawn
     yield ReportSection("The model", pictures=tuple(models))
 
 

@@ -25,7 +25,7 @@ from fingerslip.report.content import (
 )
 from fingerslip.report.figures import bodies, markers, patches, signals, study
 from fingerslip.report.figures.composed import composed_figure, spike_figure
-from fingerslip.report.figures.specimens import mesh_figure, receptor_positions, section_figure
+from fingerslip.report.figures.specimens import mesh_figure
 from fingerslip.report.figures.style import looking
 from fingerslip.report.labels import of_histories, path_label, prose
 from fingerslip.report.page.page import Picture
@@ -34,8 +34,6 @@ from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import Events, find_events, slide_window
 
 if TYPE_CHECKING:
-    import skfem
-
     from fingerslip.report.content import StudySubject
 
 _DRAW_STUDIES: Mapping[str, Callable[[StudySubject], Figure]] = {
@@ -192,14 +190,14 @@ def run_pictures(run: RunSubject) -> list[Picture]:
     ]
 
 
-def model_pictures(run: RunSubject, mesh: skfem.Mesh) -> list[Picture]:
+def model_pictures(run: RunSubject) -> list[Picture]:
     """Return the pictures of the model of a run at the start."""
     history, title = run.history, run.title
     figures: dict[str, Figure] = {}
-    if not is_solid(history):
-        figures["section"] = section_figure(mesh, receptor_positions(history), title, history)
-    elif history.sizes.get("snapshot_time", 0):
+    if is_solid(history) and history.sizes.get("snapshot_time", 0):
         figures["scene"] = bodies.scene_figure(history, title)
+    elif not is_solid(history) and "cell_nodes" in history.coords:
+        figures["section"] = mesh_figure(history, title)
     if _HAS["markers"](history):
         figures["markers"] = markers.marker_places_figure(marker_tracks(history), title)
     return [
@@ -208,14 +206,13 @@ def model_pictures(run: RunSubject, mesh: skfem.Mesh) -> list[Picture]:
     ]
 
 
-def draw_ahead(run: RunSubject, mesh: skfem.Mesh | None, *, contact: bool) -> RunPictures:
+def draw_ahead(run: RunSubject, *, contact: bool, model: bool) -> RunPictures:
     """Draw the pictures of one run before its report is made."""
 
     def render(pictures: list[Picture]) -> tuple[Picture, ...]:
         return tuple(Picture(picture.name, picture.caption, None, picture.png) for picture in pictures)
 
-    model = None if mesh is None else render(model_pictures(run, mesh))
-    return RunPictures(render(run_pictures(run)) if contact else None, model)
+    return RunPictures(render(run_pictures(run)) if contact else None, render(model_pictures(run)) if model else None)
 
 
 def hero_pictures(content: ReportContent) -> list[Picture]:

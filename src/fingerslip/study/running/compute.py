@@ -396,4 +396,4 @@ def draw_run(finished: Finished, drawing: Drawing) -> RunPictures:
     result = finished.result
     title = run_title(result, drawing.title)
     run = RunSubject(finished.history, result.events, name=result.name, title=title)
-    return draw_ahead(run, finished.job.model.mesh if drawing.model else None, contact=drawing.contact)
+    return draw_ahead(run, contact=drawing.contact, model=drawing.model)

@@ -306,43 +306,34 @@ def _content(study: StudyResult, pictures: Mapping[str, RunPictures]) -> ReportC
 
     manifest = read_manifest(study.folder)
     convergences = read_convergences(study.folder, identities(manifest))
-    runs = {run.name: read_run_values(study.folder / run.name / RUN) for run in study.runs}
+    runs = [read_run_values(study.folder / run.name / RUN) for run in study.runs]
     content = ReportContent(
         study=study,
         histories={},
-        values=value_rows(list(runs.values()), manifest.get("given") or None),
+        pictures=pictures,
+        values=value_rows(runs, manifest.get("given") or None),
         provenance=provenance_of(study.folder, manifest),
         convergences={name: convergence.quantities for name, convergence in convergences.items()},
         notes=notes_html(study.folder),
     )
-    return content if any(run.reaction for run in study.runs) else _with_pictures(content, runs, pictures)
+    return content if any(run.reaction for run in study.runs) else _with_pictures(content)
 
 
-def _with_pictures(
-    content: ReportContent, specified: Mapping[str, Run], pictures: Mapping[str, RunPictures]
-) -> ReportContent:
-    """Return the content of a page with the histories, meshes and films that it draws."""
+def _with_pictures(content: ReportContent) -> ReportContent:
+    """Return the content of a page with the histories and films that it draws."""
     from fingerslip.report.content import MOST_RUNS
     from fingerslip.report.page.samples import representatives
-    from fingerslip.study.running.build import build_mesh
 
     study = content.study
-    # The models of all meshes are shown, of other runs no more than the first; of samples none.
-    first = {run.mesh_hash: run.name for run in reversed(study.runs) if not study.ranges}.values()
-    meshed = [name for name in specified if name in first and (name not in pictures or pictures[name].model is None)]
     drawn = [run.name for run in study.runs if not study.ranges][:MOST_RUNS]
-    histories = {name: read_history(study.folder / name / HISTORY) for name in dict.fromkeys((*drawn, *meshed))}
+    shown = dict.fromkeys((*drawn, *(run.name for run in content.modelled_runs)))
+    histories = {name: read_history(study.folder / name / HISTORY) for name in shown}
     starts = slide_starts(study)
     # Of samples those are seen in motion that stand for others.
     typical = [sample.run.name for sample in representatives(study, starts)] if study.ranges else []
     return dataclasses.replace(
         content,
         histories=histories,
-        meshes={name: build_mesh(specified[name]) for name in meshed},
-        pictures={
-            name: picture if name in first else dataclasses.replace(picture, model=None)
-            for name, picture in pictures.items()
-        },
         references=tuple(published_set(name) for name in study.compare),
         films=read_films(study.folder, {name: histories[name] for name in drawn}),
         starts=starts,

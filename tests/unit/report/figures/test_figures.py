@@ -5,7 +5,6 @@ import functools
 
 import numpy as np
 import pytest
-import skfem
 import xarray as xr
 from matplotlib.collections import LineCollection, PolyCollection, TriMesh
 from matplotlib.colors import to_hex
@@ -19,7 +18,7 @@ from fingerslip.detect.evaluation import figures as detectors
 from fingerslip.detect.evaluation.scores import Estimate
 from fingerslip.marker_tracks import filmed_tracks, marker_tracks
 from fingerslip.published import published_set
-from fingerslip.report.colours import RECEPTOR_COLOURS, STATE_COLOURS, STIFF_COLOUR
+from fingerslip.report.colours import RECEPTOR_COLOURS, RECEPTOR_MARKS, STATE_COLOURS, STIFF_COLOUR
 from fingerslip.report.content import RunSubject, StudySubject
 from fingerslip.report.figures import bodies, composed, markers, patches, signals, specimens, study, style
 from fingerslip.report.page.pictures import draw_of_run, draw_of_study
@@ -101,11 +100,6 @@ def seen():
 def reference_nodes():
     kinds, names = ["skin surface", "skin surface", "tissue surface"], ["skin-h1", "skin-h2", "tissue-v1"]
     return block_history().isel(site=[0, 0, 0]).assign_coords(site=names, site_kind=("site", kinds))
-
-
-def block():
-    mesh = skfem.MeshQuad.init_tensor(np.linspace(0.0, 4e-3, 9), np.linspace(1e-3, 3e-3, 5))
-    return mesh.with_subdomains({"nail": lambda x: x[1] > 2e-3, "epidermis": lambda x: x[1] < 2e-3})
 
 
 RIGHT = Estimate(0.9, 0.8, 1.0)
@@ -240,13 +234,11 @@ FIGURES = {
         of_run("spikes", lambda: block_history("Q4"), AT_EVENTS, afferents=STRAIN_MODELS), [],
         {"plate\n[mm]", "1 FA-II\nby x", "mean rate\nin 100 ms\n[1/s]"}, [0.05, 0.06, 0.07, 0.1]),
     "mesh": (
-        of_run("mesh", lambda: block_history("Q4")), ["close view of the framed part"], {"skin", "tissue", "FA-II"}),
+        of_run("mesh", lambda: block_history("Q4")), ["close view of the framed part"],
+        {"x [mm]", "y [mm]", "skin", "tissue", "FA-II", "plate"}),
     "sensitivity": (
         lambda: draw_of_study("sensitivity", StudySubject((), {}, {}, sensitivities=[sensitivity("sobol")])), [],
         {"total", "first order"}),
-    "section": (
-        lambda: specimens.section_figure(block(), {"FA-I": np.array([[1e-3, 1.5e-3]])}),
-        ["close view of the framed part"], {"x [mm]", "y [mm]", "epidermis", "nail", "FA-I", "plate"}),
 }
 # fmt: on
 
@@ -922,15 +914,15 @@ def test_fingertips_and_sensors_are_drawn_to_scale():
 
 
 def test_a_meshed_section_has_its_cells_and_receptors_and_a_frame_round_what_is_drawn_closer():
-    whole, close = panels(drawn("section"))
-    (dot,) = (item for item in whole.lines if item.get_marker() == "o")
-    assert dot.get_ydata()[0] == pytest.approx(1.5)
-    assert sum(len(c.get_paths()) for c in whole.collections) == block().t.shape[1]
+    whole, close = panels(drawn("mesh"))
+    (dot,) = (item for item in whole.lines if item.get_marker() == RECEPTOR_MARKS["FA-II"])
+    assert dot.get_ydata()[0] == pytest.approx(5.0)
+    assert sum(len(c.get_paths()) for c in whole.collections) == 16
     positions = specimens.receptor_positions(HISTORY)
     assert {kind: values.shape for kind, values in positions.items()} == dict.fromkeys(KINDS, (25, 2))
     assert specimens.receptor_positions(BARE) == {}
     for axes in (whole, close):
-        assert axes.lines[0].get_ydata()[0] == pytest.approx(1.0), "the plate is where the body touches it"
+        assert axes.lines[0].get_ydata()[0] == pytest.approx(0.0), "the plate is where the body touches it"
     (frame,) = whole.patches
     assert close.get_xlim() == pytest.approx((frame.get_x(), frame.get_x() + 3.2))
     assert close.get_ylim() == pytest.approx((frame.get_y(), frame.get_y() + frame.get_height()))
@@ -955,11 +947,8 @@ def test_the_plate_of_a_section_is_drawn_where_it_starts_and_the_close_view_is_o
     assert "plate" not in words(specimens.mesh_figure(bare))
 
 
-def test_quadratic_triangles_are_drawn_by_their_corners_and_a_mesh_without_regions_whole():
-    mesh = skfem.MeshTri2().refined(1).scaled(1e-3).with_subdomains({"gel": np.arange(8)})
-    figure = specimens.section_figure(mesh, {"probe": np.array([[0.0, 0.0]])})
-    (regions,) = panels(figure)[0].collections
-    assert {len(path.vertices) for path in regions.get_paths()} == {4}
-    assert {"gel", "probe", "plate"} <= words(figure)
-    (cells,) = panels(specimens.section_figure(skfem.MeshQuad().refined(1).scaled(1e-3), {}))[0].collections
-    assert len(cells.get_paths()) == 4
+def test_quadratic_triangles_are_drawn_by_their_corners():
+    history = block_history("T6")
+    regions = panels(specimens.mesh_figure(history))[0].collections
+    assert {len(path.vertices) for cells in regions for path in cells.get_paths()} == {4}
+    assert sum(len(cells.get_paths()) for cells in regions) == history.sizes["cell"]

@@ -5,7 +5,6 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-import skfem
 from matplotlib.figure import Figure
 
 from fingerslip.marker_tracks import filmed_tracks
@@ -23,12 +22,11 @@ from fingerslip.slip.front import EdgeContact
 from fingerslip.slip.measures import Measure
 from fingerslip.tables.table import Column, Missing, Table, texts
 from fingerslip.uncertainty import Convergence, Series
-from fingerslip.verification.meshes import box
 from fingerslip.vision.cameras.camera import external_camera, true_tracks
 from unit.filmed import filmed_history
 from unit.report.page.contents import checked, content_of, two_runs, with_runs
 from unit.report.scenes import block_history
-from unit.synthetic import Process, make
+from unit.synthetic import Process, make, with_mesh
 
 VALUES = (
     ShownValue("fingertip.layers.skin_thickness", "1.5 mm", "wang2014"),
@@ -43,10 +41,11 @@ def section_of(report, title):
 
 @pytest.mark.slow
 def test_standard_report_has_its_sections_and_figures():
-    mesh = skfem.MeshQuad().refined(2).scaled(1e-3).with_subdomains({"tissue": lambda x: x[0] > -1.0})
     references = (published_set("wang2014-table2"), published_set("wang2014-qualitative"))
-    content = two_runs(meshes={"0.6": mesh}, references=references, values=VALUES, provenance={"commit": "abc"})
-    report = study_report(content)
+    content = two_runs(references=references, values=VALUES, provenance={"commit": "abc"})
+    meshed = {name: with_mesh(history) for name, history in content.histories.items()}
+    report = study_report(dataclasses.replace(content, histories=meshed))
+    assert [picture.name for picture in section_of(report, "The model").pictures] == ["section-0.4"]
     assert [section.title for section in report.sections] == [
         "Slip events",
         "How slip events are defined",
@@ -187,17 +186,17 @@ def test_pictures_are_those_that_a_history_has_the_signals_for(monkeypatch):
     assert names(HISTORY.drop_dims("site")) == ["r-slip-map", "r-displacement", "r-forces"]
     held = HISTORY.assign(phase_kind=("phase", ["press", "hold"]))
     assert names(held) == ["r-slip-map", "r-forces", "r-strain-energy-density"]
-    history, mesh = block_history(), box("T4", *([0.0, 1.0],) * 3)
+    history = block_history()
     solid = ["r-slip-frames", "r-stick-ratio", "r-surface-strain"]
     signals = ["r-forces", "r-acceleration", "r-strain-energy-density"]
     assert names(history) == [*solid, "r-cut", *signals]
     plain = history.drop_dims("snapshot_time").assign_coords(site_kind=("site", ["skin surface"]))
     assert names(plain) == [*solid, "r-reference-nodes", "r-forces"]
-    assert model_pictures(RunSubject(plain, Events()), mesh) == []
-    filmed = filmed_history()
+    assert model_pictures(RunSubject(plain, Events())) == []
+    filmed = with_mesh(filmed_history())
     assert "r-markers" in names(filmed)
     run = RunSubject(filmed, find_events(filmed), name="a", title="t")
-    model = model_pictures(run, skfem.MeshQuad().refined(1).scaled(1e-3))
+    model = model_pictures(run)
     assert [picture.name for picture in model] == ["section-a", "markers-a"]
     assert model[0].figure.get_suptitle() == "Section: t"
 
@@ -209,8 +208,7 @@ def test_a_study_in_space_has_a_report():
         result_of(history, name, {"fingertip.solid.angle": angle})
         for name, angle in (("a", "-30 deg"), ("b", "30 deg"))
     )
-    mesh = box("T4", *([0.0, 1.0],) * 3)
-    report = study_report(content_of(runs, {"a": history, "b": history}, meshes={"a": mesh}))
+    report = study_report(content_of(runs, {"a": history, "b": history}))
     pictures = {picture.name for picture in report.pictures}
     assert {"stick-ratio", "slip-onset", "scene-a", "a-slip-frames", "b-cut", "a-forces"} <= pictures
     assert not {"slip-maps", "section-a", "a-slip-map"} & pictures

@@ -92,7 +92,7 @@ def only_drawn(write):
 
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr("fingerslip.report.page.assemble.run_pictures", again)
-            patch.setattr("fingerslip.study.running.build.build_mesh", again)
+            patch.setattr("fingerslip.report.page.assemble.model_pictures", again)
             write(study, pictures)
 
     return write_report
