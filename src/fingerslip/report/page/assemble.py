@@ -7,8 +7,7 @@ import dataclasses
 import math
 import mimetypes
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from html import escape
 from pathlib import Path
 from urllib.parse import unquote, urlparse
@@ -36,7 +35,7 @@ from fingerslip.report.page.pictures import (
 from fingerslip.report.page.samples import sample_sections, samples_in_motion
 from fingerslip.report.tables import compare
 from fingerslip.report.tables import runs as run_tables
-from fingerslip.report.tables.parameters import ShownValue, conditions_table, models_table, value_tables
+from fingerslip.report.tables.parameters import conditions_table, models_table, value_tables
 from fingerslip.results import RunResult, StudyResult
 from fingerslip.slip import acceleration_peaks
 from fingerslip.slip.windows import EVENTS, LATENCY, NOTICED_NOTE, READINGS
@@ -213,20 +212,6 @@ def _data(path: Path) -> str:
     return f"data:{kind};base64,{base64.b64encode(path.read_bytes()).decode('ascii')}"
 
 
-@dataclass(frozen=True)
-class ComparedStudy:
-    """A study that is compared with another."""
-
-    study: StudyResult  # the study
-    values: Sequence[ShownValue]  # all values of its runs with their sources
-    starts: Mapping[str, float]  # when the slide of each run begins [s], by its name
-
-    @property
-    def title(self) -> str:
-        """Its title, or the name of its folder."""
-        return self.study.title or self.study.folder.name
-
-
 def pairs_of(first: StudyResult, second: StudyResult) -> tuple[Pair, ...]:
     """Return the runs that two studies have in common: with the same swept values, or the only run of each."""
     if len(first.runs) == len(second.runs) == 1:
@@ -240,9 +225,10 @@ def pairs_of(first: StudyResult, second: StudyResult) -> tuple[Pair, ...]:
     return tuple(Pair(run_title(runs[0], "the run"), runs) for runs in both)
 
 
-def comparison_report(first: ComparedStudy, second: ComparedStudy, provenance: Mapping[str, str]) -> Report:
+def comparison_report(first: ReportContent, second: ReportContent) -> Report:
     """Assemble the report of two studies."""
-    pairs, names = pairs_of(first.study, second.study), (f"A: {first.title}", f"B: {second.title}")
+    sides, pairs = {"A": first, "B": second}, pairs_of(first.study, second.study)
+    names = (f"A: {first.title}", f"B: {second.title}")
     values = compare.compared_values(first.values, second.values)
     differing = compare.differences_table(*values, same="Both studies have the same values.")
     hero: tuple[Picture, ...] = ()
@@ -250,8 +236,8 @@ def comparison_report(first: ComparedStudy, second: ComparedStudy, provenance: M
         figure = paired_figure(pairs, names, (first.starts, second.starts))
         hero = (Picture("paired", "Runs that both studies have.", figure),)
     tables = (
-        dataclasses.replace(run_tables.events_table(compared.study.runs), title=name)
-        for name, compared in zip(names, (first, second), strict=True)
+        dataclasses.replace(run_tables.events_table(side.study.runs), title=f"{name}: {side.title}")
+        for name, side in sides.items()
     )
     sections = (
         ReportSection("Differences of slip events", names, (_differences(pairs),) if pairs else ()),
@@ -259,8 +245,7 @@ def comparison_report(first: ComparedStudy, second: ComparedStudy, provenance: M
         ReportSection("Slip events of each study", (), tuple(tables)),
         ReportSection("Citations", code=bibtex_entries([*first.values, *second.values], ()), folded=True),
     )
-    studies = {"A": first.study, "B": second.study}
-    caveats = (f"{name}: {said}" for name, study in studies.items() for said in run_tables.run_caveats(study.runs))
+    caveats = (f"{name}: {said}" for name, side in sides.items() for said in run_tables.run_caveats(side.study.runs))
     count = len(differing.rows)
     name = "no-difference" if not count else "one-difference" if count == 1 else "differences"
     said = prose("sections", name, {"count": count})
@@ -269,13 +254,13 @@ def comparison_report(first: ComparedStudy, second: ComparedStudy, provenance: M
     return Report(
         f"{first.title} beside {second.title}",
         tuple(section for section in sections if not section.is_empty),
-        provenance,
+        {f"{name}: {key}": value for name, side in sides.items() for key, value in side.provenance.items()},
         answer=(said, _change(pairs, first, second), *caveats),
         hero=hero,
     )
 
 
-def _change(pairs: Sequence[Pair], first: ComparedStudy, second: ComparedStudy) -> str:
+def _change(pairs: Sequence[Pair], first: ReportContent, second: ReportContent) -> str:
     """Say how much later overall slip of the second study comes."""
     if not pairs:
         return "The studies have no runs with the same swept values, so that none can be compared one by one."

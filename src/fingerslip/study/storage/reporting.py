@@ -301,22 +301,26 @@ def reactions_of(study: StudyResult) -> Reactions:
 
 def _content(study: StudyResult, pictures: Mapping[str, RunPictures]) -> ReportContent:
     """Return what the page of a study has: results, values, error bars, notes; without reactions what it draws, too."""
-    from fingerslip.report.content import ReportContent
     from fingerslip.report.page.assemble import notes_html
 
-    manifest = read_manifest(study.folder)
-    convergences = read_convergences(study.folder, identities(manifest))
-    runs = [read_run_values(study.folder / run.name / RUN) for run in study.runs]
-    content = ReportContent(
-        study=study,
-        histories={},
+    convergences = read_convergences(study.folder, identities(read_manifest(study.folder)))
+    content = dataclasses.replace(
+        _computed_content(study),
         pictures=pictures,
-        values=value_rows(runs, manifest.get("given") or None),
-        provenance=provenance_of(study.folder, manifest),
         convergences={name: convergence.quantities for name, convergence in convergences.items()},
         notes=notes_html(study.folder),
     )
     return content if any(run.reaction for run in study.runs) else _with_pictures(content)
+
+
+def _computed_content(study: StudyResult) -> ReportContent:
+    """Return what all pages on a study have: its results, the values of its runs, and what made them."""
+    from fingerslip.report.content import ReportContent
+
+    manifest = read_manifest(study.folder)
+    runs = [read_run_values(study.folder / run.name / RUN) for run in study.runs]
+    values = value_rows(runs, manifest.get("given") or None)
+    return ReportContent(study, {}, values=values, provenance=provenance_of(study.folder, manifest))
 
 
 def _with_pictures(content: ReportContent) -> ReportContent:
@@ -410,17 +414,11 @@ def _frames(video: Path, truth: xr.Dataset, history: xr.Dataset) -> dict[float, 
 
 def compare_studies(first: str | Path, second: str | Path, output: Path | None = None) -> Path:
     """Write the page of two studies side by side, from their stored results."""
-    from fingerslip.report.page.assemble import ComparedStudy, comparison_report
+    from fingerslip.report.page.assemble import comparison_report
     from fingerslip.report.page.page import write_page
 
-    folders = Path(first), Path(second)
-    compared: list[ComparedStudy] = []
-    provenance: dict[str, str] = {}
-    for side, folder in zip("AB", folders, strict=True):
-        study, manifest = read_results(folder), read_manifest(folder)
-        runs = [read_run_values(folder / run.name / RUN) for run in study.runs]
-        compared.append(ComparedStudy(study, value_rows(runs, manifest.get("given") or None), slide_starts(study)))
-        provenance |= {f"{side}: {name}": value for name, value in provenance_of(folder, manifest).items()}
-    path = output or folders[0] / f"comparison-{folders[1].resolve().name}.html"
-    write_page(comparison_report(compared[0], compared[1], provenance), path)
+    studies = read_results(first), read_results(second)
+    sides = [dataclasses.replace(_computed_content(study), starts=slide_starts(study)) for study in studies]
+    path = output or Path(first) / f"comparison-{Path(second).resolve().name}.html"
+    write_page(comparison_report(*sides), path)
     return path

@@ -9,9 +9,9 @@ from matplotlib.figure import Figure
 
 from fingerslip.marker_tracks import filmed_tracks
 from fingerslip.published import published_set
-from fingerslip.report.content import MOST_RUNS, Film, RunSubject
+from fingerslip.report.content import MOST_RUNS, Film, ReportContent, RunSubject
 from fingerslip.report.page import assemble, pictures
-from fingerslip.report.page.assemble import ComparedStudy, comparison_report, pairs_of, run_section, study_report
+from fingerslip.report.page.assemble import comparison_report, pairs_of, run_section, study_report
 from fingerslip.report.page.page import ReportSection, render_page
 from fingerslip.report.page.pictures import has_receptors, hero_pictures, model_pictures, run_pictures, swept_pictures
 from fingerslip.report.page.sensor import cameras_section
@@ -284,17 +284,17 @@ def compared(title, times, friction="0.6", **bars):
         for mu, time in times.items()
     )
     values = (ShownValue("time.step", "5 ms", "study file"), ShownValue("a.b", friction, "study file"))
-    return ComparedStudy(StudyResult(Path(title), (), runs, title=title), values, {run.name: 1.0 for run in runs})
+    study, starts = StudyResult(Path(title), (), runs, title=title), {run.name: 1.0 for run in runs}
+    return ReportContent(study, {}, values=values, starts=starts, provenance={"study": f"{title}.yaml"})
 
 
 def test_runs_with_the_same_values_are_compared_and_values_that_differ_are_shown():
-    report = comparison_report(
-        compared("one", {0.4: 1.4, 0.6: 1.7}), compared("two", {0.6: 1.75, 0.8: None}, "0.7"), {}
-    )
+    report = comparison_report(compared("one", {0.4: 1.4, 0.6: 1.7}), compared("two", {0.6: 1.75, 0.8: None}, "0.7"))
     assert report.answer == (
         "One value differs between the studies; what follows is the effect of it.",
         "In the run that both studies have, overall slip of B comes 50 ms later into the slide than that of A.",
     )
+    assert report.provenance == {"A: study": "one.yaml", "B: study": "two.yaml"}
     assert [picture.name for picture in report.hero] == ["paired"]
     differences, values = (report.sections[number].tables[0] for number in (0, 1))
     assert ["friction coefficient 0.6", "overall", "1.700", "1.750", "50"] in texts(differences)
@@ -311,7 +311,7 @@ def test_what_the_error_bars_of_one_study_do_not_explain_is_marked_and_a_mesh_al
         for name, basis in (("0a", "full"), ("0b", "reduced"))
     ]
     sides = [dataclasses.replace(side, values=own) for side, own in zip((first, second), values, strict=True)]
-    report = comparison_report(*sides, {})
+    report = comparison_report(*sides)
     differences, differing = (report.sections[number].tables[0] for number in (0, 1))
     assert differing.rows == (("mesh.file", "pad.inp (content 0a)", "pad.inp (content 0b)"),)
     assert "Only the mesh differs: B - A is what its element sizes change" in report.answer[0]
@@ -322,14 +322,14 @@ def test_what_the_error_bars_of_one_study_do_not_explain_is_marked_and_a_mesh_al
 def test_single_runs_are_a_pair_whatever_their_values_and_without_common_runs_it_says_so():
     first, second = compared("one", {0.4: 1.4}), compared("two", {0.6: None})
     assert len(pairs_of(first.study, second.study)) == 1
-    report = comparison_report(first, second, {})
+    report = comparison_report(first, second)
     assert report.answer[0] == "No value differs between the studies."
     assert "none reaches overall slip in both" in report.answer[-1]
     overall = next(row for row in report.sections[0].tables[0].rows if row[1] == "overall")
     assert overall[-1] is Missing.NO_EVENT
     cut_off = dataclasses.replace(second.study.runs[0], edge=EdgeContact("skin", 0.1, 0.0))
     beside = dataclasses.replace(second, study=dataclasses.replace(second.study, runs=(cut_off,)))
-    assert comparison_report(first, beside, {}).answer[-1].startswith("B: Contact within two facets of a free edge")
-    report = comparison_report(first, compared("two", {0.6: 1.7, 0.8: 1.8}), {})
+    assert comparison_report(first, beside).answer[-1].startswith("B: Contact within two facets of a free edge")
+    report = comparison_report(first, compared("two", {0.6: 1.7, 0.8: 1.8}))
     assert report.answer[-1].startswith("The studies have no runs with the same swept values")
     assert report.hero == ()
