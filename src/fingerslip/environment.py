@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
@@ -30,7 +29,6 @@ from fingerslip.dynamics.steering.steering import Observation, Simulation
 from fingerslip.errors import InputError
 from fingerslip.model.model import Contact, Model
 from fingerslip.parameters import Duration, NonNegativeNumber, PositiveDuration, parameters
-from fingerslip.react.film import pixels
 from fingerslip.react.loads import RampLoad
 from fingerslip.react.loop import MemoryBases
 from fingerslip.react.moment import Moment
@@ -38,7 +36,7 @@ from fingerslip.react.reflex import ForceRate
 from fingerslip.react.scenario import HeldObject, held_model, holder_of
 from fingerslip.react.spikes import SpikeStream, stimulus_of
 from fingerslip.report.colours import BLACK, BLUE, VERMILLION
-from fingerslip.report.figures.style import with_style
+from fingerslip.report.figures.style import pixels, with_style
 from fingerslip.sites import ReceptorKind
 from fingerslip.specimens.fingertip.fingertip import MeshSizes, preset
 from fingerslip.specimens.tactip.tactip import PRESETS as SENSORS
@@ -299,7 +297,6 @@ class HoldEnv(gymnasium.Env[Sensed, Singles]):
             return None
         held, (times, travels) = self._held, np.array(self._travels).T
         figure = Figure(figsize=(6.4, 3.2), layout="constrained")
-        canvas = FigureCanvasAgg(figure)
         forces, ways = figure.subplots(1, 2, sharex=True)
         borne = [2.0 * held.friction * self._grip(time) for time in times.tolist()]
         forces.plot(1e3 * times, borne, color=BLUE, label="what friction bears")
@@ -309,7 +306,7 @@ class HoldEnv(gymnasium.Env[Sensed, Singles]):
         ways.plot(1e3 * times, 1e3 * travels, color=BLACK)
         ways.axhline(1e3 * held.travel_limit, color=VERMILLION)
         ways.set(ylabel="travel [mm]", xlabel="time since the load began [ms]")
-        return pixels(canvas)
+        return pixels(figure)
 
     def close(self) -> None:
         """Give the memory of the simulation back."""

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import Normalize
@@ -26,7 +25,7 @@ from fingerslip.react.reflex import Reaction, Response
 from fingerslip.react.scenario import PLATE
 from fingerslip.report.colours import BLACK, BLUE, FIELD_MAP, SKY, STATE_COLOURS, VERMILLION, YELLOW
 from fingerslip.report.figures.motion import Film
-from fingerslip.report.figures.style import picture_bytes, with_style
+from fingerslip.report.figures.style import picture_bytes, pixels, with_style
 from fingerslip.report.scene.scene import CORNERS
 from fingerslip.vision.video import write_video
 
@@ -74,25 +73,18 @@ def write_film(path: Path, grasp: Grasp, detector: str, reactions: Mapping[str, 
     count = max(round(SHOWN_FILM.seconds * SHOWN_FILM.frame_rate), 2)
     still = round(_LAST * count)
     figure, views = _figure(runs)
-    canvas: Any = FigureCanvasAgg(figure)
 
     def frames() -> Iterator[Frame]:
         for number, moment in enumerate([*np.linspace(-_BEFORE, last, count - still).tolist(), *[last] * still]):
             for view in views:
                 view.show(moment)
-            yield pixels(canvas)[..., ::-1]
+            yield pixels(figure)[..., ::-1]
             if number == 0:
                 # Nothing moves from frame to frame, and a layout costs more than a frame.
                 figure.set_layout_engine("none")
 
     write_video(path, frames(), SHOWN_FILM.frame_rate, codec=_CODEC)
-    return picture_bytes([pixels(canvas)], ".png")
-
-
-def pixels(canvas: Any) -> Frame:
-    """Draw a figure, and return it, (height, width, 3)."""
-    canvas.draw()
-    return np.asarray(canvas.buffer_rgba())[..., :3].copy()
+    return picture_bytes([pixels(figure)], ".png")
 
 
 @with_style

@@ -60,7 +60,7 @@ def marker_tracks_figure(tracks: xr.Dataset, title: str = "") -> Figure:
     labels = ("time [s]", f"displacement [{unit}]")
     figure, panels = figure_grid(len(axes_names), 3, (3.6, 2.8), heading, labels, share="x")
     rings = tracks["ring"].values if "ring" in tracks.coords else np.zeros(tracks.sizes["marker"], dtype=int)
-    colours, keys = ring_colours(rings), dict[str, Artist]()
+    colours = ring_colours(rings)
     for number, (axes, name) in enumerate(zip(panels, axes_names, strict=True)):
         values = tracks["position"].values[:, :, number]
         if values.size:
@@ -68,9 +68,8 @@ def marker_tracks_figure(tracks: xr.Dataset, title: str = "") -> Figure:
             values = scale * (values - values[(~np.isnan(values)).argmax(axis=0), np.arange(values.shape[1])])
         axes.set_title(f"along {name}")
         for marker in centre_last(rings):
-            (line,) = axes.plot(tracks["time"], values[:, marker], color=tuple(colours[marker]), linewidth=0.8)
-            keys[f"ring {rings[marker]}" if rings[marker] else "centre"] = line
-    add_legend(figure, dict(sorted(keys.items())) if "ring" in tracks.coords else {})
+            axes.plot(tracks["time"], values[:, marker], color=tuple(colours[marker]), linewidth=0.8)
+    add_legend(figure, ring_keys(rings) if "ring" in tracks.coords else {})
     return figure
 
 

@@ -83,7 +83,6 @@ def _draw_frame(
     """Draw a snapshot beside its signals; a solid as the picture of it."""
     width, height = (side / _DOTS_PER_INCH for side in film.size)
     figure = Figure(figsize=(width, height), dpi=_DOTS_PER_INCH, layout="constrained")
-    canvas: Any = FigureCanvasAgg(figure)
     grid = figure.add_gridspec(1, 2, width_ratios=(1.15, 1.0))
     time, limits = float(history["snapshot_time"].values[number]), field_limits(history, options)
     body = figure.add_subplot(grid[0])
@@ -105,8 +104,7 @@ def _draw_frame(
     for axes in panels:
         axes.axvline(time, color=BLACK, linewidth=1.6, zorder=6)
     figure.suptitle(f"t = {time:.3f} s   {_words(history, events.slip, time)}", x=0.02, ha="left")
-    canvas.draw()
-    return np.asarray(canvas.buffer_rgba())[..., :3].copy()
+    return style.pixels(figure)
 
 
 def _words(history: xr.Dataset, events: SlipEvents, time: float) -> str:

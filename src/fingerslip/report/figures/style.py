@@ -265,17 +265,21 @@ def join_title(title: str, more: str) -> str:
 _ENDINGS, _DOTS_PER_INCH, _FEWEST_DOTS, _MOST_DOTS = (".png", ".svg", ".pdf"), 150, 50, 1200
 
 
+def pixels(figure: Figure) -> NDArray[np.uint8]:
+    """Draw a figure once, and return it as a picture (height, width, 3)."""
+    canvas: Any = FigureCanvasAgg(figure)
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba())[..., :3].copy()
+
+
 def figure_bytes(figure: Figure, kind: str = "png", dpi: int | None = None) -> bytes:
     """Render a figure."""
     stream = io.BytesIO()
     if kind == "png":
         # Drawn once, where ``savefig`` draws twice, and packed quickly: a report renders dozens of figures.
-        canvas: Any = FigureCanvasAgg(figure)
         dots = dpi or _DOTS_PER_INCH
         figure.set_dpi(dots)
-        canvas.draw()
-        picture = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
-        picture.save(stream, "png", compress_level=2, dpi=(dots, dots))
+        Image.fromarray(pixels(figure)).save(stream, "png", compress_level=2, dpi=(dots, dots))
     else:
         # Text can be searched and edited: whole fonts, which journals ask for, and words. Fields are pixels, for print.
         with mpl.rc_context({"pdf.fonttype": 42, "svg.fonttype": "none"}):

@@ -164,11 +164,6 @@ def summary_table(runs: Sequence[RunResult], refused: Sequence[RefusedRun] = ())
     return Table("Slip events and measures", tuple(map(Column, columns)), tuple(rows))
 
 
-def summary_units(runs: Sequence[RunResult], refused: Sequence[RefusedRun] = ()) -> dict[str, str]:
-    """Return the SI units of the columns of a summary by their names; pure numbers and words have none."""
-    return {name: unit for name, (unit, _) in _summary_columns(runs, refused).items() if unit}
-
-
 def _summary_columns(
     runs: Sequence[RunResult], refused: Sequence[RefusedRun]
 ) -> dict[str, tuple[str, tuple[Cell, ...]]]:
@@ -233,7 +228,8 @@ def runs_frame(study: StudyResult) -> pd.DataFrame:
     Its attribute ``units`` has the units of the columns.
     """
     frame = table_frame(summary_table(study.runs, study.refused))
-    frame.attrs = {"units": summary_units(study.runs, study.refused), "title": study.title}
+    units = {name: unit for name, (unit, _) in _summary_columns(study.runs, study.refused).items() if unit}
+    frame.attrs = {"units": units, "title": study.title}
     return frame
 
 
