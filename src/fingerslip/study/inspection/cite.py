@@ -23,11 +23,13 @@ from fingerslip.report.tables.parameters import ASSUMED, DEFAULT, NOT_USED, Show
 from fingerslip.results import HISTORY, RUN, RunResult, StudyResult
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import EventSettings
+from fingerslip.study.definition.runs import Run
 from fingerslip.study.fit import SUMMARY
 from fingerslip.study.storage.reporting import (
-    AT_REST,
     STUDY_FILE,
     SWEPT,
+    notes_at_rest,
+    original_mesh,
     read_results,
     read_run_values,
     read_stored_run,
@@ -103,6 +105,7 @@ class _Facts:
     """What was run."""
 
     values: Mapping[str, ShownValue]  # by path, without those that are not used
+    runs: Sequence[Run]  # what was to be run
     histories: Sequence[xr.Dataset]  # one for each mesh
     study: StudyResult  # the results
     commit: str  # of the program
@@ -110,11 +113,6 @@ class _Facts:
     def text(self, path: str) -> str:
         """Return a value as text; empty where there is none."""
         return self.values[path].value if path in self.values else ""
-
-    @property
-    def mesh_file(self) -> str:
-        """Names of mesh files; of a copy in the results, that of the file that was copied."""
-        return Path(re.sub(r" \(content \w+\)", "", self.text("mesh.file"))).name
 
     def matching(self, pattern: str, *, only_set: bool = False) -> dict[str, str]:
         """Return the values whose paths begin with a pattern, by path; only those of the study file if asked."""
@@ -161,13 +159,13 @@ def _facts_of(folder: Path) -> _Facts:
         run = read_stored_run(folder)
         study, folders = StudyResult(folder, (), (run,)), {run.name: folder}
         manifest = read_manifest(folder.parent)
-    specified = [read_run_values(folders[run.name] / RUN) for run in study.runs]
-    rows = value_rows(specified, manifest.get("given") or None)
+    runs = [read_run_values(folders[run.name] / RUN) for run in study.runs]
+    rows = value_rows(runs, manifest.get("given") or None)
     # One history for each mesh says how large it is and how it was solved.
     meshes = {run.mesh_hash: folders[run.name] for run in reversed(study.runs)}
     histories = tuple(read_history(path / HISTORY) for path in reversed(meshes.values()))
     values = {row.path: _in_a_sentence(row) for row in rows if row.source != NOT_USED}
-    return _Facts(values, histories, study, str(manifest.get("commit") or ""))
+    return _Facts(values, runs, histories, study, str(manifest.get("commit") or ""))
 
 
 def _regions_with_cells(history: xr.Dataset) -> list[str]:
@@ -203,8 +201,8 @@ def _model(facts: _Facts) -> Iterator[str]:
         yield f"The specimen was a {shape} {_SPECIMENS[kind]} (preset {facts.text(f'{kind}.preset')}){across}."
         yield from _origins(facts, kind)
     else:
-        scan, file = facts.text("mesh.skin"), facts.mesh_file
-        yield f"The specimen was {f'a scan ({Path(scan).name})' if scan else f'the mesh {file}'}{across}."
+        scan, files = facts.text("mesh.skin"), dict.fromkeys(Path(original_mesh(run)[0]).name for run in facts.runs)
+        yield f"The specimen was {f'a scan ({Path(scan).name})' if scan else f'the mesh {_enumerate(files)}'}{across}."
     yield from _layers(facts, kind)
     if supports := [str(name) for name in facts.histories[0]["support"].values]:
         components = facts.below("supports")
@@ -242,8 +240,9 @@ def _layers(facts: _Facts, kind: str) -> Iterator[str]:
         law = values.pop("law", "elastic")
         values.pop("stable_between", "")  # a check, and no constant of the law
         words = _LAWS.get(law, law.replace("_", " "))
-        notes = (value.note for path, value in facts.values.items() if path.endswith(f"materials.{region}.law"))
-        at_rest = re.findall(f"{AT_REST}[^;]*", "; ".join(notes))
+        laws = [path for path in facts.values if path.endswith(f"materials.{region}.law")]
+        notes = map(notes_at_rest, facts.runs)
+        at_rest = dict.fromkeys(of_run[path] for of_run in notes for path in laws if path in of_run)
         texts.append(f"{', '.join((region, words, *at_rest))} ({_in_words(values)})")
     if texts:
         yield f"Materials: {'; '.join(texts)}."

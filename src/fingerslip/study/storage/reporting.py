@@ -52,8 +52,6 @@ if TYPE_CHECKING:
 
     from fingerslip.react.results import Reactions
     from fingerslip.report.content import Film, ReportContent, RunPictures
-#: What is computed of a law of large strain at small strain.
-AT_REST = "taken as Hooke's law with its modulus at rest"
 STUDY_FILE, SWEPT = "study file", "study file, swept"
 
 # Values of a sweep that a cell of a table shows.
@@ -78,7 +76,7 @@ def value_rows(runs: Sequence[Run], paths: Collection[str] | None = None) -> tup
     """Return every value of some runs of one study, in the order of the study file."""
     result: dict[str, list[_Row]] = {}
     for run in runs:
-        at_rest = _notes_at_rest(run)
+        at_rest = notes_at_rest(run)
         for shown, text in _rows(run, paths):
             note = "; ".join(filter(None, (shown.note, at_rest.get(shown.path, ""))))
             result.setdefault(shown.path, []).append((dataclasses.replace(shown, note=note), text))
@@ -96,15 +94,16 @@ def value_rows(runs: Sequence[Run], paths: Collection[str] | None = None) -> tup
     return tuple(values)
 
 
-def _notes_at_rest(run: Run) -> dict[str, str]:
+def notes_at_rest(run: Run) -> dict[str, str]:
     """Return what is computed in place of laws of large strain at small strain, by the paths of these laws."""
     groups = {f"{run.study.specimen_kind}.materials": run.specimen.materials if run.specimen else {}}
     groups["materials"] = {name: material_of(entry) for name, entry in run.study.materials.items()}
     return {
-        f"{group}.{name}.law": f"{AT_REST}, E = {_MODULUS.format(float(f'{law.stiffness:.4g}'))}"
+        f"{group}.{name}.law": f"taken as Hooke's law with its modulus at rest, E = {_MODULUS.format(modulus)}"
         for group, laws in groups.items()
         for name, law in laws.items()
         if run.study.kinematics == "small" and isinstance(law, FiniteMaterial)
+        for modulus in [float(f"{law.stiffness:.4g}")]
     }
 
 
@@ -126,13 +125,18 @@ def _rows(run: Run, paths: Collection[str] | None) -> Iterator[_Row]:
             if leaf.path == "time.alpha" and run.study.time.scheme == "quasi_static":
                 source, reason = NOT_USED, "quasi-static steps have no numerical damping"
             text = _text(leaf.value, leaf.unit)
-            yield _row(leaf.path, _original_name(text, run) if leaf.path == "mesh.file" else text, source, reason)
+            if leaf.path == "mesh.file":
+                name, content = original_mesh(run)
+                text = f"{name} (content {content})" if content else name
+            yield _row(leaf.path, text, source, reason)
 
 
-def _original_name(file: str, run: Run) -> str:
-    """Return the name of the file whose copy in the results of a run is its mesh, and the hash of its content."""
+def original_mesh(run: Run) -> tuple[str, str]:
+    """Return the mesh file of a run; of a copy in its results the name of the original, and the hash of its content."""
+    file = str(getattr(run.study.mesh, "file", ""))
     is_copy = Path(file).resolve().parent == Path(run.where).resolve().parent.parent
-    return re.sub(r".*[/\\\\](.+)-([0-9a-f]{8})(\.\w+)", r"\1\3 (content \2)", file) if is_copy else file
+    copy = re.fullmatch(r".*[/\\](.+)-([0-9a-f]{8})(\.\w+)", file) if is_copy else None
+    return (f"{copy[1]}{copy[3]}", copy[2]) if copy else (file, "")
 
 
 def _row(path: str, value: str, source: str, note: str = "") -> _Row:

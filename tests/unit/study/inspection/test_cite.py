@@ -200,7 +200,7 @@ def test_all_that_moves_or_loads_is_told_beside_the_programme(values, sentence):
     rows |= {"time.step": ShownValue("time.step", "1 ms", "study file")}
     rows |= {path: ShownValue(path, "0 s", "default") for path in ("contact.drive.ramp.times", "initial_velocity")}
     histories, study = (xr.Dataset(),), StudyResult(Path("s"), (), ())
-    said = list(cite._motion(cite._Facts(rows | {"time.alpha": ShownValue("", "0", "")}, histories, study, "")))
+    said = list(cite._motion(cite._Facts(rows | {"time.alpha": ShownValue("", "0", "")}, (), histories, study, "")))
     assert said[0] == sentence
 
 
@@ -211,7 +211,7 @@ def test_what_is_assumed_of_afferents_is_told_of_those_that_are_resolved(monkeyp
         dict.fromkeys(("strain", "damping_dissipation", "viscous_dissipation"), 0.0),
         {"time": [0.0, 2e-3], "site": kinds, "site_kind": ("site", kinds)},
     )
-    said = list(cite._receptors_and_afferents(cite._Facts({}, (history,), StudyResult(Path("s"), (), ()), "")))
+    said = list(cite._receptors_and_afferents(cite._Facts({}, (), (history,), StudyResult(Path("s"), (), ()), "")))
     assert "monkeys (those of SA-II are those of SA-I), driven by" in said[1]
     assert "stimuli and the threshold of SA-I for rates were assumed" in said[1]
     assert "FA-" not in said[1]
