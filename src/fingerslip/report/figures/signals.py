@@ -15,7 +15,6 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, ListedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
 from fingerslip import slip
 from fingerslip.arrays import Floats
@@ -218,7 +217,6 @@ def held_figure(histories: Mapping[str, xr.Dataset]) -> Figure:
     return figure
 
 
-_STATES = {palette.STATE_NAMES[state]: palette.STATE_COLOURS[state] for state in (OPEN, STICK, SLIP)}
 _MOST_COLUMNS = 700
 _NODES_SHOWN = 9
 
@@ -227,8 +225,7 @@ _NODES_SHOWN = 9
 def slip_maps_figure(histories: Mapping[str, xr.Dataset], events: Mapping[str, slip.Events]) -> Figure:
     """Draw stick and slip along the surface over time, a panel for each run."""
     words = ("Stick and slip along the contact", of_histories("position along the plate [mm]", histories.values()))
-    patches = {n: Patch(facecolor=c, edgecolor="#999999", linewidth=0.5) for n, c in _STATES.items()}
-    return _side_by_side(histories, events, words, draw_states, keys=patches, before=0.3)
+    return _side_by_side(histories, events, words, draw_states, keys=style.state_keys((OPEN, STICK, SLIP)), before=0.3)
 
 
 def draw_states(axes: Axes, history: xr.Dataset, time: style.ShownTime) -> None:
@@ -245,7 +242,7 @@ def draw_states(axes: Axes, history: xr.Dataset, time: style.ShownTime) -> None:
         np.exp(_borders(np.log(time.values[chosen]))) if time.logarithmic else _borders(time.values[chosen]),
         _borders(along[order]),
         state[chosen][:, order].T,
-        cmap=ListedColormap(list(_STATES.values())),
+        cmap=ListedColormap([palette.STATE_COLOURS[each] for each in (OPEN, STICK, SLIP)]),
         norm=BoundaryNorm([-0.5, 0.5, 1.5, 2.5], 3),
         rasterized=True,
     )
