@@ -194,6 +194,21 @@ def feature_names(motion: Motion, settings: FeatureSettings) -> tuple[str, ...]:
     )
 
 
+def entropy(displacement: Floats) -> Floats:
+    """Return the Shannon entropy of the lengths of displacements (n_times, n_markers, 2), shape (n_times,) [bit].
+
+    It is 0 where all markers move alike, 4 where their shares of the largest are even in 16 bins.
+    """
+    length, bins = _lengths(displacement), 16
+    largest = length.max(axis=1, keepdims=True)
+    share = np.divide(length, largest, out=np.zeros_like(length), where=largest > 0)
+    part = np.minimum((share * bins).astype(np.intp), bins - 1)
+    counts = (part[:, :, None] == np.arange(bins)).sum(axis=1) / length.shape[1]
+    logarithm = np.log2(counts, out=np.zeros_like(counts), where=counts > 0)
+    bits: Floats = -(counts * logarithm).sum(axis=1)
+    return bits + 0.0
+
+
 def _lengths(vectors: Floats) -> Floats:
     lengths: Floats = np.linalg.norm(vectors, axis=2)
     return lengths
@@ -286,7 +301,7 @@ def _field(motion: Motion) -> Columns:
 
 
 #: Sets of features that know neither number nor places of the markers: trials of different layouts have the same.
-LAYOUT_FREE = frozenset({"field", "mean", "residual", "time"})
+LAYOUT_FREE = frozenset({"field", "mean", "residual", "entropy", "time"})
 
 #: Every set of features by its name: from a motion to columns of shape (n_times,) or (n_times, n_markers), by theirs.
 #: ``time`` is no signal of the sensor: it is there to be beaten.
@@ -302,6 +317,7 @@ FEATURE_SETS: Mapping[str, Callable[[Motion], Columns]] = MappingProxyType(
         "rigid": _rigid,
         "residual": lambda motion: {"rms": _rigid(motion)["rms"]},
         "strain": _strain,
+        "entropy": lambda motion: {"displacement": entropy(motion.displacement)},  # [bit]
         "field": _field,
         "time": lambda motion: {"seconds": motion.time},
     }

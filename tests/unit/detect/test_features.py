@@ -147,7 +147,7 @@ def test_every_set_has_a_name_for_each_column_and_needs_no_other_frame(name):
 
 
 @pytest.mark.parametrize("turn", [np.pi / 4, np.pi / 2, 3 * np.pi / 4, np.pi])
-@pytest.mark.parametrize("name", ["sliding", "rings", "mean", "residual"])
+@pytest.mark.parametrize("name", ["sliding", "rings", "mean", "residual", "entropy"])
 def test_some_sets_do_not_know_the_direction(name, turn):
     # Every ring looks the same after an eighth of a turn.
     assert columns(name, turn)[1:] == pytest.approx(columns(name)[1:], abs=2e-5)
@@ -190,9 +190,15 @@ def test_strains_of_an_affine_motion_are_exact(gradient):
     assert shear == pytest.approx(np.ptp(np.linalg.eigvalsh(green)) / 2, abs=1e-9)
 
 
-def test_residual_of_what_slips():
+def test_residual_and_entropy_of_what_slips():
     moved = np.zeros((1, len(REST), 2))
     moved[0, np.linalg.norm(REST, axis=1) > 3.5, 0] = 1.0
     residual = set_of("rigid", REST, moved)["residual"]
     assert residual.max() < 1.0
     assert residual.mean() > 0.3
+    even = np.ones((1, 16, 2))
+    spread = np.zeros((1, 16, 2))
+    spread[0, :, 0] = (np.arange(16) + 0.5) / 15.5
+    assert features.entropy(even).tolist() == [0.0]
+    assert features.entropy(spread) == pytest.approx(4.0)
+    assert features.entropy(np.zeros((1, 16, 2))).tolist() == [0.0]
