@@ -234,7 +234,9 @@ def detector_table(detector: Detector, shares: Floats | None = None) -> Table:
     if calibration.trials:
         like = f"if they are like the {calibration.trials} that set the threshold"
         promise = f"in at most {100 * calibration.share:.3g} % of trials without slip, {like}"
-    beyond = f"more than {100 * UNLIKE:g} % of the features beyond the range learned"
+    beyond = (
+        f"{unlike} of {count} others in tests: more than {100 * UNLIKE:g} % of the features beyond the range learned"
+    )
     rows = [
         ("sees", f"{len(detector.names)} features ({', '.join(detector.features.sets)})"),
         ("is for", f"{detector.layout_in_words}{rate}; the first {motion.rest_frames} frames are at rest"),
@@ -242,7 +244,7 @@ def detector_table(detector: Detector, shares: Floats | None = None) -> Table:
         ("hash of that data set", detector.data),
         ("false alarms", promise),
         ("error of the time of slip", time_error_text(error)),
-        ("called unlike the trials that it learned from", f"{unlike} of {count} others in tests: {beyond}"),
+        ("called unlike the trials that it learned from", beyond if count else "not tested"),
     ]
     if shares is not None:
         at_rest, later = 100 * shares

@@ -285,12 +285,13 @@ FIGURES: Mapping[str, Draw] = {
     "leads": leads_figure,
     "trials": trials_figure,
 }
+_OF_TIMES = ("leads", "trials")
 
 
 def figures_of(judged: Mapping[str, Judged]) -> dict[str, Draw]:
-    """Return what draws an evaluation, by kinds of figures; whole trials, which have no times, have the first three."""
+    """Return what draws an evaluation, by kinds of figures: of whole trials those that need no times."""
     are_whole = all(len(entry.matrix) == 2 for entry in judged.values())
-    return dict(list(FIGURES.items())[: 3 if are_whole else None])
+    return {kind: draw for kind, draw in FIGURES.items() if not are_whole or kind not in _OF_TIMES}
 
 
 _PARTS = ("matrix", "slip", "slips", "events")
