@@ -11,6 +11,13 @@ from fingerslip.errors import InputError
 from fingerslip.parameters import Number, PositiveDuration, parameters
 
 NumericalDamping = Annotated[Number, pydantic.Field(ge=-0.5, le=0.0)]
+SchemeName = Annotated[
+    Literal["hht_alpha", "quasi_static"],
+    "Implicit dynamics, or steps without inertia of which every one is in equilibrium.",
+]
+SchemeDamping = Annotated[
+    NumericalDamping, "Numerical damping of `hht_alpha`, from -1/2 to 0; quasi-static steps have none."
+]
 Tolerance = Annotated[Number, pydantic.Field(gt=0.0, lt=1.0)]
 #: How many records there are at least while time grows tenfold in a hold.
 RecordsPerDecade = Annotated[int, pydantic.Field(ge=1, le=1000)]
@@ -77,13 +84,8 @@ class Adaptive:
         "Largest estimated error of a step over the largest displacement so far, both as root of the mean square over "
         "the body, weighted by mass. Of quasi-static steps that of all steps since the last knot together, about.",
     ] = 1e-3
-    scheme: Annotated[
-        Literal["hht_alpha", "quasi_static"],
-        "Implicit dynamics, or steps without inertia of which every one is in equilibrium.",
-    ] = "hht_alpha"
-    alpha: Annotated[
-        NumericalDamping, "Numerical damping of `hht_alpha`, from -1/2 to 0; quasi-static steps have none."
-    ] = _ALPHA
+    scheme: SchemeName = "hht_alpha"
+    alpha: SchemeDamping = _ALPHA
     smallest: Annotated[
         PositiveDuration | None,
         "Shortest step [s]; without it 1/16 of `output`. Behind every knot the steps begin with it. It is taken "

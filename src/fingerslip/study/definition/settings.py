@@ -17,7 +17,16 @@ from fingerslip.errors import InputError
 from fingerslip.mesh.scan.build import SurfaceMesh
 from fingerslip.mesh.source import MeshFile, MeshSource, choose_source
 from fingerslip.model.model import Contact, CounterfaceChoice, FrictionChoice, Recording, ReducedBasis
-from fingerslip.model.timing import Adaptive, NumericalDamping, QuasiStatic, RecordsPerDecade, TimeStepping, Tolerance
+from fingerslip.model.timing import (
+    Adaptive,
+    NumericalDamping,
+    QuasiStatic,
+    RecordsPerDecade,
+    SchemeDamping,
+    SchemeName,
+    TimeStepping,
+    Tolerance,
+)
 from fingerslip.parameters import (
     Angle,
     Duration,
@@ -202,13 +211,8 @@ class TimeSettings:
     """How time passes."""
 
     step: Annotated[StepSettings, "Time step [s], or steps that control their own error."]
-    scheme: Annotated[
-        Literal["hht_alpha", "quasi_static"],
-        "Implicit dynamics, or steps without inertia of which every one is in equilibrium.",
-    ] = "hht_alpha"
-    alpha: Annotated[
-        NumericalDamping, "Numerical damping of `hht_alpha`, from -1/2 to 0; quasi-static steps have none."
-    ] = _ALPHA
+    scheme: SchemeName = "hht_alpha"
+    alpha: SchemeDamping = _ALPHA
     end: Annotated[PositiveDuration | None, "End of the simulation [s]; without it the end of the programme."] = None
     output: Annotated[
         PositiveDuration | None,
