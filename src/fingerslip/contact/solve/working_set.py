@@ -162,7 +162,6 @@ def gather(compliance: Compliance, scale: Floats, nodes: Integers, old: WorkingS
     if old is not None:
         # Those of the old working set, whose rows stay, with the compliance as it is.
         coupling = old.coupling if old.edition == compliance.edition else old.coupling.under(compliance.body)
-    unknowns = (nodes[:, None] * dim + np.arange(dim)).ravel()
     position = np.full(count, nodes.size)
     position[nodes] = np.arange(nodes.size)
     inverse = LocalInverse.empty(position[coupling.near[nodes]], dim)
@@ -174,7 +173,7 @@ def gather(compliance: Compliance, scale: Floats, nodes: Integers, old: WorkingS
     working_set = WorkingSet(
         nodes=nodes,
         scale=scale[nodes],
-        body=np.tril(compliance.body[np.ix_(unknowns, unknowns)].astype(np.float32)),
+        body=_lower_triangle(compliance.body, nodes, dim),
         frames=np.ascontiguousarray(frames[nodes]),
         penalty=compliance.penalty[nodes],
         factor=compliance.factor,
@@ -186,3 +185,17 @@ def gather(compliance: Compliance, scale: Floats, nodes: Integers, old: WorkingS
         is_exact=compliance.is_single,
     )
     return replace(working_set, coarse=CoarseSpace(forces, working_set.motions(forces)))
+
+
+@numba.njit(cache=True, nogil=True)
+def _lower_triangle(body, nodes, dim):  # type: ignore[no-untyped-def]
+    """Return the part of a symmetric matrix among nodes in single precision, zero above its diagonal."""
+    size = nodes.size * dim
+    out = np.zeros((size, size), dtype=np.float32)
+    for a in range(nodes.size):
+        for k in range(dim):
+            row, target = body[nodes[a] * dim + k], out[a * dim + k]
+            for b in range(a + 1):
+                for m in range(dim):
+                    target[b * dim + m] = row[nodes[b] * dim + m]
+    return out
