@@ -101,6 +101,20 @@ def test_no_two_files_import_each_other():
     assert cycle(graph) == []
 
 
+def test_files_that_import_each_other_are_found():
+    files = {"a": Path("a.py"), "a.b": Path("a/b.py"), "c": Path("c.py")}
+    inside = "def f():\n    from a import b\n"
+    for_types = "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from c import d\n"
+    assert files_imported(ast.parse(inside), "c", files) == {"a.b"}
+    assert files_imported(ast.parse(for_types), "a.b", files) == {"c"}
+    assert set(cycle({"c": {"a.b"}, "a.b": {"c"}})) == {"a.b", "c"}
+    assert set(cycle({"a": {"b"}, "b": {"c"}, "c": {"a"}})) == {"a", "b", "c"}
+    assert cycle({"a": {"b", "c"}, "b": {"c"}}) == []
+    code = "def f():\n    from fingerslip.commands.app import app\n    from ..study import spec\n"
+    names = set(imported(ast.parse(f"{code}    from fingerslip import report\n"), "fingerslip.mesh.io"))
+    assert {"fingerslip.commands.app", "fingerslip.study", "fingerslip.report"} <= names
+
+
 def test_the_page_of_the_code_names_every_folder_and_file_of_the_package():
     page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
     named = set(re.findall(r"(?<!})`([\w./]+)`", page))
