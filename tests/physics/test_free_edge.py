@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from fingerslip.report.tables.runs import events_table
+from fingerslip.report.tables.runs import run_caveats
 from fingerslip.study.running.runner import run_study
 from unit.study.conftest import draw_nothing
 
@@ -49,9 +49,9 @@ def test_only_the_inclined_finger_touches_at_its_cut_end_and_every_output_says_s
     assert inclined["boundary"] == "skin"
     logs = [(folder / "log.txt").read_text() for folder in folders]
     assert ["WARNING" in log and "free edge of its boundary" in log for log in logs] == [False, True]
-    note = events_table(study.runs).note
-    assert "angle 30 deg ('skin'" in note
-    assert "angle 0 deg" not in note
+    caveat = run_caveats(study.runs)[0]
+    assert "angle 30 deg ('skin'" in caveat
+    assert "angle 0 deg" not in caveat
     with (study.folder / "summary.csv").open() as file:
         distances = [float(row["edge_distance_min_m"]) for row in csv.DictReader(file)]
     assert distances[0] > 4e-3
