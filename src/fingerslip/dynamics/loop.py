@@ -50,6 +50,86 @@ class Integrator(Protocol[S]):
         """
 
 
+class Observer(Protocol[S_contra]):
+    """Records and checks the states of one motion, the first included."""
+
+    @property
+    def room(self) -> int:
+        """Steps that may be recorded together next."""
+        return 1
+
+    def record(self, state: S_contra) -> None:
+        """Check and record the next state, or several, time first in their arrays."""
+
+    def finish(self) -> None:
+        """Finish the checks of what was recorded."""
+        return
+
+
+class Loop(Generic[S]):
+    """Motions through time: an integrator takes their steps, an observer the states of each at its times [s].
+
+    They begin at rest, or where `states` says.
+    """
+
+    def __init__(
+        self,
+        integrator: Integrator[S],
+        observers: Sequence[Observer[S]],
+        times: Sequence[Floats],
+        watch: Stopwatch,
+        states: dict[int, S] | None = None,
+    ) -> None:
+        self._integrator, self._observers, self._times, self._watch = integrator, observers, times, watch
+        self.times = max(times, key=len)
+        self.steps_taken = 0
+        self.states = integrator.start() if states is None else states
+        for number, state in self.states.items():
+            observers[number].record(state)
+
+    @property
+    def attributes(self) -> Mapping[str, object]:
+        """What histories say of how they were computed."""
+        return self._integrator.attributes
+
+    @property
+    def n_steps(self) -> int:
+        """How many steps the longest motion has."""
+        return self.times.size - 1
+
+    @property
+    def time(self) -> float:
+        """Time that was reached [s]."""
+        return float(self.times[self.steps_taken])
+
+    def step(self, most: int = 1) -> None:
+        """Take the next step, or up to `most` of them where the integrator takes several at once."""
+        left = {number: self._times[number].size - 1 - self.steps_taken for number in self.states}
+        moving = {number: state for number, state in self.states.items() if left[number] > 0}
+        count = min(most, *(min(left[number], self._observers[number].room) for number in moving))
+        after = self._integrator.advance(moving, self.times[self.steps_taken + 1 : self.steps_taken + 1 + count])
+        steps: Sequence[Any] = ()
+        with self._watch.part("recording"):
+            for number, steps in after.items():
+                self.states[number] = steps[-1]
+                for some in steps:
+                    self._observers[number].record(some)
+        self.steps_taken += sum(np.size(some.time) for some in steps)
+
+    def run(self, progress: Callable[[float], None] | None = None) -> None:
+        """Take all steps, and finish the checks."""
+        while self.steps_taken < self.n_steps:
+            self.step(most=self.n_steps)
+            if progress is not None:
+                progress(self.steps_taken / self.n_steps)
+        self.finish()
+
+    def finish(self) -> None:
+        """Finish the checks of the steps that were taken."""
+        for observer in self._observers:
+            observer.finish()
+
+
 class BodyIntegrator(Integrator[State], Protocol):
     """Takes the steps of deformable bodies that share their matrices, and can be steered, saved and restored."""
 
@@ -106,22 +186,6 @@ class ByLength(Generic[T]):
         return list(self._last.values())
 
 
-class Observer(Protocol[S_contra]):
-    """Records and checks the states of one motion, the first included."""
-
-    @property
-    def room(self) -> int:
-        """Steps that may be recorded together next."""
-        return 1
-
-    def record(self, state: S_contra) -> None:
-        """Check and record the next state, or several, time first in their arrays."""
-
-    def finish(self) -> None:
-        """Finish the checks of what was recorded."""
-        return
-
-
 class BodyObserver:
     """The records of the motion of a deformable body, and the checks of its states."""
 
@@ -167,70 +231,6 @@ class BodyObserver:
             self._waiting, self._count = [], 0
             for check in self._checks:
                 check.look(steps)
-
-
-class Loop(Generic[S]):
-    """Motions through time: an integrator takes their steps, an observer the states of each at its times [s].
-
-    They begin at rest, or where `states` says.
-    """
-
-    def __init__(
-        self,
-        integrator: Integrator[S],
-        observers: Sequence[Observer[S]],
-        times: Sequence[Floats],
-        watch: Stopwatch,
-        states: dict[int, S] | None = None,
-    ) -> None:
-        self._integrator, self._observers, self._times, self._watch = integrator, observers, times, watch
-        self.times = max(times, key=len)
-        self.taken = 0
-        self.states = integrator.start() if states is None else states
-        for number, state in self.states.items():
-            observers[number].record(state)
-
-    @property
-    def attributes(self) -> Mapping[str, object]:
-        """What histories say of how they were computed."""
-        return self._integrator.attributes
-
-    @property
-    def last(self) -> int:
-        """How many steps the longest motion has."""
-        return self.times.size - 1
-
-    @property
-    def time(self) -> float:
-        """Time that was reached [s]."""
-        return float(self.times[self.taken])
-
-    def step(self, most: int = 1) -> None:
-        """Take the next step, or up to `most` of them where the integrator takes several at once."""
-        moving = {number: state for number, state in self.states.items() if self.taken < self._times[number].size - 1}
-        ends = [self._times[number].size - 1 - self.taken for number in moving]
-        count = min(most, *ends, *(self._observers[number].room for number in moving))
-        after = self._integrator.advance(moving, self.times[self.taken + 1 : self.taken + 1 + count])
-        steps: Sequence[Any] = ()
-        with self._watch.part("recording"):
-            for number, steps in after.items():
-                self.states[number] = steps[-1]
-                for some in steps:
-                    self._observers[number].record(some)
-        self.taken += sum(np.size(some.time) for some in steps)
-
-    def run(self, progress: Callable[[float], None] | None = None) -> None:
-        """Take all steps, and finish the checks."""
-        while self.taken < self.last:
-            self.step(most=self.last)
-            if progress is not None:
-                progress(self.taken / self.last)
-        self.finish()
-
-    def finish(self) -> None:
-        """Finish the checks of the steps that were taken."""
-        for observer in self._observers:
-            observer.finish()
 
 
 class Steps(NamedTuple):

@@ -14,7 +14,7 @@ import numpy as np
 import fingerslip as fs
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.dynamics.recording.schedule import step_times
-from fingerslip.dynamics.step.small_strain import advance
+from fingerslip.dynamics.step.small_strain import advance_together
 from fingerslip.dynamics.step.state import first_state
 from fingerslip.dynamics.step.stepper import Stopwatch, build_steppers
 from fingerslip.dynamics.system.system import build_system
@@ -238,7 +238,7 @@ def condensed_states(stepper, model):
     yield state
     for number in range(1, times.size):
         shifts = np.array([plate[number] for plate in plates]).reshape(-1, system.space.dim)
-        (state,) = advance([stepper], [state], float(times[number]), [shifts], watch=watch)
+        (state,) = advance_together([stepper], [state], float(times[number]), [shifts], watch=watch)
         yield state
 
 

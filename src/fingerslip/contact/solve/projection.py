@@ -1,4 +1,8 @@
-"""The projection of contact forces onto what contact and friction allow, and the search along a line."""
+"""The projection of contact forces onto what contact and friction allow, and the search along a line.
+
+Solvers of a step find forces that are their own projection; what a step does with them, by the contact law:
+:mod:`fingerslip.contact.interface`.
+"""
 
 from __future__ import annotations
 

@@ -41,15 +41,15 @@ class Large(BodyIntegrator):
         self._solver, self._watch, self._reserved, self._halvings = solver, watch, reserved_bytes, halvings
         self._step = model.time.shortest if isinstance(model.time, Adaptive) else make_scheme(model.time).step
         # In 3D the memory has no room for more factors: those of whole steps are made again after halved ones.
-        halves = 1 if system.space.dim == 3 else halvings + 1
-        self._factors = ByLength(self._make, most=4 if isinstance(model.time, Adaptive) else halves)
-        self._last = self._factors.at(self._step)
+        most = 1 if system.space.dim == 3 else halvings + 1
+        self._factors = ByLength(self._make, most=4 if isinstance(model.time, Adaptive) else most)
+        self._in_use = self._factors.at(self._step)
         self._counts = {"newton_iterations": 0, "factorisations": 0, "halved_steps": 0}
 
     @property
     def steppers(self) -> Sequence[Stepper]:
         """The stepper of the last step."""
-        return [self._last.current]
+        return [self._in_use.current]
 
     @property
     def attributes(self) -> Mapping[str, object]:
@@ -59,18 +59,18 @@ class Large(BodyIntegrator):
     def start(self) -> dict[int, State]:
         """Return the state at time zero."""
         self._counts["factorisations"] += 1
-        return {0: first_state(self._last.renew(self._system.require_body().at_rest(self._step)))}
+        return {0: first_state(self._in_use.renew(self._system.require_body().at_rest(self._step)))}
 
     def advance(self, states: Mapping[int, State], ends: Floats, length: float | None = None) -> dict[int, list[State]]:
-        """Take the next step."""
+        """Take the next step; who names its length halves it where it is not solved."""
         end = float(ends[0])
-        return {0: [self._halves(states[0], end, 0) if length is None else self._whole(states[0], end, length)]}
+        return {0: [self._solve_or_halve(states[0], end, 0) if length is None else self._solve(states[0], end, length)]}
 
     def renewed(self, state: State) -> Stepper | None:
         """Return the stepper with the tangent of a state, which serves on; None where this is not definite."""
         self._counts["factorisations"] += 1
-        stepper = self._last.renew(state.large_body, rough=False)
-        return None if self._last.is_positive else stepper
+        stepper = self._in_use.renew(state.large_body, rough=False)
+        return None if self._in_use.is_positive else stepper
 
     def release(self) -> None:
         """Let go of all factors: in 3D there is no memory for those of the next motion beside them."""
@@ -104,31 +104,31 @@ class Large(BodyIntegrator):
         of_model = self._system, make_scheme(time), self._damping, self._solver
         return Factors(*of_model, watch=self._watch, reserved_bytes=self._reserved)
 
-    def _halves(self, state: State, end: float, depth: int) -> State:
+    def _solve_or_halve(self, state: State, end: float, depth: int) -> State:
         """Take one step to a time [s], or two halves of it where it is not solved."""
         try:
-            return self._whole(state, end, self._step / 2**depth)
+            return self._solve(state, end, self._step / 2**depth)
         except ConvergenceError:
             # A scheme of one's own may have no shorter step.
             if depth == self._halvings or isinstance(self._time, Scheme):
                 raise
         self._counts["halved_steps"] += 1
         middle = 0.5 * (state.time + end)
-        return self._halves(self._halves(state, middle, depth + 1), end, depth + 1)
+        return self._solve_or_halve(self._solve_or_halve(state, middle, depth + 1), end, depth + 1)
 
-    def _whole(self, state: State, end: float, length: float) -> State:
+    def _solve(self, state: State, end: float, length: float) -> State:
         """Take one step of a length [s] to a time [s]."""
         system, is_damped = self._system, self._damping != RayleighDamping() or self._system.dampers is not None
         if not isinstance(self._time, QuasiStatic) or is_damped or system.require_body().relaxes:
-            self._last = self._factors.at(length)
+            self._in_use = self._factors.at(length)
         else:
             # At rest the factors of one length serve all, unless rates matter.
-            self._last = self._factors.at(self._step)
-            self._last.rescale(static(length))
-        before = self._last.count
+            self._in_use = self._factors.at(self._step)
+            self._in_use.rescale(static(length))
+        before = self._in_use.count
         try:
-            after, iterations = advance_finite(self._last, state, end)
+            after, iterations = advance_finite(self._in_use, state, end)
         finally:
-            self._counts["factorisations"] += self._last.count - before
+            self._counts["factorisations"] += self._in_use.count - before
         self._counts["newton_iterations"] += iterations
         return after

@@ -140,7 +140,7 @@ def static_motion(
     times = steps.begin + step * np.arange(count + 1)
     records = _Records(steps)
     loop = Loop(steps, [records], [times], Stopwatch())
-    while loop.taken < loop.last and np.linalg.norm(loop.states[0].plate) <= farthest:
+    while loop.steps_taken < loop.n_steps and np.linalg.norm(loop.states[0].plate) <= farthest:
         loop.step()
     loop.finish()
     return records.motion(times)

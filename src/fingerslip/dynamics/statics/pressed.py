@@ -126,9 +126,9 @@ def _slide(model: Model, skin: _Skin, spacing: float, progress: Callable[[float]
     states = _States(skin, integrator, spacing)
     loop = Loop(integrator, [states], [times], Stopwatch(), {0: skin.state})
     try:
-        while not states.slips and loop.taken < loop.last:
+        while not states.slips and loop.steps_taken < loop.n_steps:
             loop.step()
-            progress(loop.taken / loop.last)
+            progress(loop.steps_taken / loop.n_steps)
     except ConvergenceError as error:
         _logger.warning("a body is slid no further, and its last state stands for what follows: %s", error)
     integrator.release()

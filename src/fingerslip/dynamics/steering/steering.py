@@ -160,7 +160,7 @@ class Simulation:
         self._stack.close()
 
     def __repr__(self) -> str:
-        return f"<Simulation at {self.time:g} s, step {self._loop.taken} of {self._loop.last}>"
+        return f"<Simulation at {self.time:g} s, step {self._loop.steps_taken} of {self._loop.n_steps}>"
 
     @property
     def time(self) -> float:
@@ -170,7 +170,7 @@ class Simulation:
     @property
     def is_finished(self) -> bool:
         """Whether the end of the model is reached."""
-        return self._loop.taken == self._loop.last
+        return self._loop.steps_taken == self._loop.n_steps
 
     def step(self, command: Command | Sequence[Command] = ()) -> Observation:
         """Take a step.
@@ -199,7 +199,7 @@ class Simulation:
             fault, repair = f"is reached, {self.time:g} s", "give the model a later end: time.end"
             raise InputError("end", fault, "is where a simulation ends", repair)
         for command_of_step in (command,) if isinstance(command, Command) else tuple(command):
-            self._follow(command_of_step, self._loop.taken)
+            self._follow(command_of_step, self._loop.steps_taken)
         with self._watch.part("stepping"):
             self._loop.step()
         return self.observation
@@ -207,7 +207,7 @@ class Simulation:
     @property
     def observation(self) -> Observation:
         """What was recorded at the present time."""
-        return Observation(self.time, self._loop.taken, self._recorder)
+        return Observation(self.time, self._loop.steps_taken, self._recorder)
 
     def history(self) -> xr.Dataset:
         """Return the history so far."""
@@ -232,7 +232,7 @@ class Simulation:
             "format": _FORMAT,
             "model": _description(self._model),
             "commands": self._commands,
-            "taken": self._loop.taken,
+            "taken": self._loop.steps_taken,
             "state": self._loop.states[0],
             "integrator": self._integrator.saved_state(),
             "residual": [] if self._residual is None else self._residual.motions[0].saved_state(),
@@ -304,10 +304,10 @@ class Simulation:
         again = read_archive(path, self._outside())
         steps, recorder = again["taken"], self._recorder
         is_whole = is_like(again["state"], self._loop.states[0]) and is_like(again["recorder"], recorder.saved_state())
-        is_placed = isinstance(steps, int) and 0 <= steps <= self._loop.last
+        is_placed = isinstance(steps, int) and 0 <= steps <= self._loop.n_steps
         if not (is_whole and is_placed and again["recorder"]["next"] == steps + 1):
             raise DamagedError(str(path), "holds another state than this model has", _REPAIR)
-        self._loop.states[0], self._loop.taken = again["state"], steps
+        self._loop.states[0], self._loop.steps_taken = again["state"], steps
         recorder.restore(again["recorder"])
 
     def _follow(self, command: Command, step: int) -> None:

@@ -1,14 +1,16 @@
 """Steps at small strain, on the mesh or in a reduced basis: forward, contact, backward, finish.
 
-With the unbalanced force F = C v + K u - f - B^T r of loads f and contact forces r, a step from 0 to 1 finds x of ::
+Displacements u, velocities v and accelerations a obey M a + F = 0 with the mass M and the unbalanced force
+F = C v + K u - f - B^T r: damping C, stiffness K, loads f, contact forces r, and B that takes relative displacements of
+what may touch from u. A step from 0 to 1 finds x of ::
 
     M a_1 + w_1 F_1 = w_0 F_0,    u_1 = u~ + c_u x,    v_1 = v~ + c_v x,    a_1 = c_a x
 
-with the numbers of a scheme (:mod:`fingerslip.dynamics.system.scheme`). So A x = b + w_1 B^T r, with b as if no contact
-force acted at the end, and A = c_a M + w_1 (c_v C + c_u K), which stays the same. Forward substitution leaves the
-equations of what may touch, contact finds r there, backward substitution all of x, and what it makes of u, v, a, slip
-and energies finishes the step. In 2D, in a basis and on flat counterfaces, compiled code does the same
-(:mod:`fingerslip.dynamics.compact.kernel`).
+with the numbers w and c of a scheme (:mod:`fingerslip.dynamics.system.scheme`), and u~ and v~ of the start. So
+A x = b + w_1 B^T r, with b as if no contact force acted at the end, and A = c_a M + w_1 (c_v C + c_u K), which stays
+the same. Forward substitution leaves the equations of what may touch, contact finds r there, backward substitution all
+of x, and what it makes of u, v, a, slip and energies finishes the step. In 2D, in a basis and on flat counterfaces,
+compiled code does the same (:mod:`fingerslip.dynamics.compact.kernel`).
 """
 
 from __future__ import annotations
@@ -73,7 +75,7 @@ class SmallStrain(BodyIntegrator):
         first = [members[0] for members in groups.values()]
         steppers, before = [self.steppers[number] for number in first], [states[number] for number in first]
         travels = [shifts[number] for number in first]
-        after = advance(steppers, before, time, travels, watch=self._watch, mapper=self._mapper)
+        after = advance_together(steppers, before, time, travels, watch=self._watch, mapper=self._mapper)
         pairs = zip(groups.values(), after, strict=True)
         return {number: [state] for members, state in pairs for number in members}
 
@@ -82,7 +84,7 @@ class SmallStrain(BodyIntegrator):
         self.steppers = [replace(self.steppers[0], system=system)]
 
 
-def advance(
+def advance_together(
     steppers: Sequence[Stepper],
     states: Sequence[State],
     time: float,
