@@ -70,6 +70,22 @@ def test_contact_numbers_are_the_extreme_ones_with_their_signs():
     assert read_measures(apart)["penetration_max_m"] == 0.0
 
 
+def test_a_contact_is_soft_where_much_of_the_approach_is_penetration():
+    """The plate starts 0.1 mm below the skin and ends 1.5 mm above where it touches."""
+    times = HISTORY["time"].values
+    travel, gap = HISTORY["counterface_displacement"].copy(), HISTORY["gap"].copy() * 0
+    travel[:, 0] = np.stack([0.0 * times, 1.6e-3 * np.minimum(times, 1.0)], axis=1)
+    gap[0], gap[1:] = 1e-4, -12e-6
+    soft = read_measures(HISTORY.assign(counterface_displacement=travel, gap=gap))
+    assert soft["penetration_over_approach"] == pytest.approx(12e-6 / 1.5e-3)
+    assert resolution_warnings({"a run": soft}) == ()
+    (said,) = resolution_warnings({"a run": soft | {"penetration_over_approach": 0.0194}})
+    assert said.startswith(
+        "Contact is soft, its force over approach too small by as much: a run (1.9 % of the approach is"
+    )
+    assert read_measures(HISTORY.assign(counterface_displacement=travel * 0))["penetration_over_approach"] is None
+
+
 def test_numbers_of_the_solution():
     iterations = np.zeros(HISTORY.sizes["time"], dtype=int)
     iterations[:3] = [4, 1, 5]
