@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 
@@ -39,6 +39,13 @@ def nearest(path: str, names: Sequence[str]) -> str | None:
     same_last = [other for other in names if other.rsplit(".", 1)[-1] == last]
     matches = difflib.get_close_matches(path, same_last or names, n=1, cutoff=0.0 if same_last else 0.5)
     return matches[0] if matches else None
+
+
+def guesses(key: str, paths: Iterable[str]) -> str:
+    """Return the question after paths whose last part is a key or begins with that word; empty without any."""
+    alike = dict.fromkeys(path for path in paths if f"{path.rpartition('.')[2]}_".startswith(f"{key}_"))
+    listed = "' or '".join([*alike][:4])
+    return f"did you mean '{listed}'?" if alike else ""
 
 
 def assign(values: dict[str, Any], path: str, value: object) -> None:

@@ -14,7 +14,7 @@ import pydantic
 from pydantic_core import CoreSchema, PydanticKnownError, core_schema
 
 from fingerslip.errors import InputError, shorten
-from fingerslip.parameters.dotted import is_below, join_path, known_part
+from fingerslip.parameters.dotted import guesses, is_below, join_path, known_part
 from fingerslip.units import Unit
 
 T = TypeVar("T")
@@ -232,7 +232,7 @@ def _mistakes(detail: _Detail, location: Location) -> Iterator[InputError]:
         yield InputError(where, "is missing", f"needs a value such as {example}" if example else "needs a value")
     elif detail["type"] in _UNKNOWN:
         near = _nearest_key(location)
-        repair = f"did you mean '{near}'?" if near else ""
+        repair = guesses(location.path[-1], _inner_paths(location)) or (f"did you mean '{near}'?" if near else "")
         yield InputError(where, "is not known", f"may be one of {', '.join(location.keys)}", repair)
     else:
         value, unit = detail["input"], location.unit
@@ -256,6 +256,14 @@ def _example(hint: Any) -> str:
     if _union(plain):
         return _example(_union(plain)[0])
     return next((f"1.5 {mark.shown}" for mark in marks if isinstance(mark, Unit)), "")
+
+
+def _inner_paths(location: Location) -> Iterator[str]:
+    """Yield the paths of what may stand in the groups beside a key."""
+    for name, hint in (type_hints(location.owner) if location.owner else {}).items():
+        for member in _union(_plain(hint)[0]) or (hint,):
+            group, _ = _plain(member)
+            yield from (f"{name}.{field.name}" for field in getattr(group, "__dataclass_fields__", {}).values())
 
 
 def _nearest_key(location: Location) -> str:

@@ -13,7 +13,7 @@ import pydantic
 
 from fingerslip.errors import InputError, Mistakes, shorten
 from fingerslip.parameters import parameters
-from fingerslip.parameters.dotted import assign, is_below, join_path, nearest
+from fingerslip.parameters.dotted import assign, guesses, is_below, join_path, nearest
 from fingerslip.results import SAMPLE
 from fingerslip.sampling.designs import LEVELS, Method, block_size, draw_shares
 from fingerslip.units import quantity_of, split_quantity
@@ -136,7 +136,7 @@ def unknown_paths(keys: Mapping[str, str], available: Mapping[str, Sequence[str]
         if near in {None, parent} and beside:
             allowed, repair = f"{parent} may have {', '.join(beside)}", ""
         elif near:
-            repair = f"did you mean '{near}'?"
+            repair = guesses(path, names) or f"did you mean '{near}'?"
         fault = "is not known" if key == path else f"has '{path}', which is not known"
         mistakes.append(InputError(f"{group}.{key}", fault, allowed, repair))
     return mistakes
