@@ -183,7 +183,14 @@ class ConvergenceError(FingerslipError):
         What was not solved.
     position : tuple of float, optional
         Where the node is at rest [m].
+
+    Attributes
+    ----------
+    history : xarray.Dataset, optional
+        What was computed of a single model before, whose attribute ``failure`` says this error.
     """
+
+    history: Any = None
 
     def __init__(  # noqa: PLR0917
         self,
@@ -198,6 +205,9 @@ class ConvergenceError(FingerslipError):
         self.time, self.node, self.residual, self.position = time, node, residual, position
         self.tolerance, self.advice, self.problem = tolerance, advice, problem
         super().__init__(time, node, residual, tolerance, advice, problem, position)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), self.args  # no history goes from process to process
 
     def __str__(self) -> str:
         place = f" at ({', '.join(f'{1e3 * value:.4g}' for value in self.position)}) mm" if self.position else ""

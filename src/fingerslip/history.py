@@ -6,6 +6,7 @@ The variables, their dimensions and their units are in :data:`VARIABLES`; a hist
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -208,6 +209,8 @@ def read_history(path: str | Path) -> xr.Dataset:
     fault = next(_faults(history), "")
     if fault:
         raise ResultError(f"{path}: is no history ({fault}); needs a file written by fingerslip run")
+    if failure := history.attrs.get("failure"):
+        warnings.warn(f"{path} is no result: it ends where its run failed: {failure}", stacklevel=2)
     return history
 
 

@@ -61,6 +61,11 @@ class RunResult:
         return {**self.values, **self.swept, **self.sampled}
 
 
+def failure_folder(folder: Path) -> Path:
+    """Return the folder of what was computed of a run until it failed, beside that of the run itself."""
+    return folder.with_name(f"{folder.name}.unfinished")
+
+
 def result_of(history: xr.Dataset, name: str, swept: Mapping[str, Any]) -> RunResult:
     """Read off a history what is stored beside it."""
     slip = find_slip(history)

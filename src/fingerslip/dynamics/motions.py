@@ -22,6 +22,7 @@ from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch, build_steppers, factorised
 from fingerslip.dynamics.system.scheme import make_scheme
 from fingerslip.dynamics.system.system import System
+from fingerslip.errors import ConvergenceError
 from fingerslip.linear.resources import Mapper, side_by_side, single_dense_thread
 from fingerslip.linear.solver import LinearSolver
 from fingerslip.model.model import Model
@@ -81,8 +82,14 @@ def compute(motions: Motions, systems: Sequence[System], checks: Sequence[Check]
     """Compute motions in the coordinates of their systems, each with a further check, if any."""
     with side_by_side(min(motions.threads, len(systems))) as mapper:
         loop, integrator, recorders = prepare(motions, systems, checks, mapper)
-        with motions.watch.part("stepping"), single_dense_thread():
-            loop.run(motions.progress)
+        try:
+            with motions.watch.part("stepping"), single_dense_thread():
+                loop.run(motions.progress)
+        except ConvergenceError as error:
+            if len(recorders) == 1:
+                attributes = {**loop.attributes, "failure": str(error)}
+                (error.history,) = Outcome(tuple(integrator.steppers), recorders, attributes).histories(motions.watch)
+            raise
     return Outcome(tuple(integrator.steppers), recorders, loop.attributes)
 
 

@@ -293,6 +293,23 @@ def test_what_is_never_solved_is_an_error_that_says_when_where_and_what_to_try()
     assert caught.value.time * 64 == pytest.approx(round(caught.value.time * 64))
 
 
+def test_what_was_computed_until_a_step_fails_is_that_of_the_whole_motion(monkeypatch):
+    whole, advance = fs.simulate(block(0.3, steps=4)), large.advance_finite
+
+    def failing(factors, before, time, *others):
+        if time > 0.5:
+            raise fs.ConvergenceError(time, 0, 1.0, 1e-6, "take less")
+        return advance(factors, before, time, *others)
+
+    monkeypatch.setattr(large, "advance_finite", failing)
+    with pytest.raises(fs.ConvergenceError, match="take less") as caught:
+        fs.simulate(block(0.3, steps=4))
+    partial = caught.value.history
+    assert partial.attrs["failure"] == str(caught.value)
+    for name in ("time", "displacement", "stress", "external_work", "counterface_force"):
+        np.testing.assert_array_equal(partial[name], whole[name][:3], err_msg=name)
+
+
 def dragged(**changes):
     """Return the history of a block that is pressed on a plate and dragged."""
     values = {

@@ -1,6 +1,7 @@
 """The loop over time: steps, progress, provenance, contact candidates, and the same history every time."""
 
 import itertools
+import pickle
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -234,6 +235,10 @@ def test_contact_that_is_not_solved_is_an_error_that_says_when_where_and_what_to
     assert error.node in np.unique(model.mesh.facets[:, model.mesh.boundaries["bottom"]])
     message = f"t = 0.015 s, node {error.node}: residual nan, needs <= 1e-10; try a smaller time step"
     assert message in str(error)
+    *_, last = error.history["time"].values
+    assert (last < error.time, error.history.attrs["failure"]) == (True, str(error))
+    assert np.isfinite(error.history["counterface_force"].values).all()
+    assert pickle.loads(pickle.dumps(error)).history is None, "it stays in its process"
 
 
 @dataclass(frozen=True)

@@ -105,8 +105,10 @@ _logger = logging.getLogger("fingerslip.dynamics")
 def labelled_history(
     values: Mapping[str, Any], stepper: Stepper, attributes: Mapping[str, object], watch: Stopwatch
 ) -> xr.Dataset:
-    """Label records as a history, and warn where its steps have made energy, or nothing touched."""
+    """Label records as a history, and warn where its steps have made energy, or nothing touched in a whole one."""
     history = make_history(values, _provenance(stepper, attributes, watch))
+    if "failure" in attributes:
+        return history
     _check_made_energy(history, stepper)
     states, gaps = history["contact_state"].values, history["gap"].values
     for number, boundary in enumerate(history["counterface"].values):
@@ -138,7 +140,10 @@ def _check_made_energy(history: xr.Dataset, stepper: Stepper) -> None:
     advice = f"take {' or '.join(remedies)}"
     if energy > work:
         problem = f"steps that have made {energy:.3g} J, more than the {work:.3g} J put in,"
-        raise ConvergenceError(float(history["time"][-1]), -1, energy / work if work else np.inf, 1.0, advice, problem)
+        ratio = energy / work if work else np.inf
+        error = ConvergenceError(float(history["time"][-1]), -1, ratio, 1.0, advice, problem)
+        error.history = history.assign_attrs(failure=str(error))
+        raise error
     if share > _MADE_ENERGY:
         history.attrs["doubt"] = (
             f"time steps have made {energy:.3g} J, {100 * share:.0f} % of the largest energy: {advice}"

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import os
 import re
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
@@ -20,14 +21,14 @@ from typing import Any
 from fingerslip.contact.counterfaces import sliding_direction
 from fingerslip.errors import InputError, Mistakes, errors_at
 from fingerslip.materials.choice import PRESET, material_of
-from fingerslip.mesh.source import MeshFile, other_files
+from fingerslip.mesh.source import MeshFile, content_hash, other_files
 from fingerslip.model.programme import Phase, Slide
 from fingerslip.parameters import as_mapping
 from fingerslip.parameters.dotted import flatten
 from fingerslip.results import REPEAT, SAMPLE, RefusedRun, RunResult, read_result
 from fingerslip.slip.events import Events
 from fingerslip.specimens.protocol import Specimen
-from fingerslip.storage.files import digest, file_digest
+from fingerslip.storage.files import digest
 from fingerslip.study.definition.expressions import derive
 from fingerslip.study.definition.file import study_file
 from fingerslip.study.definition.settings import ContactSettings
@@ -78,17 +79,28 @@ class Run:
         values = dict(dataclasses.replace(self, study=with_directions(self.study)).plain_values)
         return values | {"mesh": values["mesh"] | {"file": f"../{self.mesh_copy}"}} if self.mesh_copy else values
 
-    @cached_property
+    @property
     def mesh_copy(self) -> str:
-        """Name of the copy of its mesh file in the results of its study, with a hash of what is in it.
+        """Name of the copy of its mesh file in the results of its study; empty where there is none."""
+        return next(iter(self.mesh_files), "")
 
-        It is empty without a mesh file, and of one that is large or that reads others.
+    @cached_property
+    def mesh_files(self) -> Mapping[str, Path]:
+        """Its mesh file and those that this reads, by the names of their copies, with a hash of what is in them.
+
+        There are none without a mesh file, of what is large, and of files that are not beside the first or below it.
         """
-        file = Path(self.study.mesh.file) if isinstance(self.study.mesh, MeshFile) else None
-        if file is None or file.stat().st_size > _LARGEST_COPY or other_files(file):
-            return ""
-        mark = file_digest(file)[:8]
-        return f"{file.stem.removesuffix(f'-{mark}')}-{mark}{file.suffix}"
+        if not isinstance(self.study.mesh, MeshFile):
+            return {}
+        file = Path(self.study.mesh.file)
+        others = {os.path.relpath(other, file.parent): other for other in other_files(file)}
+        size = sum(path.stat().st_size for path in (file, *others.values()))
+        if size > _LARGEST_COPY or any(name.startswith("..") for name in others):
+            return {}
+        mark = content_hash("mesh.file", str(file), "needs a mesh file")[:8]
+        stem = f"{file.stem.removesuffix(f'-{mark}')}-{mark}"
+        names = {f"{stem}{file.suffix}": file, **others}
+        return {f"{stem}/{name}": path for name, path in names.items()} if others else names
 
     @cached_property
     def plain_values(self) -> Mapping[str, Any]:

@@ -13,6 +13,7 @@ import logging
 import multiprocessing
 import os
 import queue
+import shutil
 import signal
 import sys
 import threading
@@ -25,8 +26,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fingerslip.errors import FingerslipError
-from fingerslip.results import LOG, RunResult
+from fingerslip.errors import ConvergenceError, FingerslipError, ResultError
+from fingerslip.history import write_history
+from fingerslip.results import HISTORY, LOG, RunResult, failure_folder
 from fingerslip.storage.files import new_folder, writing
 from fingerslip.study.definition.runs import Plan
 from fingerslip.study.running.build import Job, groups, name_errors
@@ -105,7 +107,11 @@ def compute(jobs: Sequence[Job], progress: Callable[[float], None], threads: int
                 if job.run.mesh_copy:
                     _logger.info("mesh %s, a copy of %s", job.run.mesh_copy, job.run.plain_values["mesh"]["file"])
             started = time.perf_counter()
-            histories = _simulate(jobs, folders, progress, threads)
+            try:
+                histories = _simulate(jobs, folders, progress, threads)
+            except ConvergenceError as error:
+                _write_failure(jobs, folders, error)
+                raise
             seconds = time.perf_counter() - started
         for job, folder, history in zip(jobs, folders, histories, strict=True):
             with _log(folder / LOG):
@@ -114,6 +120,16 @@ def compute(jobs: Sequence[Job], progress: Callable[[float], None], threads: int
                 about = {"inputs": job.identity, "mesh": job.model.mesh, "seconds": seconds, "doubts": doubts}
                 finished.append(Finished(job, write_run(folder, job.run, history, **about), history))
     return finished
+
+
+def _write_failure(jobs: Sequence[Job], folders: Sequence[Path], error: ConvergenceError) -> None:
+    """Write history and log of a run that failed beside its folder, where nothing takes them for a result."""
+    history, error.history = error.history, None
+    if len(jobs) == 1 and history is not None and not jobs[0].run.study.reaction:
+        _logger.error("%s", error)
+        with contextlib.suppress(ResultError, OSError), new_folder(failure_folder(jobs[0].folder)) as folder:
+            write_history(history, folder / HISTORY)
+            shutil.copyfile(folders[0] / LOG, folder / LOG)
 
 
 def _simulate(

@@ -5,17 +5,17 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import os
+import shutil
 from collections.abc import Collection, Generator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fingerslip.errors import DamagedError, FingerslipError, InputError, ResultError
-from fingerslip.mesh.source import MeshFile
 from fingerslip.parameters.dotted import flatten
 from fingerslip.parameters.schema import require_kind
-from fingerslip.results import RefusedRun, StudyResult, result_mapping, stored_result
-from fingerslip.storage.files import check_folder, clean_stale, digest, remove_empty, write_bytes
+from fingerslip.results import RefusedRun, StudyResult, failure_folder, result_mapping, stored_result
+from fingerslip.storage.files import check_folder, clean_stale, digest, remove_empty, write_bytes, writing
 from fingerslip.study.definition.expressions import derive
 from fingerslip.study.definition.runs import Plan, Run, plan_studies
 from fingerslip.study.running.progress import StudyProgress
@@ -192,6 +192,8 @@ def _execute(
         failures, pictures = compute_jobs(plan, jobs, engine, drawings)
     except KeyboardInterrupt:
         stopped = _study_result(plan, refused)
+        count = f"{len(stopped.runs)} of {len(plan.runs)} runs are finished and kept"
+        progress.say(f"{stem}: {count}; those that share a matrix finish together")
         if stopped.runs:
             write_results(plan.source, stopped, "", plan.given)
         raise
@@ -214,6 +216,8 @@ def compute_jobs(
     copies = _mesh_copies(plan, jobs)
     failures: dict[str, FingerslipError] = {}
     pictures: dict[str, RunPictures] = {}
+    for job in jobs:
+        shutil.rmtree(failure_folder(job.folder), ignore_errors=True)
     for job in () if engine.force else jobs:
         try:
             stored_result(job.folder)
@@ -233,8 +237,10 @@ def compute_jobs(
     finally:
         clean_stale(plan.folder)
         for run in plan.runs:
-            if run.mesh_copy in copies and (plan.folder / run.name).is_dir():
-                write_bytes(plan.folder / run.mesh_copy, copies.pop(run.mesh_copy))
+            for name in run.mesh_files.keys() & copies.keys() if (plan.folder / run.name).is_dir() else ():
+                with writing(plan.folder):
+                    (plan.folder / name).parent.mkdir(parents=True, exist_ok=True)
+                write_bytes(plan.folder / name, copies.pop(name))
         remove_empty(*created)
     return failures, pictures
 
@@ -243,8 +249,8 @@ def _mesh_copies(plan: Plan, jobs: Sequence[Job]) -> dict[str, bytes]:
     """Return what is in the mesh files of runs, as long as it is that of the runs, by the names of copies to come."""
     for run in (*plan.runs, *(job.run for job in jobs)):  # where a run is computed, the file may not be there
         _ = run.written_values
-    files = {run.mesh_copy: Path(run.study.mesh.file) for run in plan.runs if isinstance(run.study.mesh, MeshFile)}
-    return {name: file.read_bytes() for name, file in files.items() if name and not (plan.folder / name).exists()}
+    files = {name: file for run in plan.runs for name, file in run.mesh_files.items()}
+    return {name: file.read_bytes() for name, file in files.items() if not (plan.folder / name).exists()}
 
 
 def _report(outcome: Outcome, progress: StudyProgress) -> dict[str, FingerslipError]:
@@ -256,6 +262,8 @@ def _report(outcome: Outcome, progress: StudyProgress) -> dict[str, FingerslipEr
             error = ResultError(f"{job.run.where}: not enough memory; use larger elements or --workers 1")
         if isinstance(error, FingerslipError):
             failures[job.run.name] = error
+        if (failure := failure_folder(job.folder)).is_dir():
+            progress.say(f"{job.run.name}: what was computed until it failed is in {failure}")
         progress.finish(job.run.name, "failed" if error else "done")
     return failures
 

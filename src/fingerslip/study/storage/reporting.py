@@ -134,7 +134,7 @@ def _rows(run: Run, paths: Collection[str] | None) -> Iterator[_Row]:
 def original_mesh(run: Run) -> tuple[str, str]:
     """Return the mesh file of a run; of a copy in its results the name of the original, and the hash of its content."""
     file = str(getattr(run.study.mesh, "file", ""))
-    is_copy = Path(file).resolve().parent == Path(run.where).resolve().parent.parent
+    is_copy = Path(run.where).resolve().parent.parent in Path(file).resolve().parents[:2]
     copy = re.fullmatch(r".*[/\\](.+)-([0-9a-f]{8})(\.\w+)", file) if is_copy else None
     return (f"{copy[1]}{copy[3]}", copy[2]) if copy else (file, "")
 

@@ -6,6 +6,7 @@ import re
 import shutil
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 import yaml
 
@@ -13,6 +14,7 @@ import fingerslip as fs
 from fingerslip.dynamics import simulation
 from fingerslip.errors import InputError
 from fingerslip.history import read_history
+from fingerslip.results import stored_result
 from fingerslip.study.definition import runs
 from fingerslip.study.definition.file import read_mapping
 from fingerslip.study.definition.runs import plan_studies, plan_study
@@ -20,10 +22,11 @@ from fingerslip.study.running import build as preparing
 from fingerslip.study.running.build import prepare
 from fingerslip.study.running.compute import BASES
 from fingerslip.study.running.runner import StudyFailedError, run_study
-from fingerslip.study.storage.reporting import read_results
+from fingerslip.study.storage.reporting import original_mesh, read_results, read_run_values
 from fingerslip.study.storage.store import read_manifest
 from fingerslip.units import parse_quantity
-from unit.study.block import FRICTIONS, NAMES, Told, block_values, changed, run_block
+from unit.study.block import FRICTIONS, NAMES, Told, block_mesh, block_values, changed, run_block
+from unit.synthetic import Process, make
 
 
 def test_plan_names_folder_and_runs_of_which_none_is_finished_and_one_mesh_is_shared(write_study, tmp_path):
@@ -268,20 +271,39 @@ def test_a_run_is_repeated_from_its_results_alone_and_with_the_mesh_that_it_had(
     assert len(read_results(moved).runs) == 3
 
 
-@pytest.mark.parametrize(
-    ("file", "content"),
-    [
-        ("a.xdmf", '<DataItem Format="HDF">b.inp:/data0</DataItem>'),
-        ("a.inp", "*Include, input=b.inp\n"),
-        ("a.msh", "more than 4"),
-    ],
-)
-def test_mesh_files_that_are_large_or_read_others_are_not_copied(write_study, tmp_path, file, content, monkeypatch):
-    (tmp_path / file).write_text(content)
-    (tmp_path / "b.inp").touch()
-    monkeypatch.setattr(runs, "_LARGEST_COPY", 4 if content.startswith("more") else 100)
-    run = plan_study(write_study(changed("mesh.file", file)), tmp_path).runs[0]
-    assert (run.mesh_copy, run.written_values["mesh"]["file"]) == ("", str(tmp_path / file))
+@pytest.mark.usefixtures("reports", "simulated")
+@pytest.mark.parametrize("inside", [True, False])
+def test_files_that_a_deck_includes_are_copied_with_it_where_they_are_beside_it(write_study, tmp_path, inside):
+    mesh, folder = block_mesh(), tmp_path / "decks"
+    nodes, included = folder / ("parts" if inside else "..") / "nodes.inp", "parts" if inside else ".."
+    (folder / "parts").mkdir(parents=True)
+    nodes.write_text("".join(f"{n}, {x}, {y}\n" for n, (x, y) in enumerate(mesh.p.T, start=1)))
+    lines = ["*Node", f"*Include, input={included}/nodes.inp", "*Element, type=CPE4, elset=block"]
+    lines += [", ".join(map(str, (n, *nodes_of_cell))) for n, nodes_of_cell in enumerate(mesh.t.T + 1, start=1)]
+    for name in ("bottom", "top"):
+        numbers = np.unique(mesh.facets[:, mesh.boundaries[name]]) + 1
+        lines += [f"*Nset, nset={name}", ", ".join(map(str, numbers))]
+    (folder / "deck.inp").write_text("\n".join(lines))
+    path = write_study(changed("mesh", {"file": "decks/deck.inp", "length_unit": "m"}))
+    first = plan_study(path, tmp_path / "results").runs[0]
+    expected = first.mesh_key, first.mesh_copy
+    run_block(path)
+    moved = shutil.move(tmp_path / "results" / "block", tmp_path / "elsewhere")
+    again = moved / NAMES[0] / "run.yaml"
+    if not inside:
+        assert yaml.safe_load(again.read_text())["mesh"]["file"] == str(folder / "deck.inp")
+        return
+    shutil.rmtree(folder)
+    (run,) = plan_study(again, tmp_path / "again").runs
+    assert (run.mesh_key, run.mesh_copy) == expected
+    assert original_mesh(read_run_values(again)) == ("deck.inp", run.mesh_copy[5:13])
+    assert run.study.mesh.build().p == pytest.approx(mesh.p)
+
+
+def test_large_mesh_files_are_not_copied(write_study, tmp_path, monkeypatch):
+    monkeypatch.setattr(runs, "_LARGEST_COPY", 4)
+    run = plan_study(write_study(), tmp_path).runs[0]
+    assert (run.mesh_copy, run.written_values["mesh"]["file"]) == ("", str(tmp_path / "block.msh"))
 
 
 @pytest.mark.usefixtures("reports", "simulated")
@@ -310,8 +332,10 @@ def test_interrupted_study_leaves_nothing_half_done_and_goes_on(write_study, sim
     assert not (path.parent / "results").exists(), "before the first result there is no folder"
     monkeypatch.setattr("fingerslip.dynamics.simulation.simulate", whole)
     fails(KeyboardInterrupt(), friction=0.4)
+    told = Told()
     with pytest.raises(KeyboardInterrupt):
-        run_block(path)
+        run_block(path, progress=told)
+    assert told.messages == ["block: 1 of 3 runs are finished and kept; those that share a matrix finish together"]
     monkeypatch.setattr("fingerslip.dynamics.simulation.simulate", whole)
     folder = path.parent / "results" / "block"
     assert sorted(item.name for item in folder.iterdir() if item.is_dir()) == [NAMES[0]]
@@ -319,6 +343,28 @@ def test_interrupted_study_leaves_nothing_half_done_and_goes_on(write_study, sim
     assert len((folder / "summary.csv").read_text().splitlines()) == 2
     assert run_block(path).unchanged == (NAMES[0],)
     assert simulated == FRICTIONS
+
+
+def test_what_was_computed_of_a_run_that_fails_is_no_result_and_goes_when_the_run_is_computed(
+    write_study, simulated, reports, fails, monkeypatch
+):
+    path, whole, told, error = write_study(), simulation.simulate, Told(), fs.ConvergenceError(1.0, 7, 1.0, 1e-9, "try")
+    error.history = make(Process()).isel(time=slice(10)).assign_attrs(failure=str(error))
+    fails(error, friction=0.4)
+    with pytest.raises(StudyFailedError, match="1 of 3 runs failed"):
+        run_block(path, progress=told)
+    failed = path.parent / "results" / "block" / f"{NAMES[1]}.unfinished"
+    assert told.messages == [f"{NAMES[1]}: what was computed until it failed is in {failed}"]
+    assert sorted(file.name for file in failed.iterdir()) == ["history.nc", "log.txt"]
+    assert str(error) in (failed / "log.txt").read_text()
+    with pytest.warns(UserWarning, match=r"is no result: it ends where its run failed: contact at t = 1 s, node 7"):
+        assert read_history(failed / "history.nc").sizes["time"] == 10
+    with pytest.raises(fs.ResultError, match="holds no finished run"):
+        stored_result(failed)
+    assert [run.name for run in read_results(failed.parent).runs] == [NAMES[0], NAMES[2]]
+    monkeypatch.setattr(simulation, "simulate", whole)
+    assert run_block(path).computed == (NAMES[1],)
+    assert (failed.exists(), simulated, len(reports)) == (False, [0.2, 0.6, 0.4], 2)
 
 
 def test_failed_run_does_not_stop_the_others(write_study, simulated, reports, fails):
