@@ -29,16 +29,16 @@ def figure(  # noqa: PLR0917  the options of a command line have no order
     cut: Annotated[str, typer.Option(help="Cut a solid open across x, y or z.")] = "",
     camera: Annotated[str, typer.Option(help=f"{alternatives(CAMERAS)}.", autocompletion=cameras)] = "",
     contact: Annotated[bool, typer.Option("--contact", help="Show stick and slip on a solid.")] = False,
-    size: Annotated[str, typer.Option(metavar="WxH", help="Of a film, in pixels.")] = "1280x720",
+    size: Annotated[str, typer.Option(metavar="WxH", help="Of a film, in pixels; else 1280x720.")] = "",
     dpi: Annotated[
         int | None, typer.Option(min=50, max=1200, help="Dots per inch of png, and of fields in pdf and svg.")
     ] = None,
-    rate: Annotated[float, typer.Option(help="Frames a second of a film.")] = 25.0,
-    seconds: Annotated[float, typer.Option(help="Length of a film.")] = 8.0,
+    rate: Annotated[float | None, typer.Option(help="Frames a second of a film; else 25.")] = None,
+    seconds: Annotated[float | None, typer.Option(help="Length of a film; else 8.")] = None,
     output: Annotated[Path | None, typer.Option("-o", "--output", metavar="FILE", help="The file to write.")] = None,
 ) -> None:
     """Write one figure of results for a paper or for slides, or a film (--kind film) as MP4."""
-    from fingerslip.study.inspection.views import FigureChoice, film_size, kinds_text, with_run, write_figure
+    from fingerslip.study.inspection.views import FigureChoice, film_options, kinds_text, with_run, write_figure
 
     if kind == "list":
         typer.echo(kinds_text(target))
@@ -52,7 +52,7 @@ def figure(  # noqa: PLR0917  the options of a command line have no order
         path=over,
         times=tuple(times or ()),
         options={name: value for name, value in options.items() if value},
-        film={"size": film_size(size), "frame_rate": rate, "seconds": seconds},
+        film=film_options(size, rate, seconds),
         dpi=dpi,
     )
     if not run and (chosen := with_run(target, choice).run):

@@ -8,7 +8,6 @@ from typing import Annotated, Any
 import typer
 
 from fingerslip.commands.shared import AsJson, print_tables, specimens
-from fingerslip.errors import InputError
 
 
 def mesh(
@@ -36,16 +35,6 @@ def mesh(
     as_json: AsJson = False,
 ) -> None:
     """Build or read a mesh, write or draw it, and show the quality of its cells and what is left out of a deck."""
-    from fingerslip.study.inspection.check import save_mesh
+    from fingerslip.study.inspection.check import save_meshes
 
-    if output is not None and len(targets) > 1:
-        fault = f"got {output} for {len(targets)} meshes"
-        raise InputError("mesh --output", fault, "needs a single mesh", "leave it out: files go to meshes/")
-    others: dict[str, str] = {}
-    for target in targets:
-        path = Path(target)
-        other = others.setdefault(path.stem if path.suffix in (".yaml", ".yml") else path.name, target)
-        if other != target:
-            fault = f"would be written over {other}, which has the same name"
-            raise InputError(f"mesh {target}", fault, "needs a name of its own", "mesh it alone, with --output")
-    print_tables([table for target in targets for table in save_mesh(target, output, unit)], as_json)
+    save_meshes(targets, output, unit, lambda tables: print_tables(tables, as_json))

@@ -112,11 +112,18 @@ def test_converge_gives_the_events_their_uncertainty(invoke, block, tmp_path):
     assert "\n| " in page
 
 
-def test_a_mesh_a_new_study_and_an_example_are_written(invoke, block, tmp_path):
+def no_screen(*_):
+    raise fs.ResultError("no screen")
+
+
+def test_a_mesh_a_new_study_and_an_example_are_written(invoke, block, tmp_path, monkeypatch):
     assert "45 nodes, 32 cells" in invoke("mesh", block(), "-o", "copy.msh").output
     assert set(fs.read_mesh(tmp_path / "copy.msh").boundaries) == {"bottom", "top"}
     assert "copy.msh for 2 meshes, needs a single mesh" in invoke("mesh", "a", "b", "-o", "copy.msh", code=2).stderr
     assert "would be written over a/b.msh" in invoke("mesh", "a/b.msh", "c/b.msh", code=2).stderr
+    with monkeypatch.context() as patch:
+        patch.setattr("fingerslip.report.figures.style.save_figure", no_screen)
+        assert "45 nodes, 32 cells" in invoke("mesh", "copy.msh", "-o", "copy.png", code=2).stdout
     several = invoke("mesh", "copy.msh", "copy.msh").output
     assert several.count(str(Path("meshes") / "copy.msh.png")) == 2
     assert "wang2014_table2" in invoke("examples").output

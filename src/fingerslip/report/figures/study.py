@@ -55,7 +55,7 @@ def event_times_figure(
     published: dict[str, Artist] = {}
     of_events = {event: EVENT_COLOURS[event] for event in MAIN_EVENTS}
     for axes, members in panels:
-        for event, reading in itertools.product(EVENTS, READINGS):
+        for event, reading in itertools.product(EVENTS, axis.readings):
             look = _mark(reading, EVENT_COLOURS[event], line=reading == "slip" and axis.numeric)
             _draw_times(axes, axis, members, (reading, event), since=since, **look)
         published |= _draw_published(axes, axis, members, reference, of_events, since=since)
@@ -86,8 +86,9 @@ def latency_figure(
     figure, panels = _group_panels(runs, path, (2.8, 2.9), title, (words, "latency [ms]"))
     published: dict[str, Artist] = {}
     for axes, members in panels:
-        for reading, colour in READING_COLOURS.items():
-            _draw_times(axes, axis, members, (reading, LATENCY), scale=1e3, **_mark(reading, colour, line=axis.numeric))
+        for reading in axis.readings:
+            look = _mark(reading, READING_COLOURS[reading], line=axis.numeric)
+            _draw_times(axes, axis, members, (reading, LATENCY), scale=1e3, **look)
         published |= _draw_published(axes, axis, members, reference, {LATENCY: BLACK}, scale=1e3)
         axis.apply(axes)
     panels[0][0].set_ylim(0.0, 1.04 * panels[0][0].get_ylim()[1])  # marks at the top are whole
@@ -158,7 +159,9 @@ class _Axis:
         self._positions: dict[object, float] = {
             value: numbers[value][0] if self.numeric else float(number) for number, value in enumerate(values)
         }
-        self.readings = [name for name in READINGS if _has_times(runs, name, times)]
+        # What a single run has in one reading shows no trend beside another of several: it is left to the tables.
+        counts = {name: sum(_has_times([run], name, times) for run in runs) for name in READINGS}
+        self.readings = [name for name, count in counts.items() if count >= min(max(counts.values()), 2) > 0]
 
     def position(self, run: RunResult) -> float:
         """Return where a run stands on the axis."""

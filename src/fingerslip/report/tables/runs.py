@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 # Digits of a time [s] that a step of 1 ms and less allows.
 _MOST_DIGITS = 3
+# Of the columns of times, by their reading.
+_ENDINGS = {reading: "" if reading == "slip" else f"_{reading}" for reading in READINGS}
 _ORIGIN = "counted from the start of the run"
 
 
@@ -157,7 +159,7 @@ def summary_table(runs: Sequence[RunResult], refused: Sequence[RefusedRun] = ())
 
     Swept and sampled values, such as ``mesh.contact_size_m``; times, such as ``overall_s_displacement``; in
     ``readings_recorded`` the readings whose empty times say that the event did not happen; measures; derived
-    quantities; uncertainties that are known, such as ``slip_overall_uncertainty_s``; why samples were ``refused``.
+    quantities; uncertainties that are known, such as ``overall_uncertainty_s``; why samples were ``refused``.
     """
     columns = _summary_columns(runs, refused)
     rows = zip(*(cells for _, cells in columns.values()), strict=True)
@@ -184,7 +186,7 @@ def _summary_columns(
             columns[f"{path}_{unit_suffix(unit)}"] = (unit, tuple(quantity and quantity[0] for quantity in quantities))
     for reading, time in ((reading, time) for reading in READINGS for time in TIMES if defines_time(reading, time)):
         cells = (run.events.reading(reading).time(time) for run in runs)
-        columns[f"{time}_s" if reading == "slip" else f"{time}_s_{reading}"] = ("s", (*cells, *nothing))
+        columns[f"{time}_s{_ENDINGS[reading]}"] = ("s", (*cells, *nothing))
     recorded = (" ".join(name for name in READINGS if run.events.reading(name).recorded) for run in runs)
     columns["readings_recorded"] = ("", (*recorded, *nothing))
     for measure in measures.MEASURES:
@@ -201,8 +203,10 @@ def _summary_columns(
         cells = (run.derived[name].value if name in run.derived else None for run in runs)
         columns[heading] = (unit, (*cells, *nothing))
     for key in dict.fromkeys(key for run in runs for key in run.uncertainty):
-        # Of a time, such as `slip_overall_uncertainty_s`, or of a measure.
-        heading, unit = f"{_word(key)}_uncertainty_s", "s"
+        # Of a time of slip or of a reaction, or of a measure.
+        reading, _, time = key.partition(".")
+        heading = f"{time}_uncertainty_s{_ENDINGS[reading]}" if reading in READINGS else f"{_word(key)}_uncertainty_s"
+        unit = "s"
         if (known := measures.measure_of(key)) is not None:
             heading = f"{known.name}_uncertainty{known.key.removeprefix(known.name)}"
             unit = known.unit.si if known.unit else ""

@@ -6,7 +6,7 @@ import dataclasses
 import difflib
 import itertools
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -127,14 +127,16 @@ def _of_latency(plan: Plan) -> Iterator[str]:
 
 
 def fold_samples(table: Table) -> Table:
-    """Return a table of checks with one row for all neighbouring samples, or repeats, that cost the same."""
+    """Return a table of checks for people: one row for neighbouring samples, or repeats, that cost the same."""
     rows: list[tuple[Any, ...]] = []
     for _, alike in itertools.groupby(table.rows, lambda row: (_NUMBER.sub("", str(row[1])), row[0], row[2:])):
         group = list(alike)
         if _NUMBER.search(str(group[0][1])) and len(group) > 1:
             study, name, *others = group[0]
             group = [(study, f"{len(group)} runs: {name} to {group[-1][1]}", *others)]
-        rows += group
+        rows += (
+            (*row[:-1], "under 1" if isinstance(time := row[-1], float) and 0.0 < time < 1.0 else time) for row in group
+        )
     return dataclasses.replace(table, rows=tuple(rows))
 
 
@@ -180,7 +182,32 @@ _STUDIES = (".yaml", ".yml")
 _PICTURES = (".png", ".svg", ".pdf")
 
 
-def save_mesh(target: str, path: Path | None = None, unit: LengthUnit | None = None) -> tuple[Table, ...]:
+def save_meshes(
+    targets: Sequence[str], output: Path | None, unit: LengthUnit | None, show: Callable[[Sequence[Table]], None]
+) -> None:
+    """Write or draw meshes as :func:`save_mesh`; tables are shown before anything is drawn."""
+    if output is not None and len(targets) > 1:
+        fault = f"got {output} for {len(targets)} meshes"
+        raise InputError("mesh --output", fault, "needs a single mesh", "leave it out: files go to meshes/")
+    others: dict[str, str] = {}
+    for target in targets:
+        path = Path(target)
+        other = others.setdefault(path.stem if path.suffix in _STUDIES else path.name, target)
+        if other != target:
+            fault = f"would be written over {other}, which has the same name"
+            raise InputError(f"mesh {target}", fault, "needs a name of its own", "mesh it alone, with --output")
+    pictures: list[Callable[[], None]] = []
+    show([table for target in targets for table in save_mesh(target, output, unit, pictures.append)])
+    for draw in pictures:
+        draw()
+
+
+def save_mesh(
+    target: str,
+    path: Path | None = None,
+    unit: LengthUnit | None = None,
+    draw: Callable[[Callable[[], None]], object] = lambda picture: picture(),
+) -> tuple[Table, ...]:
     """Write or draw the mesh of a study (of its first run), of a preset or of a file, and say what to know of it."""
     name, names, suffix = target, preset_names(), None
     if unit is not None and (name in names or Path(target).suffix in _STUDIES):
@@ -209,12 +236,16 @@ def save_mesh(target: str, path: Path | None = None, unit: LengthUnit | None = N
             regions = enumerate(inspected.mesh.subdomains or {})
             write_text(path.with_suffix(".regions.csv"), csv_text([("number", "region"), *regions]))
     if path.suffix in _PICTURES:
-        # Libraries that draw are slow to load.
-        from fingerslip.report.figures.meshes import mesh_figure
-        from fingerslip.report.figures.style import save_figure
 
-        # Specimens stand on y, as files of most preprocessors do on z.
-        save_figure(mesh_figure(inspected.mesh, name, up="y" if suffix is None else "z"), path)
+        def picture() -> None:
+            # Libraries that draw are slow to load.
+            from fingerslip.report.figures.meshes import mesh_figure
+            from fingerslip.report.figures.style import save_figure
+
+            # Specimens stand on y, as files of most preprocessors do on z.
+            save_figure(mesh_figure(inspected.mesh, name, up="y" if suffix is None else "z"), path)
+
+        draw(picture)
     first, *others = inspected.tables
     assumes = suffix is not None and MeshFile(target, unit).assumes_metres
     note = f"{first.note}; lengths are taken as metres without --unit" if assumes else first.note

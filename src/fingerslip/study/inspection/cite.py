@@ -239,16 +239,19 @@ def _layers(facts: _Facts, kind: str) -> Iterator[str]:
         values = facts.below(f"materials.{region}") or facts.below(f"{kind}.materials.{region}")
         law = values.pop("law", "elastic")
         values.pop("stable_between", "")  # a check, and no constant of the law
+        terms = [path for path in values if re.fullmatch(r"prony\.\d+\.share", path)]
+        relaxing = (f"{values.pop(path)} relaxes in {values.pop(path.replace('share', 'time'), '')}" for path in terms)
+        shares = [f"of the shear modulus {_enumerate(relaxing)}"] * bool(terms)
         words = _LAWS.get(law, law.replace("_", " "))
         laws = [path for path in facts.values if path.endswith(f"materials.{region}.law")]
         notes = map(notes_at_rest, facts.runs)
         at_rest = dict.fromkeys(of_run[path] for of_run in notes for path in laws if path in of_run)
-        texts.append(f"{', '.join((region, words, *at_rest))} ({_in_words(values)})")
+        texts.append(f"{', '.join((region, words, *at_rest))} ({', '.join((_in_words(values), *shares))})")
     if texts:
         yield f"Materials: {'; '.join(texts)}."
     if any(".prony." in path for path in facts.values):
         key = "simo1987" if facts.text("kinematics") == "finite" else "taylor1970"
-        yield f"Prony terms relax the deviatoric stress (@{key})."
+        yield f"Relaxation is that of the deviatoric stress, a sum of exponentials (Prony terms, @{key})."
     damping = facts.below("damping")
     if any(float(value.split()[0].rstrip(",")) for value in damping.values()):
         yield f"Rayleigh damping was proportional to mass and stiffness ({_in_words(damping)}), which no source gives."

@@ -75,7 +75,7 @@ def _show_result(folder: Path) -> tuple[Table, ...]:
     return (
         dataclasses.replace(events, note=" ".join((events.note, *run_caveats([result])))),
         dataclasses.replace(measures, note=f"Computed in {result.seconds} s with {versions}."),
-        Table("Swept values", (Column("path"), Column("value")), swept),
+        *[Table("Swept values", (Column("path"), Column("value")), swept)] * bool(swept),
     )
 
 

@@ -74,12 +74,13 @@ def kinds_text(target: Path | None = None) -> str:
     return "\n".join(f"{name}: {words}" for name, words in every.items())
 
 
-def film_size(text: str) -> tuple[int, int]:
-    """Return width and height [pixels] of a text such as '1280x720'."""
-    words = text.lower().split("x")
-    if len(words) != 2 or not all(part.isdigit() for part in words):
-        raise InputError("figure: --size", f"got '{text}'", "needs a width and a height in pixels", "write 1280x720")
-    return int(words[0]), int(words[1])
+def film_options(size: str = "", rate: float | None = None, seconds: float | None = None) -> dict[str, Any]:
+    """Return what is asked of a film; a size [pixels] is a text such as '1280x720'."""
+    words = size.lower().split("x")
+    if size and (len(words) != 2 or not all(part.isdigit() for part in words)):
+        raise InputError("figure: --size", f"got '{size}'", "needs a width and a height in pixels", "write 1280x720")
+    asked = {"size": tuple(map(int, words)) if size else None, "frame_rate": rate, "seconds": seconds}
+    return {name: value for name, value in asked.items() if value is not None}
 
 
 def write_figure(target: Path, choice: FigureChoice, output: Path | None = None) -> Path:
@@ -94,6 +95,9 @@ def write_figure(target: Path, choice: FigureChoice, output: Path | None = None)
     for option, (value, names) in allowed.items():
         if value not in names:
             raise InputError(f"figure: {option}", f"got '{value}'", f"needs one of {', '.join(names)}")
+    if choice.film and choice.kind != FILM:
+        option = next(iter(choice.film)).removeprefix("frame_")
+        raise InputError(f"figure: --{option}", f"does not fit --kind {choice.kind}", "is of films", "leave it out")
     if of_detector:
         return _save_of_detector(target, choice, output)
     if choice.kind in _OF_WHOLE and choice.run:

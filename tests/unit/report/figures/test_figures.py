@@ -565,9 +565,9 @@ def test_events_and_latency_over_a_swept_value_stand_beside_the_published_values
     assert displacement.get_markerfacecolor() == "none", "one is seen around the other"
     assert overall.get_ydata()[1] == pytest.approx(1.71)
     axes = panels(study.latency_figure(swept_runs(), reference=TABLE2))[1]
-    slip, _, acceleration = axes.lines[:3]
+    slip, _, *others = axes.lines
     assert slip.get_ydata() == pytest.approx([180.0, 180.0])
-    assert np.isnan(acceleration.get_ydata()).all(), "missing where an event is"
+    assert {line.get_marker() for line in others} == {"D"}, "missing where an event is"
     assert sorted(value for _, value in diamonds(axes)) == pytest.approx([180.0, 290.0])
     assert "published" not in words(study.latency_figure(swept_runs()))
     late = [
@@ -609,8 +609,11 @@ def test_only_readings_that_were_recorded_have_a_key_and_panels_can_be_read(draw
     silent = Events(SLIPPED.slip, acceleration=SlipEvents(recorded=False))
     heard, never = Events(SLIPPED.slip, acceleration=SLIPPED.slip), Events(SLIPPED.slip, acceleration=SlipEvents())
     for events, is_named in ((silent, False), (heard, True), (never, False)):
-        keys = words(draw(runs_over(FRICTION, 0.2, 0.4, events=events), FRICTION))
-        assert ("acceleration peaks" in keys) == is_named
+        runs = runs_over(FRICTION, 0.2, 0.4, events=events)
+        assert ("acceleration peaks" in words(draw(runs, FRICTION))) == is_named
+        alone = draw([runs[0], *runs_over(FRICTION, 0.4, 0.6)], FRICTION)
+        assert "acceleration peaks" not in words(alone)
+        assert "X" not in {line.get_marker() for line in panels(alone)[0].lines}
     cases = [{FRICTION: mu, "mesh.depth": depth} for depth in range(20) for mu in (0.2, 0.4)]
     figure = draw([RunResult(str(case), case, SLIPPED) for case in cases], FRICTION)
     assert len(titles(figure)) == 12

@@ -192,7 +192,7 @@ def test_columns_are_swept_paths_all_times_what_was_recorded_all_measures_and_th
         uncertainty={"slip.overall": 0.0123, "normal_force_max_N": 0.01, "friction_force_ratio_end_of_slide": 0.2},
     )
     (row,) = rows_of((known,))
-    assert (row["overall_s"], row["slip_overall_uncertainty_s"]) == ("1.75", "0.0123")
+    assert (row["overall_s"], row["overall_uncertainty_s"]) == ("1.75", "0.0123")
     assert (row["normal_force_max_N"], row["normal_force_max_uncertainty_N"]) == ("0.4", "0.01")
     assert row["friction_force_ratio_end_of_slide_uncertainty"] == "0.2"
     assert (row["records"], row["contact_area_max_m2"]) == ("3", "")
@@ -232,4 +232,4 @@ def test_refused_samples_have_a_row_and_a_reason():
     frame = tables.runs_frame(StudyResult(Path("results/x"), (), (run,), refused=(refused,)))
     assert frame["depth_m"].tolist() == [1e-3, 9e-3]
     assert frame["refused"].tolist() == ["", "too deep"]
-    assert frame["slip_overall_uncertainty_s"].tolist() == pytest.approx([0.1, np.nan], nan_ok=True)
+    assert frame["overall_uncertainty_s"].tolist() == pytest.approx([0.1, np.nan], nan_ok=True)

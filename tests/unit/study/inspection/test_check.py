@@ -395,6 +395,13 @@ RUN, MIDDLE = "friction_coefficient-0.2", "friction_coefficient-0.4"
             None,
             "figure: --field: got 'strain', needs one of",
         ),
+        (
+            RUN,
+            FigureChoice("forces", film={"size": (480, 270)}),
+            None,
+            "--size: does not fit --kind forces, is of films",
+        ),
+        ("", FigureChoice("latency", film={"frame_rate": 5.0}), None, "--rate: does not fit --kind latency"),
         (RUN, FigureChoice("film"), "film.avi", "--output: got '.*film.avi', needs a name that ends in .mp4"),
     ],
 )
@@ -415,9 +422,10 @@ def test_a_film_is_an_mp4_of_the_asked_size_and_rate(tmp_path):
     frames = list(read_frames(written))
     assert written.name == "film.mp4"
     assert (len(frames), frames[0].shape, stated_rate(written)) == (5, (270, 480), 10.0)
-    assert views.film_size("640x480") == (640, 480)
+    assert views.film_options("640x480") == {"size": (640, 480)}
+    assert views.film_options(rate=0.0) == {"frame_rate": 0.0}
     with pytest.raises(fs.InputError, match="got '640', needs a width and a height"):
-        views.film_size("640")
+        views.film_options("640")
     assert "deformed: " in views.kinds_text()
     assert "deformed: " in views.kinds_text(tmp_path)
     with pytest.raises(fs.ResultError, match="nothing: is not there; run the study again"):
@@ -487,3 +495,5 @@ def test_samples_that_cost_the_same_are_one_row():
     dear = ("a.yaml", "sample-31", "to do", 99, 20, 20, 1.0)
     folded = fold_samples(Table("", (), (*rows, dear), ""))
     assert [row[1] for row in folded.rows] == ["30 runs: sample-1 to sample-30", "mu-0.2", "mu-0.3", "sample-31"]
+    fast = [("a.yaml", name, "to do", 10, 20, 20, time) for name, time in (("a", 0.4), ("b", 0.0), ("c", 1.2))]
+    assert [row[-1] for row in fold_samples(Table("", (), tuple(fast), "")).rows] == ["under 1", 0.0, 1.2]
