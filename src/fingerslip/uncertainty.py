@@ -34,6 +34,7 @@ class Setting:
 #: order in the contact compliance.
 SETTINGS = (
     Setting("mesh", "element size / that in use", "element sizes", 2.0),
+    Setting("bulk", "element size / that in use", "element sizes (not at every level those of the contact)", 2.0),
     Setting("step", "time step / that in use", "time steps", 2.0),
     Setting("penalty", "contact compliance / that in use", "contact stiffness", 1.0),
     Setting("alpha", "numerical damping alpha", "numerical damping", None),
@@ -111,7 +112,7 @@ def varied_settings(convergences: Iterable[Convergence]) -> tuple[str, ...]:
 def studied_settings(convergences: Iterable[Convergence]) -> str:
     """Return in words what was varied for some numbers, and that element sizes were not where that is so."""
     names = varied_settings(convergences)
-    return settings_in_words(names) + (", not element sizes" if names and "mesh" not in names else "")
+    return settings_in_words(names) + (", not element sizes" if names and not {"mesh", "bulk"} & {*names} else "")
 
 
 def settings_in_words(names: Iterable[str]) -> str:

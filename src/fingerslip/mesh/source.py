@@ -114,6 +114,10 @@ class MeshSource(Protocol):
         """Return about how many cells the mesh will have, without making it; None where that is unknown."""
         return None
 
+    def contact_spacing(self, _specimen: Any, /) -> float | None:
+        """Return the distance between neighbouring nodes that can touch [m], without the mesh; None where unknown."""
+        return None
+
     def refined(self, factor: float, /) -> Self | None:
         """Return the source with its element sizes times a factor; None where it has none to change."""
         if not self.element_sizes:

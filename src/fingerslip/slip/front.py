@@ -152,7 +152,7 @@ def edge_contact(history: xr.Dataset) -> EdgeContact | None:
     for counterface, boundary in enumerate(history["counterface"].values):
         nodes = np.flatnonzero(history["contact_counterface"].values == counterface)
         # Records at which one of the nodes touches within two facets of an edge.
-        close = history["contact_edge_distance"].values[nodes] <= _FACETS * _facet_size(history, nodes)
+        close = history["contact_edge_distance"].values[nodes] <= _FACETS * facet_size(history, nodes)
         near = (history["contact_state"].values[:, nodes[close]] != OPEN).any(axis=1)
         if near.any():
             first = float(history["time"].values[int(near.argmax())])
@@ -186,7 +186,7 @@ def _distances(history: xr.Dataset, nodes: NDArray[np.intp] | slice) -> Floats:
     return np.asarray(history["contact_edge_distance"].values[nodes][touched], dtype=float)
 
 
-def _facet_size(history: xr.Dataset, nodes: NDArray[np.intp]) -> float:
+def facet_size(history: xr.Dataset, nodes: NDArray[np.intp]) -> float:
     """Return the typical size of the facets between `nodes`: how far apart neighbours are [m]."""
     from scipy.spatial import cKDTree
 

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from fingerslip.contact.states import OPEN
 from fingerslip.errors import InputError
+from fingerslip.history import read_history
 from fingerslip.model.model import Model
 from fingerslip.model.programme import Slide
 from fingerslip.parameters.dotted import is_below
 from fingerslip.report.tables.compare import convergence_table, series_table
-from fingerslip.results import RunResult, quantities, stored_result
+from fingerslip.results import HISTORY, RunResult, quantities, stored_result
+from fingerslip.slip.front import facet_size
 from fingerslip.storage.files import new_folder, write_text
 from fingerslip.study.definition.runs import Plan, Run, plan_study
 from fingerslip.study.definition.spec import Study
@@ -23,7 +27,8 @@ from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.running.runner import Engine, StudyFailedError, compute_jobs, run_plans, write_up
 from fingerslip.study.storage.store import CONVERGENCE, RunConvergence, read_convergences, write_convergences
 from fingerslip.tables.table import Table, to_csv, to_markdown
-from fingerslip.uncertainty import SETTINGS, Convergence, Series
+from fingerslip.uncertainty import Convergence, Series
+from fingerslip.units import millimetres
 
 
 @dataclass(frozen=True)
@@ -47,7 +52,7 @@ def levels_of(study: Study) -> tuple[Level, ...]:
         "penalty": lambda _: bool(study.all_contacts),
         "alpha": lambda value: study.time.scheme == "hht_alpha" and value != study.time.alpha,
     }
-    asked = (Level(setting.name, value) for setting in SETTINGS for value in getattr(study.converge, setting.name))
+    asked = (Level(name, value) for name in applies for value in getattr(study.converge, name))
     return tuple(level for level in asked if applies[level.setting](level.value))
 
 
@@ -71,9 +76,35 @@ def refinement_warnings(plan: Plan) -> tuple[str, ...]:
     if "mesh" in asked:
         try:
             check_meshes(plan.runs)
+            warnings += spacing_warnings(plan.runs)
         except InputError as error:
             warnings.append(f"converge.mesh: {error.found}, {error.allowed}; {error.repair}")
     return tuple(warnings)
+
+
+def spacing_warnings(runs: Sequence[Run]) -> list[str]:
+    """Say which factors on element sizes leave the contact as it is, as far as that is known without a mesh."""
+    texts = []
+    for run in {run.mesh_key: run for run in reversed(runs)}.values():
+        sources = {factor: run.study.mesh.refined(factor) for factor in (1.0, *run.study.converge.mesh)}
+        edges = {factor: mesh.contact_spacing(run.specimen) if mesh else None for factor, mesh in sources.items()}
+        texts.append(contact_warning(edges))
+    return list(dict.fromkeys(filter(None, texts)))
+
+
+# How much of a factor, in logarithms, edges at the contact follow at least. Half a pitch of ridges has a whole
+# number: they follow 0.53 and more of factors such as 0.6667, 0.5 and 0.8, or nothing.
+_FOLLOWED = 0.5
+
+
+def contact_warning(edges: Mapping[float, float | None]) -> str:
+    """Say which factor on element sizes leaves the edges of the contact [m] as they are; nothing where none does."""
+    lengths = sorted((factor, edge) for factor, edge in edges.items() if edge)
+    for (fine, finer), (coarse, coarser) in itertools.pairwise(lengths):
+        if math.log(coarser / finer) < _FOLLOWED * math.log(coarse / fine):
+            sizes = f"edges of {millimetres(finer, 2)} at the contact, and {coarse:g} has {millimetres(coarser, 2)}"
+            return f"converge.mesh: factor {fine:g} has {sizes}: ± says nothing of the contact's; write other factors"
+    return ""
 
 
 def check_meshes(runs: Sequence[Run]) -> None:
@@ -155,20 +186,27 @@ def converge(
     for name in only:
         if name not in names:
             raise InputError(str(plan.source), f"has no run '{name}'", f"has {', '.join(names)}")
-    check_meshes([run for run in plan.runs if not only or run.name in only])
-    warnings = refinement_warnings(plan)
+    runs = [run for run in plan.runs if not only or run.name in only]
+    check_meshes(runs)
+    warnings = dict.fromkeys((*refinement_warnings(plan), *spacing_warnings(runs)))
     for warning in warnings:
         reporter.say(f"WARNING: {warning}.")
     run_plans([plan], workers=workers, progress=reporter)
     from fingerslip.study.running.build import prepare
 
-    jobs = prepare(plan, [run for run in plan.runs if not only or run.name in only])
+    jobs = prepare(plan, runs)
     levels = [{level: run_at(job.run, level, job.model) for level in levels_of(job.run.study)} for job in jobs]
     _compute(plan, [run for of_run in levels for run in of_run.values()], workers, reporter)
-    new = {job.run.name: _run_convergence(plan, job.run, of_run) for job, of_run in zip(jobs, levels, strict=True)}
+    new = {}
+    for job, of_run in zip(jobs, levels, strict=True):
+        warning = contact_warning(_contact_edges(plan, job.run, of_run))
+        new[job.run.name] = _run_convergence(plan, job.run, of_run, "bulk" if warning else "mesh")
+        if warning and warning not in warnings:
+            reporter.say(f"WARNING: {warning}.")
+            warnings[warning] = None
     convergences = {**read_convergences(plan.folder, plan.identities), **new}
     write_convergences(plan.folder, convergences)
-    result = StudyConvergence(plan.folder, tuple(new.values()), warnings)
+    result = StudyConvergence(plan.folder, tuple(new.values()), tuple(warnings))
     from fingerslip.report.figures.study import convergence_figure
     from fingerslip.report.figures.style import save_figure
 
@@ -201,8 +239,19 @@ def _compute(plan: Plan, runs: Sequence[Run], workers: int, progress: StudyProgr
         raise StudyFailedError({f"{plan.source.stem}/{name}": error for name, error in failures.items()}, ())
 
 
-def _run_convergence(plan: Plan, run: Run, levels: Mapping[Level, Run]) -> RunConvergence:
-    """Read the numbers of a run and of its repetitions, and put them in series."""
+def _contact_edges(plan: Plan, run: Run, levels: Mapping[Level, Run]) -> dict[float, float]:
+    """Return the edge [m] between nodes that touch, 0 where none does, by the factor on element sizes."""
+    folders = {level.value: other.name for level, other in levels.items() if level.setting == "mesh"}
+    edges = {}
+    for factor, folder in ({1.0: f"../{run.name}"} | folders).items() if folders and run.study.all_contacts else ():
+        history = read_history(plan.folder / CONVERGENCE / folder / HISTORY)
+        touched = (history["contact_state"].values != OPEN).any(axis=0)
+        edges[factor] = facet_size(history, touched.nonzero()[0])
+    return edges
+
+
+def _run_convergence(plan: Plan, run: Run, levels: Mapping[Level, Run], mesh: str) -> RunConvergence:
+    """Read the numbers of a run and of its repetitions, and put them in series; `mesh` names that of element sizes."""
     base = stored_result(plan.folder / run.name)
     others = {level: stored_result(plan.folder / CONVERGENCE / other.name) for level, other in levels.items()}
     _check_meshes(run, base, others)
@@ -215,7 +264,8 @@ def _run_convergence(plan: Plan, run: Run, levels: Mapping[Level, Run]) -> RunCo
             in_use = run.study.time.alpha if setting == "alpha" else 1.0
             sizes = in_use, *(_size(level, base, others[level]) for level in of_setting)
             values = quantity.value, *(numbers[level][key].value for level in of_setting)
-            series[setting] = Series(setting, sizes, values)
+            name = mesh if setting == "mesh" else setting
+            series[name] = Series(name, sizes, values)
         convergences[key] = Convergence(
             quantity.label, quantity.unit, quantity.value, series, _resolution(base, run.study, key, quantity.unit)
         )

@@ -81,6 +81,18 @@ def test_element_sizes_that_ridges_refuse_are_said_by_a_check_and_refused_before
     assert refinement_warnings(plan_study(write_study(FINGER | {"converge": {"mesh": [0.5, 0.75]}}))) == ()
 
 
+def test_factors_that_leave_the_edges_at_the_contact_as_they_are_are_said(write_study):
+    coarse = FINGER | {"mesh": {"contact_size": "0.15 mm", "bulk_size": "0.5 mm"}}
+    plan = plan_study(write_study(coarse | {"converge": {"mesh": [0.6667, 0.5]}}))
+    (said,) = refinement_warnings(plan)
+    assert said.startswith("converge.mesh: factor 0.6667 has edges of 0.12 mm at the contact, and 1 has 0.12 mm: ")
+    assert refinement_warnings(plan_study(write_study(coarse | {"converge": {"mesh": [0.5, 0.25]}}))) == ()
+    assert refinement_warnings(plan_study(write_study(coarse))) == (), "defaults ask for nothing"
+    assert convergence.contact_warning({1.0: 0.2, 0.5: 0.19, 0.25: 0.1}).startswith("converge.mesh: factor 0.5 has")
+    assert convergence.contact_warning({1.0: 0.2, 0.5: 0.1, 0.25: 0.05}) == ""
+    assert convergence.contact_warning({1.0: None, 0.5: None}) == convergence.contact_warning({}) == ""
+
+
 def test_sizes_steps_and_stiffness_are_multiplied(block):
     (run,) = expand_mapping(FINGER, Path("finger.yaml")).runs
     sizes = run_at(run, Level("mesh", 0.5), None).study.mesh  # the model is not asked
@@ -166,6 +178,28 @@ def test_a_travel_is_known_to_half_a_step_of_the_slide_also_where_all_slips_at_o
     contact = dataclasses.replace(block.study.contact, rigid_body="plate")
     study = dataclasses.replace(block.study, bodies={"plate": body}, contact=contact, programme=())
     assert convergence._resolution(run, study, "overall_travel_m", "m") == pytest.approx(7e-6), "of a rigid body"
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("called", "reports")
+def test_error_bars_of_meshes_with_the_same_edges_at_the_contact_are_those_of_the_bulk(write_study, monkeypatch):
+    said: list[str] = []
+    monkeypatch.setattr(StudyProgress, "say", lambda _, text: said.append(text))
+    levels = {"mesh": [0.75, 0.5], "step": [], "penalty": [], "alpha": []}
+    result = refined(write_study(FINGER | {"converge": levels}))  # the nodes of all histories are the same
+    (warning,) = [text for text in said if text.startswith("WARNING")]
+    assert warning.startswith("WARNING: converge.mesh: factor 0.5 has edges of ")
+    quantities = result.runs[0].quantities
+    assert {name for quantity in quantities.values() for name in quantity.sources} == {"bulk"}
+    (table,) = result.tables
+    assert table.note.endswith(warning)
+    assert "over element sizes (not at every level those of the contact). It is" in table.note
+    names = [column.name for column in table.columns]
+    assert "± bulk" in names
+    assert "± mesh" not in names
+    assert "yes" not in {row[-1] for row in table.rows}
+    stored = json.loads((result.folder / "convergence" / "convergence.json").read_text())
+    assert set(stored["run"]["quantities"]["slip.overall"]["sources"]) == {"bulk"}
 
 
 @pytest.mark.slow

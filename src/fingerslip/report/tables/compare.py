@@ -167,12 +167,12 @@ _WORDS = {"oscillatory": "up/down", "divergent": "away", "slow": "slow", "fast":
 
 def convergence_table(quantities: Mapping[str, Convergence], title: str) -> Table:
     """Show how well the numbers of a run are known."""
-    settings = (f"± {setting.name}" for setting in SETTINGS)
-    names = ("quantity", "unit", "value", "uncertainty", *settings, "converges")
-    rows = tuple(_row(key, quantity) for key, quantity in quantities.items() if _is_there(key, quantity))
     varied = varied_settings(quantities.values())
+    settings = [setting.name for setting in SETTINGS if setting.name != ("mesh" if "bulk" in varied else "bulk")]
+    names = ("quantity", "unit", "value", "uncertainty", *(f"± {name}" for name in settings), "converges")
+    rows = tuple(_row(key, quantity, settings) for key, quantity in quantities.items() if _is_there(key, quantity))
     note = prose("notes", "convergence", {"settings": settings_in_words(varied)})
-    left_out = settings_in_words(setting.name for setting in SETTINGS if setting.name not in varied)
+    left_out = settings_in_words(name for name in settings if name not in varied)
     note = f"{note} Not studied: {left_out}." if left_out else note
     note = f"{note} {prose('notes', 'no-mesh')}" if varied and "mesh" not in varied else note
     note = f"{note} {NOTICED_NOTE}" if "slip.noticed" in quantities else note
@@ -204,19 +204,19 @@ def _reason(key: str) -> Missing:
     return Missing.NO_EVENT if "." in key or (measure and measure.reading) else Missing.NOT_DEFINED
 
 
-def _row(key: str, quantity: Convergence) -> tuple[Cell, ...]:
+def _row(key: str, quantity: Convergence, settings: Sequence[str]) -> tuple[Cell, ...]:
     reason = _reason(key)
     if quantity.value is None:
-        return (quantity.quantity, quantity.unit, *([reason] * (3 + len(SETTINGS))))
+        return (quantity.quantity, quantity.unit, *([reason] * (3 + len(settings))))
     refinements = quantity.refinements
-    settings = [_setting_cell(refinements.get(setting.name), reason) for setting in SETTINGS]
+    cells = [_setting_cell(refinements.get(name), reason) for name in settings]
     uncertainty: Cell = reason if quantity.uncertainty is None else f"{quantity.uncertainty:.4g}"
     if quantity.uncertainty is None and {refinement.behaviour for refinement in refinements.values()} == {_UNCHANGED}:
         uncertainty = _UNCHANGED
     # A mesh that is read cannot be refined.
     settled = "yes" if "mesh" in refinements else "as far as studied"
     verdict = f"not with {', '.join(quantity.unsettled_settings)}" if quantity.unsettled_settings else settled
-    return (quantity.quantity, quantity.unit, f"{quantity.value:.4g}", uncertainty, *settings, verdict)
+    return (quantity.quantity, quantity.unit, f"{quantity.value:.4g}", uncertainty, *cells, verdict)
 
 
 def _setting_cell(refinement: Refinement | None, reason: Missing) -> Cell:

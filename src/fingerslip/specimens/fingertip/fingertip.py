@@ -51,6 +51,12 @@ class MeshSizes(GradedMesh):
 
         return section_cells(specimen, self)
 
+    def contact_spacing(self, specimen: FingertipNumbers, /) -> float:
+        """Return the distance between neighbouring nodes that can touch [m]: ridges have columns at their tips."""
+        from fingerslip.specimens.fingertip.meshing.section import contact_spacing
+
+        return contact_spacing(specimen, self)
+
 
 @parameters
 class SolidSizes(GradedMesh):

@@ -232,7 +232,7 @@ def test_a_section_of_a_finger_without_error_bars_says_all_that_is_no_result():
 
 def test_error_bars_without_the_mesh_say_so_where_they_are_quoted_and_what_to_do():
     bars = {"uncertainty": {"slip.overall": 0.004}, "convergence": {"slip.overall": SETTLED}}
-    said = "± leaves out element sizes: run a finer mesh as a second study and compare both with "
+    said = "± leaves out element sizes at the contact: run a finer mesh as a second study and compare both with "
     assert answer(study(run("a", 1.71, **bars)), {"a": 1.0})[-1] == f"{said}fingerslip report."
     box = quotable(content(RunResult("a", {}, SLIPPED, **bars)))
     assert box["How sure"].startswith("± is numerical error alone (time steps, not element sizes).")

@@ -86,7 +86,7 @@ def section_cells(fingertip: FingertipNumbers, sizes: GradedMesh) -> float:
     Rows and columns of the skin, fine where it can touch; squares of the bulk's size that fill the outline, and more
     where they grow from the contact inwards; triangles are halves of the skin's cells, and equilateral inside.
     """
-    _contact_spacing(fingertip, sizes)
+    contact_spacing(fingertip, sizes)
     curve = outline_curve(fingertip)
     first, last = arc_length_at_cut(fingertip, curve, 0.0)
     points = curve.points[(curve.arc_length >= first) & (curve.arc_length <= last)]
@@ -247,7 +247,7 @@ def _generate(
 def sweep_skin(fingertip: FingertipNumbers, sizes: GradedMesh, contour: Floats) -> SkinGrid:
     """Divide the skin around the contour (n, 2) [m] of the phalanx into rows and columns."""
     curve, layers = outline_curve(fingertip), fingertip.layers
-    spacing = _contact_spacing(fingertip, sizes)
+    spacing = contact_spacing(fingertip, sizes)
     rows = row_counts(fingertip, spacing)
     limits, zone = arc_length_at_cut(fingertip, curve, 0.0), fingertip.zone
     if not limits[0] <= zone.start < zone.end <= limits[1]:
@@ -287,7 +287,7 @@ def column_limits(fingertip: FingertipNumbers, sizes: GradedMesh, rows: tuple[in
     return max(heights) / aspect, min(sizes.bulk_size, aspect * min(heights))
 
 
-def _contact_spacing(fingertip: FingertipNumbers, sizes: GradedMesh) -> float:
+def contact_spacing(fingertip: FingertipNumbers, sizes: GradedMesh) -> float:
     """Return the spacing of the columns: near the contact size, and so that every ridge tip has a column."""
     features = [(n, f) for n, f in (("ridges", fingertip.ridges), ("fingerprint", fingertip.fingerprint)) if f.enabled]
     for name, feature in features:
