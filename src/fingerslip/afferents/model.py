@@ -34,6 +34,8 @@ from fingerslip.parameters.presets import Presets
 from fingerslip.parameters.schema import require, require_kind
 from fingerslip.sites import RECEPTOR_KINDS
 
+#: The origin of spikes that models make.
+SIMULATED = "simulated"
 # Longest delay of a spike behind its stimulus [s], far above that of any nerve.
 _DELAY = 1.0
 
@@ -70,6 +72,9 @@ class Spikes:
         Between which times was looked [s].
     beyond : mapping of str to float, optional
         Types whose model responds to higher frequencies than the records resolve, and how high these go [Hz].
+    origin : str, optional
+        Where they come from, such as "microneurography, subject 3", as exported files say. Those of a run, and only
+        those, are "simulated" without being told.
 
     Raises
     ------
@@ -94,6 +99,7 @@ class Spikes:
     start: float
     end: float
     beyond: Mapping[str, float] = field(default_factory=dict)
+    origin: str = ""
 
     def __post_init__(self) -> None:
         for name, entries in (("kinds", self.kinds), ("times", self.times)):
@@ -190,7 +196,8 @@ def spikes_of(history: xr.Dataset, models: Mapping[str, AfferentModel]) -> Spike
     order = sorted(result)
     names, kinds = (tuple(str(labels[row]) for row in order) for labels in (stimuli["site"].values, available))
     beyond = beyond_records({kind: models[kind] for kind in recorded}, history)
-    return Spikes(names, kinds, tuple(result[row] for row in order), float(times[0]), float(times[-1]), beyond)
+    trains = [result[row] for row in order]
+    return Spikes(names, kinds, tuple(trains), float(times[0]), float(times[-1]), beyond, SIMULATED)
 
 
 def beyond_records(models: Mapping[str, AfferentModel], history: xr.Dataset) -> dict[str, float]:

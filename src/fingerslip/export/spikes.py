@@ -15,6 +15,7 @@ from pydantic.dataclasses import is_pydantic_dataclass
 from fingerslip.afferents.model import (
     AFFERENTS,
     CAVEAT,
+    SIMULATED,
     AfferentModel,
     Spikes,
     human_afferents,
@@ -36,7 +37,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _NWB = ("neural", "spikes", "files of NWB need it")
-_KEYWORDS = "simulation, fingertip, slip, tactile afferents"
+_KEYWORDS = "fingertip, slip, tactile afferents"
 _MODELS = f"models of afferents {CAVEAT}"
 _ABOUT = f"Simulated by fingerslip {__version__}: a finite-element model and models of afferents, not a recording."
 
@@ -47,12 +48,12 @@ def neo_block(spikes: Spikes, history: xr.Dataset | None = None, *, models: str 
     Parameters
     ----------
     spikes : Spikes
-        Spikes of afferents.
+        Spikes of afferents; the block says their `origin`.
     history : xarray.Dataset, optional
         The history that they are of: force and motion of the counterfaces become signals, slip events an event, phases
         and partial slip epochs, and each train is annotated with the `position` of its receptor at rest [m].
     models : str, optional
-        What the block says of the models that the spikes are of.
+        What the block says of the models that simulated spikes are of.
 
     Returns
     -------
@@ -74,7 +75,7 @@ def neo_block(spikes: Spikes, history: xr.Dataset | None = None, *, models: str 
         trains = [train for train in block.segments[0].spiketrains if train.annotations["kind"] == "SA-I"]
     """
     neo = optional_module("neo", "neural", "spikes", "blocks of Neo need it")
-    said = f"{_ABOUT} Spikes come from {models}."
+    said = _origin_of(spikes, models)
     block, segment = neo.Block(name="fingerslip", description=said), neo.Segment(name="run", description=said)
     block.segments.append(segment)
     block.annotate(session_start_time=dt.datetime.now(dt.UTC))
@@ -111,6 +112,7 @@ def write_nwb(
     ----------
     spikes : Spikes
         Spikes of afferents: a unit for each, with the columns `site` and `kind`, and the interval of observation.
+        The file says their `origin`; a subject it has where that is "simulated".
     path : path
         The file, such as ``spikes.nwb``; one that is there is replaced.
     history : xarray.Dataset, optional
@@ -136,25 +138,23 @@ def write_nwb(
     pynwb = optional_module("pynwb", *_NWB)
     if not spikes.names:
         raise InputError("spikes", "have no afferents", "need one or more")
-    said = models if isinstance(models, str) else _about_models(spikes.kinds, models)
+    origin = _origin_of(spikes, models if isinstance(models, str) else _about_models(spikes.kinds, models))
+    simulated = spikes.origin == SIMULATED
     run = "" if history is None else history.attrs.get("run", "")
     file = pynwb.NWBFile(
-        session_description=f"{_ABOUT} Run: {run}." if run else _ABOUT,
+        session_description=f"{origin} Run: {run}." if run else origin,
         identifier=digest(list(spikes.names), *spikes.times),
         session_start_time=start or dt.datetime.now(dt.UTC),
         # Keywords proper are a list, which Neo cannot read.
-        data_collection=f"No tissue was recorded from. Spikes come from {said}. Keywords: {_KEYWORDS}.",
+        data_collection=f"{origin} Keywords: {'simulation, ' * simulated}{_KEYWORDS}.",
         **({} if history is None else _about_run(spikes, history)),
     )
-    file.subject = pynwb.file.Subject(
-        subject_id="virtual",
-        description="No living subject: a simulated body.",
-        sex="U",
-        species="Homo sapiens" if {kind.lower() for kind in spikes.kinds} <= {*AFFERENTS.names} else None,
-    )
+    if simulated:
+        species = "Homo sapiens" if {kind.lower() for kind in spikes.kinds} <= {*AFFERENTS.names} else None
+        about = "No living subject: a simulated body."
+        file.subject = pynwb.file.Subject(subject_id="virtual", description=about, sex="U", species=species)
     resolution = None if isinstance(models, str) else _spike_resolution(spikes, models)
-    about = f"Simulated spikes [s] of {said}."
-    file.units = pynwb.misc.Units(name="units", description=about, resolution=resolution)
+    file.units = pynwb.misc.Units(name="units", description=f"Spikes [s]. {origin}", resolution=resolution)
     if not isinstance(models, str):
         _add_models(file, spikes.kinds, models)
     places = None if history is None else in_space(spike_places(spikes, history))
@@ -175,6 +175,13 @@ def write_nwb(
     with new_file(Path(path)) as partial, pynwb.NWBHDF5IO(str(partial), "w") as stream:
         stream.write(file)
     return Path(path)
+
+
+def _origin_of(spikes: Spikes, models: str) -> str:
+    """Say where spikes come from: models, or what their caller says."""
+    if spikes.origin == SIMULATED:
+        return f"{_ABOUT} Spikes come from {models}."
+    return f"Origin of the spikes: {spikes.origin or 'not stated'}. Written by fingerslip {__version__}."
 
 
 def _spike_resolution(spikes: Spikes, models: Mapping[str, AfferentModel]) -> float | None:

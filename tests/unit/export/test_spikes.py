@@ -18,6 +18,7 @@ SPIKES = fs.Spikes(
     (np.array([0.2, 1.5]), np.empty(0), np.array([2.0])),
     0.0,
     3.0,
+    origin="simulated",
 )
 START = dt.datetime(2026, 1, 2, tzinfo=dt.UTC)
 
@@ -163,13 +164,30 @@ def test_a_file_of_nwb_says_which_run_it_is_of(felt, tmp_path):
     with pynwb.NWBHDF5IO(str(path), "r") as stream:
         file = stream.read()
         assert file.session_id == "study_run"
-        assert file.session_description.endswith("not a recording. Run: study/run.")
+        assert file.session_description.endswith("not a recording. Spikes come from my models. Run: study/run.")
         assert file.protocol.startswith("press 0 to 1 s, slide 1 to ")
         assert "my models" in file.data_collection
         (name,) = felt["counterface"].values
         for words in (f"Friction coefficient at {name}: ", "slides towards (", "a section 1 mm deep, no finger's"):
             assert words in file.experiment_description
         assert "force of the counterface on the body" in file.stimulus[f"force_{name}"].description
+
+
+@pytest.mark.parametrize("origin", ["", "microneurography, subject 3"])
+def test_recordings_of_someone_are_not_called_simulated(origin, felt, tmp_path):
+    pynwb = pytest.importorskip("pynwb")
+    spikes = fs.Spikes(SPIKES.names, SPIKES.kinds, SPIKES.times, 0.0, 3.0, origin=origin)
+    said = f"Origin of the spikes: {origin or 'not stated'}. Written by fingerslip"
+    with pynwb.NWBHDF5IO(str(fs.write_nwb(spikes, tmp_path / "a.nwb", felt)), "r") as stream:
+        file = stream.read()
+        texts = file.session_description, file.data_collection, file.units.description
+        assert file.subject is None
+    pytest.importorskip("neo")
+    for text in (*texts, fs.neo_block(spikes, felt).description):
+        assert said in text
+        assert "imulat" not in text
+        assert "monkeys" not in text
+    assert not pynwb.validate(path=str(tmp_path / "a.nwb"))
 
 
 def test_spikes_of_a_sensor_are_of_no_species_and_a_model_without_steps_gives_no_resolution(tmp_path):
