@@ -134,8 +134,13 @@ class Likelihood:
         density = np.full(len(points), -np.inf)
         if not inside.any():
             return density
-        size = size[inside]
-        mean, variance = self.emulator.processes.predict(shares[inside])
+        squares, volume = self.misfit(shares[inside], size[inside])
+        density[inside] = -0.5 * (squares + volume) - 0.5 * (size[inside] / self.scale) ** 2
+        return density
+
+    def misfit(self, shares: Floats, size: Floats) -> tuple[Floats, Floats]:
+        """Return residuals squared over their covariance, and the logarithm of its determinant, both (n,)."""
+        mean, variance = self.emulator.processes.predict(shares)
         diagonal = 1.0 + self.emulator.left_out + np.outer(size**2, np.maximum(self.eigenvalues, 0.0))
         products = np.einsum("wj,jab->wab", 1.0 / diagonal, self._products)
         inner, outer = products[:, 1:, 1:], products[:, 1:, 0]
@@ -145,9 +150,7 @@ class Likelihood:
         capacity = inner + np.eye(mean.shape[1]) / variance[:, None, :]
         squares -= np.einsum("wa,wa->w", rest, np.linalg.solve(capacity, rest[..., None])[..., 0])
         volume = self._columns * np.log(diagonal).sum(axis=1) + np.log(variance).sum(axis=1)
-        likelihood = -0.5 * (squares + volume + np.linalg.slogdet(capacity)[1])
-        density[inside] = likelihood - 0.5 * (size / self.scale) ** 2
-        return density
+        return squares, np.asarray(volume + np.linalg.slogdet(capacity)[1])
 
 
 def discrepancy(positions: Floats) -> Floats:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import logging
+import math
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.special import chdtrc
 
 from fingerslip.arrays import Floats
 from fingerslip.errors import InputError, Mistakes, errors_at, optional_module
@@ -39,9 +42,13 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
+_logger = logging.getLogger("fingerslip.study")
+
 #: Folder of a fit in the results of its study, and its table of values in it.
 FOLDER = "fit"
 SUMMARY = f"{FOLDER}/summary.csv"
+#: Its row on how large residuals are beside the standard deviations of the measurement.
+MISFIT = "chi-squared per point"
 
 _LEAST_WITH_EVENT = 10
 _SAVED = 2000  # samples of the posterior in its file, and whose curves are drawn
@@ -50,6 +57,9 @@ _EDGE, _LEANING = 0.02, 0.1  # share of a range, and of a posterior that leans a
 # how many standard deviations the largest value needs for that to be said.
 _FAR, _AGAINST, _CLEAR = 30.0, 0.0, 10.0
 _TELLS_LITTLE, _TOGETHER = 0.8, 0.9
+# How often chi-squared is larger by chance where that is said. At a sample of the posterior of p values it is that of
+# the best fit to n points, with n - p degrees of freedom, and that of the sample from it, with p: n, as at the truth.
+_BY_CHANCE = 1e-3
 _EVENTS = ("incipient_slip", "overall_slip", "latency")
 _PERCENTS = (50.0, 16.0, 84.0, 2.5, 97.5)
 _INTERVALS = ("median", "68 % from", "68 % to", "95 % from", "95 % to")
@@ -79,7 +89,7 @@ class Posterior:
 
     @property
     def summary(self) -> pd.DataFrame:
-        """A row for each value: intervals, and the share of the prior's width that is left."""
+        """A row for each value: intervals, the share of the prior's width that is left; and chi-squared per point."""
         return table_frame(self.tables[0])
 
     @property
@@ -167,7 +177,11 @@ def _write(study: StudyResult, measurement: Measurement, settings: FitSettings) 
     curves, end = np.array([curve for curve, _ in pairs]), float(max(last for _, last in pairs))
     _refuse_far(measurement, curves)
     emulator = fit_emulator(points, measurement.in_deviations(curves))
-    chain = sample_posterior(Likelihood(emulator, measurement, settings.discrepancy), len(low))
+    likelihood = Likelihood(emulator, measurement, settings.discrepancy)
+    chain = sample_posterior(likelihood, len(low))
+    misfits = likelihood.misfit(chain.samples[:, :-1], chain.samples[:, -1])[0] / measurement.values.size
+    if warning := noise_warning(float(np.median(misfits)), measurement.values.size):
+        _logger.warning(warning)
     _refuse_leaning(chain.samples[:, :-1], study, settings.bounds)
 
     generator = np.random.default_rng(1)
@@ -175,8 +189,10 @@ def _write(study: StudyResult, measurement: Measurement, settings: FitSettings) 
     labels = [*path_labels(list(study.ranges)).values(), "discrepancy"]
     units = [*(two[0][1] for two in ends), "standard deviations"]
     note = f"Emulator of the curves: error {emulator.error:.2g} standard deviations of the measurement. "
+    note += f"WARNING: {warning} " if warning else ""
+    every = np.column_stack((values, misfits))
     tables = (
-        _summary(values, chain, (low, high), (labels, units), note),
+        _summary(every, chain, (low, high), ([*labels, MISFIT], [*units, ""]), note),
         _predictions(study.runs, points, chain.samples[:, :-1], generator, end),
     )
     rows = generator.permutation(len(values))
@@ -224,6 +240,18 @@ def _refuse_far(measurement: Measurement, curves: Floats) -> None:
     mistakes.raise_all()
 
 
+def noise_warning(misfit: float, count: int) -> str:
+    """Say that chi-squared per point of so many is larger than by chance; nothing where it is not."""
+    if chdtrc(count, misfit * count) >= _BY_CHANCE:
+        return ""
+    factor = f"{math.sqrt(misfit):.2g}"
+    return (
+        f"fit.columns: residuals are {factor} times what deviations, emulator and discrepancy allow (chi-squared per "
+        f"point {misfit:.3g}), needs about 1: else intervals are too narrow; write deviations {factor} times as large, "
+        "or where fit.png shows a smooth misfit a larger fit.discrepancy."
+    )
+
+
 def _refuse_leaning(samples: Floats, study: StudyResult, bounds: Sequence[str]) -> None:
     """Refuse ranges whose ends cut the posterior off, samples (n, dim) as shares of the ranges."""
     mistakes = Mistakes()
@@ -241,13 +269,14 @@ def _refuse_leaning(samples: Floats, study: StudyResult, bounds: Sequence[str]) 
 def _summary(
     values: Floats, chain: Chain, ranges: tuple[Floats, Floats], names: tuple[Sequence[str], Sequence[str]], note: str
 ) -> Table:
-    """Show what the posterior says of each value, and what the measurement cannot tell."""
+    """Show what the posterior says of each value, what the measurement cannot tell, and last chi-squared per point."""
     intervals = np.percentile(values, _PERCENTS, axis=0).T
-    left = (intervals[:-1, 2] - intervals[:-1, 1]) / (0.68 * (ranges[1] - ranges[0]))
-    shares = [*left.tolist(), Missing.NOT_DEFINED]
-    cells = zip(*names, intervals.tolist(), shares, chain.r_hat, chain.times, strict=True)
+    left = (intervals[:-2, 2] - intervals[:-2, 1]) / (0.68 * (ranges[1] - ranges[0]))
+    nothing = (Missing.NOT_DEFINED,)
+    shares = *left.tolist(), *nothing, *nothing
+    cells = zip(*names, intervals.tolist(), shares, (*chain.r_hat, *nothing), (*chain.times, *nothing), strict=True)
     rows = tuple((label, unit, *interval, *others) for label, unit, interval, *others in cells)
-    labels, related = names[0], np.corrcoef(values[:, :-1].T).reshape(len(left), -1)
+    labels, related = names[0], np.corrcoef(values[:, :-2].T).reshape(len(left), -1)
     little = [label for label, share in zip(labels, left, strict=False) if share > _TELLS_LITTLE]
     pairs = [
         f"{labels[first]} and {labels[second]} together more than each"

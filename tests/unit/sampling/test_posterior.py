@@ -85,6 +85,8 @@ def test_the_likelihood_is_that_of_the_dense_normal_distribution() -> None:
     points = np.array([[0.2, 0.4, 0.0], [0.9, 0.1, 0.7], [0.5, 0.5, 3.0]])
     dense = [dense_density(emulator, data, *point) - 0.5 * (point[2] / 2.0) ** 2 for point in points]
     assert np.diff(density(points)) == pytest.approx(np.diff(dense), rel=1e-6)
+    (squares,), (volume,) = density.misfit(points[2:, :2], points[2:, 2])
+    assert -0.5 * (squares + volume + 60 * np.log(2.0 * np.pi)) == pytest.approx(dense[2] + 0.5 * (3.0 / 2.0) ** 2)
     outside = np.array([[-0.1, 0.5, 0.5], [0.5, 1.1, 0.5], [0.5, 0.5, -0.1]])
     assert (density(outside) == -np.inf).all()
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -65,6 +66,8 @@ def test_a_truth_comes_back_within_its_interval(
         low, high, left = summary.loc[name, ["95 % from", "95 % to", "share of prior left"]]
         assert low < truth < high
         assert left < 0.2
+    assert 0.5 < summary.loc["chi-squared per point", "median"] < 1.6
+    assert "WARNING" not in posterior.tables[0].note
     predictions = posterior.predictions.set_index("output")
     truth_events = fs.find_events(fs.read_history(tmp_path / "truth" / "truth" / "run" / "history.nc"))
     low, high = predictions.loc["overall slip (accumulated slip)", ["95 % from", "95 % to"]]
@@ -77,8 +80,9 @@ def test_a_truth_comes_back_within_its_interval(
     assert intervals == pytest.approx(np.percentile(samples, (50.0, 16.0, 84.0, 2.5, 97.5)), abs=0.3 * samples.std())
     assert modulus["share of prior left"] == pytest.approx((intervals[2] - intervals[1]) / (0.68 * 100.0))
     methods, _, entries = methods_and_papers(posterior.folder.parent).partition("\n\n")
-    low, high = modulus[["68 % from", "68 % to"]]
+    low, high = modulus[["95 % from", "95 % to"]]
     assert f"block Young's modulus {modulus['median']:.4g} kPa ({low:.4g} to {high:.4g}), friction" in methods
+    assert "Young's modulus 60 kPa to 160 kPa" in methods, "the range, not one of its samples"
     assert "foreman2013" in entries
 
 
@@ -102,11 +106,27 @@ def test_a_fit_is_whole_and_a_range_that_cuts_it_off_is_refused(
     assert not (tmp_path / "results" / "block" / "fit").exists()
     write_study(narrow | {"fit": FIT | {"bounds": [FRICTION]}})
     posterior = fs.fit(study, data, results_dir=tmp_path / "results", workers=1)
+    assert "WARNING" not in posterior.tables[0].note
     assert list(posterior.samples) == [FRICTION, "discrepancy [standard deviations]"]
     assert posterior.samples[FRICTION].between(0.5, 0.8).all()
     assert posterior.summary.set_index("value").loc["friction coefficient", "median"] < 0.6, "the truth is below"
     files = sorted(path.name for path in posterior.folder.iterdir())
     assert files == ["corner.png", "fit.png", "posterior.csv", "predictions.csv", "summary.csv"]
+
+    columns = dict.fromkeys(FIT["columns"], "0.02 mN")  # a tenth of the noise that made the data
+    write_study(narrow | {"fit": FIT | {"bounds": [FRICTION], "columns": columns}})
+    note = fs.fit(study, data, results_dir=tmp_path / "results", workers=1).tables[0].note
+    factor, misfit = re.findall(r"WARNING: fit\.columns: residuals are (\S+) times .* per point (\S+)\),", note)[0]
+    assert float(factor) == pytest.approx(float(misfit) ** 0.5, rel=0.1)
+    assert 5.0 < float(factor) < 12.0
+    assert f"write deviations {factor} times as large" in note
+
+
+def test_residuals_that_chance_explains_are_not_warned_of() -> None:
+    drawn = np.random.default_rng(1).chisquare(42, 2000) / 42
+    assert sum(bool(fit_module.noise_warning(misfit, 42)) for misfit in drawn.tolist()) <= 6
+    assert fit_module.noise_warning(1.5**2, 42)
+    assert not fit_module.noise_warning(1.2**2, 42)
 
 
 @pytest.mark.parametrize(("end", "reaching", "beyond"), [(3.0, 1.0, False), (3.0, 0.6, True), (1.9, 1.0, True)])

@@ -164,7 +164,9 @@ def _facts_of(folder: Path) -> _Facts:
     # One history for each mesh says how large it is and how it was solved.
     meshes = {run.mesh_hash: folders[run.name] for run in reversed(study.runs)}
     histories = tuple(read_history(path / HISTORY) for path in reversed(meshes.values()))
+    ranges = {path: " to ".join(map(str, ends)) for path, ends in study.ranges.items()}
     values = {row.path: _in_a_sentence(row) for row in rows if row.source != NOT_USED}
+    values |= {path: dataclasses.replace(values[path], value=text) for path, text in ranges.items() if path in values}
     return _Facts(values, runs, histories, study, str(manifest.get("commit") or ""))
 
 
@@ -401,11 +403,11 @@ def _fit_to_measurements(summary: Path) -> Iterator[str]:
     with summary.open(encoding="utf-8", newline="") as file:
         values = []
         for row in csv.DictReader(file):
-            median, low, high = (f"{float(row[name]):.4g}" for name in ("median", "68 % from", "68 % to"))
+            median, low, high = (f"{float(row[name]):.4g}" for name in ("median", "95 % from", "95 % to"))
             values.append(f"{row['value']} {median} {row['unit']}".strip() + f" ({low} to {high})")
     yield (
         "Values were fitted to measured curves with Gaussian processes (@rasmussen2006) in place of further runs, a "
-        "discrepancy of the model (@kennedy2001) and an ensemble sampler (@foreman2013); median and interval of 68 %: "
+        "discrepancy of the model (@kennedy2001) and an ensemble sampler (@foreman2013); median and interval of 95 %: "
         f"{_enumerate(values)}."
     )
 
