@@ -27,25 +27,19 @@ class Measured:
     uncertainty: float  # both in the unit of their column
 
 
-class Difference(float):
-    """A number that people see as the difference of two others as they see these, rounded."""
+class Resolved(float):
+    """A number that people see with digits of its own, those that its uncertainty has."""
 
-    ends: tuple[float, float, float]  # end, start, and what turns their difference into the unit of the column
+    digits: int  # after the point, negative for zeros before it
 
-    def __new__(cls, end: float, start: float, factor: float = 1.0) -> Self:
-        """Return `factor` times the end less the start."""
-        number = super().__new__(cls, factor * (end - start))
-        number.ends = end, start, factor
+    def __new__(cls, value: float, digits: int) -> Self:
+        """Return a number with its digits."""
+        number = super().__new__(cls, value)
+        number.digits = digits
         return number
 
-    def __getnewargs__(self) -> tuple[float, float, float]:  # type: ignore[override]  # for copies
-        return self.ends
-
-    def rounded(self, digits: int) -> float:
-        """Return the difference of both ends, each rounded as a column beside that of this number rounds it."""
-        end, start, factor = self.ends
-        finer = digits + round(math.log10(factor))
-        return factor * (round(end, finer) - round(start, finer))
+    def __getnewargs__(self) -> tuple[float, int]:  # type: ignore[override]  # for copies
+        return float(self), self.digits
 
 
 @dataclass(frozen=True)
@@ -112,7 +106,7 @@ class Column:
             case bool():
                 return "yes" if cell else "no"
             case Measured():
-                return f"{self.format(cell.value)} ± {self._format_uncertainty(cell.uncertainty)}"
+                return f"{self.format(cell.value)} ± {self._format_uncertainty(cell)}"
             case float():
                 return self._format_number(cell)
             case _:
@@ -120,17 +114,18 @@ class Column:
 
     def _format_number(self, value: float) -> str:
         # A rounded zero has no sign.
-        if self.digits is None:
+        digits = getattr(value, "digits", self.digits)
+        if digits is None:
             return f"{value:z.{self.significant}g}"
-        value = value.rounded(self.digits) if isinstance(value, Difference) else value
-        return f"{round(value, self.digits) if self.digits < 0 else value:z.{max(self.digits, 0)}f}"
+        return f"{round(float(value), digits) if digits < 0 else value:z.{max(digits, 0)}f}"
 
-    def _format_uncertainty(self, value: float) -> str:
+    def _format_uncertainty(self, cell: Measured) -> str:
         """Write an uncertainty; one below the last digit is not nothing."""
-        if self.digits is None:
+        value, digits = cell.uncertainty, getattr(cell.value, "digits", self.digits)
+        if digits is None:
             return f"{value:.2g}"
-        least = 10.0**-self.digits
-        return self.format(value) if value >= 0.5 * least else f"<{least:.{max(self.digits, 0)}f}"
+        least = 10.0**-digits
+        return self.format(Resolved(value, digits)) if value >= 0.5 * least else f"<{least:.{max(digits, 0)}f}"
 
 
 @dataclass(frozen=True)

@@ -15,9 +15,8 @@ from fingerslip.report.tables.compare import difference_from, span_of
 from fingerslip.report.tables.parameters import ASSUMED, NOT_USED
 from fingerslip.report.tables.runs import (
     differing_paths,
-    latency_column,
+    latency_span,
     run_caveats,
-    time_cell,
     time_digits,
 )
 from fingerslip.results import RunResult, StudyResult
@@ -25,7 +24,6 @@ from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import EventSettings
 from fingerslip.slip.measures import INVERTED, resolution_warnings
 from fingerslip.slip.windows import LATENCY, READINGS
-from fingerslip.tables.table import Difference
 from fingerslip.uncertainty import studied_settings, varied_settings
 from fingerslip.units import si_quantity
 
@@ -161,12 +159,9 @@ def _trend(runs: Sequence[RunResult], since: Mapping[str, float]) -> str:
 
 
 def _latencies(runs: Sequence[RunResult]) -> str:
-    latencies = {run.name: 1e3 * latency for run in runs if (latency := run.events.slip.latency) is not None}
-    if not latencies:
+    time = latency_span(runs)
+    if not time:
         return ""
-    timed = sorted((run for run in runs if run.name in latencies), key=lambda run: latencies[run.name])
-    ends = (latency_column(runs).format(time_cell(run, "slip", LATENCY, 1e3)) for run in (timed[0], timed[-1]))
-    time = f"{' to '.join(dict.fromkeys(ends))} ms"
     if travels := _travels(runs, "latency_travel_m"):
         way = _span(travels, 2, "mm")
         speed = _speed(runs) or " at the speed of this slide"
@@ -186,10 +181,9 @@ def published_rows_beside(runs: Sequence[RunResult], references: Sequence[Publis
     if early := _changes(incipient):
         than = "than published" if _are_off(early) else "with the published one"
         left.append(f"incipient slip {_off(early)} {than}")
-    if times := [(run.events, span_of(value)) for run, value in latency if run.events.latency is not None]:
-        digits, theirs = time_digits(runs) - 3, [1e3 * end for _, span in times for end in span]
-        ours = [Difference(events.overall or 0.0, events.incipient or 0.0, 1e3).rounded(digits) for events, _ in times]
-        left.append(f"{_span(ours, 0, 'ms')} are left to react, against {_span(theirs, 0, 'ms')} published")
+    if ours := latency_span([run for run, _ in latency], bars=False):
+        theirs = [1e3 * end for run, value in latency if run.events.latency is not None for end in span_of(value)]
+        left.append(f"{ours} are left to react, against {_span(theirs, 0, 'ms')} published")
     second = f"{', and '.join(left)}."
     reasons = dict.fromkeys(value.otherwise for _, value in (*incipient, *latency) if value.otherwise)
     third = f"These do not compare like with like: {'; '.join(reasons)}." if left and reasons else ""

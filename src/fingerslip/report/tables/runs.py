@@ -15,7 +15,7 @@ from fingerslip.slip import PeakTable, measures
 from fingerslip.slip.front import edge_warning
 from fingerslip.slip.measures import Measure
 from fingerslip.slip.windows import EVENTS, LATENCY, NOTICED_NOTE, READINGS, TIMES, defines_time
-from fingerslip.tables.table import Cell, Column, Difference, Measured, Missing, Table, typeset
+from fingerslip.tables.table import Cell, Column, Measured, Missing, Resolved, Table, typeset
 from fingerslip.uncertainty import studied_settings
 from fingerslip.units import si_quantity, unit_suffix
 
@@ -27,11 +27,17 @@ if TYPE_CHECKING:
 _MOST_DIGITS = 3
 # Of the columns of times, by their reading.
 _ENDINGS = {reading: "" if reading == "slip" else f"_{reading}" for reading in READINGS}
+_FINEST = 1e-3
+_LATENCIES = Column(LATENCY, "ms", 0, answers=True)
 _ORIGIN = "counted from the start of the run"
 
 
 def time_cell(run: RunResult, reading: str, time: str, factor: float = 1.0) -> Cell:
-    """Return the time of an event, or the latency, with its uncertainty where that is known; else why there is none."""
+    """Return the time of an event, or the latency, with its uncertainty where that is known; else why there is none.
+
+    A latency is that of times that are not rounded. It has the digits of its uncertainty, of which there are two where
+    they begin with 1 or 2, and whole milliseconds at least; without one those of the step, and at most these.
+    """
     events = run.events.reading(reading)
     value = events.time(time)
     if not defines_time(reading, time):
@@ -40,8 +46,10 @@ def time_cell(run: RunResult, reading: str, time: str, factor: float = 1.0) -> C
         return Missing.NO_EVENT if events.recorded else Missing.NOT_RECORDED
     uncertainty = run.uncertainty.get(f"{reading}.{time}")
     number = factor * value
-    if time == LATENCY and events.overall is not None and events.incipient is not None:
-        number = Difference(events.overall, events.incipient, factor)
+    if time == LATENCY:
+        step = max(float(run.numbers.get("slide_step_s") or 0.0), _FINEST)
+        finest = step if uncertainty is None else min(max(uncertainty, 1e-6) / 3.0, _FINEST)
+        number = Resolved(number, -math.floor(math.log10(factor * finest) + 1e-6))
     return number if uncertainty is None else Measured(number, factor * uncertainty)
 
 
@@ -142,12 +150,15 @@ def time_digits(runs: Sequence[RunResult]) -> int:
 def _event_columns(runs: Sequence[RunResult]) -> tuple[Column, ...]:
     digits = time_digits(runs)
     times = (Column(words, "s", digits, answers=name == "overall") for name, words in EVENTS.items())
-    return (*times, latency_column(runs))
+    return (*times, _LATENCIES)
 
 
-def latency_column(runs: Sequence[RunResult]) -> Column:
-    """Return the column of latencies, with the digits that their events have."""
-    return Column(LATENCY, "ms", time_digits(runs) - 3, answers=True)
+def latency_span(runs: Sequence[RunResult], *, bars: bool = True) -> str:
+    """Return the shortest and the longest latency of runs as tables show them; nothing where none has one."""
+    timed = sorted((run for run in runs if run.events.latency is not None), key=lambda run: run.events.latency or 0.0)
+    cells = [time_cell(run, "slip", LATENCY, 1e3) for run in (*timed[:1], *timed[-1:])]
+    cells = [cell if bars or not isinstance(cell, Measured) else cell.value for cell in cells]
+    return f"{' to '.join(dict.fromkeys(map(_LATENCIES.format, cells)))} ms" if cells else ""
 
 
 def _event_cells(run: RunResult, reading: str) -> tuple[Cell, ...]:

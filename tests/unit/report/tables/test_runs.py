@@ -31,7 +31,7 @@ def test_events_table_is_for_people():
 
 
 @pytest.mark.parametrize(
-    ("step", "row"), [(0.1, "1.5 | 1.6 | 1.6 | 1.8 | 300"), (2e-3, "1.500 | 1.600 | 1.650 | 1.750 | 250")]
+    ("step", "row"), [(0.1, "1.5 | 1.6 | 1.6 | 1.8 | 200"), (2e-3, "1.500 | 1.600 | 1.650 | 1.750 | 250")]
 )
 def test_times_have_the_digits_that_the_step_allows(step, row):
     run = RunResult("r", {}, EVENTS, numbers={"slide_step_s": step})
@@ -40,14 +40,29 @@ def test_times_have_the_digits_that_the_step_allows(step, row):
     assert "1.750 ± 0.004" in to_markdown(tables.events_table([known]))
 
 
-def test_a_latency_is_shown_as_the_difference_of_its_events_as_shown_and_computed_from_them_as_they_are():
-    events = Events(SlipEvents(incipient=0.33834, overall=0.60353))
-    table = tables.events_table([RunResult("r", {}, events, numbers={"slide_step_s": 0.01})])
-    assert texts(table)[0] == ["0.34", "none", "none", "0.60", "260"]
-    latency = table.rows[0][-1]
-    for number in (latency, copy.deepcopy(latency)):
-        assert number == pytest.approx(265.19)
-        assert number.rounded(0) == pytest.approx(266.0), "0.604 less 0.338"
+@pytest.mark.parametrize(
+    ("step", "bar", "said"),
+    [
+        (0.01, None, "20"),
+        (0.002, None, "17"),
+        (1e-4, None, "17"),
+        (0.01, 0.012, "17 ± 12"),
+        (0.01, 0.0025, "16.8 ± 2.5"),
+        (0.01, 0.004, "17 ± 4"),
+        (0.01, 3e-4, "16.8 ± 0.3"),
+    ],
+)
+def test_a_latency_is_that_of_times_as_they_are_with_the_digits_of_its_uncertainty_wherever_it_stands(step, bar, said):
+    events = Events(SlipEvents(incipient=0.33834, overall=0.35514))
+    uncertainty = {} if bar is None else {"slip.latency": bar}
+    run = RunResult("r", {}, events, numbers={"slide_step_s": step}, uncertainty=uncertainty)
+    others = [dataclasses.replace(run, name="other", uncertainty={"slip.latency": 1e-3}), run]
+    for row in (texts(tables.events_table([run]))[0], texts(tables.events_table(others))[1]):
+        assert row[-1] == said
+    assert tables.latency_span([run]) == f"{said} ms"
+    assert tables.latency_span([run], bars=False) == f"{said.partition(' ')[0]} ms"
+    cell = copy.deepcopy(tables.time_cell(run, "slip", names.LATENCY, 1e3))
+    assert (cell if bar is None else cell.value) == pytest.approx(16.8)
 
 
 def test_runs_without_sweep_are_named_where_there_are_several():
