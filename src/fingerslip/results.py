@@ -154,6 +154,8 @@ def quantities(result: RunResult) -> dict[str, Quantity]:
 
 #: Files in the folder of a run.
 HISTORY, RESULT, RUN, LOG = "history.nc", "events.json", "run.yaml", "log.txt"
+#: Folder of a fit in the results of its study, its table of values in it, and of which runs it is, with notes.
+FIT, SUMMARY, ABOUT = "fit", "fit/summary.csv", "fit/about.json"
 
 _REPAIR = "run the study again"
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from fingerslip.contact.states import OPEN
-from fingerslip.errors import InputError
+from fingerslip.errors import InputError, errors_at
 from fingerslip.history import read_history
 from fingerslip.model.model import Model
 from fingerslip.model.programme import Slide
@@ -75,25 +75,13 @@ def refinement_warnings(plan: Plan) -> tuple[str, ...]:
     ]
     if "mesh" in asked:
         try:
-            check_meshes(plan.runs)
-            warnings += spacing_warnings(plan.runs)
+            warnings += check_meshes(plan.runs)
         except InputError as error:
             warnings.append(f"converge.mesh: {error.found}, {error.allowed}; {error.repair}")
     return tuple(warnings)
 
 
-def spacing_warnings(runs: Sequence[Run]) -> list[str]:
-    """Say which factors on element sizes leave the contact as it is, as far as that is known without a mesh."""
-    texts = []
-    for run in {run.mesh_key: run for run in reversed(runs)}.values():
-        sources = {factor: run.study.mesh.refined(factor) for factor in (1.0, *run.study.converge.mesh)}
-        edges = {factor: mesh.contact_spacing(run.specimen) if mesh else None for factor, mesh in sources.items()}
-        texts.append(contact_warning(edges))
-    return list(dict.fromkeys(filter(None, texts)))
-
-
-# How much of a factor, in logarithms, edges at the contact follow at least. Half a pitch of ridges has a whole
-# number: they follow 0.53 and more of factors such as 0.6667, 0.5 and 0.8, or nothing.
+# How much of a factor, in logarithms, edges at the contact follow at least; those of ridges follow 0.53 or nothing.
 _FOLLOWED = 0.5
 
 
@@ -107,9 +95,12 @@ def contact_warning(edges: Mapping[float, float | None]) -> str:
     return ""
 
 
-def check_meshes(runs: Sequence[Run]) -> None:
-    """Refuse factors on element sizes that ridges or the memory do not allow, without making a mesh."""
+def check_meshes(runs: Sequence[Run]) -> list[str]:
+    """Refuse factors on element sizes that ridges or the memory do not allow; say which leave the contact as it is."""
+    warnings = {}
     for run in {run.mesh_key: run for run in reversed(runs)}.values():
+        with errors_at(run.where):
+            edges = {1.0: run.study.mesh.contact_spacing(run.specimen)}
         for factor in run.study.converge.mesh:
             source = run.study.mesh.refined(factor) or run.study.mesh
             try:
@@ -117,6 +108,9 @@ def check_meshes(runs: Sequence[Run]) -> None:
             except InputError as error:
                 fault = f"with {factor:g}, {error.where} {error.found}"
                 raise InputError(f"{run.where}: converge.mesh", fault, error.allowed, "write other factors") from None
+            edges[factor] = source.contact_spacing(run.specimen)
+        warnings[contact_warning(edges)] = run
+    return [*filter(None, warnings)]
 
 
 def run_at(run: Run, level: Level, model: Model) -> Run:
@@ -187,8 +181,7 @@ def converge(
         if name not in names:
             raise InputError(str(plan.source), f"has no run '{name}'", f"has {', '.join(names)}")
     runs = [run for run in plan.runs if not only or run.name in only]
-    check_meshes(runs)
-    warnings = dict.fromkeys((*refinement_warnings(plan), *spacing_warnings(runs)))
+    warnings = dict.fromkeys((*check_meshes(runs), *refinement_warnings(plan)))
     for warning in warnings:
         reporter.say(f"WARNING: {warning}.")
     run_plans([plan], workers=workers, progress=reporter)

@@ -14,12 +14,12 @@ import numpy as np
 from scipy.special import chdtrc
 
 from fingerslip.arrays import Floats
-from fingerslip.errors import InputError, Mistakes, errors_at, optional_module
+from fingerslip.errors import InputError, Mistakes, ResultError, errors_at, optional_module
 from fingerslip.history import read_history
 from fingerslip.parameters.schema import require_kind
 from fingerslip.report.labels import path_labels
 from fingerslip.report.tables.runs import table_frame
-from fingerslip.results import HISTORY, RunResult, StudyResult
+from fingerslip.results import ABOUT, FIT, HISTORY, RunResult, StudyResult
 from fingerslip.sampling.curves import FitSettings, Measurement, column_unit, curves_of, read_measurement
 from fingerslip.sampling.designs import required_output
 from fingerslip.sampling.posterior import (
@@ -32,23 +32,17 @@ from fingerslip.sampling.posterior import (
     sample_posterior,
 )
 from fingerslip.sampling.sensitivity import number_and_unit
-from fingerslip.storage.files import csv_text, new_folder, write_bytes, write_text
+from fingerslip.storage.files import csv_text, digest, new_folder, write_bytes, write_json, write_text
 from fingerslip.study.definition.runs import plan_study
 from fingerslip.study.running.progress import StudyProgress
-from fingerslip.study.running.runner import run_plans
+from fingerslip.study.running.runner import run_plans, write_up
+from fingerslip.study.storage.reporting import read_results
 from fingerslip.tables.table import Cell, Column, Missing, Table, to_csv
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.figure import Figure
 
-
-_logger = logging.getLogger("fingerslip.study")
-
-#: Folder of a fit in the results of its study, and its table of values in it.
-FOLDER = "fit"
-SUMMARY = f"{FOLDER}/summary.csv"
-#: Its row on how large residuals are beside the standard deviations of the measurement.
-MISFIT = "chi-squared per point"
 
 _LEAST_WITH_EVENT = 10
 _SAVED = 2000  # samples of the posterior in its file, and whose curves are drawn
@@ -160,7 +154,9 @@ def fit(
     measurement = read_measurement(Path(data), settings)
     (result,) = run_plans([plan], workers=workers, progress=progress)
     with errors_at(str(source)):
-        return _write(result, measurement, settings)
+        posterior = _write(result, measurement, settings)
+    write_up(plan)
+    return posterior
 
 
 def _write(study: StudyResult, measurement: Measurement, settings: FitSettings) -> Posterior:
@@ -168,8 +164,7 @@ def _write(study: StudyResult, measurement: Measurement, settings: FitSettings) 
     from fingerslip.report.figures.fit import MOST_PANELS, corner_figure, fit_figure
     from fingerslip.report.figures.style import figure_bytes
 
-    ends = [[number_and_unit(end) for end in two] for two in study.ranges.values()]
-    low, high = (np.array([two[side][0] for two in ends]) for side in (0, 1))
+    labels, units, (low, high) = _axes(study)
     numbers = [[number_and_unit(run.sampled[path])[0] for path in study.ranges] for run in study.runs]
     points = (np.array(numbers) - low) / (high - low)
     histories = ((run, read_history(study.folder / run.name / HISTORY)) for run in study.runs)
@@ -181,18 +176,21 @@ def _write(study: StudyResult, measurement: Measurement, settings: FitSettings) 
     chain = sample_posterior(likelihood, len(low))
     misfits = likelihood.misfit(chain.samples[:, :-1], chain.samples[:, -1])[0] / measurement.values.size
     if warning := noise_warning(float(np.median(misfits)), measurement.values.size):
-        _logger.warning(warning)
+        logging.getLogger("fingerslip.study").warning(warning)
     _refuse_leaning(chain.samples[:, :-1], study, settings.bounds)
 
     generator = np.random.default_rng(1)
     values = np.column_stack((low + chain.samples[:, :-1] * (high - low), chain.samples[:, -1]))
-    labels = [*path_labels(list(study.ranges)).values(), "discrepancy"]
-    units = [*(two[0][1] for two in ends), "standard deviations"]
     note = f"Emulator of the curves: error {emulator.error:.2g} standard deviations of the measurement. "
     note += f"WARNING: {warning} " if warning else ""
-    every = np.column_stack((values, misfits))
     tables = (
-        _summary(every, chain, (low, high), ([*labels, MISFIT], [*units, ""]), note),
+        _summary(
+            np.column_stack((values, misfits)),
+            chain,
+            (low, high),
+            ([*labels, "chi-squared per point"], [*units, ""]),
+            note,
+        ),
         _predictions(study.runs, points, chain.samples[:, :-1], generator, end),
     )
     rows = generator.permutation(len(values))
@@ -203,19 +201,39 @@ def _write(study: StudyResult, measurement: Measurement, settings: FitSettings) 
     root = np.linalg.cholesky(discrepancy(measurement.positions) + 1e-9 * np.eye(size))
     smooth = drawn_samples[:, -1:, None] * generator.standard_normal(models.shape) @ root.T
     deviations = measurement.deviations[: models.shape[1]]
-    with new_folder(study.folder / FOLDER) as folder:
+    with new_folder(study.folder / FIT) as folder:
         headings = [f"{path} [{unit}]" if unit else path for path, unit in zip(study.ranges, units, strict=False)]
         cells = [[f"{value:.6g}" for value in row] for row in saved.tolist()]
         write_text(folder / "posterior.csv", csv_text([[*headings, f"discrepancy [{units[-1]}]"], *cells]))
         for name, table in zip(("summary", "predictions"), tables, strict=True):
             write_text(folder / f"{name}.csv", to_csv(table))
+        about = {"runs": digest([run.identity for run in study.runs]), "notes": [table.note for table in tables]}
+        write_json(folder / Path(ABOUT).name, about)
         figures = {
             "corner": corner_figure(values, labels, units, (low, high)),
             "fit": fit_figure(measurement, curves, *(deviations * each for each in (models, models + smooth + noise))),
         }
         for name, figure in figures.items():
             write_bytes(folder / f"{name}.png", figure_bytes(figure))
-    return Posterior(study.folder / FOLDER, tables)
+    return Posterior(study.folder / FIT, tables)
+
+
+def _axes(study: StudyResult) -> tuple[list[str], list[str], tuple[Floats, Floats]]:
+    """Return labels and units of the sampled values and of the discrepancy, and both ends of the ranges."""
+    ends = [[number_and_unit(end) for end in two] for two in study.ranges.values()]
+    low, high = (np.array([two[side][0] for two in ends]) for side in (0, 1))
+    labels = [*path_labels(list(study.ranges)).values(), "discrepancy"]
+    return labels, [*(two[0][1] for two in ends), "standard deviations"], (low, high)
+
+
+def posterior_figure(folder: Path) -> Figure:
+    """Draw the posterior of a fit from the results of its study."""
+    from fingerslip.report.figures.fit import corner_figure
+
+    study, path = read_results(folder), folder / FIT / "posterior.csv"
+    if not path.is_file():
+        raise ResultError(f"{folder}: holds no fit; run fingerslip fit with its study")
+    return corner_figure(np.loadtxt(path, delimiter=",", skiprows=1), *_axes(study))
 
 
 def _refuse_far(measurement: Measurement, curves: Floats) -> None:
@@ -272,10 +290,10 @@ def _summary(
     """Show what the posterior says of each value, what the measurement cannot tell, and last chi-squared per point."""
     intervals = np.percentile(values, _PERCENTS, axis=0).T
     left = (intervals[:-2, 2] - intervals[:-2, 1]) / (0.68 * (ranges[1] - ranges[0]))
-    nothing = (Missing.NOT_DEFINED,)
-    shares = *left.tolist(), *nothing, *nothing
-    cells = zip(*names, intervals.tolist(), shares, (*chain.r_hat, *nothing), (*chain.times, *nothing), strict=True)
-    rows = tuple((label, unit, *interval, *others) for label, unit, interval, *others in cells)
+    nothing = Missing.NOT_DEFINED
+    others = zip((*left.tolist(), nothing, nothing), (*chain.r_hat, nothing), (*chain.times, nothing), strict=True)
+    cells = zip(*names, intervals.tolist(), others, strict=True)
+    rows = tuple((label, unit, *interval, *more) for label, unit, interval, more in cells)
     labels, related = names[0], np.corrcoef(values[:, :-2].T).reshape(len(left), -1)
     little = [label for label, share in zip(labels, left, strict=False) if share > _TELLS_LITTLE]
     pairs = [

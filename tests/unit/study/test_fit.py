@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -12,7 +13,9 @@ import pandas as pd
 import pytest
 
 import fingerslip as fs
+from fingerslip.report.content import ReportContent
 from fingerslip.report.figures import style as figures
+from fingerslip.report.page.samples import sample_sections
 from fingerslip.results import RunResult
 from fingerslip.sampling import posterior as chains
 from fingerslip.sampling.curves import Measurement, curves_of
@@ -20,7 +23,9 @@ from fingerslip.slip.events import Events, SlipEvents
 from fingerslip.study import fit as fit_module
 from fingerslip.study.definition.spec import read_study
 from fingerslip.study.inspection.cite import methods_and_papers
-from fingerslip.tables.table import Missing
+from fingerslip.study.inspection.views import FigureChoice, write_figure
+from fingerslip.study.storage.reporting import read_results
+from fingerslip.tables.table import Missing, texts
 from unit.study.block import block_values, changed
 
 MODULUS, FRICTION = "materials.block.youngs_modulus", "contact.friction_coefficient"
@@ -52,15 +57,16 @@ def measure(study: Path, data: Path, seed: int = 1) -> Path:
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("reports")
 def test_a_truth_comes_back_within_its_interval(
-    write_study: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    write_study: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, reports: list[Any]
 ) -> None:
     pytest.importorskip("emcee")
     monkeypatch.setattr(figures, "_DOTS_PER_INCH", 20)
     study = write_study(values(derived={"way": "overall_slip * slide_speed"}))
     data = measure(study, tmp_path / "data.csv")
+    reports.clear()
     posterior = fs.fit(study, data, results_dir=tmp_path / "results", workers=1)
+    assert len(reports) == 2, "after the runs, and with the fit"
     summary = posterior.summary.set_index("value")
     for name, truth in (("block Young's modulus", 110.0), ("friction coefficient", 0.45)):
         low, high, left = summary.loc[name, ["95 % from", "95 % to", "share of prior left"]]
@@ -84,6 +90,29 @@ def test_a_truth_comes_back_within_its_interval(
     assert f"block Young's modulus {modulus['median']:.4g} kPa ({low:.4g} to {high:.4g}), friction" in methods
     assert "Young's modulus 60 kPa to 160 kPa" in methods, "the range, not one of its samples"
     assert "foreman2013" in entries
+    assert f"chi-squared per point {summary.loc['chi-squared per point', 'median']:.4g} (" in methods
+    check_page_and_figure(posterior.folder.parent, posterior)
+
+
+def check_page_and_figure(folder: Path, posterior: fs.Posterior) -> None:
+    """Check the section of a report, that one of other runs has none, and that the posterior can be drawn."""
+    content = ReportContent(read_results(folder), {})
+    section = sample_sections(content)[0]
+    assert (section.title, [picture.name for picture in section.pictures]) == (
+        "Fit to a measurement",
+        ["corner", "fit"],
+    )
+    assert all(picture.png.startswith(b"\x89PNG") for picture in section.pictures)
+    assert [table.note for table in section.tables] == [table.note for table in posterior.tables]
+    row = texts(section.tables[0])[0]
+    assert row[:3] == ["block Young's modulus", "kPa", f"{posterior.summary['median'].iloc[0]:.4g}"]
+    runs = tuple(dataclasses.replace(run, identity="another") for run in content.study.runs)
+    other = dataclasses.replace(content, study=dataclasses.replace(content.study, runs=runs))
+    assert sample_sections(other)[0].is_empty
+    written = write_figure(folder, FigureChoice("posterior", form="svg"))
+    assert "<svg" in written.read_text(encoding="utf-8")
+    with pytest.raises(fs.ResultError, match="holds no fit; run fingerslip fit"):
+        write_figure(folder.parent.parent / "truth" / "truth", FigureChoice("posterior"))
 
 
 @pytest.mark.slow
@@ -111,7 +140,7 @@ def test_a_fit_is_whole_and_a_range_that_cuts_it_off_is_refused(
     assert posterior.samples[FRICTION].between(0.5, 0.8).all()
     assert posterior.summary.set_index("value").loc["friction coefficient", "median"] < 0.6, "the truth is below"
     files = sorted(path.name for path in posterior.folder.iterdir())
-    assert files == ["corner.png", "fit.png", "posterior.csv", "predictions.csv", "summary.csv"]
+    assert files == ["about.json", "corner.png", "fit.png", "posterior.csv", "predictions.csv", "summary.csv"]
 
     columns = dict.fromkeys(FIT["columns"], "0.02 mN")  # a tenth of the noise that made the data
     write_study(narrow | {"fit": FIT | {"bounds": [FRICTION], "columns": columns}})

@@ -181,7 +181,7 @@ def published_rows_beside(runs: Sequence[RunResult], references: Sequence[Publis
     if early := _changes(incipient):
         than = "than published" if _are_off(early) else "with the published one"
         left.append(f"incipient slip {_off(early)} {than}")
-    if ours := latency_span([run for run, _ in latency], bars=False):
+    if ours := latency_span([run for run, _ in latency]):
         theirs = [1e3 * end for run, value in latency if run.events.latency is not None for end in span_of(value)]
         left.append(f"{ours} are left to react, against {_span(theirs, 0, 'ms')} published")
     second = f"{', and '.join(left)}."

@@ -14,9 +14,10 @@ from fingerslip.report.labels import path_labels, prose, swept_text
 from fingerslip.report.page.page import Picture, ReportSection
 from fingerslip.report.tables.runs import summary_table
 from fingerslip.report.tables.samples import intervals_table, published_table, refused_table, sensitivity_table
-from fingerslip.results import REPEAT, SAMPLE, RunResult, StudyResult
+from fingerslip.results import ABOUT, FIT, REPEAT, SAMPLE, RunResult, StudyResult
 from fingerslip.sampling.sensitivity import Fit, fits_of, groups_of
 from fingerslip.slip.windows import LATENCY, MAIN_EVENTS, event_label
+from fingerslip.storage.files import digest, read_json
 from fingerslip.tables.table import Cell, Column, Table
 from fingerslip.units import split_quantity
 
@@ -32,12 +33,33 @@ def sample_sections(content: ReportContent) -> tuple[ReportSection, ...]:
     every = (published_table(study.runs, content.references), intervals_table(study.runs))
     intervals, refused = tuple(table for table in every if table.rows), refused_table(study.refused)
     return (
+        _fit_section(content),
         ReportSection("Slip times over the samples", (), intervals),
         ReportSection("What moves overall slip", (text,), tuple(map(sensitivity_table, first)), pictures),
         ReportSection("What moves the other times", (), tuple(map(sensitivity_table, others)), more, folded=True),
         ReportSection("Refused samples", (), (refused,) if refused.rows else (), folded=True),
         ReportSection("All samples", (), (summary_table(study.runs),), folded=True),
     )
+
+
+def _fit_section(content: ReportContent) -> ReportSection:
+    """Return the section on a fit to a measurement, of these runs: values, predictions, posterior and curves."""
+    import pandas as pd
+
+    title, study, tables = "Fit to a measurement", content.study, list[Table]()
+    about = read_json(study.folder / ABOUT, "fit again") if (study.folder / ABOUT).is_file() else {}
+    if about.get("runs") != digest([run.identity for run in study.runs]):
+        return ReportSection(title)
+    for name, words, note in zip(("summary", "predictions"), ("Values", "Predictions"), about["notes"], strict=True):
+        frame = pd.read_csv(study.folder / FIT / f"{name}.csv").astype(object)
+        columns = tuple(Column(str(heading), significant=4) for heading in frame)
+        rows = frame.where(frame.notna(), None).itertuples(index=False, name=None)
+        tables.append(Table(words, columns, tuple(rows), note))
+    pictures = (
+        Picture(name, prose("captions", f"of-{name}"), None, (study.folder / FIT / f"{name}.png").read_bytes())
+        for name in ("corner", "fit")
+    )
+    return ReportSection(title, (), tuple(tables), tuple(pictures))
 
 
 def tornado_pictures(

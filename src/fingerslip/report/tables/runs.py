@@ -35,8 +35,7 @@ _ORIGIN = "counted from the start of the run"
 def time_cell(run: RunResult, reading: str, time: str, factor: float = 1.0) -> Cell:
     """Return the time of an event, or the latency, with its uncertainty where that is known; else why there is none.
 
-    A latency is that of times that are not rounded. It has the digits of its uncertainty, of which there are two where
-    they begin with 1 or 2, and whole milliseconds at least; without one those of the step, and at most these.
+    A latency has the digits of its uncertainty, milliseconds at least; without one those of a step, at most these.
     """
     events = run.events.reading(reading)
     value = events.time(time)
@@ -153,12 +152,11 @@ def _event_columns(runs: Sequence[RunResult]) -> tuple[Column, ...]:
     return (*times, _LATENCIES)
 
 
-def latency_span(runs: Sequence[RunResult], *, bars: bool = True) -> str:
+def latency_span(runs: Sequence[RunResult]) -> str:
     """Return the shortest and the longest latency of runs as tables show them; nothing where none has one."""
     timed = sorted((run for run in runs if run.events.latency is not None), key=lambda run: run.events.latency or 0.0)
-    cells = [time_cell(run, "slip", LATENCY, 1e3) for run in (*timed[:1], *timed[-1:])]
-    cells = [cell if bars or not isinstance(cell, Measured) else cell.value for cell in cells]
-    return f"{' to '.join(dict.fromkeys(map(_LATENCIES.format, cells)))} ms" if cells else ""
+    ends = (_LATENCIES.format(time_cell(run, "slip", LATENCY, 1e3)) for run in (*timed[:1], *timed[-1:]))
+    return f"{' to '.join(dict.fromkeys(ends))} ms" if timed else ""
 
 
 def _event_cells(run: RunResult, reading: str) -> tuple[Cell, ...]:

@@ -20,11 +20,10 @@ from fingerslip.report.citations import bibtex_entries, short_citation, source_k
 from fingerslip.report.labels import path_labels, run_title
 from fingerslip.report.page.answer import definitions
 from fingerslip.report.tables.parameters import ASSUMED, DEFAULT, NOT_USED, ShownValue
-from fingerslip.results import HISTORY, RUN, RunResult, StudyResult
+from fingerslip.results import HISTORY, RUN, SUMMARY, RunResult, StudyResult
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import EventSettings
 from fingerslip.study.definition.runs import Run
-from fingerslip.study.fit import SUMMARY
 from fingerslip.study.storage.reporting import (
     STUDY_FILE,
     SWEPT,

@@ -25,6 +25,7 @@ from fingerslip.report.tables.runs import swept_paths
 from fingerslip.results import HISTORY, RESULT, stored_result, without_results
 from fingerslip.slip import find_events
 from fingerslip.slip.windows import LATENCY
+from fingerslip.study.fit import posterior_figure
 from fingerslip.study.inspection.show import sensitivities
 from fingerslip.study.storage.reporting import reactions_of, read_results, read_stored_run, slide_starts
 from fingerslip.study.storage.store import read_manifest, stored_manifest
@@ -45,7 +46,8 @@ _OF_REACTIONS = {
     "reaction-margin": "that latency against the rate of the load, and the travel that a latency costs",
     "reaction-outcome": "what comes of each reaction after each detector",
 }
-_OF_WHOLE = (*OF_STUDIES, *_OF_REACTIONS)
+_OF_FITS = {"posterior": "what a fit says of each value and of each pair"}
+_OF_WHOLE = (*OF_STUDIES, *_OF_REACTIONS, *_OF_FITS)
 
 
 @dataclass(frozen=True)
@@ -69,7 +71,7 @@ def kinds_text(target: Path | None = None) -> str:
     if target and not of_detector and not (target / RESULT).is_file():
         stored_manifest(target)  # says what a folder without results lacks
     others = {DETECTOR: "what the detector that ships finds in a sensor's markers", FILM: "a film, as MP4"}
-    of_study = {**OF_STUDIES, **_OF_REACTIONS, **OF_RUNS, **others}
+    of_study = {**OF_STUDIES, **_OF_REACTIONS, **_OF_FITS, **OF_RUNS, **others}
     every = of_detector if target and of_detector else {**of_study, **of_detector}
     return "\n".join(f"{name}: {words}" for name, words in every.items())
 
@@ -111,6 +113,8 @@ def write_figure(target: Path, choice: FigureChoice, output: Path | None = None)
         raise InputError("figure: --output", f"got '{path}'", f"needs a name that ends in {_MP4}", "films are MP4")
     if choice.kind in _OF_REACTIONS:
         return _save(_reaction_figure(target, choice.kind), path, choice)
+    if choice.kind in _OF_FITS:
+        return _save(functools.partial(posterior_figure, target), path, choice)
     if choice.kind in OF_STUDIES:
         study = _study_subject(target, choice)
         return _save(lambda: _figure_of(study, choice.kind), path, choice)

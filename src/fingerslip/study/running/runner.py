@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from fingerslip.errors import DamagedError, FingerslipError, InputError, ResultError
 from fingerslip.parameters.dotted import flatten
 from fingerslip.parameters.schema import require_kind
-from fingerslip.results import RefusedRun, StudyResult, failure_folder, result_mapping, stored_result
+from fingerslip.results import SUMMARY, RefusedRun, StudyResult, failure_folder, result_mapping, stored_result
 from fingerslip.storage.files import check_folder, clean_stale, digest, remove_empty, write_bytes, writing
 from fingerslip.study.definition.expressions import derive
 from fingerslip.study.definition.runs import Plan, Run, plan_studies
@@ -283,7 +283,8 @@ def write_up(
     about, films = f"{study.title}\n{study.description}", film_keys(study.folder, [run.name for run in study.runs])
     # All that a report shows: an unchanged one is not made again.
     results = [result_mapping(run) for run in study.runs]
-    key = digest([about, list(study.compare), results, uncertainties, list(plan.given), films])
+    of_fit = [path.read_text(encoding="utf-8") for path in [study.folder / SUMMARY] if path.is_file()]
+    key = digest([about, list(study.compare), results, uncertainties, list(plan.given), films, *of_fit])
     current = manifest.get("report") == key and (plan.folder / REPORT).is_file()
     write_results(plan.source, study, key if current else "", plan.given)
     if not current:

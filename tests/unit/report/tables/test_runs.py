@@ -60,7 +60,6 @@ def test_a_latency_is_that_of_times_as_they_are_with_the_digits_of_its_uncertain
     for row in (texts(tables.events_table([run]))[0], texts(tables.events_table(others))[1]):
         assert row[-1] == said
     assert tables.latency_span([run]) == f"{said} ms"
-    assert tables.latency_span([run], bars=False) == f"{said.partition(' ')[0]} ms"
     cell = copy.deepcopy(tables.time_cell(run, "slip", names.LATENCY, 1e3))
     assert (cell if bar is None else cell.value) == pytest.approx(16.8)
 
