@@ -111,10 +111,8 @@ def write_figure(target: Path, choice: FigureChoice, output: Path | None = None)
     path = output or target / f"{named}{_MP4 if choice.kind == FILM else f'.{choice.form}'}"
     if choice.kind == FILM and path.suffix.lower() != _MP4:
         raise InputError("figure: --output", f"got '{path}'", f"needs a name that ends in {_MP4}", "films are MP4")
-    if choice.kind in _OF_REACTIONS:
-        return _save(_reaction_figure(target, choice.kind), path, choice)
-    if choice.kind in _OF_FITS:
-        return _save(functools.partial(posterior_figure, target), path, choice)
+    if choice.kind in (*_OF_REACTIONS, *_OF_FITS):
+        return _save(_results_figure(target, choice.kind), path, choice)
     if choice.kind in OF_STUDIES:
         study = _study_subject(target, choice)
         return _save(lambda: _figure_of(study, choice.kind), path, choice)
@@ -182,10 +180,12 @@ def with_run(target: Path, choice: FigureChoice) -> FigureChoice:
     return dataclasses.replace(choice, run=runs[len(runs) // 2])
 
 
-def _reaction_figure(target: Path, kind: str) -> Callable[[], Figure]:
-    """Return what draws a figure of a study with the block `reaction`."""
+def _results_figure(target: Path, kind: str) -> Callable[[], Figure]:
+    """Return what draws a figure of a study with the block `reaction`, or of a fit."""
     from fingerslip.react.figures import reaction_figures
 
+    if kind in _OF_FITS:
+        return functools.partial(posterior_figure, target)
     study = read_results(target)
     reactions = reactions_of(study) if any(run.reaction for run in study.runs) else None
     figures = reaction_figures(reactions) if reactions else {}
