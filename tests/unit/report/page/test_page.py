@@ -144,7 +144,7 @@ def test_a_study_with_samples_has_its_sections_and_the_published_times_of_its_ph
     ]  # fmt: skip
     assert [picture.name for picture in report.pictures] == ["tornado-overall", "tornado-incipient"]
     assert "clearance" in render_page(report)
-    section = samples.sample_sections(content(count=3))[1]
+    section = samples.sample_sections(content(count=3))[2]
     assert section.text == ("Too few samples for 3 ranges: a regression needs 5.",)
     made, refused = content(), (RefusedRun("sample-3", {}, {}, "too large"),)
     made = dataclasses.replace(made, study=dataclasses.replace(made.study, refused=refused))
