@@ -25,7 +25,6 @@ from fingerslip.report.tables.runs import swept_paths
 from fingerslip.results import HISTORY, RESULT, stored_result, without_results
 from fingerslip.slip import find_events
 from fingerslip.slip.windows import LATENCY
-from fingerslip.study.fit import posterior_figure
 from fingerslip.study.inspection.show import sensitivities
 from fingerslip.study.storage.reporting import reactions_of, read_results, read_stored_run, slide_starts
 from fingerslip.study.storage.store import read_manifest, stored_manifest
@@ -185,6 +184,8 @@ def _results_figure(target: Path, kind: str) -> Callable[[], Figure]:
     from fingerslip.react.figures import reaction_figures
 
     if kind in _OF_FITS:
+        from fingerslip.study.fit import posterior_figure
+
         return functools.partial(posterior_figure, target)
     study = read_results(target)
     reactions = reactions_of(study) if any(run.reaction for run in study.runs) else None
