@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.special import chdtrc
 
 from fingerslip.arrays import Floats
 from fingerslip.errors import InputError, Mistakes, ResultError, errors_at, optional_module
@@ -260,6 +259,8 @@ def _refuse_far(measurement: Measurement, curves: Floats) -> None:
 
 def noise_warning(misfit: float, count: int) -> str:
     """Say that chi-squared per point of so many is larger than by chance; nothing where it is not."""
+    from scipy.special import chdtrc
+
     if chdtrc(count, misfit * count) >= _BY_CHANCE:
         return ""
     factor = f"{math.sqrt(misfit):.2g}"
