@@ -48,8 +48,9 @@ from fingerslip.model.timing import QuasiStatic
 _logger = logging.getLogger(__name__)
 
 # Share of the area that touches which sticks, below which all slips and the body is sheared no further. Bodies that are
-# sheared until half of it slips let the whole contact slip too late, by 23 % of a smooth skin at 3 mm.
-_LEAST_STICKING = 0.01
+# sheared until half of it slips let the whole contact slip too late, by 23 % of a smooth skin at 3 mm; the last of it
+# to slip gives the sensor no more states, and strides that take minutes.
+_LEAST_STICKING = 0.05
 # Over how near to the counterface skin is after the press that may touch later: how deep skin that touches may lie at
 # rest, how near skin is that is watched, and how near skin that is divided as if it touched.
 _DEEP, _WATCHED, _TOUCHES = 2.0, 1.5, 0.02
