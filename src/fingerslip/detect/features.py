@@ -53,7 +53,7 @@ class Motion:
 
 
 def markers_of(tracks: xr.Dataset, kind: str) -> xr.Dataset:
-    """Return the markers of one kind, ``internal`` or ``external``, seen in the plane of the first two axes."""
+    """Return the markers of one kind, ``internal`` or ``external``, seen along the third axis."""
     chosen = np.flatnonzero(tracks["kind"].values.astype(str) == kind)
     if chosen.size == 0:
         raise InputError("tracks", f"have no {kind} markers", f"needs {kind} markers", "track them too")

@@ -1,1 +1,1 @@
-"""Motion over time: the discrete system of a model, its time integration, and the march that makes a history."""
+"""Motion over time: the discrete system of a model, its time integration, and the loop that makes a history."""

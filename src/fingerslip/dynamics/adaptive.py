@@ -7,6 +7,8 @@ weighted mean values where it is linear. What this leaves out, to its leading te
 
 A quasi-static step is one of implicit Euler. It is taken once whole and once in two halves; what the halves leave is
 about the difference of both (step doubling, Hairer, Norsett & Wanner 1993, section II.4), and the halves are kept.
+
+Fixed steps at large strain that are not solved are halved in :mod:`fingerslip.dynamics.finite.large`.
 """
 
 from __future__ import annotations

@@ -247,7 +247,7 @@ def free_edge_distances(space: Space, boundary: str, held: Flags, nodes: Integer
 
 _ZERO = 1e-9
 _AXES = "xyz"
-# The axes in the plane of each rotation, and the name of what it turns about.
+# The two axes that each rotation turns, and the name of what it turns about.
 _ROTATIONS = {2: (((0, 1), "z"),), 3: (((1, 2), "x"), ((2, 0), "y"), ((0, 1), "z"))}
 
 

@@ -1,4 +1,4 @@
-"""A motion of a reduced body in 2D, taken many steps at a time."""
+"""Steps of a reduced body in 2D by compiled code, many at a time; what keeps them from it, the log says."""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
-"""Record states into the arrays of a history.
+"""Record states into the arrays of a history, one for each of :data:`fingerslip.history.VARIABLES`.
 
-A step only copies what the history needs. What follows from it is computed for many steps at once.
+A step only copies what the history needs, `_RECORDED`, in :meth:`Recorder.record`. What follows from that is computed
+for many steps at once, in `_complete`.
 """
 
 from __future__ import annotations

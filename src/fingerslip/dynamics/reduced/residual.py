@@ -6,7 +6,7 @@ residual ::
     rho = M a_1 + w_1 (C v_1 + K u_1 - f_1) - w_0 (C v_0 + K u_0 - f_0)
 
 which is orthogonal to the basis. The shapes W that would come next into the basis see the most of it: they are
-marched beside the motion, each an oscillator under -W^T rho, and their inertia and stiffness excite the coordinates of
+computed beside the motion, each an oscillator under -W^T rho, and their inertia and stiffness excite the coordinates of
 the basis in turn. Both are diagonal, so that a step of the error costs a fraction of one of the motion, and what little
 numerical damping adds up over many steps is added up here, too.
 """

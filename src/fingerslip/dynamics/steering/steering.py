@@ -1,4 +1,4 @@
-"""A simulation that is taken step by step, and steered on the way: what controllers and learning code drive."""
+"""A simulation that is taken step by step, steered, saved and restored: what controllers and learning code drive."""
 
 from __future__ import annotations
 

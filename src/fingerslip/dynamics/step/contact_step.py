@@ -26,8 +26,8 @@ from fingerslip.errors import ConvergenceError
 from fingerslip.linear.symmetric import symmetric_product
 
 # Relative to the largest contact force. Light nodes answer a residual force with accelerations a hundredfold as
-# large, relative to the largest: at the goal these are those of the full system to 1e-9, even where slip turns in
-# space. Where rounding keeps a step from the goal, up to the tolerance it is still far finer than what is reported.
+# large, relative to the largest: at the goal these are those of the full system to 1e-9, even where slip turns in 3D.
+# Where rounding keeps a step from the goal, up to the tolerance it is still far finer than what is reported.
 GOAL = 1e-12
 TOLERANCE = 1e-10
 _MISSED_BY = TOLERANCE / GOAL

@@ -61,7 +61,7 @@ def diagonalise(lanes):  # type: ignore[no-untyped-def]
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
 def _rotate(lanes, column, other, beside, left, right, first, second):  # type: ignore[no-untyped-def]  # noqa: PLR0917
-    """Take the component `beside` to zero by a rotation in the plane of the axes `one` and `other`.
+    """Take the component `beside` to zero by a rotation of the axes `one` and `other`.
 
     `left` and `right` are the components that both have with the third axis, `first` and `second` their directions.
     """

@@ -270,7 +270,7 @@ def _turn(surface: int) -> int:
 def _rod(foot: Floats, end: Floats, radius: float) -> int:
     """Draw a rod as an octagonal prism of the cross-section of the cylinder, which has no seam to make short edges."""
     along = (end - foot) / np.linalg.norm(end - foot)
-    # Corners lie in the plane through the rod and the axis of the sensor, so that one of symmetry cuts no edge in two.
+    # Corners lie on the plane through the rod and the axis of the sensor, so that one of symmetry cuts no edge in two.
     across = np.cross(along, [0.0, 1.0, 0.0]) if np.hypot(along[0], along[2]) > _UPRIGHT else np.array([0.0, 0.0, 1.0])
     across /= np.linalg.norm(across)
     angle = 2.0 * np.pi * np.arange(_SIDES) / _SIDES
