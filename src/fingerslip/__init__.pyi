@@ -1,12 +1,8 @@
 # The public names of fingerslip and their homes: the one list that type checkers read and that loads them when used.
 
-from .afferents.model import (
-    IntegrateAndFire as IntegrateAndFire,
-    Spikes as Spikes,
-    human_afferents as human_afferents,
-    spikes_of as spikes_of,
-)
+from .afferents.model import IntegrateAndFire as IntegrateAndFire, human_afferents as human_afferents
 from .afferents.signals import receptor_stimuli as receptor_stimuli
+from .afferents.spikes import Spikes as Spikes, spikes_of as spikes_of
 from .contact.counterfaces import Cylinder as Cylinder, Plane as Plane, Sphere as Sphere
 from .contact.friction import (
     Anisotropic as Anisotropic,

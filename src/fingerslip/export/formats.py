@@ -12,15 +12,8 @@ import numpy as np
 import pandas as pd
 from scipy.io import savemat
 
-from fingerslip.afferents.model import (
-    CAVEAT,
-    Spikes,
-    answering_models,
-    available_spikes,
-    beyond_records,
-    spike_notes,
-    spike_places,
-)
+from fingerslip.afferents.model import CAVEAT, answering_models, beyond_records, spike_notes
+from fingerslip.afferents.spikes import Spikes, available_spikes, spike_places
 from fingerslip.errors import InputError, optional_module
 from fingerslip.export.paraview import write_paraview
 from fingerslip.export.spikes import slip_times, write_history_nwb

@@ -12,18 +12,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from pydantic.dataclasses import is_pydantic_dataclass
 
-from fingerslip.afferents.model import (
-    AFFERENTS,
-    CAVEAT,
-    SIMULATED,
-    AfferentModel,
-    Spikes,
-    human_afferents,
-    resolved_spikes,
-    spike_notes,
-    spike_places,
-)
+from fingerslip.afferents.model import AFFERENTS, CAVEAT, AfferentModel, human_afferents, spike_notes
 from fingerslip.afferents.signals import STIMULI, record_bandwidth
+from fingerslip.afferents.spikes import SIMULATED, Spikes, resolved_spikes, spike_places
 from fingerslip.errors import InputError, optional_module
 from fingerslip.parameters import walk_values
 from fingerslip.slip.events import find_events

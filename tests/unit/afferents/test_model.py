@@ -10,17 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import fingerslip as fs
-from fingerslip.afferents.model import (
-    AFFERENTS,
-    IntegrateAndFire,
-    Spikes,
-    available_spikes,
-    human_afferents,
-    resolved_afferents,
-    spike_notes,
-    spikes_of,
-)
+from fingerslip.afferents.model import AFFERENTS, IntegrateAndFire, human_afferents, resolved_afferents, spike_notes
 from fingerslip.afferents.signals import STIMULI, BandwidthWarning, receptor_stimuli
+from fingerslip.afferents.spikes import Spikes, available_spikes, spikes_of
 from fingerslip.sites import RECEPTOR_KINDS
 from problems.pushed import push_and_slide
 from unit.report.scenes import block_history

@@ -13,7 +13,7 @@ from fingerslip.detect import page
 from fingerslip.detect.evaluation.inquiries import disturb
 from fingerslip.detect.labels import Onsets
 from fingerslip.detect.model_file import write_detector
-from fingerslip.detect.page import SlipClip, answer_of, read_timeline, slide_table, slip_report, write_slip_page
+from fingerslip.detect.page import SlipClip, answer_of, slide_table, slip_report, write_slip_page
 from fingerslip.detect.residual import (
     ResidualSettings,
     Slide,
@@ -24,6 +24,7 @@ from fingerslip.detect.residual import (
 )
 from fingerslip.detect.session import run_detector, watch_camera
 from fingerslip.detect.synthetic import SyntheticSensor, SyntheticSlide, synthetic_slides, synthetic_trial
+from fingerslip.detect.timeline import read_timeline, timeline_figure
 from fingerslip.detect.training import train
 from fingerslip.detect.trials import Trial
 from fingerslip.errors import InputError
@@ -253,7 +254,7 @@ def test_a_press_is_not_judged_and_a_slide_behind_it_is():
     assert second.onsets.incipient == pytest.approx(130 / 30, abs=0.3)
     assert second.onsets.gross is None
     assert findings[-1].onsets == second.onsets
-    figure = page.timeline_figure(page.timeline_of(clip_of(moved(press + slide))))
+    figure = timeline_figure(page.timeline_of(clip_of(moved(press + slide))))
     assert "new rest: displaced from there on" in [text.get_text() for text in figure.legends[0].texts]
     line = figure.axes[0].lines[0]
     assert np.isnan(np.asarray(line.get_ydata())).sum() == sum(slide.end is not None for slide in (first, second))

@@ -5,8 +5,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from fingerslip.afferents.model import AFFERENTS, spikes_of
+from fingerslip.afferents.model import AFFERENTS
 from fingerslip.afferents.signals import BandwidthWarning
+from fingerslip.afferents.spikes import spikes_of
 from fingerslip.detect.features import FeatureSettings, MotionSettings, markers_of, motion_of
 from fingerslip.detect.live import run_on_tracks
 from fingerslip.detect.training import Detector

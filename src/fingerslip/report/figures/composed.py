@@ -13,7 +13,8 @@ from matplotlib.patches import ConnectionPatch
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from fingerslip.afferents.model import CAVEAT, Spikes, spike_notes, spike_places
+from fingerslip.afferents.model import CAVEAT, spike_notes
+from fingerslip.afferents.spikes import Spikes, spike_places
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.history import is_solid
 from fingerslip.report import colours as palette

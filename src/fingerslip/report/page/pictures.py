@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Literal
 import xarray as xr
 from matplotlib.figure import Figure
 
-from fingerslip.afferents.model import AfferentModel, available_spikes, resolved_spikes
+from fingerslip.afferents.model import AfferentModel
+from fingerslip.afferents.spikes import available_spikes, resolved_spikes
 from fingerslip.errors import InputError
 from fingerslip.history import is_solid, phase_times, sites_of_kinds
 from fingerslip.marker_tracks import marker_tracks

@@ -3,38 +3,26 @@
 from __future__ import annotations
 
 import csv
-import dataclasses
 import itertools
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fingerslip.history import read_history, site_kinds
+from fingerslip.history import site_kinds
 from fingerslip.mesh.mixed import is_degenerate
 from fingerslip.published import published_set
 from fingerslip.report.citations import bibtex_entries, short_citation, source_keys
 from fingerslip.report.labels import path_labels, run_title
 from fingerslip.report.page.answer import definitions
-from fingerslip.report.tables.parameters import ASSUMED, DEFAULT, NOT_USED, ShownValue
-from fingerslip.results import HISTORY, RUN, SUMMARY, RunResult, StudyResult
+from fingerslip.report.tables.parameters import ASSUMED
+from fingerslip.results import SUMMARY, RunResult
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import EventSettings
-from fingerslip.study.definition.runs import Run
-from fingerslip.study.storage.reporting import (
-    STUDY_FILE,
-    SWEPT,
-    notes_at_rest,
-    original_mesh,
-    read_results,
-    read_run_values,
-    read_stored_run,
-    value_rows,
-)
-from fingerslip.study.storage.store import read_manifest
+from fingerslip.study.inspection.facts import Facts, read_facts
+from fingerslip.study.storage.reporting import STUDY_FILE, notes_at_rest, original_mesh
 from fingerslip.uncertainty import SETTINGS, settings_in_words, varied_settings
 from fingerslip.units import Unit
 
@@ -99,74 +87,15 @@ _CITED = re.compile(r"@(\w+)")
 _LENGTH, _STIFFNESS = Unit("m", "µm"), Unit("Pa/m", "GPa/m")
 
 
-@dataclass(frozen=True)
-class _Facts:
-    """What was run."""
-
-    values: Mapping[str, ShownValue]  # by path, without those that are not used
-    runs: Sequence[Run]  # what was to be run
-    histories: Sequence[xr.Dataset]  # one for each mesh
-    study: StudyResult  # the results
-    commit: str  # of the program
-
-    def text(self, path: str) -> str:
-        """Return a value as text; empty where there is none."""
-        return self.values[path].value if path in self.values else ""
-
-    def matching(self, pattern: str, *, only_set: bool = False) -> dict[str, str]:
-        """Return the values whose paths begin with a pattern, by path; only those of the study file if asked."""
-        return {
-            path: value.value
-            for path, value in self.values.items()
-            if re.match(pattern, path) and not (only_set and value.source == DEFAULT)
-        }
-
-    def below(self, group: str, *, only_set: bool = False) -> dict[str, str]:
-        """Return the values below a path, by what their paths have after it; see :meth:`matching`."""
-        values = self.matching(rf"{re.escape(group)}\.", only_set=only_set)
-        return {path.removeprefix(f"{group}."): text for path, text in values.items()}
-
-    def span(self, name: str, unit: Unit | None = None) -> str:
-        """Return a property of the meshes, or the smallest and the largest of them."""
-        numbers = sorted({float(history.attrs[name]) for history in self.histories if name in history.attrs})
-        texts = [f"{number:,.10g}" if unit is None else unit.format(float(f"{number:.3g}")) for number in numbers]
-        return " to ".join(dict.fromkeys((texts[0], texts[-1]))) if texts else ""
-
-    def largest(self, name: str) -> float | None:
-        """Return the largest of a number of the runs."""
-        numbers = (run.numbers.get(name) for run in self.study.runs)
-        return max((float(number) for number in numbers if number is not None), default=None)
-
-
 def methods_and_papers(folder: Path, *, only_bibtex: bool = False) -> str:
     """Return a paragraph of methods on a run or a study, and the papers behind it as BibTeX."""
-    facts = _facts_of(folder)
+    facts = read_facts(folder)
     about = _model, _contact, _motion, _receptors_and_afferents, _trust, _software
     text = " ".join(sentence for sentences in about for sentence in sentences(facts))
     keys = dict.fromkeys(_CITED.findall(text))
     entries = bibtex_entries((), [published_set(name) for name in facts.study.compare], keys)
     readable = _CITED.sub(lambda key: short_citation(key[1]), text)
     return entries if only_bibtex else f"{readable}\n\n{entries}"
-
-
-def _facts_of(folder: Path) -> _Facts:
-    """Read what was run from the folder of a run or of a study."""
-    manifest = read_manifest(folder)
-    if manifest.get("runs"):
-        study, folders = read_results(folder), {name: folder / name for name in manifest["runs"]}
-    else:
-        run = read_stored_run(folder)
-        study, folders = StudyResult(folder, (), (run,)), {run.name: folder}
-        manifest = read_manifest(folder.parent)
-    runs = [read_run_values(folders[run.name] / RUN) for run in study.runs]
-    rows = value_rows(runs, manifest.get("given") or None)
-    # One history for each mesh says how large it is and how it was solved.
-    meshes = {run.mesh_hash: folders[run.name] for run in reversed(study.runs)}
-    histories = tuple(read_history(path / HISTORY) for path in reversed(meshes.values()))
-    ranges = {path: " to ".join(map(str, ends)) for path, ends in study.ranges.items()}
-    values = {row.path: _in_a_sentence(row) for row in rows if row.source != NOT_USED}
-    values |= {path: dataclasses.replace(values[path], value=text) for path, text in ranges.items() if path in values}
-    return _Facts(values, runs, histories, study, str(manifest.get("commit") or ""))
 
 
 def _regions_with_cells(history: xr.Dataset) -> list[str]:
@@ -183,13 +112,7 @@ def _elements_of(history: xr.Dataset) -> str:
     return f"{words} with {_AMONG[name]} among them" if mixed else words
 
 
-def _in_a_sentence(value: ShownValue) -> ShownValue:
-    """Return a value that differs between runs with "and" before its last one, unless some are left out."""
-    last = r", (?!…)(?=[^,()]*$|\([^()]*\)$)"
-    return dataclasses.replace(value, value=re.sub(last, " and ", value.value)) if value.source == SWEPT else value
-
-
-def _model(facts: _Facts) -> Iterator[str]:
+def _model(facts: Facts) -> Iterator[str]:
     """Yield sentences on specimen, materials, supports and mesh."""
     kind = next((kind for kind in _SPECIMENS if f"{kind}.preset" in facts.values), "")
     formulation = (facts.text("formulation") or facts.text(f"{kind}.formulation")).replace("_", " ")
@@ -213,7 +136,7 @@ def _model(facts: _Facts) -> Iterator[str]:
     yield from _mesh(facts)
 
 
-def _origins(facts: _Facts, kind: str) -> Iterator[str]:
+def _origins(facts: Facts, kind: str) -> Iterator[str]:
     """Yield sentences on where the values of a specimen are from: papers, the study, assumptions."""
     values = [value for path, value in facts.values.items() if path.startswith(f"{kind}.") and path != f"{kind}.preset"]
     if sources := source_keys(values):
@@ -233,7 +156,7 @@ def _origins(facts: _Facts, kind: str) -> Iterator[str]:
         yield f"{len(assumed)} of its {len(values)} values are given by no source and were assumed{seen}."
 
 
-def _layers(facts: _Facts, kind: str) -> Iterator[str]:
+def _layers(facts: Facts, kind: str) -> Iterator[str]:
     """Yield a sentence on the material of every region."""
     texts = []
     for region in _regions_with_cells(facts.histories[0]):
@@ -258,7 +181,7 @@ def _layers(facts: _Facts, kind: str) -> Iterator[str]:
         yield f"Rayleigh damping was proportional to mass and stiffness ({_in_words(damping)}), which no source gives."
 
 
-def _mesh(facts: _Facts) -> Iterator[str]:
+def _mesh(facts: Facts) -> Iterator[str]:
     """Yield a sentence on the mesh."""
     names = {str(history.attrs["element"]) for history in facts.histories}
     sizes = {path: text for path, text in facts.below("mesh").items() if path.endswith(("contact_size", "bulk_size"))}
@@ -273,7 +196,7 @@ def _mesh(facts: _Facts) -> Iterator[str]:
     )
 
 
-def _contact(facts: _Facts) -> Iterator[str]:
+def _contact(facts: Facts) -> Iterator[str]:
     """Yield sentences on contact and friction, and how exactly they were solved."""
     friction = facts.matching(rf"{_CONTACT}friction")
     if not friction:
@@ -304,7 +227,7 @@ def _contact(facts: _Facts) -> Iterator[str]:
     )
 
 
-def _motion(facts: _Facts) -> Iterator[str]:
+def _motion(facts: Facts) -> Iterator[str]:
     """Yield sentences on what was done to the specimen, and how time was integrated."""
     phases: dict[str, dict[str, str]] = {}
     set_values = facts.below("programme", only_set=True)
@@ -336,7 +259,7 @@ def _motion(facts: _Facts) -> Iterator[str]:
         yield f"The basis (@craig1968) had {constraint} constraint modes and {normal} normal modes."
 
 
-def _receptors_and_afferents(facts: _Facts) -> Iterator[str]:
+def _receptors_and_afferents(facts: Facts) -> Iterator[str]:
     """Yield sentences on receptors and the afferents behind them."""
     recorded = list(map(str, site_kinds(facts.histories[0])))
     receptors = [kind for kind in RECEPTOR_KINDS if kind in recorded]
@@ -377,7 +300,7 @@ def _receptors_and_afferents(facts: _Facts) -> Iterator[str]:
     yield from (f"{note}." for note in dict.fromkeys(itertools.chain(*limits)))
 
 
-def _trust(facts: _Facts) -> Iterator[str]:
+def _trust(facts: Facts) -> Iterator[str]:
     """Yield sentences on events, error bars and energy."""
     runs = facts.study.runs
     if len(runs) > 1:
@@ -441,7 +364,7 @@ def _unsettled_times(runs: Sequence[RunResult]) -> str:
     return f" Not converged: {'; '.join(texts)}." if texts else ""
 
 
-def _software(facts: _Facts) -> Iterator[str]:
+def _software(facts: Facts) -> Iterator[str]:
     """Yield a sentence on programs and their versions."""
     runs = facts.study.runs
     versions = {

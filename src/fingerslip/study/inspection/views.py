@@ -198,8 +198,9 @@ def _results_figure(target: Path, kind: str) -> Callable[[], Figure]:
 
 def _detector_figure(subject: RunSubject) -> Figure:
     """Draw what the detector that ships finds in the markers of a run from the hold before its slide on."""
-    from fingerslip.detect.page import SlipClip, timeline_figure, timeline_of
+    from fingerslip.detect.page import SlipClip, timeline_of
     from fingerslip.detect.residual import ResidualSettings, detect_residual, findings_table, frames_at_rest
+    from fingerslip.detect.timeline import timeline_figure
     from fingerslip.report.figures.style import limit_to_slides, mark_panels, with_style
 
     history, holds = subject.history, phase_times(subject.history, "hold")

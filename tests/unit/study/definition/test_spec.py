@@ -16,9 +16,10 @@ from fingerslip.mesh.source import MeshFile
 from fingerslip.parameters import as_mapping, from_mapping
 from fingerslip.parameters.dotted import assign, walk
 from fingerslip.specimens.choice import SPECIMENS
+from fingerslip.study.definition.relations import mistakes_between
 from fingerslip.study.definition.runs import expand_mapping, read_runs, with_directions
 from fingerslip.study.definition.settings import CameraSettings, ContactSettings, TimeSettings, TrialSettings
-from fingerslip.study.definition.spec import Study, known_paths, mistakes_between, parse_study, read_study
+from fingerslip.study.definition.spec import Study, known_paths, parse_study, read_study
 from places import ROOT
 from unit.scans import scan_values
 from unit.study.block import block_values, finger_values
