@@ -13,7 +13,7 @@ import xarray as xr
 
 from fingerslip.detect import page
 from fingerslip.detect.classifiers import CLASSIFIERS
-from fingerslip.detect.evaluation import inquiries
+from fingerslip.detect.evaluation import assumptions, inquiries
 from fingerslip.detect.evaluation.crossval import Evaluation, parts_beside
 from fingerslip.detect.evaluation.inquiries import curve_sizes, inquire, levels_of, vary, write_inquiry
 from fingerslip.detect.evaluation.scores import (
@@ -212,7 +212,7 @@ def test_labels_that_do_not_come_in_every_trial_are_no_assumption(trials, monkey
 
 
 CLOCK = CLASSIFIERS["time_threshold"]
-AS_IT_IS = inquiries.Assumption("as it is", "", LabelSettings(rest_frames=20), MOTION)
+AS_IT_IS = assumptions.Assumption("as it is", "", LabelSettings(rest_frames=20), MOTION)
 
 
 def test_the_ring_that_tells_is_the_one_that_counts(samples, trials):
@@ -295,7 +295,7 @@ def test_labels_that_are_not_there_are_told(few, labels, message):
 
 
 def test_each_likely_assumption_changes_one_thing():
-    base, *others = inquiries.likely_assumptions(0.07e-3, motion=MOTION, stored=("contact",))
+    base, *others = assumptions.likely_assumptions(0.07e-3, motion=MOTION, stored=("contact",))
     assert base.labels == LabelSettings(rest_frames=20)
     assert len({entry.quantity for entry in others}) == 6
     for entry in others:
@@ -307,14 +307,14 @@ def test_each_likely_assumption_changes_one_thing():
 
 
 def test_trials_of_each_value_are_taken_alone(few):
-    alone = inquiries.each_alone(few, ["indentation", "direction"], AS_IT_IS)
+    alone = assumptions.each_alone(few, ["indentation", "direction"], AS_IT_IS)
     assert len(alone) == 2 * 4
     assert alone[0].value == "indentation: 3 mm, direction: 0 rad"
     assert sorted(name for entry in alone for name in entry.trials) == list(few.names)
-    assert inquiries.each_alone(few, [], AS_IT_IS) == ()
+    assert assumptions.each_alone(few, [], AS_IT_IS) == ()
     with pytest.raises(InputError, match="has no condition 'stiffness'"):
-        inquiries.each_alone(few, ["stiffness"], AS_IT_IS)
-    (result,) = ask(few, inquiries.each_alone(few, ["indentation"], AS_IT_IS)[1])
+        assumptions.each_alone(few, ["stiffness"], AS_IT_IS)
+    (result,) = ask(few, assumptions.each_alone(few, ["indentation"], AS_IT_IS)[1])
     assert len(result.matrices["time_threshold"]) == 6
 
 

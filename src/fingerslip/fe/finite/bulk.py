@@ -24,15 +24,14 @@ from fingerslip.fe.finite.history import (
 )
 from fingerslip.fe.finite.history_kernels import add_forces, add_stiffness, add_thickness, push_forward
 from fingerslip.fe.finite.kernels import (
-    Pattern,
     nodal_forces,
     nodal_forces_2d,
-    pattern_of_cells,
     stiffness_of_cells,
     strains,
     strains_2d,
     volume_slopes,
 )
+from fingerslip.fe.finite.pattern import Pattern, pattern_of_cells
 from fingerslip.fe.finite.powers import PointLaws, laws_of_points
 from fingerslip.fe.finite.thickness import Pulled, thickness_strain
 from fingerslip.fe.finite.volumes import Volumes, mean_volumes, selective_energy
