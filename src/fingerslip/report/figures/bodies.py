@@ -23,7 +23,7 @@ from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import ResultError
 from fingerslip.history import is_solid, nearest_record, site_kinds, sites_of_kinds
 from fingerslip.report import colours as palette
-from fingerslip.report.figures import style
+from fingerslip.report.figures import style, time_axis
 from fingerslip.report.figures.patches import fill_states, slide_moments
 from fingerslip.report.labels import of_histories
 from fingerslip.report.scene import scene
@@ -77,7 +77,7 @@ def add_stress_bar(figure: Figure, pictures: Sequence[Axes], history: xr.Dataset
 def frame_times(history: xr.Dataset, events: Events, names: Sequence[str] = MAIN_EVENTS) -> dict[float, str]:
     """Return times to show [s] and what happens then: the start of the slide and events; none without a slide."""
     window = slide_window(history)
-    times = style.event_times(events.slip, names)
+    times = time_axis.event_times(events.slip, names)
     return {} if window is None else {window.start: "start of slide", **{times[name]: EVENTS[name] for name in times}}
 
 
@@ -89,7 +89,7 @@ def picture_keys(history: xr.Dataset) -> dict[str, Artist]:
 @style.with_style
 def deformed_figure(
     history: xr.Dataset,
-    events: Events = style.NO_EVENTS,
+    events: Events = time_axis.NO_EVENTS,
     options: SceneOptions | None = None,
     times: Sequence[float] | Floats | None = None,
     heading: str = "",
@@ -103,7 +103,7 @@ def deformed_figure(
         even = every[-1:] if solid else np.linspace(every[0], every[-1], min(4, every.size))
         named = ("incipient", "overall") if solid else MAIN_EVENTS
         moments = frame_times(history, events, named) or {float(time): "" for time in even}
-    numbers, field = style.titles_at(history, moments, "snapshot_time"), SCALARS[options.scalar][0]
+    numbers, field = time_axis.titles_at(history, moments, "snapshot_time"), SCALARS[options.scalar][0]
     words = f"Deformed {'body' if solid else 'section'}, {field.partition(' [')[0]}"
     columns = style.columns_for(len(numbers))
     pictures = style.crop(stills(history, list(numbers), options, (1200, 900))) if solid else []
@@ -245,11 +245,11 @@ def _draw_plates(axes: Axes, history: xr.Dataset, number: int) -> None:
 _CUT_FRAMES = 6
 
 
-def cut_frames_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, title: str = "") -> Figure:
+def cut_frames_figure(history: xr.Dataset, events: Events = time_axis.NO_EVENTS, title: str = "") -> Figure:
     """Draw the inside of the finger at six snapshots from the end of the press to after overall slip."""
     options = SceneOptions(cut=scene.middle_cut(history), camera="side", receptors=False, written=False)
     heading = style.join_title("Stress on a cut along the finger", title)
-    moments = style.times_near(history, slide_moments(history, events, _CUT_FRAMES), "snapshot_time")
+    moments = time_axis.times_near(history, slide_moments(history, events, _CUT_FRAMES), "snapshot_time")
     return deformed_figure(history, events, options, moments, heading)
 
 
@@ -257,7 +257,7 @@ def scene_figure(history: xr.Dataset, title: str) -> Figure:
     """Draw the layers of a solid, cut open, at the start."""
     options = SceneOptions(scalar="region", cut=scene.middle_cut(history), edges=True, written=False)
     heading = style.join_title("Layers and mesh at the start, cut open", title)
-    return deformed_figure(history, style.NO_EVENTS, options, [0.0], heading)
+    return deformed_figure(history, time_axis.NO_EVENTS, options, [0.0], heading)
 
 
 _JERK = 0.05  # s
@@ -272,7 +272,7 @@ def reference_kinds(history: xr.Dataset) -> list[str]:
 
 
 @style.with_style
-def reference_nodes_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, title: str = "") -> Figure:
+def reference_nodes_figure(history: xr.Dataset, events: Events = time_axis.NO_EVENTS, title: str = "") -> Figure:
     """Draw displacement and acceleration of the recorded reference nodes along the slide, a panel for each node."""
     rows = sites_of_kinds(history, reference_kinds(history))
     if not rows.size:
@@ -293,7 +293,7 @@ def reference_nodes_figure(history: xr.Dataset, events: Events = style.NO_EVENTS
         axes.plot(times, plate, color=palette.BLACK, linestyle=":", linewidth=1.0)
         kind = str(site_kinds(history)[row]).removesuffix(" surface")
         axes.set_title(f"{str(history['site'].values[row]).rpartition('-')[2]}, {kind}")
-        style.mark_panels([axes], history, events.slip, named=0)
+        time_axis.mark_panels([axes], history, events.slip, named=0)
         # Accelerations have their axis at the right, which is labelled beside the first row.
         right: Axes = axes.twinx()
         right.set_ylim(-top, top)
@@ -310,5 +310,5 @@ def reference_nodes_figure(history: xr.Dataset, events: Events = style.NO_EVENTS
         of_histories("plate", [history]): Line2D([], [], color=palette.BLACK, linestyle=":", linewidth=1.0),
         "acceleration (without the jerk at the start)": Line2D([], [], color=palette.ORANGE, linewidth=0.9),
     }
-    style.add_legend(figure, keys | (style.event_keys([events.slip]) if window else {}))
+    style.add_legend(figure, keys | (time_axis.event_keys([events.slip]) if window else {}))
     return figure

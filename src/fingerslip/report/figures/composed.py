@@ -18,7 +18,7 @@ from fingerslip.afferents.spikes import Spikes, spike_places
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.history import is_solid
 from fingerslip.report import colours as palette
-from fingerslip.report.figures import style
+from fingerslip.report.figures import style, time_axis
 from fingerslip.report.figures.bodies import add_stress_bar, draw_contact, has_pictures, picture_axis, picture_keys
 from fingerslip.report.figures.patches import slide_moments
 from fingerslip.report.figures.signals import draw_forces, draw_ratios, draw_states
@@ -37,7 +37,7 @@ _WINDOW, _RECORDS_A_WINDOW = 0.01, 10.0
 @style.with_style
 def composed_figure(
     history: xr.Dataset,
-    events: Events = style.NO_EVENTS,
+    events: Events = time_axis.NO_EVENTS,
     spikes: Spikes | None = None,
     title: str = "",
     times_shown: Sequence[float] = (),
@@ -62,7 +62,7 @@ def composed_figure(
         pictures = _draw_pictures(figure, others.pop(0), history, moments, below=others[0] if others else forces)
         lettered.append(pictures[0])
     if is_flat:
-        draw_states(others[0], history, style.ShownTime(times))
+        draw_states(others[0], history, time_axis.ShownTime(times))
         others[0].set_ylabel("contact\n[mm]")
         # Below: what leads from the pictures to their times is above, and every corner of the panel has contact.
         keys = style.state_keys((OPEN, STICK, SLIP))
@@ -72,7 +72,7 @@ def composed_figure(
         assert spikes is not None  # kinds are theirs
         draw_raster(axes, spikes, history, kind)
     draw_forces(forces, history, times)
-    draw_ratios(ratios, history, style.ShownTime(times))
+    draw_ratios(ratios, history, time_axis.ShownTime(times))
     ratios.set_ylabel("ratio,\nfraction")
     for axes in (forces, ratios):
         if axes is ratios or others:
@@ -85,7 +85,7 @@ def composed_figure(
         _limit_to_programme(ratios, history, (float(history[picture_axis(history)][number]) for number in moments))
     seen = times <= ratios.get_xlim()[1]
     draw_stimulus(stimulus, history.isel(time=seen), times[seen])
-    style.mark_panels([stimulus, *others, forces, ratios], history, events.slip, rasters=others[is_flat:])
+    time_axis.mark_panels([stimulus, *others, forces, ratios], history, events.slip, rasters=others[is_flat:])
     style.letter_panels([*lettered, *others, forces, ratios])
     style.add_legend(figure, {} if is_flat else picture_keys(history))
     if spikes and kinds:
@@ -108,8 +108,8 @@ def draw_stimulus(axes: Axes, history: xr.Dataset, times: NDArray[np.float64]) -
 def _picture_titles(history: xr.Dataset, events: Events, wanted: Sequence[float]) -> dict[int, str]:
     """Return the titles of pictures: at times that are wanted [s], or mid press and evenly from the slide's start."""
     moments, axis = slide_moments(history, events, _PICTURES_SHOWN - 1), picture_axis(history)
-    times = wanted or style.times_near(history, (0.5 * moments[0], *moments), axis)
-    return style.titles_at(history, dict.fromkeys(times, ""), axis)
+    times = wanted or time_axis.times_near(history, (0.5 * moments[0], *moments), axis)
+    return time_axis.titles_at(history, dict.fromkeys(times, ""), axis)
 
 
 def _draw_pictures(
@@ -137,7 +137,7 @@ def _draw_pictures(
 
 @style.with_style
 def spike_figure(
-    spikes: Spikes, history: xr.Dataset, events: Events = style.NO_EVENTS, title: str = "", *, assumed: bool = False
+    spikes: Spikes, history: xr.Dataset, events: Events = time_axis.NO_EVENTS, title: str = "", *, assumed: bool = False
 ) -> Figure:
     """Draw when afferents fire, a panel for each type with a row for each afferent, below what the plate does.
 
@@ -164,7 +164,7 @@ def spike_figure(
     rate.set_ylabel(f"mean rate\nin {1e3 * window:.3g} ms\n[1/s]")
     rate.set_ylim(bottom=0.0)
     stimulus.set_xlim(times[0], times[-1])
-    style.mark_panels(panels, history, events.slip, rasters=[*rasters, rate])
+    time_axis.mark_panels(panels, history, events.slip, rasters=[*rasters, rate])
     return figure
 
 

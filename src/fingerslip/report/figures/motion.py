@@ -22,7 +22,7 @@ from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import InputError
 from fingerslip.history import is_solid, nearest_record
 from fingerslip.report.colours import BLACK, BLUE, GREY, ORANGE, STATE_NAMES
-from fingerslip.report.figures import style
+from fingerslip.report.figures import style, time_axis
 from fingerslip.report.figures.bodies import add_field_bar, draw_section
 from fingerslip.report.figures.signals import draw_forces, draw_ratios, draw_states
 from fingerslip.report.labels import of_histories
@@ -92,7 +92,7 @@ def _draw_frame(
         style.show_picture(body, picture)
     if options.scalar != "region":
         add_field_bar(figure, [body], SCALARS[options.scalar][0], limits, location="bottom")
-    rows, times = 1 if is_solid(history) else 2, style.ShownTime(history["time"].values)
+    rows, times = 1 if is_solid(history) else 2, time_axis.ShownTime(history["time"].values)
     panels: list[Axes] = list(grid[1].subgridspec(rows, 1).subplots(sharex=True, squeeze=False)[:, 0])
     if rows == 2:
         draw_states(panels[0], history, times)
@@ -100,7 +100,7 @@ def _draw_frame(
     draw_ratios(panels[-1], history, times)
     panels[-1].legend(loc="upper left")
     panels[-1].set(xlim=(0.0, float(times.values[-1])), ylim=(0.0, 1.35), xlabel="time [s]")
-    style.mark_panels(panels, history, events.slip)
+    time_axis.mark_panels(panels, history, events.slip)
     for axes in panels:
         axes.axvline(time, color=BLACK, linewidth=1.6, zorder=6)
     figure.suptitle(f"t = {time:.3f} s   {_words(history, events.slip, time)}", x=0.02, ha="left")
@@ -109,7 +109,7 @@ def _draw_frame(
 
 def _words(history: xr.Dataset, events: SlipEvents, time: float) -> str:
     """Say what is going on: the phase, and the last event."""
-    happened = [EVENTS[name] for name, event in style.event_times(events).items() if event <= time]
+    happened = [EVENTS[name] for name, event in time_axis.event_times(events).items() if event <= time]
     window, phase = slide_window(history), ""
     if window is not None:
         phase = "pressing" if time < window.start else f"{time - window.start:.3f} s into the slide"

@@ -20,7 +20,7 @@ from fingerslip.contact.counterfaces import sliding_direction
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.history import nearest_record
 from fingerslip.report import colours as palette
-from fingerslip.report.figures import style
+from fingerslip.report.figures import style, time_axis
 from fingerslip.report.scene.scene import contact_levels
 from fingerslip.slip import (
     Events,
@@ -47,15 +47,15 @@ HAS_SLIPPED = f"has slipped by more than {1e6 * EventSettings().slip_tolerance:g
 
 @style.with_style
 def slip_frames_figure(
-    history: xr.Dataset, events: Events = style.NO_EVENTS, times: Sequence[float] | None = None, title: str = ""
+    history: xr.Dataset, events: Events = time_axis.NO_EVENTS, times: Sequence[float] | None = None, title: str = ""
 ) -> Figure:
     """Draw where the contact sticks and slips at times [s], and say how much of it has slipped, as events count it."""
     patch, share = contact_patch(history), slipped_share(history)
     moments = _moments_with_events(history, events) if times is None else times
-    frames = style.titles_at(history, dict.fromkeys(map(float, moments), ""), "time")
+    frames = time_axis.titles_at(history, dict.fromkeys(map(float, moments), ""), "time")
     heading = style.join_title("Stick and slip of the contact, seen from below", title)
     figure, panels = style.figure_grid(len(frames), 3, _panel_size(history, patch, 2.6), heading, _LABELS)
-    events_read, before = style.event_times(events.slip), np.inf
+    events_read, before = time_axis.event_times(events.slip), np.inf
     for axes, (step, words) in zip(panels, frames.items(), strict=True):
         fill_states(axes, patch, history, step)
         now = float(history["time"][step])
@@ -69,7 +69,7 @@ def slip_frames_figure(
 
 
 @style.with_style
-def surface_strain_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, title: str = "") -> Figure:
+def surface_strain_figure(history: xr.Dataset, events: Events = time_axis.NO_EVENTS, title: str = "") -> Figure:
     """Draw the Green-Lagrange strain of the skin along the slide and its rate over the contact at four times of it."""
     patch, name = contact_patch(history), "strain along the slide"
     strains = surface_strains(history, patch).sel(strain_component="along")
@@ -154,7 +154,7 @@ def _moments_with_events(history: xr.Dataset, events: Events) -> Floats:
     """Return evenly spaced times, the nearest ones moved to the first records after the events."""
     moments, times = slide_moments(history, events, _FRAMES), history["time"].values
     free = np.arange(1, moments.size)
-    within = [time for time in style.event_times(events.slip).values() if moments[0] < time <= moments[-1]]
+    within = [time for time in time_axis.event_times(events.slip).values() if moments[0] < time <= moments[-1]]
     for record in np.unique(times[np.searchsorted(times, within)]):
         chosen = free[np.abs(moments[free] - record).argmin()]
         moments[chosen] = record

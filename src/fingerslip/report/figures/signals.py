@@ -21,7 +21,7 @@ from fingerslip.arrays import Floats
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.history import sites_of_kinds
 from fingerslip.report import colours as palette
-from fingerslip.report.figures import style
+from fingerslip.report.figures import style, time_axis
 from fingerslip.report.figures.bodies import (
     add_stress_bar,
     draw_contact,
@@ -60,12 +60,12 @@ _SMALL_ENERGIES: Mapping[str, tuple[str, str]] = {
 
 
 @style.with_style
-def force_figure(history: xr.Dataset, events: slip.Events = style.NO_EVENTS, title: str = "") -> Figure:
+def force_figure(history: xr.Dataset, events: slip.Events = time_axis.NO_EVENTS, title: str = "") -> Figure:
     """Draw normal and tangential force, their ratio and the area that has slipped, and the body beside."""
-    time = style.shown_time(history)
+    time = time_axis.shown_time(history)
     numbers: dict[int, str] = {}
     if has_pictures(history):
-        numbers = style.titles_at(history, frame_times(history, events, ("overall",)), picture_axis(history))
+        numbers = time_axis.titles_at(history, frame_times(history, events, ("overall",)), picture_axis(history))
     columns, heading = 2 if numbers else 1, style.join_title("Forces and slipped area", title)
     size, labels = (6.6 / columns, 2.1), (time.label, "")
     figure, every = style.figure_grid(2 * columns, columns, size, heading, labels, share="none")
@@ -75,7 +75,7 @@ def force_figure(history: xr.Dataset, events: slip.Events = style.NO_EVENTS, tit
     panels[1].set_ylabel("ratio, fraction")
     for axes in panels:
         time.fit(axes)
-    style.mark_panels(panels, history, events.slip)
+    time_axis.mark_panels(panels, history, events.slip)
     pictures = every[1::2] if numbers else []
     for axes, (number, words) in zip(pictures, numbers.items(), strict=False):
         draw_contact(axes, history, number, scaled=axes is pictures[0])
@@ -111,22 +111,22 @@ def _side_by_side(
     histories: Mapping[str, xr.Dataset],
     events: Mapping[str, slip.Events],
     words: tuple[str, str],
-    draw: Callable[[Axes, xr.Dataset, style.ShownTime], None],
+    draw: Callable[[Axes, xr.Dataset, time_axis.ShownTime], None],
     *,
     keys: Mapping[str, Artist] = MappingProxyType({}),
     before: float = 0.06,
 ) -> Figure:
     """Draw the same of some runs, a panel for each; the words are the title and the label of the vertical axis."""
-    times = style.shown_times(histories.values())
+    times = time_axis.shown_times(histories.values())
     figure, panels = _run_panels(tuple(histories), words[0], (times[0].label, words[1]))
     for axes, (name, history), time in zip(panels, histories.items(), times, strict=True):
         draw(axes, history, time)
         if time.logarithmic:
             time.fit(axes)
-        style.mark_panels([axes], history, events.get(name, style.NO_EVENTS).slip, named=0)
-    style.limit_to_slides(panels[0], histories, events, before)
+        time_axis.mark_panels([axes], history, events.get(name, time_axis.NO_EVENTS).slip, named=0)
+    time_axis.limit_to_slides(panels[0], histories, events, before)
     slides = any(slip.slide_window(history) for history in histories.values())
-    marks = style.event_keys(event.slip for event in events.values()) if slides else {}
+    marks = time_axis.event_keys(event.slip for event in events.values()) if slides else {}
     style.add_legend(figure, {**(keys or _drawn_keys(panels[:1])), **marks})
     return figure
 
@@ -148,7 +148,7 @@ def _drawn_keys(panels: Sequence[Axes]) -> dict[str, Artist]:
 @style.with_style
 def energy_figure(history: xr.Dataset, title: str = "") -> Figure:
     """Draw where the work of the plate goes, and the imbalance; the small parts as shares of the work."""
-    time, work = style.shown_time(history), float(np.abs(history["external_work"].values).max())
+    time, work = time_axis.shown_time(history), float(np.abs(history["external_work"].values).max())
     heading = style.join_title("Energy balance", title)
     figure, (large, small) = style.figure_grid(2, 1, (6.8, 2.2), heading, (time.label, ""), share="x")
     scale, unit = _scale(work, "J")
@@ -168,7 +168,7 @@ def energy_figure(history: xr.Dataset, title: str = "") -> Figure:
     return figure
 
 
-def draw_ratios(axes: Axes, history: xr.Dataset, time: style.ShownTime) -> None:
+def draw_ratios(axes: Axes, history: xr.Dataset, time: time_axis.ShownTime) -> None:
     """Draw which share has slipped, as events count it, which slips, and tangential over normal force."""
     ratio = slip.contact_forces(history).ratio(PRESSED)
     friction = float(history["counterface_friction_coefficient"].values[0])
@@ -190,7 +190,7 @@ def _scale(largest: float, unit: str) -> tuple[float, str]:
 @style.with_style
 def held_figure(histories: Mapping[str, xr.Dataset]) -> Figure:
     """Draw the normal force over time, and how far rigid bodies move where they are free, a line for each run."""
-    times = style.shown_times(histories.values())
+    times = time_axis.shown_times(histories.values())
     drawn: dict[str, Callable[[xr.Dataset], dict[str, Floats]]] = {
         "normal force [mN]": lambda history: {"": 1e3 * slip.contact_forces(history).normal}
     }
@@ -228,7 +228,7 @@ def slip_maps_figure(histories: Mapping[str, xr.Dataset], events: Mapping[str, s
     return _side_by_side(histories, events, words, draw_states, keys=style.state_keys((OPEN, STICK, SLIP)), before=0.3)
 
 
-def draw_states(axes: Axes, history: xr.Dataset, time: style.ShownTime) -> None:
+def draw_states(axes: Axes, history: xr.Dataset, time: time_axis.ShownTime) -> None:
     """Draw stick and slip along the surface over time."""
     state = history["contact_state"].values
     along = 1e3 * history["contact_position"].values @ slip.slide_tangent(history)
@@ -258,7 +258,9 @@ def _borders(centres: Floats) -> Floats:
 
 
 @style.with_style
-def contact_displacement_figure(history: xr.Dataset, events: slip.Events = style.NO_EVENTS, title: str = "") -> Figure:
+def contact_displacement_figure(
+    history: xr.Dataset, events: slip.Events = time_axis.NO_EVENTS, title: str = ""
+) -> Figure:
     """Draw the displacement of contact nodes along the plate against the plate's own."""
     labels = ("time [s]", "displacement since the slide began [mm]")
     heading = style.join_title(of_histories("Contact nodes against the plate", [history]), title)
@@ -282,11 +284,11 @@ def contact_displacement_figure(history: xr.Dataset, events: slip.Events = style
     axes.plot(times, plate - plate[0], label=of_histories("plate", [history]), **look)
     top = 1.25 * float(np.abs(skin - skin[0]).max())
     axes.set_ylim(*((-top, 0.08 * top) if plate[-1] < plate[0] else (-0.08 * top, top)))
-    axes.set_xlim(times[0], style.shown_span([window], [events.displacement])[1])
+    axes.set_xlim(times[0], time_axis.shown_span([window], [events.displacement])[1])
     style.add_keys_inside(axes, loc="upper left")
     label = of_histories("position of the node\nalong the plate [mm]", [history])
     figure.colorbar(colours, ax=axes, label=label, pad=0.02)
-    style.mark_panels([axes], None, events.displacement)
+    time_axis.mark_panels([axes], None, events.displacement)
     style.note_below(axes, _READ_FROM.format(READINGS["displacement"]))
     return figure
 
@@ -297,7 +299,7 @@ _NOTE_HEIGHTS = {"A": 0.6, "B": 0.3}
 
 
 @style.with_style
-def acceleration_figure(history: xr.Dataset, events: slip.Events = style.NO_EVENTS, title: str = "") -> Figure:
+def acceleration_figure(history: xr.Dataset, events: slip.Events = time_axis.NO_EVENTS, title: str = "") -> Figure:
     """Draw the tangential acceleration at the recorded receptor types, for both edges of the contact."""
     labels = ("time [s]", of_histories("acceleration along the plate [m/s²]", [history]))
     kinds = _recorded_kinds(history)
@@ -308,8 +310,8 @@ def acceleration_figure(history: xr.Dataset, events: slip.Events = style.NO_EVEN
     for axes, kind in zip(panels, kinds, strict=True):
         _draw_areas(axes, signals, "acceleration", kind, signals["time"].values)
         axes.set_title(kind, pad=28.0 if axes is panels[0] else 3.0, fontweight="bold")
-    style.limit_to_slides(panels[0], {title: history}, {title: events}, marked=[events_read])
-    style.mark_panels(panels, history, events_read)
+    time_axis.limit_to_slides(panels[0], {title: history}, {title: events}, marked=[events_read])
+    time_axis.mark_panels(panels, history, events_read)
     _fit_after_transition(panels[0], signals, slip.acceleration_peaks(history))
     style.note_below(panels[-1], _READ_FROM.format(READINGS["acceleration"]))
     style.add_legend(figure, _area_keys())
@@ -325,25 +327,27 @@ def acceleration_overview_figure(
     title = f"Largest acceleration at {' and '.join(settings.kinds)}, and events from its peaks"
     labels = ("time [s]", of_histories("acceleration along the plate [m/s²]", histories.values()))
     figure, panels = _run_panels(tuple(histories), title, labels)
-    events_read = [events.get(name, style.NO_EVENTS).acceleration for name in histories]
+    events_read = [events.get(name, time_axis.NO_EVENTS).acceleration for name in histories]
     for axes, history, events_of_run in zip(panels, histories.values(), events_read, strict=True):
         _draw_peak_signal(axes, history, settings)
-        style.mark_panels([axes], history, events_of_run, named=0)
-    style.limit_to_slides(panels[0], histories, events, marked=events_read)
+        time_axis.mark_panels([axes], history, events_of_run, named=0)
+    time_axis.limit_to_slides(panels[0], histories, events, marked=events_read)
     keys: dict[str, Artist] = {
         "largest over the receptors": Line2D([], [], color=palette.BLUE, linewidth=1.0),
         "peak that counts": Line2D([], [], color=palette.BLACK, marker="o", markersize=4, linestyle=""),
         "height that a peak needs": Line2D([], [], color=palette.GREY, linewidth=1.0),
         _READ_FROM.format(READINGS["acceleration"]): Line2D([], [], linestyle="none"),
     }
-    style.add_legend(figure, {**keys, **style.event_keys(events_read)})
+    style.add_legend(figure, {**keys, **time_axis.event_keys(events_read)})
     return figure
 
 
 @style.with_style
-def strain_energy_density_figure(history: xr.Dataset, events: slip.Events = style.NO_EVENTS, title: str = "") -> Figure:
+def strain_energy_density_figure(
+    history: xr.Dataset, events: slip.Events = time_axis.NO_EVENTS, title: str = ""
+) -> Figure:
     """Draw the strain energy density at the recorded receptor types, for both edges of the contact."""
-    time, kinds, heading = style.shown_time(history), _recorded_kinds(history), "Strain energy density"
+    time, kinds, heading = time_axis.shown_time(history), _recorded_kinds(history), "Strain energy density"
     labels = (time.label, "strain energy density [J/m³]")
     figure, panels = style.figure_grid(len(kinds), 2, (3.6, 2.2), style.join_title(heading, title), labels, share="x")
     signals = slip.receptor_signals(history)
@@ -352,7 +356,7 @@ def strain_energy_density_figure(history: xr.Dataset, events: slip.Events = styl
         axes.set_title(kind, pad=28.0 if axes in panels[:2] else 4.0, fontweight="bold")
         axes.set_ylim(bottom=0.0)
         time.fit(axes)
-    style.mark_panels(panels, history, events.slip, named=2)
+    time_axis.mark_panels(panels, history, events.slip, named=2)
     style.add_legend(figure, _area_keys())
     return figure
 

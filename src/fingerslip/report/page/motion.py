@@ -22,7 +22,7 @@ from fingerslip.report import colours as palette
 from fingerslip.report.figures.bodies import extent
 from fingerslip.report.figures.patches import HAS_SLIPPED, slipped_share
 from fingerslip.report.figures.signals import PRESSED, SLIPS
-from fingerslip.report.figures.style import event_times
+from fingerslip.report.figures.time_axis import event_times
 from fingerslip.report.labels import of_histories
 from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.report.scene.scene import (

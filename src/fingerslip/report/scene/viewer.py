@@ -23,7 +23,7 @@ from fingerslip.contact.states import SLIP, STICK
 from fingerslip.errors import InputError, ResultError
 from fingerslip.history import nearest_snapshot, site_kinds
 from fingerslip.report import colours as palette
-from fingerslip.report.figures import style
+from fingerslip.report.figures import style, time_axis
 from fingerslip.report.scene.names import CUTS
 from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.report.scene.scene import (
@@ -103,7 +103,7 @@ def nearest_node(history: xr.Dataset, number: int, point: Floats) -> int:
 
 
 @style.with_style
-def picked_figure(history: xr.Dataset, node: int, events: Events = style.NO_EVENTS) -> Figure:
+def picked_figure(history: xr.Dataset, node: int, events: Events = time_axis.NO_EVENTS) -> Figure:
     """Draw what a node does over the snapshots: displacement by components, and von Mises stress around it."""
     times = history["snapshot_time"].values
     position = ", ".join(f"{value:.2f}" for value in 1e3 * history["node_position"].values[node])
@@ -119,8 +119,8 @@ def picked_figure(history: xr.Dataset, node: int, events: Events = style.NO_EVEN
     below.plot(times, stress, color=palette.BLUE)
     below.set_ylabel("von Mises stress [kPa]")
     below.set_ylim(bottom=0.0)
-    style.mark_panels((above, below), history, events.slip, named=0)
-    style.add_legend(figure, style.event_keys([events.slip]))
+    time_axis.mark_panels((above, below), history, events.slip, named=0)
+    style.add_legend(figure, time_axis.event_keys([events.slip]))
     return figure
 
 
@@ -134,7 +134,7 @@ def event_legend(history: xr.Dataset, events: Events) -> list[tuple[str, float, 
     """Return the start of the slide and the events that happened: in words, when [s], and in which colour."""
     window = slide_window(history)
     start = [] if window is None else [("slide starts", window.start, "#555555")]
-    times = style.event_times(events.slip)
+    times = time_axis.event_times(events.slip)
     return [*start, *((EVENTS[name], time, palette.EVENT_COLOURS[name]) for name, time in times.items())]
 
 

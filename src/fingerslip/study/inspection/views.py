@@ -201,7 +201,8 @@ def _detector_figure(subject: RunSubject) -> Figure:
     from fingerslip.detect.page import SlipClip, timeline_of
     from fingerslip.detect.residual import ResidualSettings, detect_residual, findings_table, frames_at_rest
     from fingerslip.detect.timeline import timeline_figure
-    from fingerslip.report.figures.style import limit_to_slides, mark_panels, with_style
+    from fingerslip.report.figures.style import with_style
+    from fingerslip.report.figures.time_axis import limit_to_slides, mark_panels
 
     history, holds = subject.history, phase_times(subject.history, "hold")
     if not holds:

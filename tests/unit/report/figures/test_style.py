@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 
 from fingerslip.errors import InputError, ResultError
 from fingerslip.report.colours import EVENT_COLOURS
-from fingerslip.report.figures import signals, style
+from fingerslip.report.figures import signals, style, time_axis
 from fingerslip.report.page import pictures
 from fingerslip.slip import Events, SlideWindow, SlipEvents, slide_window
 from fingerslip.slip.windows import EVENTS as EVENT_NAMES
@@ -146,25 +146,25 @@ def test_a_figure_that_stays_as_it_is_is_the_same_picture():
 
 def test_events_that_happened_and_the_slide_are_marked_in_their_colours_named_and_have_keys():
     _, axes = single_panel()
-    style.mark_panels([axes], None, SlipEvents(incipient=1.5, noticed=1.6, overall=1.7), named=0)
+    time_axis.mark_panels([axes], None, SlipEvents(incipient=1.5, noticed=1.6, overall=1.7), named=0)
     colours = {float(line.get_xdata()[0]): line.get_color() for line in axes.lines}
     marks = {1.5: "incipient", 1.6: "noticed", 1.7: "overall"}
     assert colours == {time: EVENT_COLOURS[name] for time, name in marks.items()}
     assert set(EVENT_NAMES) == set(EVENT_COLOURS)
     assert len(set(EVENT_COLOURS.values())) == 4
-    keys = style.event_keys([SlipEvents(overall=1.0), SlipEvents(), SlipEvents(incipient=1.0)])
+    keys = time_axis.event_keys([SlipEvents(overall=1.0), SlipEvents(), SlipEvents(incipient=1.0)])
     assert list(keys) == ["slide starts", "incipient", "overall"]
     _, axes = single_panel()
-    style.mark_panels([axes], HISTORY, SlipEvents())
+    time_axis.mark_panels([axes], HISTORY, SlipEvents())
     assert marked(axes) == [WINDOW.start]
-    style.mark_panels([axes], HISTORY, SlipEvents(overall=WINDOW.start + 0.5))
+    time_axis.mark_panels([axes], HISTORY, SlipEvents(overall=WINDOW.start + 0.5))
     assert marked(axes) == [WINDOW.start, WINDOW.start, WINDOW.start + 0.5]
 
 
 def test_names_stand_beside_their_lines_and_apart_and_none_beyond_the_panel():
     _, axes = single_panel()
     axes.set_xlim(0.0, 2.0)
-    style.mark_panels([axes], HISTORY, SlipEvents(incipient=1.49, three_quarter=1.495, overall=1.5))
+    time_axis.mark_panels([axes], HISTORY, SlipEvents(incipient=1.49, three_quarter=1.495, overall=1.5))
     positions = {text.get_text(): text.get_position()[0] for text in axes.texts}
     assert list(positions) == ["slide starts", "incipient", "three-quarter", "overall"]
     assert (positions["slide starts"], positions["incipient"]) == pytest.approx((0.5, 0.745))
@@ -174,27 +174,27 @@ def test_names_stand_beside_their_lines_and_apart_and_none_beyond_the_panel():
     # A name far outside would leave the layout no room for the panels.
     _, other = single_panel()
     other.set_xlim(0.0, 2.0)
-    style.mark_panels([other], HISTORY, SlipEvents(incipient=1.2, overall=9.0))
+    time_axis.mark_panels([other], HISTORY, SlipEvents(incipient=1.2, overall=9.0))
     other.set_xlim(0.0, 2.0)
     assert texts(other) == ["slide starts", "incipient"]
     _, (axes, bare) = style.figure_grid(2, 1, (3.0, 2.0), "", ("", ""))
     axes.set_xlim(0.0, 2.0)
-    style.mark_panels([axes], HISTORY, EVENTS.slip)
-    style.mark_panels([bare], NO_SLIDE, SlipEvents())
+    time_axis.mark_panels([axes], HISTORY, EVENTS.slip)
+    time_axis.mark_panels([bare], NO_SLIDE, SlipEvents())
     assert (texts(axes), texts(bare)) == ([*list(positions)[:2], "48 %", *list(positions)[2:]], [])
 
 
 def test_time_shown_reaches_from_before_the_slides_to_after_overall_slip():
     window = SlideWindow(1.0, 3.0, 0, 10)
-    assert style.shown_span([window], [SlipEvents(overall=1.8)]) == pytest.approx((1.0, 1.8 + 0.35 * 0.8))
-    assert style.shown_span([window, window], [SlipEvents(overall=1.8), SlipEvents()]) == (1.0, 3.0)
+    assert time_axis.shown_span([window], [SlipEvents(overall=1.8)]) == pytest.approx((1.0, 1.8 + 0.35 * 0.8))
+    assert time_axis.shown_span([window, window], [SlipEvents(overall=1.8), SlipEvents()]) == (1.0, 3.0)
     start, early = WINDOW.start, {"run": Events(slip=SlipEvents(overall=WINDOW.start + 0.1))}
     _, axes = single_panel()
-    style.limit_to_slides(axes, {"run": HISTORY}, {}, before=0.3)
+    time_axis.limit_to_slides(axes, {"run": HISTORY}, {}, before=0.3)
     assert axes.get_xlim() == pytest.approx((start - 0.3 * (WINDOW.end - start), WINDOW.end))
-    style.limit_to_slides(axes, {"run": HISTORY}, early, before=0.0)
+    time_axis.limit_to_slides(axes, {"run": HISTORY}, early, before=0.0)
     assert axes.get_xlim() == pytest.approx((start, start + 0.135))
-    style.limit_to_slides(axes, {"run": HISTORY}, early, marked=[SlipEvents(incipient=start + 0.4)])
+    time_axis.limit_to_slides(axes, {"run": HISTORY}, early, marked=[SlipEvents(incipient=start + 0.4)])
     assert axes.get_xlim()[1] == pytest.approx(start + 0.4 * 1.06), "beyond events of another reading"
 
 
@@ -208,7 +208,7 @@ def growing(history, kinds=("press", "hold")):
 
 
 def test_records_that_grow_apart_are_shown_since_the_hold_began_and_even_ones_as_they_are():
-    even, held = style.shown_time(HISTORY), style.shown_time(growing(HISTORY))
+    even, held = time_axis.shown_time(HISTORY), time_axis.shown_time(growing(HISTORY))
     assert (even.logarithmic, even.label) == (False, "time [s]")
     np.testing.assert_array_equal(even.values, HISTORY["time"].values)
     assert (held.logarithmic, held.label) == (True, "time since the hold began [s]")
@@ -216,11 +216,11 @@ def test_records_that_grow_apart_are_shown_since_the_hold_began_and_even_ones_as
     assert np.isnan(held.values[~later]).all()
     assert (np.nanmin(held.values), np.nanmax(held.values)) == pytest.approx((0.01, 100.0))
     pressed = growing(HISTORY, ("press", "press")).isel(time=slice(int(PRESS_END / 5e-3), None))
-    without = style.shown_time(pressed.assign_coords(time=pressed["time"].values - PRESS_END))
+    without = time_axis.shown_time(pressed.assign_coords(time=pressed["time"].values - PRESS_END))
     assert (without.logarithmic, without.label) == (True, "time [s]")
     assert np.isnan(without.values[0])
-    assert [time.logarithmic for time in style.shown_times((growing(HISTORY), growing(HISTORY)))] == [True, True]
-    assert [time.logarithmic for time in style.shown_times((growing(HISTORY), HISTORY))] == [False, False]
+    assert [time.logarithmic for time in time_axis.shown_times((growing(HISTORY), growing(HISTORY)))] == [True, True]
+    assert [time.logarithmic for time in time_axis.shown_times((growing(HISTORY), HISTORY))] == [False, False]
     assert (pictures.is_held(HISTORY), pictures.is_held(growing(HISTORY))) == (False, True)
 
 
