@@ -24,7 +24,7 @@ from fingerslip.detect.features import (
     velocities,
 )
 from fingerslip.detect.labels import Onsets
-from fingerslip.detect.training import Detector, check_tracks_fit
+from fingerslip.detect.training import Detector, check_tracks_fit, strange_share
 from fingerslip.errors import InputError
 from fingerslip.vision.tracking.tracker import SeenMarkers
 from fingerslip.vision.tracks import check_size
@@ -129,6 +129,18 @@ class LiveDetector(FrameByFrame[Finding]):
         self._recent: deque[tuple[float, Floats, Flags]] = deque(maxlen=detector.features.motion.window)
         self._state = detector.smoother.start()
         self._onsets = Onsets(None, None)
+        # At rest and later: sum of the shares of features beyond the range of those learned, and number of frames.
+        self._strange = np.zeros((2, 2))
+        self._resting = self.rest_frames
+
+    @property
+    def strange_shares(self) -> Floats:
+        """Shares of the features, at rest and later (2,), that were beyond the range of those learned so far.
+
+        A few frames count as little as they would among as many as there are at rest.
+        """
+        shares: Floats = self._strange[:, 0] / np.maximum(self._strange[:, 1], self.rest_frames)
+        return shares
 
     def _begin(self, positions: Floats) -> None:
         self._rest = mean_at_rest(positions, np.arange(positions.shape[1]))
@@ -146,7 +158,10 @@ class LiveDetector(FrameByFrame[Finding]):
             times, moved, seen = (np.array(column) for column in zip(*self._recent, strict=True))
             velocity = velocities(times, moved, seen, len(times))[-1:]
             motion = Motion(times[-1:], self._rest, displacement, velocity, self._ring, visible[None], np.array([True]))
-            chances = probabilities(detector.estimator, features_of(motion, detector.features))
+            values, is_rest = features_of(motion, detector.features), self._resting > 0
+            self._strange[0 if is_rest else 1] += strange_share(detector, values, is_rest=is_rest), 1.0
+            chances = probabilities(detector.estimator, values)
+        self._resting -= 1
         scores, self._state = detector.smoother.scores(self._state, interval, chances)
         slip, gross = scores[0].tolist()
         limits, onsets = detector.thresholds, self._onsets

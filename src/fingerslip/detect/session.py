@@ -366,9 +366,14 @@ def _warnings(tracks: xr.Dataset, trained: Detector, strange: float) -> Iterator
     if first < rest_frames:
         fault = f"the markers move from frame {first} on, and the detector takes {rest_frames} frames for rest"
         yield f"{fault}: its times mean nothing; begin the recording earlier, or train with fewer --rest"
-    if strange > UNLIKE:
-        fault = f"{100 * strange:.0f} % of what the detector sees is beyond the range that it learned from"
-        yield f"{fault}: its answer means nothing here; train it on trials like this clip"
+    if fault := _strange_fault(strange):
+        yield fault
+
+
+def _strange_fault(share: float) -> str:
+    """Say that a share of the features is beyond the range of those learned; nothing where it is small."""
+    fault = f"{100 * share:.0f} % of what the detector sees is beyond the range that it learned from"
+    return f"{fault}: its answer means nothing here; train it on trials like this clip" if share > UNLIKE else ""
 
 
 def watch_camera(
@@ -378,12 +383,14 @@ def watch_camera(
     tell: Callable[[str], object],
 ) -> Table:
     """Run a detector on a camera until it ends or is interrupted; tell each event as it comes, and return latencies."""
+    from fingerslip.detect.live import LiveDetector
     from fingerslip.detect.residual import findings_table
 
     trained = None if detector == RESIDUAL else read_detector(detector)
     tracker = _tracker(trained, tracking, tracking.get("rest_frames") or 30, f"camera {camera}")
     live: LiveDetector | ResidualDetector | None = None
     findings: list[Finding] = []
+    strange = ""
     with threadpool_limits(1), contextlib.suppress(KeyboardInterrupt):
         for time, frame in live_frames(camera, tracking.get("channel", "grey")):
             for seen in tracker.take(frame, time):
@@ -392,6 +399,10 @@ def watch_camera(
                 times = np.array([finding.time for finding in new])
                 if trained and not findings and (fault := rate_fault(trained, frame_rate_of(times))):
                     tell(f"warning: camera {camera} {fault}: times of slip mean nothing")
+                if isinstance(live, LiveDetector) and not strange:
+                    strange = _strange_fault(live.strange_shares.max())
+                    if strange:
+                        tell(f"warning: {strange}")
                 for finding in new:
                     for event in _new_events(findings[-1].onsets if findings else Onsets(None, None), finding):
                         tell(event)

@@ -12,7 +12,7 @@ import numpy as np
 import pydantic
 from numpy.typing import NDArray
 
-from fingerslip.arrays import Floats
+from fingerslip.arrays import Floats, Singles
 from fingerslip.detect.classifiers import CLASSIFIERS, Candidate, fit, probabilities
 from fingerslip.detect.features import (
     LAYOUT_FREE,
@@ -259,9 +259,16 @@ def strange_shares(detector: Detector, tracks: xr.Dataset) -> Floats:
     """Return which shares of the features of tracks, at rest and later (2,), are beyond the range of those learned."""
     motion, resting = motion_of(tracks, detector.features.motion), detector.features.motion.rest_frames
     values, usable = features_of(motion, detector.features), motion.usable
-    frames = values[:resting][usable[:resting]], values[resting:][usable[resting:]]
-    ranges = zip(frames, detector.ranges or [[[-np.inf], [np.inf]]] * 2, strict=True)
-    return np.array([((part < low) | (part > high)).mean() if part.size else 0.0 for part, (low, high) in ranges])
+    rest, later = values[:resting][usable[:resting]], values[resting:][usable[resting:]]
+    return np.array([strange_share(detector, rest, is_rest=True), strange_share(detector, later, is_rest=False)])
+
+
+def strange_share(detector: Detector, values: Singles, *, is_rest: bool) -> float:
+    """Return which share of features (n_times, n_features) is beyond the range of those learned, at rest or later."""
+    if detector.ranges is None or not values.size:
+        return 0.0
+    low, high = detector.ranges[0 if is_rest else 1]
+    return float(((values < low) | (values > high)).mean())
 
 
 def time_error(labels: Sequence[Onsets], begins: Sequence[Onsets]) -> dict[str, list[float]]:
@@ -322,8 +329,11 @@ def check_tracks_fit(detector: Detector, tracks: xr.Dataset) -> None:
     """Check that tracks have the markers that a detector was made for."""
     inside = markers_of(tracks, "internal")
     if detector.layout and layout_digest(inside) != detector.layout:
+        words = layout_text(inside)
+        # Numbers and rings of each marker count, too, and the words do not have them.
+        fault = f"have {words}{', numbered otherwise' if words == detector.layout_in_words else ''}"
         allowed = f"needs the markers that the detector learned from: {detector.layout_in_words}"
-        raise InputError("tracks", f"have {layout_text(inside)}", allowed, "train a detector for this layout")
+        raise InputError("tracks", fault, allowed, "train a detector for this layout")
 
 
 def rate_fault(detector: Detector, rate: float) -> str:

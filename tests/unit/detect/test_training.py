@@ -78,7 +78,18 @@ def test_clip_of_another_sensor_is_known_by_how_its_rest_looks(detector, trials)
     alike, noisy = (training.strange_shares(detector, disturb(tracks, "noise", amount)) for amount in (0.0, 1.0))
     assert alike.max() < training.UNLIKE < 0.5 < noisy[0]
     assert training.strange_shares(detector, deeper)[1] > training.UNLIKE, "no such indentation was learned"
+    live = LiveDetector(detector)
+    assert list(run_live(live, frames_of(deeper)))
+    assert live.strange_shares == pytest.approx(training.strange_shares(detector, deeper))
     assert training.strange_shares(dataclasses.replace(detector, ranges=None), tracks).tolist() == [0.0, 0.0]
+
+
+def test_markers_that_are_only_numbered_otherwise_are_told_so(detector, trials):
+    tracks = trials.tracks(trials.names[0])
+    with pytest.raises(InputError, match=r"in px, numbered otherwise, needs the markers .*: 81 internal markers"):
+        training.check_tracks_fit(detector, tracks.assign_coords(marker=tracks["marker"] + 1))
+    with pytest.raises(InputError, match=r"have \d+ internal markers \([^)]*\) in px, needs"):
+        training.check_tracks_fit(detector, tracks.isel(marker=slice(None, None, 2)))
 
 
 def test_trials_at_two_rates_make_a_detector_that_refuses_neither(samples, trials, monkeypatch):
