@@ -1,15 +1,17 @@
 """Figures of speed in one table: ``make bench``, or ``python tests/benchmarks/bench.py --cases fine --write FILE``.
 
 Each case runs in a process of its own, so that its memory is its own, after what it needs was compiled. Without
-``--cases`` these are the cases that the documentation names. Figures are CPU seconds of all threads and processes where
-nothing else is said. Beside each stand its goal and what ``results/reference/benchmark.json`` has of the version
-before; the machine's speed is measured by fixed work before each case, and figures of another day are scaled by it.
+``--cases`` these are the cases that have goals; of long ones only the stored figures are shown. Figures are CPU seconds
+of all threads and processes where nothing else is said. Beside each stand its goal and what
+``results/reference/benchmark.json`` has of the version before; the machine's speed is measured by fixed work before
+each case, and figures of another day are scaled by it.
 
 ======================= =========================================================================================
 2D, frictions, solid    the mesh, a basis that is made, and one that is kept: the paper's section, eight frictions of
                         it, and the fingertip in 3D
 control                 steps from outside, in milliseconds
 table 2, sweep, hundred studies on the command line; 64 runs; 100 runs beside studies of their own
+report                  ``fingerslip report`` of 100 runs
 opened                  results of 1,000 runs, opened in Python
 3D, eight               the shipped tetrahedra in one direction and eight; the mesh of ``directions_3d``
 sensor                  the slide of 47 s of a TacTip in 2D
@@ -74,10 +76,11 @@ TERMS = (fs.PronyTerm(0.3, 0.02), fs.PronyTerm(0.2, 0.2), fs.PronyTerm(0.2, 2.0)
 
 @dataclass(frozen=True)
 class Case:
-    """A measurement, and what its figures should be at most; the documentation names those that have goals."""
+    """A measurement, and what its figures should be at most; long ones are measured only where they are named."""
 
     measure: Callable[[], Figures]
     goals: Figures = field(default_factory=dict)
+    is_long: bool = False
 
 
 @dataclass(frozen=True)
@@ -263,6 +266,17 @@ def hundred():
     return figures
 
 
+def reported():
+    """Write the report of 100 runs."""
+    figures, frictions = Figures(), np.linspace(0.3, 0.9, 20)
+    with tempfile.TemporaryDirectory() as folder:
+        apart(figures, "100 runs", swept(frictions, (1.1, 1.2, 1.3, 1.4, 1.5)), Path(folder))
+        with seconds(figures, "report"):
+            words = [sys.executable, "-m", "fingerslip", "report", "results/study"]
+            subprocess.run(words, check=True, cwd=folder, stdout=subprocess.DEVNULL)
+    return figures
+
+
 OPEN = """
 import json, sys, time
 marks = [(time.perf_counter(), time.process_time())]
@@ -333,19 +347,22 @@ CASES = {
         {"one direction": 15.0, "eight directions over one direction": 2.0},
     ),
     "large strain": Case(of(strains, "finite_strain"), {"large strain over small strain": 4.0}),
+    "report": Case(reported, {"report": 10.0}),
+    "fine": Case(
+        of(lambda: {"all": Variant([finger("fine")])}), {"all": 60.0, "memory so far [GB]": 2.0}, is_long=True
+    ),
+    "large strain 3D": Case(of(strains, "finite_strain_3d"), {"large strain, clock": 240.0}, is_long=True),
     "hundred": Case(hundred),
     "opened": Case(opened),
     "frictions": Case(of(lambda: bases(model_of("wang2014_friction"), EIGHT))),
     "solid": Case(of(lambda: bases(model_of("wang2014_3d")))),
     "eight": Case(of(lambda: directions(finger("coarse", integration="nodal")))),
     "shipped": Case(of(lambda: {"all": Variant([finger("shipped")])})),
-    "fine": Case(of(lambda: {"all": Variant([finger("fine")])})),
     "sensor": Case(of(lambda: {"all": Variant([model_of("tactip_slide")])})),
     "solvers": Case(of(lambda: solvers(paper(), *((each.name, each) for each in known_solvers())))),
     "precision": Case(of(lambda: solvers(finger("shipped"), ("double", ExactPardiso()), ("single", Pardiso())))),
     "relaxing": Case(of(lambda: relaxing(paper()))),
     "relaxing 3D": Case(of(lambda: relaxing(finger("shipped", steps=200, integration="nodal")))),
-    "large strain 3D": Case(of(strains, "finite_strain_3d")),
     "growth": Case(growth),
 }
 
@@ -366,7 +383,7 @@ def measured(name):
 
 def main():
     parser = options_of(__doc__, writes=True)
-    named = [name for name, case in CASES.items() if case.goals]
+    named = [name for name, case in CASES.items() if case.goals and not case.is_long]
     parser.add_argument("--cases", nargs="+", choices=CASES, default=named)
     parser.add_argument("--figure", metavar="FILE", help="draw the case growth, as in docs/figures/solid-scaling.png")
     options = parser.parse_args()
@@ -382,6 +399,9 @@ def main():
             goal, earlier = CASES[name].goals.get(figure, ""), before.get(figure, "")
             is_ratio = " over " in figure or figure not in before
             line(name, figure, value, goal, earlier, earlier if is_ratio else earlier * scale, digits=3)
+    for name in (name for name, case in CASES.items() if case.is_long and name not in results):
+        for figure, goal in CASES[name].goals.items():
+            line(name, figure, f"see --cases '{name}'", goal, stored.get(name, {}).get(figure, ""), "", digits=3)
     write(options.write, results)
     if options.figure and "growth" in results:
         draw_growth(results["growth"], options.figure)

@@ -1,4 +1,4 @@
-"""Simulate models: from what they are to their histories."""
+"""Simulate models: from what they are to their histories, at once; :mod:`.steering.steering` goes step by step."""
 
 from __future__ import annotations
 

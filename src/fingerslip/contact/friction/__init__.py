@@ -8,8 +8,9 @@ follows from Coulomb's law with that coefficient by return mapping (Simo & Laurs
     stick    t = t*                  where |t*| <= mu p
     slip     t = mu p t* / |t*|      elsewhere
 
-The coefficient is taken from the conditions at the start of the step. This is exact for constant coefficients and first
-order in the step for the others; within a step, the problem is solved to its full tolerance.
+The coefficient is taken from the conditions at the start of the step, where contact is solved
+(:func:`fingerslip.dynamics.step.contact_step.solve_law`). This is exact for constant coefficients and first order in
+the step for the others; within a step, the problem is solved to its full tolerance.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The contact forces of one step, for any number of candidates.
+"""The contact forces of one step, for any number of candidates; compiled steps in 2D call the partitions themselves.
 
 Few candidates are solved all together, in 2D by partitions (:mod:`fingerslip.contact.solve.partition`), in 3D
 by compiled code (:mod:`fingerslip.contact.solve.newton`). Of many, most stay
