@@ -19,7 +19,7 @@ from fingerslip.parameters.schema import require_kind
 from fingerslip.report.labels import path_labels
 from fingerslip.report.tables.runs import table_frame
 from fingerslip.results import ABOUT, FIT, HISTORY, RunResult, StudyResult
-from fingerslip.sampling.curves import FitSettings, Measurement, column_unit, curves_of, read_measurement
+from fingerslip.sampling.curves import OVER, FitSettings, Measurement, column_unit, curves_of, read_measurement
 from fingerslip.sampling.designs import required_output
 from fingerslip.sampling.posterior import (
     EMCEE,
@@ -31,7 +31,7 @@ from fingerslip.sampling.posterior import (
     sample_posterior,
 )
 from fingerslip.sampling.sensitivity import number_and_unit
-from fingerslip.storage.files import csv_text, digest, new_folder, write_bytes, write_json, write_text
+from fingerslip.storage.files import csv_text, digest, frame_csv, new_folder, write_bytes, write_json, write_text
 from fingerslip.study.definition.runs import plan_study
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.running.runner import run_plans, write_up
@@ -44,6 +44,7 @@ if TYPE_CHECKING:
 
 
 _LEAST_WITH_EVENT = 10
+_DRAWN = {"posterior": "posterior.csv", "fit": "curves.csv"}  # what figures are drawn of
 _SAVED = 2000  # samples of the posterior in its file, and whose curves are drawn
 _EDGE, _LEANING = 0.02, 0.1  # share of a range, and of a posterior that leans against it
 # A largest value over that of the nearest run, and a correlation with the runs, which no values in a range mend; and
@@ -65,7 +66,7 @@ class Posterior:
     Parameters
     ----------
     folder : Path
-        Folder of ``posterior.csv``, ``summary.csv``, ``predictions.csv``, ``corner.png`` and ``fit.png``.
+        Folder of the tables ``posterior.csv``, ``summary.csv``, ``predictions.csv`` and ``curves.csv``, and of figures.
     tables : tuple of Table
         Values with their intervals, and predictions.
 
@@ -95,7 +96,7 @@ class Posterior:
         """Samples of the posterior: columns named by path and unit."""
         import pandas as pd
 
-        return pd.read_csv(self.folder / "posterior.csv")
+        return pd.read_csv(self.folder / _DRAWN["posterior"])
 
 
 def fit(
@@ -200,17 +201,19 @@ def _write(study: StudyResult, measurement: Measurement, settings: FitSettings) 
     root = np.linalg.cholesky(discrepancy(measurement.positions) + 1e-9 * np.eye(size))
     smooth = drawn_samples[:, -1:, None] * generator.standard_normal(models.shape) @ root.T
     deviations = measurement.deviations[: models.shape[1]]
+    bands = _curve_table(measurement, curves, *(deviations * each for each in (models, models + smooth + noise)))
     with new_folder(study.folder / FIT) as folder:
         headings = [f"{path} [{unit}]" if unit else path for path, unit in zip(study.ranges, units, strict=False)]
         cells = [[f"{value:.6g}" for value in row] for row in saved.tolist()]
-        write_text(folder / "posterior.csv", csv_text([[*headings, f"discrepancy [{units[-1]}]"], *cells]))
+        write_text(folder / _DRAWN["posterior"], csv_text([[*headings, f"discrepancy [{units[-1]}]"], *cells]))
         for name, table in zip(("summary", "predictions"), tables, strict=True):
             write_text(folder / f"{name}.csv", to_csv(table))
+        write_text(folder / _DRAWN["fit"], frame_csv(bands))
         about = {"runs": digest([run.identity for run in study.runs]), "notes": [table.note for table in tables]}
         write_json(folder / Path(ABOUT).name, about)
         figures = {
             "corner": corner_figure(values, labels, units, (low, high)),
-            "fit": fit_figure(measurement, curves, *(deviations * each for each in (models, models + smooth + noise))),
+            "fit": fit_figure(bands),
         }
         for name, figure in figures.items():
             write_bytes(folder / f"{name}.png", figure_bytes(figure))
@@ -225,14 +228,36 @@ def _axes(study: StudyResult) -> tuple[list[str], list[str], tuple[Floats, Float
     return labels, [*(two[0][1] for two in ends), "standard deviations"], (low, high)
 
 
-def posterior_figure(folder: Path) -> Figure:
-    """Draw the posterior of a fit from the results of its study."""
-    from fingerslip.report.figures.fit import corner_figure
+def _curve_table(measurement: Measurement, runs: Floats, models: Floats, predicted: Floats) -> pd.DataFrame:
+    """Return what is measured and computed of the first columns, (n, n_columns, n_positions) each [SI], in rows."""
+    import pandas as pd
 
-    study, path = read_results(folder), folder / FIT / "posterior.csv"
+    numbers = {"measured": measurement.values, "deviation": np.broadcast_to(measurement.deviations, runs.shape[1:])}
+    for name, curves, percents in (("model", models, (5, 50, 95)), ("noisy", predicted, (5, 95))):
+        quantiles = np.percentile(curves, percents, axis=0)
+        numbers |= {f"{name} {percent} %": row for percent, row in zip(percents, quantiles, strict=True)}
+    numbers |= {"runs from": runs.min(axis=0), "runs to": runs.max(axis=0)}
+    over = f"{measurement.over} [{OVER[measurement.over]}]"
+    frames = (
+        pd.DataFrame({"column": name, "unit": column_unit(name), over: measurement.positions}).assign(
+            **{heading: values[number] for heading, values in numbers.items()}
+        )
+        for number, name in enumerate(measurement.columns[: models.shape[1]])
+    )
+    return pd.concat(frames)
+
+
+def stored_figure(folder: Path, kind: str) -> Figure:
+    """Draw the posterior of a fit, or its curves, from the results of its study."""
+    import pandas as pd
+
+    from fingerslip.report.figures.fit import corner_figure, fit_figure
+
+    study, path = read_results(folder), folder / FIT / _DRAWN[kind]
     if not path.is_file():
-        raise ResultError(f"{folder}: holds no fit; run fingerslip fit with its study")
-    return corner_figure(np.loadtxt(path, delimiter=",", skiprows=1), *_axes(study))
+        raise ResultError(f"{path}: is not there; run fingerslip fit with its study")
+    frame = pd.read_csv(path, keep_default_na=False)
+    return corner_figure(frame.to_numpy(), *_axes(study)) if kind == "posterior" else fit_figure(frame)
 
 
 def _refuse_far(measurement: Measurement, curves: Floats) -> None:

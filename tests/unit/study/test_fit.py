@@ -109,10 +109,18 @@ def check_page_and_figure(folder: Path, posterior: fs.Posterior) -> None:
     runs = tuple(dataclasses.replace(run, identity="another") for run in content.study.runs)
     other = dataclasses.replace(content, study=dataclasses.replace(content.study, runs=runs))
     assert sample_sections(other)[0].is_empty
-    written = write_figure(folder, FigureChoice("posterior", form="svg"))
-    assert "<svg" in written.read_text(encoding="utf-8")
-    with pytest.raises(fs.ResultError, match="holds no fit; run fingerslip fit"):
-        write_figure(folder.parent.parent / "truth" / "truth", FigureChoice("posterior"))
+    for kind in ("posterior", "fit"):
+        written = write_figure(folder, FigureChoice(kind, form="svg"))
+        assert "<svg" in written.read_text(encoding="utf-8")
+        with pytest.raises(fs.ResultError, match=r"\.csv: is not there; run fingerslip fit"):
+            write_figure(folder.parent.parent / "truth" / "truth", FigureChoice(kind))
+    curves = pd.read_csv(folder / "fit" / "curves.csv").groupby("column", sort=False)
+    for name, values in curves:
+        assert values["unit"].iloc[0] == "N"
+        middle = values["model 50 %"]
+        inside = (values["measured"] >= values["noisy 5 %"]) & (values["measured"] <= values["noisy 95 %"])
+        assert inside.mean() >= 0.75, name
+        assert ((values["runs from"] < middle) & (middle < values["runs to"])).iloc[1:].all()
 
 
 @pytest.mark.slow
@@ -140,7 +148,15 @@ def test_a_fit_is_whole_and_a_range_that_cuts_it_off_is_refused(
     assert posterior.samples[FRICTION].between(0.5, 0.8).all()
     assert posterior.summary.set_index("value").loc["friction coefficient", "median"] < 0.6, "the truth is below"
     files = sorted(path.name for path in posterior.folder.iterdir())
-    assert files == ["about.json", "corner.png", "fit.png", "posterior.csv", "predictions.csv", "summary.csv"]
+    assert files == [
+        "about.json",
+        "corner.png",
+        "curves.csv",
+        "fit.png",
+        "posterior.csv",
+        "predictions.csv",
+        "summary.csv",
+    ]
 
     columns = dict.fromkeys(FIT["columns"], "0.02 mN")  # a tenth of the noise that made the data
     write_study(narrow | {"fit": FIT | {"bounds": [FRICTION], "columns": columns}})

@@ -1,8 +1,9 @@
-"""Figures of a fit: the posterior of every pair of values, and measured curves beside those of the model."""
+"""Figures of a fit: the posterior of every pair of values, and measured curves with those of the model."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,8 +14,10 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
 from fingerslip.report.colours import BLACK, BLUE, GREY, SKY
-from fingerslip.report.figures.style import add_legend, columns_for, figure_grid, with_style
-from fingerslip.sampling.curves import OVER, Measurement, column_unit
+from fingerslip.report.figures.style import add_legend, columns_for, figure_grid, letter_panels, name_panel, with_style
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 Array = NDArray[np.float64]
 
@@ -22,8 +25,8 @@ _BINS, _LEVELS = 40, (0.95, 0.68)
 _SMOOTHING, _MARGIN = 1.5, 0.3  # bins; shares of what is drawn of a value
 #: How many columns are drawn.
 MOST_PANELS = 6
-_MOST_RUNS = 60
 _SHOWN = {"m": ("mm", 1e3), "s": ("s", 1.0), "N": ("N", 1.0), "Pa": ("kPa", 1e-3)}
+_RUNS: Any = {"color": GREY, "alpha": 0.18, "linewidth": 0.0}
 
 
 @with_style
@@ -59,8 +62,8 @@ def corner_figure(values: Array, labels: Sequence[str], units: Sequence[str], ra
     return figure
 
 
-def _with_unit(label: str, unit: str) -> str:
-    return f"{label}\n[{unit}]" if unit else label
+def _with_unit(label: str, unit: str, between: str = "\n") -> str:
+    return f"{label}{between}[{unit}]" if unit else label
 
 
 def _draw_pair(
@@ -79,34 +82,55 @@ def _draw_pair(
 
 
 @with_style
-def fit_figure(measurement: Measurement, runs: Array, models: Array, predicted: Array) -> Figure:
-    """Draw measured curves [SI] with those of the runs, the fitted model, and of what it predicts to be measured.
+def fit_figure(curves: pd.DataFrame) -> Figure:
+    """Draw measured curves with those of the fitted model, and below them residuals in standard deviations.
 
-    All three are (n, n_columns, n_positions); of many columns the first ones are drawn.
+    The rows are those of ``curves.csv`` of a fit: a column, its unit, where it was measured, and numbers by name [SI].
     """
-    columns = measurement.columns[:MOST_PANELS]
-    shown_unit, factor = _SHOWN[OVER[measurement.over]]
-    order = np.argsort(measurement.positions)
-    positions = factor * measurement.positions[order]
-    wide = columns_for(len(columns))
-    labels = (f"{measurement.over} [{shown_unit}]", "")
-    figure, panels = figure_grid(len(columns), wide, (4.2, 3.0), "Measured and fitted", labels, share="x")
-    for number, (name, axes) in enumerate(zip(columns, panels, strict=True)):
-        unit = column_unit(name)
-        unit, scale = _SHOWN.get(unit, (unit, 1.0))
-        axes.plot(positions, scale * runs[:_MOST_RUNS, number, order].T, color=GREY, linewidth=0.5, alpha=0.4)
-        for curves, strength in ((predicted, 0.25), (models, 0.55)):
-            low, high = scale * np.percentile(curves[:, number, order], (2.5, 97.5), axis=0)
-            axes.fill_between(positions, low, high, color=BLUE, alpha=strength, linewidth=0.0, zorder=2)
-        axes.plot(positions, scale * np.median(models[:, number, order], axis=0), color=BLUE, zorder=3)
-        deviation = scale * float(measurement.deviations[number, 0])
-        look = {"fmt": "o", "color": BLACK, "markersize": 3.0, "elinewidth": 0.7, "zorder": 4}
-        axes.errorbar(positions, scale * measurement.values[number, order], deviation, **look)  # type: ignore[arg-type]
-        axes.set_ylabel(f"{name.replace('_', ' ')} [{unit}]" if unit else name.replace("_", " "))
+    over = str(curves.columns[2])
+    label, _, unit = over.removesuffix("]").partition(" [")
+    shown_unit, factor = _SHOWN[unit]
+    columns = [values.sort_values(over) for _, values in curves.groupby("column", sort=False)]
+    count, wide = len(columns), columns_for(len(columns))
+    rows = -(-count // wide)
+    labels, ratios = (f"{label} [{shown_unit}]", ""), (3.0, 1.4) * rows
+    title, panel = "Measured and fitted", (4.2, 1.8 if count == 1 else 2.5)
+    figure, panels = figure_grid(2 * rows * wide, wide, panel, title, labels, share="x", heights=ratios, lettered=False)
+    pairs = [panels[2 * row * wide + column :: wide][:2] for row in range(rows) for column in range(wide)]
+    for axes in (axes for pair in pairs[count:] for axes in pair):
+        axes.set_visible(False)
+    letter_panels([above for above, _ in pairs] if count > 1 else ())
+    for number, (values, (above, below)) in enumerate(zip(columns, pairs, strict=False)):
+        name, si = values.iloc[0, :2]
+        unit, scale = _SHOWN.get(si, (si, 1.0))
+        positions = (factor * values[over]).to_numpy()
+        above.fill_between(positions, *(scale * values[f"runs {end}"] for end in ("from", "to")), **_RUNS)
+        _draw_curves(above, positions, values, 0.0, 1.0 / scale)
+        _draw_curves(below, positions, values, *values[["model 50 %", "deviation"]].to_numpy().T)
+        site, _, quantity = name.rpartition(".")
+        name_panel(above, site)
+        above.set_ylabel(_with_unit(quantity.replace("_", " "), unit, " "))
+        if number % wide == 0:
+            below.set_ylabel("residual [σ]")
+        if number + wide >= count:
+            below.tick_params(labelbottom=True)
+            below.set_xlabel(labels[0])
     add_legend(figure, {
-        "measured ± deviation": Line2D([], [], color=BLACK, marker="o", linestyle="", markersize=3.0),
-        "model, 95 %": Patch(color=BLUE, alpha=0.6),
-        "with noise and discrepancy": Patch(color=BLUE, alpha=0.25),
-        "runs": Line2D([], [], color=GREY, linewidth=0.8),
+        "measured ± σ": Line2D([], [], color=BLACK, marker="o", linestyle="", markersize=3.0),
+        "fitted model": Line2D([], [], color=BLUE),
+        "model, 90 %": Patch(color=BLUE, alpha=0.55),
+        "new data, 90 %": Patch(color=BLUE, alpha=0.25),
+        "all runs": Patch(**_RUNS),
     })  # fmt: skip
+    figure.align_ylabels()
     return figure
+
+
+def _draw_curves(axes: Axes, positions: Array, values: pd.DataFrame, base: Array | float, size: Array | float) -> None:
+    """Draw a measured curve, that of the model and its bands, less a base and over a size."""
+    for band, strength in (("noisy", 0.25), ("model", 0.55)):
+        low, high = ((values[f"{band} {percent} %"] - base) / size for percent in (5, 95))
+        axes.fill_between(positions, low, high, color=BLUE, alpha=strength, linewidth=0.0, zorder=2)
+    axes.plot(positions, (values["model 50 %"] - base) / size, color=BLUE, zorder=3)
+    look: Any = {"fmt": "o", "color": BLACK, "markersize": 3.0, "elinewidth": 0.7, "zorder": 4}
+    axes.errorbar(positions, (values["measured"] - base) / size, values["deviation"] / size, **look)

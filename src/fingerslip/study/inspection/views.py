@@ -45,7 +45,10 @@ _OF_REACTIONS = {
     "reaction-margin": "that latency against the rate of the load, and the travel that a latency costs",
     "reaction-outcome": "what comes of each reaction after each detector",
 }
-_OF_FITS = {"posterior": "what a fit says of each value and of each pair"}
+_OF_FITS = {
+    "posterior": "what a fit says of each value and of each pair",
+    "fit": "measured curves, the first six, with those of the fitted model, and residuals",
+}
 _OF_WHOLE = (*OF_STUDIES, *_OF_REACTIONS, *_OF_FITS)
 
 
@@ -184,9 +187,9 @@ def _results_figure(target: Path, kind: str) -> Callable[[], Figure]:
     from fingerslip.react.figures import reaction_figures
 
     if kind in _OF_FITS:
-        from fingerslip.study.fit import posterior_figure
+        from fingerslip.study.fit import stored_figure
 
-        return functools.partial(posterior_figure, target)
+        return functools.partial(stored_figure, target, kind)
     study = read_results(target)
     reactions = reactions_of(study) if any(run.reaction for run in study.runs) else None
     figures = reaction_figures(reactions) if reactions else {}
