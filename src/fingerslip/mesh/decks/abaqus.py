@@ -117,17 +117,28 @@ def _keyword(file: Path, line: int, head: str, depth: int, before: Sequence[Keyw
     keyword = Keyword(file, line, " ".join(name.upper().split()), options)
     if keyword.name != "INCLUDE":
         return [keyword]
-    other = file.parent / keyword.option("INPUT")
+    other = _included(file, keyword.option("INPUT"), depth)
     if depth == _DEEPEST or not other.is_file():
         fault = f"'{other}' includes itself" if depth == _DEEPEST else f"there is no file '{other}'"
         raise keyword.error(fault, "needs a file beside the deck")
     return read_keywords(other, depth + 1, before)
 
 
+def _included(file: Path, name: str, depth: int) -> Path:
+    """Return an included file; where its absolute path is gone, one beside the deck or below it, as in results."""
+    other = file.parent / name
+    if other.is_file() or not Path(name).is_absolute():
+        return other
+    folders, parts = file.parents[: depth + 1], other.parts
+    below = (folder.joinpath(*parts[start:]) for start in range(1, len(parts)) for folder in folders)
+    return next((path for path in below if path.is_file()), other)
+
+
 def included_files(file: Path, depth: int = 0) -> list[Path]:
     """Return the files that a deck includes, and those that these include, as far as they are there."""
     text = file.read_text(encoding="utf-8", errors="replace") if depth < _DEEPEST else ""
-    others = [other for name in _INCLUDE.findall(text) if (other := file.parent / name.strip()).is_file()]
+    names = (name.strip() for name in _INCLUDE.findall(text))
+    others = [other for name in names if (other := _included(file, name, depth)).is_file()]
     return [inner for other in others for inner in (other, *included_files(other, depth + 1))]
 
 

@@ -272,13 +272,14 @@ def test_a_run_is_repeated_from_its_results_alone_and_with_the_mesh_that_it_had(
 
 
 @pytest.mark.usefixtures("reports", "simulated")
-@pytest.mark.parametrize("inside", [True, False])
-def test_files_that_a_deck_includes_are_copied_with_it_where_they_are_beside_it(write_study, tmp_path, inside):
+@pytest.mark.parametrize("included", ["parts/nodes.inp", "../nodes.inp", "absolute"])
+def test_files_that_a_deck_includes_are_copied_with_it_where_they_are_beside_it(write_study, tmp_path, included):
     mesh, folder = block_mesh(), tmp_path / "decks"
-    nodes, included = folder / ("parts" if inside else "..") / "nodes.inp", "parts" if inside else ".."
+    nodes = folder / included.replace("absolute", "parts/nodes.inp")
+    included = str(nodes) if included == "absolute" else included
     (folder / "parts").mkdir(parents=True)
     nodes.write_text("".join(f"{n}, {x}, {y}\n" for n, (x, y) in enumerate(mesh.p.T, start=1)))
-    lines = ["*Node", f"*Include, input={included}/nodes.inp", "*Element, type=CPE4, elset=block"]
+    lines = ["*Node", f"*Include, input={included}", "*Element, type=CPE4, elset=block"]
     lines += [", ".join(map(str, (n, *nodes_of_cell))) for n, nodes_of_cell in enumerate(mesh.t.T + 1, start=1)]
     for name in ("bottom", "top"):
         numbers = np.unique(mesh.facets[:, mesh.boundaries[name]]) + 1
@@ -290,7 +291,7 @@ def test_files_that_a_deck_includes_are_copied_with_it_where_they_are_beside_it(
     run_block(path)
     moved = shutil.move(tmp_path / "results" / "block", tmp_path / "elsewhere")
     again = moved / NAMES[0] / "run.yaml"
-    if not inside:
+    if included.startswith(".."):
         assert yaml.safe_load(again.read_text())["mesh"]["file"] == str(folder / "deck.inp")
         return
     shutil.rmtree(folder)
