@@ -19,7 +19,7 @@ def figure(  # noqa: PLR0917  the options of a command line have no order
         str, typer.Option(help="What is shown; 'list' prints all kinds.", autocompletion=figure_kinds)
     ] = "list",
     form: Annotated[str, typer.Option("--format", help="pdf, svg or png.")] = "pdf",
-    style: Annotated[str, typer.Option(help="paper, slides or page.")] = "paper",
+    style: Annotated[str, typer.Option(help="paper, column, slides or page.")] = "paper",
     run: Annotated[str, typer.Option(metavar="NAME", help="The run, of a study with several.")] = "",
     over: Annotated[str, typer.Option(metavar="PATH", help="The swept value on the axis.")] = "",
     times: Annotated[

@@ -116,7 +116,7 @@ def _draw_cells(axes: Axes, values: Floats, colours: ScalarMappable) -> None:
     bounded = np.where(np.isnan(values), _LEAST / 10, np.minimum(values, 1e3))
     lightness: Floats = np.asarray(colours.norm(bounded), dtype=np.float64)
     axes.imshow(colours.to_rgba(bounded), origin="lower", aspect="auto")
-    size = 0.8 * mpl.rcParams["ytick.labelsize"]
+    size = max(0.8 * mpl.rcParams["ytick.labelsize"], 6.0)  # journals print none smaller
     for (row, column), value in np.ndenumerate(values):
         text = "–" if np.isnan(value) else "∞" if np.isinf(value) else f"{1e3 * value:.0f}"
         colour = "white" if lightness[row, column] < 0.5 else BLACK

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from fingerslip.sampling.indices import Sensitivity
 
 #: How figures may look: :data:`fingerslip.report.figures.style.LOOKS` has the numbers.
-STYLES = ("page", "paper", "slides")
+STYLES = ("page", "paper", "column", "slides")
 
 
 @dataclass(frozen=True)

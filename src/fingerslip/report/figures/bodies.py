@@ -106,7 +106,8 @@ def deformed_figure(
     numbers, field = time_axis.titles_at(history, moments, "snapshot_time"), SCALARS[options.scalar][0]
     words = f"Deformed {'body' if solid else 'section'}, {field.partition(' [')[0]}"
     columns = style.columns_for(len(numbers))
-    pictures = style.crop(stills(history, list(numbers), options, (1200, 900))) if solid else []
+    letters = columns if style.is_narrow() else 1
+    pictures = style.crop(stills(history, list(numbers), options, (1200, 900), letters)) if solid else []
     low, high = (np.zeros(2), pictures[0].shape[1::-1]) if solid else section_frame(history)
     wide, titled, share = (3.2, 0.35, "none") if solid else (3.4, 0.05, "all")
     wide = wide if columns > 1 else 6.0

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+import matplotlib as mpl
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -21,7 +22,7 @@ from fingerslip.report import colours as palette
 from fingerslip.report.figures import style, time_axis
 from fingerslip.report.figures.bodies import add_stress_bar, draw_contact, has_pictures, picture_axis, picture_keys
 from fingerslip.report.figures.patches import slide_moments
-from fingerslip.report.figures.signals import draw_forces, draw_ratios, draw_states
+from fingerslip.report.figures.signals import draw_forces, draw_ratios, draw_states, drawn_keys
 from fingerslip.report.labels import of_histories
 from fingerslip.slip import Events, slide_tangent
 from fingerslip.slip.windows import split_along
@@ -49,8 +50,7 @@ def composed_figure(
     kinds = tuple(dict.fromkeys(spikes.kinds)) if spikes else ()
     moments = _picture_titles(history, events, times_shown) if has_pictures(history) else {}
     rasters = _raster_heights(spikes) if spikes else []
-    heights = [_STIMULUS, _PICTURES, *[_STATES] * is_flat, *rasters, _SERIES, _SERIES]
-    heights = [height for height in heights if moments or height != _PICTURES]
+    heights = [_STIMULUS, *[_PICTURES] * bool(moments), *[_STATES] * is_flat, *rasters, _SERIES, _SERIES]
     heading = style.join_title(f"Stimulus, contact{', afferents' if kinds else ''} and forces", title)
     size, labels = (_WIDTH, float(np.mean(heights))), ("time [s]", "")
     figure, panels = style.figure_grid(
@@ -59,8 +59,7 @@ def composed_figure(
     stimulus, *others, forces, ratios = panels
     lettered = [stimulus]
     if moments:
-        pictures = _draw_pictures(figure, others.pop(0), history, moments, below=others[0] if others else forces)
-        lettered.append(pictures[0])
+        lettered += _draw_pictures(figure, others.pop(0), history, moments, below=others[0] if others else forces)[:1]
     if is_flat:
         draw_states(others[0], history, time_axis.ShownTime(times))
         others[0].set_ylabel("contact\n[mm]")
@@ -74,8 +73,11 @@ def composed_figure(
     draw_forces(forces, history, times)
     draw_ratios(ratios, history, time_axis.ShownTime(times))
     ratios.set_ylabel("ratio,\nfraction")
+    keys_below = {} if is_flat else picture_keys(history)
     for axes in (forces, ratios):
-        if axes is ratios or others:
+        if style.is_narrow():
+            keys_below |= drawn_keys([axes])
+        elif axes is ratios or others:
             axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.97), borderaxespad=0.0, ncols=3)
         else:  # what leads from the pictures to their times is there
             style.add_keys_inside(axes, ncols=2)
@@ -87,7 +89,7 @@ def composed_figure(
     draw_stimulus(stimulus, history.isel(time=seen), times[seen])
     time_axis.mark_panels([stimulus, *others, forces, ratios], history, events.slip, rasters=others[is_flat:])
     style.letter_panels([*lettered, *others, forces, ratios])
-    style.add_legend(figure, {} if is_flat else picture_keys(history))
+    style.add_legend(figure, keys_below)
     if spikes and kinds:
         add_spike_notes(ratios, spikes, history, assumed=assumed)
     return figure
@@ -101,13 +103,13 @@ def draw_stimulus(axes: Axes, history: xr.Dataset, times: NDArray[np.float64]) -
     axes.plot(times, 1e3 * np.linalg.norm(along, axis=1), color=palette.BLACK, linestyle="--", label="slide")
     axes.set_ylabel(of_histories("plate\n[mm]", [history]))
     axes.set_ylim(top=_KEYS_ROOM * axes.get_ylim()[1])
-    axes.yaxis.set_major_locator(MaxNLocator(4))
+    axes.yaxis.set_major_locator(MaxNLocator(2 if style.is_narrow() else 4))
     style.add_keys_inside(axes, loc="upper left", ncols=2)
 
 
 def _picture_titles(history: xr.Dataset, events: Events, wanted: Sequence[float]) -> dict[int, str]:
     """Return the titles of pictures: at times that are wanted [s], or mid press and evenly from the slide's start."""
-    moments, axis = slide_moments(history, events, _PICTURES_SHOWN - 1), picture_axis(history)
+    moments, axis = slide_moments(history, events, _PICTURES_SHOWN - 1 - style.is_narrow()), picture_axis(history)
     times = wanted or time_axis.times_near(history, (0.5 * moments[0], *moments), axis)
     return time_axis.titles_at(history, dict.fromkeys(times, ""), axis)
 
@@ -121,11 +123,11 @@ def _draw_pictures(
     grid: Any = cell.subgridspec(1, len(moments))
     row.remove()
     pictures: list[Axes] = [figure.add_subplot(entry) for entry in grid]
-    # The bar of the scale is beside a title that leaves room for it.
-    with_scale = [number for number, title in moments.items() if "," not in title] or list(moments)
+    # Titles leave room for the bar of the scale.
+    above = 6.0 + 1.2 * float(mpl.rcParams["legend.fontsize"])
     for axes, (number, title) in zip(pictures, moments.items(), strict=True):
-        draw_contact(axes, history, number, scaled=number == with_scale[-1])
-        style.name_panel(axes, title)
+        draw_contact(axes, history, number, scaled=axes is pictures[-1])
+        style.name_panel(axes, title, above)
         moment = float(history[picture_axis(history)][number])
         ends = (0.5, 0.0), (moment, 1.0), axes.transAxes, below.get_xaxis_transform()
         line = ConnectionPatch(*ends, color=palette.GREY, linewidth=0.7, zorder=1)

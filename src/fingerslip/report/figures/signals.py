@@ -61,10 +61,10 @@ _SMALL_ENERGIES: Mapping[str, tuple[str, str]] = {
 
 @style.with_style
 def force_figure(history: xr.Dataset, events: slip.Events = time_axis.NO_EVENTS, title: str = "") -> Figure:
-    """Draw normal and tangential force, their ratio and the area that has slipped, and the body beside."""
+    """Draw normal and tangential force, their ratio, the area that has slipped, and where there is room the body."""
     time = time_axis.shown_time(history)
     numbers: dict[int, str] = {}
-    if has_pictures(history):
+    if has_pictures(history) and not style.is_narrow():
         numbers = time_axis.titles_at(history, frame_times(history, events, ("overall",)), picture_axis(history))
     columns, heading = 2 if numbers else 1, style.join_title("Forces and slipped area", title)
     size, labels = (6.6 / columns, 2.1), (time.label, "")
@@ -85,7 +85,7 @@ def force_figure(history: xr.Dataset, events: slip.Events = time_axis.NO_EVENTS,
     if numbers:
         add_stress_bar(figure, pictures[: len(numbers)], history)
     # Below the panels, where keys cover no line.
-    style.add_legend(figure, _drawn_keys(panels) | (picture_keys(history) if numbers else {}))
+    style.add_legend(figure, drawn_keys(panels) | (picture_keys(history) if numbers else {}))
     return figure
 
 
@@ -127,7 +127,7 @@ def _side_by_side(
     time_axis.limit_to_slides(panels[0], histories, events, before)
     slides = any(slip.slide_window(history) for history in histories.values())
     marks = time_axis.event_keys(event.slip for event in events.values()) if slides else {}
-    style.add_legend(figure, {**(keys or _drawn_keys(panels[:1])), **marks})
+    style.add_legend(figure, {**(keys or drawn_keys(panels[:1])), **marks})
     return figure
 
 
@@ -140,7 +140,7 @@ def _run_panels(titles: Sequence[str], title: str, labels: tuple[str, str]) -> t
     return figure, panels
 
 
-def _drawn_keys(panels: Sequence[Axes]) -> dict[str, Artist]:
+def drawn_keys(panels: Sequence[Axes]) -> dict[str, Artist]:
     """Return keys of the labelled lines of panels."""
     return {name: line for axes in panels for line, name in zip(*axes.get_legend_handles_labels(), strict=True)}
 
@@ -349,14 +349,15 @@ def strain_energy_density_figure(
     """Draw the strain energy density at the recorded receptor types, for both edges of the contact."""
     time, kinds, heading = time_axis.shown_time(history), _recorded_kinds(history), "Strain energy density"
     labels = (time.label, "strain energy density [J/m³]")
-    figure, panels = style.figure_grid(len(kinds), 2, (3.6, 2.2), style.join_title(heading, title), labels, share="x")
+    columns, heading = 1 if style.is_narrow() else 2, style.join_title(heading, title)
+    figure, panels = style.figure_grid(len(kinds), columns, (3.6, 2.2), heading, labels, share="x")
     signals = slip.receptor_signals(history)
     for axes, kind in zip(panels, kinds, strict=True):
         _draw_areas(axes, signals, "strain_energy_density", kind, time.values)
-        axes.set_title(kind, pad=28.0 if axes in panels[:2] else 4.0, fontweight="bold")
+        axes.set_title(kind, pad=28.0 if axes in panels[:columns] else 4.0, fontweight="bold")
         axes.set_ylim(bottom=0.0)
         time.fit(axes)
-    time_axis.mark_panels(panels, history, events.slip, named=2)
+    time_axis.mark_panels(panels, history, events.slip, named=columns)
     style.add_legend(figure, _area_keys())
     return figure
 

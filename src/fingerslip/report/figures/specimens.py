@@ -20,7 +20,7 @@ from fingerslip.arrays import Floats
 from fingerslip.history import sites_of_kinds
 from fingerslip.report.colours import BLACK, GREY, RECEPTOR_COLOURS, RECEPTOR_MARKS, REGION_COLOURS, region_colours
 from fingerslip.report.figures.markers import ring_colours
-from fingerslip.report.figures.style import add_legend, figure_grid, join_title, layer_keys, with_style
+from fingerslip.report.figures.style import add_legend, figure_grid, join_title, layer_keys, name_panel, with_style
 from fingerslip.report.labels import of_histories
 from fingerslip.report.scene.scene import CORNERS, region_names
 from fingerslip.snapshot import faces_at_record
@@ -150,7 +150,7 @@ def mesh_figure(history: xr.Dataset, title: str = "") -> Figure:
     whole.dataLim = Bbox(1e3 * np.array([plate_and_body.min(axis=0), plate_and_body.max(axis=0)]))
     whole.autoscale_view()
     close.set(xlim=(corner[0], corner[0] + width), ylim=(corner[1], corner[1] + 1.1 * width))
-    close.set_title("close view of the framed part")
+    name_panel(close, "close view of the framed part")
     whole.add_patch(Rectangle(tuple(corner), width, 1.1 * width, fill=False, linewidth=0.9, zorder=6))
     keys = layer_keys(colours, _EDGE, linewidth=0.4)
     for kind in receptors:

@@ -32,7 +32,7 @@ from fingerslip.errors import InputError
 from fingerslip.report import colours as palette
 from fingerslip.storage.files import write_bytes
 
-_LEAST_WIDTH, _LEAST_HEIGHT = 5.2, 1.0  # inch: of a figure; of a panel that is scaled to the width of a column
+_LEAST_WIDTH = 5.2  # inch: of a figure
 _KEY_WIDTH, _LETTER_WIDTH = 0.5, 0.07  # inch
 _BESIDE_PANELS, _KEY_HEIGHT = 0.8, 0.19  # inch: of a figure what is not panels; a row of its legend
 _TITLE_LETTER_WIDTH, _PANEL_TITLE_LETTER_WIDTH, _LABEL_LETTER_WIDTH = 0.09, 0.08, 0.072  # inch
@@ -46,13 +46,18 @@ class Look:
     single: float | None = None  # width of figures with one panel beside each other [inch]
     letters: float = 1.0  # factor on the size of letters
     lines: float = 1.0  # factor on the width of lines and the size of marks
+    least_height: float = 1.0  # of a panel that is scaled to the width [inch]
+    beside: int | None = None  # most panels beside each other
     titled: bool = True  # whether figures have a title; without one their panels have letters, for a caption
 
 
-#: Looks by name: pages, journal columns of 3.5 and 7.2 inches, and slides of 13.3 inches with room for a heading.
+_COLUMN = 85.0 / 25.4  # inch
+#: Looks by name: pages, journal columns of 3.5 and 7.2 inches, one column of 85 mm for all figures, and slides of 13.3
+#: inches with room for a heading.
 LOOKS: Mapping[str, Look] = {
     "page": Look(),
     "paper": Look(width=7.2, single=3.5, letters=0.85, lines=0.8, titled=False),
+    "column": Look(_COLUMN, _COLUMN, letters=0.76, lines=0.65, least_height=0.8, beside=2, titled=False),
     "slides": Look(width=12.0, single=9.0, letters=1.75, lines=1.7),
 }
 _look: ContextVar[Look] = ContextVar("look", default=LOOKS["page"])
@@ -107,6 +112,11 @@ def looking(name: str) -> Iterator[None]:
         _look.reset(token)
 
 
+def is_narrow() -> bool:
+    """Tell whether every figure has to fit into one column of a journal."""
+    return _look.get().beside is not None
+
+
 def figure_grid(
     count: int,
     columns: int,
@@ -124,14 +134,15 @@ def figure_grid(
 
     A single column has the width of one in a journal, or the `full` width of a page.
     """
-    wide = max(min(columns, count), 1)
-    rows = max(math.ceil(count / wide), 1)
     look = _look.get()
+    most = look.beside if look.beside and lettered and not widths else columns
+    wide = max(min(columns, count, most), 1)
+    rows = max(math.ceil(count / wide), 1)
     size = (max(wide * panel[0] + 0.6, _LEAST_WIDTH), rows * panel[1] + _BESIDE_PANELS)
     if (width := look.single if wide == 1 and not full else look.width) is not None:
         # Scaled to the width of the look.
         scale = (width - 0.6) / (wide * panel[0])
-        size = (width, rows * max(panel[1] * scale, _LEAST_HEIGHT) + _BESIDE_PANELS * look.letters)
+        size = (width, rows * max(panel[1] * scale, look.least_height) + _BESIDE_PANELS * look.letters)
     figure = Figure(figsize=size, layout="constrained")
     FigureCanvasAgg(figure)
     shared_x, shared_y = {"all": (True, True), "x": (True, False), "none": (False, False)}[share]
@@ -167,14 +178,14 @@ def panel_width(axes: Axes) -> tuple[float, int]:
     return figure.get_figwidth(), cell.get_gridspec().ncols if cell else 1
 
 
-def name_panel(axes: Axes, title: str) -> None:
-    """Write the title of one of some panels beside each other, in as many lines as it needs."""
+def name_panel(axes: Axes, title: str, above: float | None = None) -> None:
+    """Write the title of one of some panels beside each other, in as many lines as it needs, `above` them [points]."""
     width, columns = panel_width(axes)
-    axes.set_title(_wrap(title, (width - 0.6) / columns / (_look.get().letters * _PANEL_TITLE_LETTER_WIDTH)))
+    axes.set_title(_wrap(title, (width - 0.6) / columns / (_look.get().letters * _PANEL_TITLE_LETTER_WIDTH)), pad=above)
 
 
 def _wrap(title: str, letters: float) -> str:
-    return textwrap.fill(title, max(int(letters), 20), break_long_words=False)
+    return textwrap.fill(title, max(int(letters), 10), break_long_words=False)
 
 
 def add_keys_inside(axes: Axes, **where: Any) -> None:

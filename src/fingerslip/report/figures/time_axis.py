@@ -107,9 +107,11 @@ def mark_panels(
 
 def _line_look(name: str) -> dict[str, Any]:
     """Return how the line of an event looks, or that of the start of the slide."""
+    width = float(mpl.rcParams["lines.linewidth"])
     if name == _SLIDE:
-        return {"color": palette.GREY, "linewidth": 1.0, "linestyle": (0, (1, 1.5))}
-    return {"color": palette.EVENT_COLOURS[name], "linewidth": 1.3, "linestyle": (0, palette.EVENT_DASHES[name])}
+        return {"color": palette.GREY, "linewidth": 0.7 * width, "linestyle": (0, (1, 1.5))}
+    dashes = palette.EVENT_DASHES[name]
+    return {"color": palette.EVENT_COLOURS[name], "linewidth": 0.93 * width, "linestyle": (0, dashes)}
 
 
 def _name_times(axes: Axes, times: Mapping[str, float]) -> None:
@@ -160,5 +162,5 @@ def shown_span(windows: Sequence[SlideWindow], events: Sequence[SlipEvents]) -> 
 def event_keys(events: Iterable[SlipEvents]) -> dict[str, Artist]:
     """Return keys of the marked lines for a legend: of the start of the slide, and of events that any run has."""
     happened = {name for each in events for name in event_times(each)}
-    keys: dict[str, Artist] = {_SLIDE: Line2D([], [], **{**_line_look(_SLIDE), "linewidth": 1.2})}
+    keys: dict[str, Artist] = {_SLIDE: Line2D([], [], **_line_look(_SLIDE))}
     return keys | {EVENTS[name]: Line2D([], [], **_line_look(name)) for name in EVENTS if name in happened}

@@ -125,7 +125,7 @@ def draw(
     title: str = "",
     times: Sequence[float] = (),
     afferents: Mapping[str, AfferentModel] | None = None,
-    style: Literal["page", "paper", "slides"] = "page",
+    style: Literal["page", "paper", "column", "slides"] = "page",
 ) -> Figure:
     """Draw a figure of a history.
 
@@ -143,8 +143,9 @@ def draw(
         Times of the pictures of ``composed``, ``deformed`` and ``slip-frames`` [s].
     afferents : mapping of str to AfferentModel, optional
         Models by type of receptor, for ``spikes`` and ``composed``; else :func:`fingerslip.human_afferents`.
-    style : {'page', 'paper', 'slides'}, optional
-        Its size and that of its letters; ``paper`` has the widths of journal columns, and letters at panels.
+    style : {'page', 'paper', 'column', 'slides'}, optional
+        Its size and that of its letters; ``paper`` has the widths of journal columns, ``column`` always that of one,
+        85 mm, and both have letters at panels.
 
     Returns
     -------

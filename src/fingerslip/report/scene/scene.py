@@ -239,7 +239,7 @@ def _axes(plotter: Any) -> Floats:
     return np.array([right, np.cross(right, view), -view])
 
 
-def draw_scale(plotter: Any, points: Floats) -> None:
+def draw_scale(plotter: Any, points: Floats, letters: float = 1.0) -> None:
     """Draw a bar of a round length below points (n, 3) [mm] at the right, as the camera sees them, with its length."""
     import pyvista
 
@@ -247,13 +247,14 @@ def draw_scale(plotter: Any, points: Floats) -> None:
     low, high = (points @ axes.T).min(axis=0), (points @ axes.T).max(axis=0)
     length, size = scale_length(high[0] - low[0]), float((high - low).max())
     # Before everything, and clear of the plate.
-    ends = np.array([[high[0] - length, high[0]], [low[1] - 0.07 * size] * 2, [high[2] + size] * 2]).T @ axes
+    level, front = low[1] - (0.1 * letters - 0.03) * size, high[2] + size
+    ends = np.array([[high[0] - length, high[0]], [level, level], [front, front]]).T @ axes
     plotter.add_mesh(pyvista.Line(*ends), name="scale", color=palette.BLACK, line_width=4.0, **_FLAT)
     look: dict[str, Any] = {"shape": None, "show_points": False, "always_visible": True, "reset_camera": False}
-    letters = {"font_size": max(round(plotter.window_size[0] / _LETTERS), 8), "bold": False}
+    look |= {"font_size": max(round(letters * plotter.window_size[0] / _LETTERS), 8), "bold": False}
     middle = [ends.mean(axis=0) + 0.01 * size * axes[1]]
     look |= {"justification_horizontal": "center", "text_color": palette.BLACK}
-    plotter.add_point_labels(middle, [f"{length:g} mm"], **look, **letters)
+    plotter.add_point_labels(middle, [f"{length:g} mm"], **look)
     plotter.reset_camera_clipping_range()
 
 

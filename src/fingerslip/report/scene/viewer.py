@@ -148,16 +148,20 @@ def still(
 
 
 def stills(
-    history: xr.Dataset, numbers: Sequence[int], options: SceneOptions, size: tuple[int, int] = _SIZE
+    history: xr.Dataset,
+    numbers: Sequence[int],
+    options: SceneOptions,
+    size: tuple[int, int] = _SIZE,
+    letters: float = 1.0,
 ) -> Iterator[NDArray[np.uint8]]:
-    """Render snapshots with one camera, see :func:`still`."""
+    """Render snapshots with one camera, see :func:`still`; `letters` is a factor on those of the scale."""
     check_options(history, options)
     with off_screen(size) as plotter:
         for index, number in enumerate(numbers):
             draw_scene(plotter, history, number, options)
             if index == 0:
                 aim(plotter, history, options, numbers)
-                draw_scale(plotter, snapshot_grid(history, number).points)
+                draw_scale(plotter, snapshot_grid(history, number).points, letters)
                 if options.written:
                     _add_names(plotter, history, options)
             plotter.reset_camera_clipping_range()

@@ -98,7 +98,7 @@ def test_a_history_is_drawn_by_name_with_its_events_or_those_that_are_given():
     assert frames.get_figwidth() == 7.2
     with pytest.raises(fs.InputError, match="kind: got 'x', needs one of composed, deformed"):
         fs.draw(HISTORY, "x")
-    with pytest.raises(fs.InputError, match="style: got 'x', needs one of page, paper, slides"):
+    with pytest.raises(fs.InputError, match="style: got 'x', needs one of page, paper, column, slides"):
         fs.draw(HISTORY, "forces", style="x")
     with pytest.raises(fs.ResultError, match="no receptors whose stimulus it resolves, needs some; write record"):
         fs.draw(HISTORY.drop_dims("site"), "spikes")

@@ -2,6 +2,7 @@
 
 import dataclasses
 import functools
+import itertools
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from matplotlib.collections import LineCollection, PolyCollection, TriMesh
 from matplotlib.colors import to_hex
 from matplotlib.patches import ConnectionPatch
 from matplotlib.quiver import Quiver
-from matplotlib.text import Annotation
+from matplotlib.text import Annotation, Text
 
 import fingerslip as fs
 from fingerslip.contact.states import OPEN, SLIP, STICK
@@ -397,10 +398,37 @@ def test_pictures_of_a_run_are_led_to_their_times_on_one_axis_with_all_signals()
     assert sorted(letters) == ["a", "b", "c", "d", "e"]
 
 
-def test_a_picture_says_how_far_it_is_from_the_time_that_was_asked_for_beside_no_bar_of_the_scale():
+def test_a_picture_says_how_far_it_is_from_the_time_that_was_asked_for_and_the_last_has_the_scale():
     figure = draw_of_run("composed", RunSubject(block_history("Q4"), AT_EVENTS, times=(0.05, 0.08)))
     bars = {" ".join(axes.get_title("left").split()): "mm" in "".join(texts(axes)) for axes in panels(figure)}
-    assert {title: bars[title] for title in titles(figure)} == {"0.050 s": True, "0.100 s, 20 ms after 0.080 s": False}
+    assert {title: bars[title] for title in titles(figure)} == {"0.050 s": False, "0.100 s, 20 ms after 0.080 s": True}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("element", ["Q4", "T4"])
+def test_in_one_column_of_a_journal_no_text_is_small_beyond_the_edge_or_over_another(element):
+    history, models = block_history(element), STRAIN_MODELS if element == "Q4" else None
+    with style.looking("column"):
+        figure = draw_of_run("composed", RunSubject(history, AT_EVENTS, afferents=models))
+        _, grid = style.figure_grid(3, 3, (3.0, 2.0), "", ("", ""))
+    assert grid[0].get_subplotspec().get_gridspec().ncols == 2
+    figure.draw_without_rendering()
+    assert 25.4 * figure.get_figwidth() == pytest.approx(85.0)
+    hidden = {
+        label
+        for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis))
+        for tick in axis.get_major_ticks()
+        for label in (tick.label1, tick.label2)
+        if not min(axis.get_view_interval()) <= tick.get_loc() <= max(axis.get_view_interval())
+    }
+    shown = [text for text in {*figure.findobj(Text)} - hidden if text.get_text() and text.get_visible()]
+    assert min(text.get_fontsize() for text in shown) >= 6.0
+    boxes = {text: text.get_window_extent() for text in shown if text.get_rotation() in {0.0, 90.0}}
+    assert all(box.x0 >= 0.0 and box.x1 <= figure.bbox.x1 for box in boxes.values())
+    overlaps = [
+        (a.get_text(), b.get_text()) for a, b in itertools.combinations(boxes, 2) if boxes[a].overlaps(boxes[b])
+    ]
+    assert overlaps == []
 
 
 def test_energy_balance_keeps_small_parts_apart_as_shares_of_the_largest_work():
