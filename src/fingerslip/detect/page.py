@@ -49,9 +49,10 @@ _HOW = (
 )
 _WHAT_IT_NEEDS = (
     "The clip, or a part of it, has to begin at rest and pressed on what it will slide on. A motion that is not rigid "
-    "from its start is taken for a press, and nothing is said of slip until the sensor rests again. Slip that grows "
-    "linearly across the markers looks like a camera that moves, and is not seen. Markers that spring back because "
-    "the sensor was pulled back fast look like gross slip."
+    "from its start is taken for a press, and nothing is said of slip until the sensor rests again. So is a slide in "
+    "which many markers lie beyond the contact: leave those out with --mask. Slip that grows linearly across the "
+    "markers looks like a camera that moves, and is not seen. Markers that spring back because the sensor was pulled "
+    "back fast look like gross slip."
 )
 
 
@@ -188,7 +189,7 @@ def answer_of(clip: SlipClip) -> tuple[str, ...]:
         sentences.append(f"{left_out}{'' if behind.is_judged else ': of slip in it nothing is said'}.")
     if presses:
         words = "1 motion is" if presses == 1 else f"{presses} motions are"
-        rest = f"Hold still for {STILL:g} s between press and slide."
+        rest = f"Hold still for {STILL:g} s between press and slide; leave out markers beyond the contact with --mask."
         sentences.append(f"Not judged: {words} not rigid from the start, as a press is. {rest}")
     return tuple(sentences)
 

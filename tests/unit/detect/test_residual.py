@@ -218,6 +218,19 @@ def test_where_many_markers_stay_behind_slip_is_not_denied(share, slips):
     assert few[0].startswith("Slip begins" if slips else "No slip was found.")
 
 
+def test_markers_beyond_the_contact_make_a_slide_a_press_and_are_left_out():
+    away = np.linalg.norm(SPREAD, axis=1)
+    touching = away < 0.7
+    displacement = path((20, 0.0), (60, 12.0), (20, 12.0))[:, None, None] * ALONG
+    displacement[:, ~touching] *= (0.7 / away[~touching, None]) ** 2.0
+    # One side of the contact slips.
+    displacement[:, touching & (SPREAD[:, 0] > 0.3), 0] -= path((50, 0.0), (30, 5.0), (20, 5.0))[:, None]
+    tracks = moved(displacement)
+    (whole,), (inside,) = clip_of(tracks).slides, clip_of(tracks.isel(marker=np.flatnonzero(touching))).slides
+    assert (whole.is_press, inside.is_press) == (True, False)
+    assert inside.onsets.incipient == pytest.approx(50 / 30, abs=0.2)
+
+
 def test_a_slide_of_which_nothing_is_said_is_told_beside_one_that_slips_with_more_markers_behind():
     clip = clip_of(moved(path((20, 0.0), (20, 12.0))[:, None, None] * ALONG))
     slides = Slide(0.5, False, Onsets(1.0, None), behind=30, markers=49), Slide(2.0, False, behind=20, markers=49)
@@ -410,7 +423,7 @@ def test_pages_without_a_video_without_a_slide_and_of_trained_detectors():
     press = clip_of(moved(path((20, 0.0), (10, 6.0), (40, 6.0))[:, None, None] * SPREAD))
     (told,) = answer_of(press)
     assert told.startswith("Not judged: 1 motion is not rigid from the start")
-    assert told.endswith("Hold still for 0.5 s between press and slide.")
+    assert told.endswith("between press and slide; leave out markers beyond the contact with --mask.")
     slid = clip_of(trial().tracks)
     trained = replace(slid, findings=[replace_kind(entry) for entry in slid.findings])
     for clip, sections in ((still, 4), (press, 4), (slid, 5), (trained, 3)):
