@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from fingerslip.afferents.model import AfferentModel
+    from fingerslip.afferents.spikes import Spikes
     from fingerslip.report.page.page import Picture
     from fingerslip.sampling.indices import Sensitivity
 
@@ -84,6 +85,7 @@ class RunSubject:
     options: SceneOptions = field(default_factory=SceneOptions)
     times: tuple[float, ...] = ()  # times of the panels [s]
     afferents: Mapping[str, AfferentModel] | None = None  # models of afferents; those of the human fingertip
+    recorded: Spikes | None = None  # spikes of a recording, below those of the models
     name: str = ""  # with which the names of its pictures begin
     title: str = ""  # which the titles of its figures have
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+import functools
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import matplotlib as mpl
@@ -44,14 +45,15 @@ def composed_figure(
     times_shown: Sequence[float] = (),
     *,
     assumed: bool = False,
+    recorded: Spikes | None = None,
 ) -> Figure:
     """Draw stimulus, pictures of the contact, stick and slip, rasters and forces, all over the same time."""
     times, is_flat = history["time"].values, not is_solid(history)
-    kinds = tuple(dict.fromkeys(spikes.kinds)) if spikes else ()
     moments = _picture_titles(history, events, times_shown) if has_pictures(history) else {}
-    rasters = _raster_heights(spikes) if spikes else []
-    heights = [_STIMULUS, *[_PICTURES] * bool(moments), *[_STATES] * is_flat, *rasters, _SERIES, _SERIES]
-    heading = style.join_title(f"Stimulus, contact{', afferents' if kinds else ''} and forces", title)
+    rasters = _rasters(spikes, recorded, history)
+    fixed = [_STIMULUS, *[_PICTURES] * bool(moments), *[_STATES] * is_flat]
+    heights = [*fixed, *(height for height, _ in rasters), _SERIES, _SERIES]
+    heading = style.join_title(f"Stimulus, contact{', afferents' if rasters else ''} and forces", title)
     size, labels = (_WIDTH, float(np.mean(heights))), ("time [s]", "")
     figure, panels = style.figure_grid(
         len(heights), 1, size, heading, labels, share="x", heights=heights, lettered=False, full=True
@@ -67,9 +69,8 @@ def composed_figure(
         keys = style.state_keys((OPEN, STICK, SLIP))
         below: dict[str, Any] = {"loc": "upper right", "bbox_to_anchor": (1.0, -0.06), "borderaxespad": 0.0}
         others[0].legend(list(keys.values()), list(keys), ncols=3, **below)
-    for axes, kind in zip(others[is_flat:], kinds, strict=True):
-        assert spikes is not None  # kinds are theirs
-        draw_raster(axes, spikes, history, kind)
+    for axes, (_, draw) in zip(others[is_flat:], rasters, strict=True):
+        draw(axes)
     draw_forces(forces, history, times)
     draw_ratios(ratios, history, time_axis.ShownTime(times))
     ratios.set_ylabel("ratio,\nfraction")
@@ -81,7 +82,7 @@ def composed_figure(
             axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.97), borderaxespad=0.0, ncols=3)
         else:  # what leads from the pictures to their times is there
             style.add_keys_inside(axes, ncols=2)
-    if kinds:
+    if rasters:
         ratios.set_xlim(times[0], times[-1])
     else:
         _limit_to_programme(ratios, history, (float(history[picture_axis(history)][number]) for number in moments))
@@ -90,7 +91,7 @@ def composed_figure(
     time_axis.mark_panels([stimulus, *others, forces, ratios], history, events.slip, rasters=others[is_flat:])
     style.letter_panels([*lettered, *others, forces, ratios])
     style.add_legend(figure, keys_below)
-    if spikes and kinds:
+    if spikes and spikes.kinds:
         add_spike_notes(ratios, spikes, history, assumed=assumed)
     return figure
 
@@ -139,31 +140,38 @@ def _draw_pictures(
 
 @style.with_style
 def spike_figure(
-    spikes: Spikes, history: xr.Dataset, events: Events = time_axis.NO_EVENTS, title: str = "", *, assumed: bool = False
+    spikes: Spikes,
+    history: xr.Dataset,
+    events: Events = time_axis.NO_EVENTS,
+    title: str = "",
+    *,
+    assumed: bool = False,
+    recorded: Spikes | None = None,
 ) -> Figure:
     """Draw when afferents fire, a panel for each type with a row for each afferent, below what the plate does.
 
-    Rows are ordered by place along the slide. Mean rates are counted in windows of at least ten records. `assumed`
-    thresholds of the models are said to be so.
+    Rows are ordered by place along the slide; `recorded` ones are below, in their own order. Mean rates of the
+    simulated ones are counted in windows of at least ten records. `assumed` thresholds of the models are said to be so.
     """
-    kinds = tuple(dict.fromkeys(spikes.kinds))
     times, heading = history["time"].values, style.join_title("Spikes of afferents", title)
-    heights = [_SERIES, *_raster_heights(spikes), _SERIES]
+    drawn = _rasters(spikes, recorded, history)
+    heights = [_SERIES, *(height for height, _ in drawn), _SERIES]
     size, labels = (_WIDTH, 1.1 * float(np.mean(heights))), ("time [s]", "")
     figure, panels = style.figure_grid(len(heights), 1, size, heading, labels, share="x", heights=heights, full=True)
     stimulus, *rasters, rate = panels
     draw_stimulus(stimulus, history, times)
     window = max(_WINDOW, _RECORDS_A_WINDOW * float(np.diff(times).max()))
+    for axes, (_, draw) in zip(rasters, drawn, strict=True):
+        draw(axes)
     rates = spikes.rates(window)
     # A window that reaches beyond the end holds less than the others.
     count = max(1, int((spikes.end - spikes.start) / window + 1e-9))
     edges = spikes.start + window * np.arange(count + 1)
-    for axes, kind in zip(rasters, kinds, strict=True):
+    for kind in dict.fromkeys(spikes.kinds):
         colour = palette.RECEPTOR_COLOURS.get(kind, palette.BLACK)
-        draw_raster(axes, spikes, history, kind)
         rate.stairs(rates.sel(kind=kind)[:count], edges, baseline=None, color=colour, linewidth=1.2, label=kind)
     add_spike_notes(rate, spikes, history, assumed=assumed)
-    rate.set_ylabel(f"mean rate\nin {1e3 * window:.3g} ms\n[1/s]")
+    rate.set_ylabel(f"{'simulated' if recorded else 'mean'} rate\nin {1e3 * window:.3g} ms\n[1/s]")
     rate.set_ylim(bottom=0.0)
     stimulus.set_xlim(times[0], times[-1])
     time_axis.mark_panels(panels, history, events.slip, rasters=[*rasters, rate])
@@ -178,6 +186,19 @@ def _limit_to_programme(axes: Axes, history: xr.Dataset, shown: Iterable[float])
     axes.set_xlim(times[0], end)
     if end < times[-1]:
         style.note_below(axes, f"Lift from {end:g} s not shown.")
+
+
+def _rasters(
+    spikes: Spikes | None, recorded: Spikes | None, history: xr.Dataset
+) -> list[tuple[float, Callable[[Axes], None]]]:
+    """Return the height of each raster [inch], and what draws it: of every simulated type, then of every recorded."""
+    rasters: list[tuple[float, Callable[[Axes], None]]] = []
+    for trains, draw in ((spikes, functools.partial(draw_raster, history=history)), (recorded, draw_recording)):
+        if trains:
+            kinds = dict.fromkeys(trains.kinds)
+            draws = (functools.partial(draw, spikes=trains, kind=kind) for kind in kinds)
+            rasters += zip(_raster_heights(trains), draws, strict=True)
+    return rasters
 
 
 def _raster_heights(spikes: Spikes) -> list[float]:
@@ -199,12 +220,25 @@ def draw_raster(axes: Axes, spikes: Spikes, history: xr.Dataset, kind: str) -> N
     """Draw the spikes of one type, a row for each afferent, ordered by place along the slide, which the ticks say."""
     along = 1e3 * spike_places(spikes, history) @ slide_tangent(history)
     rows = [row for row in along.argsort(kind="stable") if spikes.kinds[row] == kind]
-    colour = palette.RECEPTOR_COLOURS.get(kind, palette.BLACK)
-    axes.eventplot([spikes.times[row] for row in rows], colors=colour, linewidths=0.6, linelengths=0.8)
-    if not any(spikes.times[row].size for row in rows):
-        axes.text(0.5, 0.5, "no spikes", transform=axes.transAxes, ha="center", va="center", color=colour)
-    axes.set_ylabel(f"{len(rows)} {kind}\nby {'x' if history.sizes['component'] == 2 else 'place'}", color=colour)
-    axes.set_ylim(-0.8, len(rows) - 0.2)
+    _draw_trains(axes, [spikes.times[row] for row in rows], kind, "by place" if is_solid(history) else "by x")
     ends = (0, len(rows) - 1) if len(rows) > 1 else (0,)
     axes.set_yticks(ends, [f"{along[rows[end]]:.1f} mm".replace("-", "\N{MINUS SIGN}") for end in ends])
+
+
+def draw_recording(axes: Axes, spikes: Spikes, kind: str) -> None:
+    """Draw recorded spikes of one type, a row for each afferent, the first on top."""
+    trains = [times for other, times in zip(spikes.kinds, spikes.times, strict=True) if other == kind]
+    _draw_trains(axes, trains[::-1], kind, "recorded")
+    axes.set_yticks([])
+    axes.yaxis.labelpad = 14.0  # beside the letter of the panel
+
+
+def _draw_trains(axes: Axes, trains: Sequence[NDArray[np.float64]], kind: str, words: str) -> None:
+    """Draw spike trains [s] of one type, a row for each from below."""
+    colour = palette.RECEPTOR_COLOURS.get(kind, palette.BLACK)
+    axes.eventplot(trains, colors=colour, linewidths=0.6, linelengths=0.8)
+    if not any(train.size for train in trains):
+        axes.text(0.5, 0.5, "no spikes", transform=axes.transAxes, ha="center", va="center", color=colour)
+    axes.set_ylabel(f"{len(trains)} {kind}\n{words}", color=colour)
+    axes.set_ylim(-0.8, len(trains) - 0.2)
     axes.grid(visible=False)

@@ -9,7 +9,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from fingerslip.afferents.model import AfferentModel
-from fingerslip.afferents.spikes import available_spikes, resolved_spikes
+from fingerslip.afferents.spikes import Spikes, available_spikes, resolved_spikes
 from fingerslip.errors import InputError
 from fingerslip.history import is_solid, phase_times, sites_of_kinds
 from fingerslip.marker_tracks import marker_tracks
@@ -49,7 +49,13 @@ _DRAW_STUDIES: Mapping[str, Callable[[StudySubject], Figure]] = {
 }
 _DRAW_RUNS: Mapping[str, Callable[[RunSubject], Figure]] = {
     "composed": lambda r: composed_figure(
-        r.history, r.events, available_spikes(r.history, r.afferents), r.title, r.times, assumed=r.afferents is None
+        r.history,
+        r.events,
+        available_spikes(r.history, r.afferents),
+        r.title,
+        r.times,
+        assumed=r.afferents is None,
+        recorded=r.recorded,
     ),
     "deformed": lambda r: bodies.deformed_figure(r.history, r.events, r.options, r.times or None),
     "slip-map": lambda r: signals.slip_maps_figure({r.title: r.history}, {r.title: r.events}),
@@ -65,7 +71,12 @@ _DRAW_RUNS: Mapping[str, Callable[[RunSubject], Figure]] = {
     "strain-energy-density": lambda r: signals.strain_energy_density_figure(r.history, r.events, r.title),
     "energy": lambda r: signals.energy_figure(r.history, r.title),
     "spikes": lambda r: spike_figure(
-        resolved_spikes(r.history, r.afferents), r.history, r.events, r.title, assumed=r.afferents is None
+        resolved_spikes(r.history, r.afferents),
+        r.history,
+        r.events,
+        r.title,
+        assumed=r.afferents is None,
+        recorded=r.recorded,
     ),
     "mesh": lambda r: (bodies.scene_figure if is_solid(r.history) else mesh_figure)(r.history, r.title),
 }
@@ -125,6 +136,7 @@ def draw(
     title: str = "",
     times: Sequence[float] = (),
     afferents: Mapping[str, AfferentModel] | None = None,
+    recorded: Spikes | None = None,
     style: Literal["page", "paper", "column", "slides"] = "page",
 ) -> Figure:
     """Draw a figure of a history.
@@ -143,6 +155,8 @@ def draw(
         Times of the pictures of ``composed``, ``deformed`` and ``slip-frames`` [s].
     afferents : mapping of str to AfferentModel, optional
         Models by type of receptor, for ``spikes`` and ``composed``; else :func:`fingerslip.human_afferents`.
+    recorded : Spikes, optional
+        Spikes of a recording, on the clock of the history: rasters of the same two below those of the models.
     style : {'page', 'paper', 'column', 'slides'}, optional
         Its size and that of its letters; ``paper`` has the widths of journal columns, ``column`` always that of one,
         85 mm, and both have letters at panels.
@@ -155,7 +169,8 @@ def draw(
     Raises
     ------
     InputError
-        For a kind or style that is not there, or a kind that shows histories of another dimension.
+        For a kind or style that is not there, a kind that shows histories of another dimension, or a recording at other
+        times than the history.
     ResultError
         Where the history lacks what the figure shows, such as snapshots.
 
@@ -168,9 +183,14 @@ def draw(
     for name, value, allowed in (("kind", kind, OF_RUNS), ("style", style, STYLES)):
         if value not in allowed:
             raise InputError(name, f"got '{value}'", f"needs one of {', '.join(allowed)}")
+    first, last = history["time"].values[[0, -1]]
+    if recorded and (recorded.end <= first or recorded.start >= last):
+        fault, needs = f"is from {recorded.start:g} to {recorded.end:g} s", f"needs some of {first:g} to {last:g} s"
+        raise InputError("recorded", fault, needs, "shift its times to the clock of the history")
     marked = find_events(history) if events is None else events
+    subject = RunSubject(history, marked, times=tuple(times), title=title, afferents=afferents, recorded=recorded)
     with looking(style):
-        return draw_of_run(kind, RunSubject(history, marked, times=tuple(times), title=title, afferents=afferents))
+        return draw_of_run(kind, subject)
 
 
 def _check_dimension(name: str, kind: FigureKind, histories: Iterable[xr.Dataset]) -> None:

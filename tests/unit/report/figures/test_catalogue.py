@@ -11,7 +11,7 @@ from fingerslip.report.page.pictures import _DRAW_RUNS, _DRAW_STUDIES, _HAS, dra
 from fingerslip.report.scene.options import SceneOptions
 from unit.report.figures import made
 from unit.report.figures.made import HISTORY, marked, panels, titles
-from unit.report.figures.test_figures import FIGURES
+from unit.report.figures.test_figures import FIGURES, STRAIN_MODELS
 from unit.report.scenes import block_history
 from unit.synthetic import Process, make
 
@@ -100,5 +100,19 @@ def test_a_history_is_drawn_by_name_with_its_events_or_those_that_are_given():
         fs.draw(HISTORY, "x")
     with pytest.raises(fs.InputError, match="style: got 'x', needs one of page, paper, column, slides"):
         fs.draw(HISTORY, "forces", style="x")
+    late = fs.Spikes(("u1",), ("SA-I",), (np.array([100.0]),), 99.0, 101.0)
+    with pytest.raises(fs.InputError, match=r"recorded: is from 99 to 101 s, needs some of 0 to .* shift its times"):
+        fs.draw(HISTORY, "spikes", recorded=late)
     with pytest.raises(fs.ResultError, match="no receptors whose stimulus it resolves, needs some; write record"):
         fs.draw(HISTORY.drop_dims("site"), "spikes")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["spikes", "composed"])
+def test_a_recording_is_below_what_models_fire_on_the_same_axis_of_time(kind):
+    recorded = fs.Spikes(("u1", "u2"), ("SA-I", "SA-I"), (np.array([0.05]), np.array([0.02, 0.09])), 0.0, 0.1)
+    figure = fs.draw(block_history("Q4"), kind, afferents=STRAIN_MODELS, recorded=recorded)
+    raster = next(axes for axes in panels(figure) if axes.get_ylabel() == "2 SA-I\nrecorded")
+    assert [list(row.get_positions()) for row in raster.collections] == [[0.02, 0.09], [0.05]], "first on top"
+    assert raster.get_xlim() == panels(figure)[0].get_xlim()
+    assert "1 FA-II\nby x" in {axes.get_ylabel() for axes in panels(figure)}, "the simulated ones are above"
