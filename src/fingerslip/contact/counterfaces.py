@@ -78,6 +78,15 @@ class Plane(_Directed):
     offset : float, optional
         Signed distance of the plane from the origin along `normal` at the start [m].
         Without it the plane starts where it just touches the boundary.
+
+    Examples
+    --------
+    A level plate 8 mm below the origin, and how far two points are from it:
+
+    >>> import fingerslip as fs
+    >>> plate = fs.Plane(normal=(0.0, 1.0), offset=-8e-3)
+    >>> plate.gap(np.array([[0.0, -7.5e-3], [1e-3, -8.1e-3]])).round(9).tolist()
+    [0.0005, -0.0001]
     """
 
     is_flat: ClassVar[bool] = True
@@ -169,6 +178,15 @@ class Sphere(_Round):
         Direction in which it presses, towards the deformable body; any length but zero [-].
     centre : tuple of float, optional
         Its centre at the start [m]. Without it the ball is below the middle of the boundary and just touches it.
+
+    Examples
+    --------
+    A ball that presses upwards, 1 mm below a point:
+
+    >>> import fingerslip as fs
+    >>> ball = fs.Sphere(radius=5e-3, normal=(0.0, 1.0, 0.0), centre=(0.0, -6e-3, 0.0))
+    >>> ball.gap(np.zeros((1, 3))).round(9).tolist()
+    [0.001]
     """
 
     normal: tuple[float, ...] = (0.0, 0.0, 1.0)
@@ -189,6 +207,15 @@ class Cylinder(_Round):
         touches it.
     axis : tuple of float, optional
         Direction of its axis in 3D, perpendicular to `normal` [-]; not in 2D.
+
+    Examples
+    --------
+    A rod along z, and how far two points are from it:
+
+    >>> import fingerslip as fs
+    >>> rod = fs.Cylinder(radius=5e-3, centre=(0.0, -6e-3, 0.0), axis=(0.0, 0.0, 1.0))
+    >>> rod.gap(np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 7e-3]])).round(9).tolist()
+    [0.001, 0.001]
     """
 
     axis: tuple[float, ...] | None = None

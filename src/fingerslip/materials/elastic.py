@@ -30,6 +30,15 @@ class RayleighDamping:
         Mass-proportional coefficient [1/s].
     stiffness : float
         Stiffness-proportional coefficient [s].
+
+    Examples
+    --------
+    Damping of 5 % of the critical one at 20 Hz, by the stiffness matrix alone:
+
+    >>> import fingerslip as fs
+    >>> damping = fs.RayleighDamping(stiffness=2 * 0.05 / (2 * np.pi * 20.0))
+    >>> f"{1e3 * damping.stiffness:.2f} ms"
+    '0.80 ms'
     """
 
     mass: Rate = 0.0
@@ -77,6 +86,13 @@ class Elastic(ByYoungsModulus):
         Terms by which the shear modulus relaxes; without them the material is elastic.
     law : {'elastic'}
         The law, as study files name it.
+
+    Examples
+    --------
+    >>> import fingerslip as fs
+    >>> tissue = fs.Elastic(youngs_modulus=34e3, poisson_ratio=0.48, density=1000.0)
+    >>> f"shear modulus {tissue.shear_modulus:.0f} Pa, bulk modulus {tissue.bulk_modulus:.0f} Pa"
+    'shear modulus 11486 Pa, bulk modulus 283333 Pa'
     """
 
     youngs_modulus: Pressure

@@ -44,6 +44,13 @@ class MooneyRivlin(PowersOfStretches):
         Terms by which the shear modulus relaxes; without them the material is elastic.
     law : {'mooney_rivlin'}
         The law, as study files name it.
+
+    Examples
+    --------
+    >>> import fingerslip as fs
+    >>> rubber = fs.MooneyRivlin(c10=4e3, c01=1e3, density=1000.0, poisson_ratio=0.49)
+    >>> rubber.shear_modulus
+    10000.0
     """
 
     c10: SignedPressure

@@ -40,6 +40,16 @@ class NeoHookean(ByYoungsModulus):
         Terms by which the shear modulus relaxes; without them the material is elastic.
     law : {'neo_hookean'}
         The law, as study files name it.
+
+    Examples
+    --------
+    Tension that stretches it by half at constant volume, beside that of Hooke's law:
+
+    >>> import fingerslip as fs
+    >>> rubber = fs.NeoHookean(youngs_modulus=30e3, poisson_ratio=0.49, density=1000.0)
+    >>> along, across, _ = rubber.kirchhoff_stress(np.log([[1.5, 1.5**-0.5, 1.5**-0.5]]))[0]
+    >>> f"{along - across:.0f} Pa, {30e3 * 0.5:.0f} Pa"
+    '15940 Pa, 15000 Pa'
     """
 
     youngs_modulus: Pressure

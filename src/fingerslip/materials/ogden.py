@@ -62,6 +62,15 @@ class Ogden(PowersOfStretches):
         Terms by which the shear modulus relaxes; without them the material is elastic.
     law : {'ogden'}
         The law, as study files name it.
+
+    Examples
+    --------
+    A term of 10 kPa with exponent 8 as Abaqus prints it:
+
+    >>> import fingerslip as fs
+    >>> skin = fs.Ogden((fs.OgdenTerm(modulus=2 * 10e3 / 8.0, exponent=8.0),), density=1000.0, poisson_ratio=0.49)
+    >>> skin.shear_modulus
+    10000.0
     """
 
     terms: tuple[OgdenTerm, ...]

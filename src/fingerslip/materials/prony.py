@@ -40,6 +40,16 @@ class PronyTerm:
         Share of the shear modulus at once, between 0 and 1 [-]; the shares of all terms have a sum below 1.
     time : float
         Relaxation time [s].
+
+    Examples
+    --------
+    The shear modulus of tissue at once, and in the end:
+
+    >>> import fingerslip as fs
+    >>> tissue = fs.Elastic(34e3, 0.48, 1000.0, prony=(fs.PronyTerm(0.3, 0.1), fs.PronyTerm(0.2, 2.0)))
+    >>> left = 1.0 - sum(term.share for term in tissue.prony)
+    >>> f"{tissue.shear_modulus:.0f} Pa, {left * tissue.shear_modulus:.0f} Pa"
+    '11486 Pa, 5743 Pa'
     """
 
     share: Annotated[Number, pydantic.Field(gt=0, lt=1)]

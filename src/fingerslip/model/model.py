@@ -62,7 +62,10 @@ FrictionChoice = Annotated[
 
 @parameters
 class Traction:
-    """A dead load per area that changes over time."""
+    """A dead load per area that changes over time.
+
+    See :class:`Model`.
+    """
 
     value: Annotated[tuple[SignedPressure, ...], "Traction [Pa], one value per component."]
     ramp: Annotated[Ramp, "Its factor over time."]
@@ -77,7 +80,17 @@ AnyTraction = Annotated[
 
 @parameters
 class SupportMotion:
-    """The prescribed motion of a support: a displacement that grows and falls with a factor over time."""
+    """The prescribed motion of a support: a displacement that grows and falls with a factor over time.
+
+    Examples
+    --------
+    A bone that moves up by 0.5 mm and comes back:
+
+    >>> import fingerslip as fs
+    >>> motion = fs.SupportMotion(displacement=(0.0, 0.5e-3), ramp=fs.Ramp((0.0, 0.1, 0.2), (0.0, 1.0, 0.0)))
+    >>> motion.largest
+    0.0005
+    """
 
     displacement: Annotated[
         tuple[Length, ...],
@@ -145,6 +158,15 @@ class Contact:
     clearance : float
         Gap that is left at the start, along the normal, by a counterface whose start is not given [m]; the first
         part of a press closes it.
+
+    Examples
+    --------
+    A plate from below, and a disc from above that comes half a second later:
+
+    >>> import fingerslip as fs
+    >>> plate = fs.Contact("bottom", fs.Plane(), fs.Coulomb(0.6))
+    >>> later = (fs.Hold(0.5), fs.Press(depth=1e-3, speed=2e-3))
+    >>> disc = fs.Contact("top", fs.Cylinder(3e-3, normal=(0.0, -1.0)), fs.Coulomb(0.6), programme=later)
     """
 
     boundary: str
@@ -182,7 +204,10 @@ class ReducedBasis:
 
 @parameters
 class Recording:
-    """What is recorded beside the contact nodes, forces and energies."""
+    """What is recorded beside the contact nodes, forces and energies.
+
+    See :class:`Model`.
+    """
 
     sites: Annotated[
         tuple[Site, ...],
@@ -248,6 +273,27 @@ class Model:
         Acceleration of gravity on the deformable body and the rigid bodies [m/s^2], one value per component.
     initial_velocity : tuple of float, optional
         Velocity of the whole body at the start [m/s], except where it is supported.
+
+    Examples
+    --------
+    A block of gel of 10 mm is stretched by 1 kPa:
+
+    >>> import skfem
+    >>> import fingerslip as fs
+    >>> block = skfem.MeshQuad().refined(2).scaled(10e-3).with_defaults()
+    >>> model = fs.Model(
+    ...     mesh=block.with_subdomains({"gel": lambda x: x[0] > 0.0}),
+    ...     materials={"gel": fs.Elastic(youngs_modulus=20e3, poisson_ratio=0.0, density=1000.0)},
+    ...     formulation="plane_stress",
+    ...     supports={"bottom": ("x", "y")},
+    ...     tractions={"top": fs.Traction((0.0, 1e3), ramp=fs.Ramp((0.0, 0.1), (0.0, 1.0)))},
+    ...     time=fs.QuasiStatic(step=0.05, end=0.1),
+    ...     record=fs.Recording(sites=(fs.Site("middle", "marker", position=(5e-3, 10e-3)),)),
+    ... )
+    >>> model
+    <Model: MeshQuad1 of 25 nodes (gel), 0 contacts, no programme, 0.1 s>
+    >>> fs.simulate(model)["displacement"].sel(site="middle", component="y").values.round(9).tolist()
+    [0.0, 0.00025, 0.0005]
     """
 
     mesh: Annotated[Any, pydantic.AfterValidator(_check_mesh)]

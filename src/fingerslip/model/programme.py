@@ -13,7 +13,15 @@ from fingerslip.parameters import Duration, Length, PositiveDuration, PositiveLe
 
 @parameters
 class Ramp:
-    """A factor over time: linear between given times, constant before the first and after the last."""
+    """A factor over time: linear between given times, constant before the first and after the last.
+
+    Examples
+    --------
+    >>> import fingerslip as fs
+    >>> filling = fs.Ramp(times=(0.1, 0.6), factors=(0.0, 1.0))
+    >>> [round(filling.at(time), 3) for time in (0.0, 0.2, 0.9)]
+    [0.0, 0.2, 1.0]
+    """
 
     times: Annotated[tuple[Duration, ...], "Ascending times [s]."]
     factors: Annotated[tuple[float, ...], "The factor at each [-]."]
@@ -36,7 +44,20 @@ CONSTANT = Ramp((0.0,), (1.0,))
 
 @parameters
 class Press:
-    """Move the counterfaces along their outward normals, towards the deformable body."""
+    """Move the counterfaces along their outward normals, towards the deformable body.
+
+    Examples
+    --------
+    Press by 1.5 mm within a second, wait, slide by 6 mm towards -x and lift:
+
+    >>> import fingerslip as fs
+    >>> programme = (
+    ...     fs.Press(depth=1.5e-3, speed=1.5e-3),
+    ...     fs.Hold(duration=0.5),
+    ...     fs.Slide(distance=6e-3, speed=3e-3, direction=(-1.0, 0.0)),
+    ...     fs.Lift(distance=2e-3, speed=10e-3),
+    ... )
+    """
 
     depth: Annotated[PositiveLength, "Travel [m]."]
     speed: Annotated[Speed, "Speed [m/s]."]
@@ -44,7 +65,10 @@ class Press:
 
 @parameters
 class Lift:
-    """Move the counterfaces along their normals, away from the deformable body."""
+    """Move the counterfaces along their normals, away from the deformable body.
+
+    See :class:`Press`.
+    """
 
     distance: Annotated[PositiveLength, "Travel [m]."]
     speed: Annotated[Speed, "Speed [m/s]."]
@@ -52,14 +76,20 @@ class Lift:
 
 @parameters
 class Hold:
-    """Keep the counterfaces where they are."""
+    """Keep the counterfaces where they are.
+
+    See :class:`Press`.
+    """
 
     duration: Annotated[PositiveDuration, "Duration [s]."]
 
 
 @parameters
 class Slide:
-    """Move the counterfaces along their surfaces."""
+    """Move the counterfaces along their surfaces.
+
+    See :class:`Press`.
+    """
 
     distance: Annotated[PositiveLength, "Travel [m]."]
     speed: Annotated[Speed, "Speed [m/s]."]

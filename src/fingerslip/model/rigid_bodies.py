@@ -34,6 +34,8 @@ _TorsionDamping = Annotated[float, Unit("N m s"), pydantic.Field(ge=0)]
 class Springs:
     """Springs between a rigid body and the ground, without force at the start.
 
+    See :class:`RigidBody`.
+
     Parameters
     ----------
     x, y, z : float
@@ -53,6 +55,8 @@ class Springs:
 @parameters
 class Dampers:
     """Viscous dampers between a rigid body and the ground.
+
+    See :class:`RigidBody`.
 
     Parameters
     ----------
@@ -74,6 +78,8 @@ class Dampers:
 class BodyVelocity:
     """The velocity of a rigid body at the start, in its free directions.
 
+    See :class:`RigidBody`.
+
     Parameters
     ----------
     x, y, z : float
@@ -93,6 +99,8 @@ class BodyVelocity:
 @parameters
 class BodyLoad:
     """A force at the centre of a rigid body, and a moment, with a factor over time.
+
+    See :class:`RigidBody`.
 
     Parameters
     ----------
@@ -115,7 +123,24 @@ class BodyLoad:
 
 @parameters
 class RigidBody:
-    """A rigid body that carries counterfaces, such as an object between two fingers."""
+    """A rigid body that carries counterfaces, such as an object between two fingers.
+
+    Examples
+    --------
+    A cup of 200 g that a spring carries, critically damped, and that a growing force pulls down:
+
+    >>> import fingerslip as fs
+    >>> cup = fs.RigidBody(
+    ...     mass=0.2,
+    ...     free=("y",),
+    ...     springs=fs.Springs(y=80.0),
+    ...     dampers=fs.Dampers(y=8.0),
+    ...     loads=(fs.BodyLoad(y=-1.0, ramp=fs.Ramp(times=(0.1, 0.6), factors=(0.0, 1.0))),),
+    ...     initial_velocity=fs.BodyVelocity(y=-5e-3),
+    ... )
+    >>> cup.damping("y") / (2.0 * (cup.stiffness("y") * cup.mass) ** 0.5)
+    1.0
+    """
 
     mass: Annotated[Mass, "Mass [kg]."]
     free: Annotated[

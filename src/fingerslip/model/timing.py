@@ -44,7 +44,10 @@ class Timing(Protocol):
 
 @parameters
 class TimeStepping:
-    """HHT-alpha time integration at a fixed step."""
+    """HHT-alpha time integration at a fixed step.
+
+    See :func:`simulate`.
+    """
 
     step: Annotated[PositiveDuration, "Time step [s]."]
     alpha: Annotated[NumericalDamping, "Numerical damping, from -1/2 to 0; 0 is the trapezoidal rule."] = _ALPHA
@@ -59,6 +62,8 @@ class QuasiStatic:
     """Steps without inertia: every step is in equilibrium.
 
     Supports or contact have to hold the body, and no counterface may be driven by a force.
+
+    See :class:`Model`.
     """
 
     step: Annotated[PositiveDuration, "Time step [s]."]
@@ -74,6 +79,15 @@ class Adaptive:
 
     Between two knots of the programme and of all ramps there is a whole number of records, and every step ends at or
     before the next of them. See docs/solver.md for the estimates of the error.
+
+    Examples
+    --------
+    Steps from 0.6 ms up, and a record at least every 10 ms:
+
+    >>> import fingerslip as fs
+    >>> timing = fs.Adaptive(output=10e-3, tolerance=1e-4)
+    >>> timing.shortest
+    0.000625
     """
 
     output: Annotated[
