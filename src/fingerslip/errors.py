@@ -18,7 +18,7 @@ def shorten(text: str) -> str:
 
 
 class FingerslipError(Exception):
-    """Base of all errors that fingerslip raises on purpose."""
+    """Base of all errors that fingerslip raises on purpose; for how to catch one see :class:`InputError`."""
 
 
 class InputError(FingerslipError, ValueError):
@@ -36,6 +36,14 @@ class InputError(FingerslipError, ValueError):
         What to write instead, where `allowed` does not say it already.
     line : int, optional
         Line of the file, counted from 1, where it is known.
+
+    Examples
+    --------
+    >>> try:
+    ...     fs.Press(depth="1", speed=5e-3)
+    ... except fs.InputError as error:
+    ...     print(error.where, error.found, error.allowed, error.repair, sep=" | ")
+    Press.depth | '1' has no unit | needs a unit of [m] | write '1 mm' or '1 m'
     """
 
     def __init__(self, where: str, found: str, allowed: str, repair: str = "", line: int | None = None) -> None:

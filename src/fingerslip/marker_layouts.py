@@ -29,6 +29,13 @@ class MarkerLayout:
         Ring of each marker, 0 in the centre.
     angle : (n,) array
         Angle of each marker from the x axis towards the y axis [rad], from 0 to 2 pi; 0 in the centre.
+
+    Examples
+    --------
+    >>> layout = fs.ring_layout(1.5e-3)
+    >>> inner = layout.select(layout.ring <= 2)
+    >>> layout.count, inner.count
+    (81, 25)
     """
 
     position: Floats

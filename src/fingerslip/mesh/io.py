@@ -103,6 +103,19 @@ def read_mesh(path: str | Path, unit: LengthUnit | None = None) -> skfem.Mesh:
         groups, or has an inverted or flat cell, or one that folds over its neighbours.
     InputError
         Where the unit is unknown, or is not the one that the file says.
+
+    Examples
+    --------
+    A mesh drawn in millimetres:
+
+    >>> import tempfile
+    >>> import skfem
+    >>> square = skfem.MeshQuad().with_subdomains({"pulp": lambda x: x[0] > -1.0})
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     fs.write_mesh(square, f"{folder}/pad.vtu")
+    ...     mesh = fs.read_mesh(f"{folder}/pad.vtu", unit="mm")
+    >>> list(mesh.subdomains), float(mesh.p.max())
+    (['pulp'], 0.001)
     """
     mesh, left_out = read_mesh_and_rest(Path(path), unit)
     if left_out:
@@ -159,7 +172,7 @@ def write_mesh(mesh: skfem.Mesh, path: str | Path) -> None:
     mesh : skfem.MeshQuad1, skfem.MeshTri1, skfem.MeshTri2, skfem.MeshTet1, skfem.MeshTet2 or skfem.MeshHex1
         The mesh.
     path : str or Path
-        The file, such as ``finger.msh``, ``finger.vtu`` or ``finger.xdmf``.
+        The file, such as ``finger.msh``, ``finger.vtu`` or ``finger.xdmf``; for an example see :func:`read_mesh`.
 
     Raises
     ------

@@ -82,6 +82,14 @@ def quality_table(mesh: skfem.Mesh2D) -> tuple[QualityRow, ...]:
     mesh : skfem.Mesh
         Mesh with counter-clockwise quadrilaterals; triangles in any order. Quadratic cells are judged by their
         corners, hexahedra and prisms by the edges and faces that meet at each.
+
+    Examples
+    --------
+    >>> import skfem
+    >>> mesh = skfem.MeshQuad().scaled((3e-3, 1e-3)).with_subdomains({"pulp": lambda x: x[0] > -1.0})
+    >>> for row in fs.quality_table(mesh):
+    ...     print(f"{row.region}: aspect ratio up to {row.aspect_ratio:.1f}")
+    pulp: aspect ratio up to 3.0
     """
     quality = _cell_quality(mesh)
     regions = mesh.subdomains or {"mesh": np.arange(mesh.t.shape[1])}

@@ -243,7 +243,7 @@ def write_tracks(tracks: xr.Dataset, path: str | Path) -> None:
     Parameters
     ----------
     tracks : xarray.Dataset
-        The tracks; they are checked first.
+        The tracks; they are checked first. For an example see :func:`read_tracks`.
     path : path
         The file; a file that is there is replaced only when the new one is whole.
 
@@ -270,6 +270,16 @@ def read_tracks(path: str | Path) -> xr.Dataset:
     ------
     ResultError, InputError
         Where the file is missing or damaged; where it holds something else than tracks.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> tracks = fs.make_tracks([[[1.0, 2.0]], [[1.5, 2.0]]], [0.0, 0.1], units="px")
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     fs.write_tracks(tracks, f"{folder}/tracks.nc")
+    ...     same = fs.read_tracks(f"{folder}/tracks.nc")
+    >>> same["position"].sel(marker=0, axis="x").values.tolist()
+    [1.0, 1.5]
     """
     if not Path(path).is_file():
         raise ResultError(f"{path}: is not there; needs a file of tracks")
@@ -351,7 +361,8 @@ def _numeric(table: pd.DataFrame, names: Iterable[str], where: str) -> pd.DataFr
 def write_tracks_csv(tracks: xr.Dataset, path: str | Path) -> None:
     """Write tracks as a CSV file with the columns of :func:`tracks_table`, whole or not at all.
 
-    A position that was not seen is an empty cell. Attributes are not written: netCDF keeps them.
+    A position that was not seen is an empty cell. Attributes are not written: netCDF keeps them. For an
+    example see :func:`read_tracks_csv`.
 
     Parameters
     ----------
@@ -380,6 +391,19 @@ def read_tracks_csv(path: str | Path) -> xr.Dataset:
     ------
     ResultError, InputError
         Where the file cannot be read; where it is no table of tracks.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import pandas as pd
+    >>> tracks = fs.make_tracks([[[1.0, 2.0]], [[1.5, 2.0]]], [0.0, 0.1], units="px")
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     fs.write_tracks_csv(tracks, f"{folder}/tracks.csv")
+    ...     print(*pd.read_csv(f"{folder}/tracks.csv"))
+    ...     same = fs.read_tracks_csv(f"{folder}/tracks.csv")
+    time_s marker x_px y_px quality kind
+    >>> same["position"].sel(marker=0, axis="x").values.tolist()
+    [1.0, 1.5]
     """
     return tracks_from_table(read_csv(Path(path)), str(path))
 

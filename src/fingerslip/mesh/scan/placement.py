@@ -17,7 +17,7 @@ _FAR = np.radians(45.0)
 
 @dataclass(frozen=True)
 class Placement:
-    """A rigid motion: rotation, then shift.
+    """A rigid motion: rotation, then shift, as :func:`placement_from_directions` returns it.
 
     Parameters
     ----------
@@ -32,25 +32,20 @@ class Placement:
 
 
 def place_surface(surface: Surface, placement: Placement) -> Surface:
-    """Move a surface; skin and phalanx take the same placement.
+    """Return a surface that is moved; skin and phalanx take the same placement.
 
     Parameters
     ----------
     surface : Surface
         The surface.
     placement : Placement
-        The motion.
-
-    Returns
-    -------
-    Surface
-        The surface at its new place.
+        The motion, such as that of :func:`placement_from_directions`.
     """
     return dataclasses.replace(surface, points=surface.points @ placement.rotation.T + placement.shift)
 
 
 def placement_from_directions(skin: Surface, tip: ArrayLike, pad: ArrayLike, plate_angle: float = 0.0) -> Placement:
-    """Find the placement from the principal axis of the skin and two rough directions.
+    """Return the placement of skin and phalanx from the principal axis of the skin and two rough directions.
 
     The new x axis is the principal axis of the skin's area that lies closest to `tip`; y is up, away from `pad`; z
     is lateral. The most distal point then has x = 0 and the lowest one y = 0, where the plate touches first; z = 0 is
@@ -67,17 +62,21 @@ def placement_from_directions(skin: Surface, tip: ArrayLike, pad: ArrayLike, pla
     plate_angle : float
         Angle between the finger's axis and the plate [rad]; positive with the tip down.
 
-    Returns
-    -------
-    Placement
-        The motion, for skin and phalanx alike.
-
     Raises
     ------
     InputError
         Where a direction is zero or both are parallel.
     MeshError
         Where no long axis lies within 45 degrees of `tip`.
+
+    Examples
+    --------
+    >>> from scipy.spatial import ConvexHull
+    >>> corners = np.array(list(np.ndindex(2, 2, 2))) * (12e-3, 30e-3, 14e-3)
+    >>> scan = fs.Surface(corners, ConvexHull(corners).simplices)
+    >>> placement = fs.placement_from_directions(scan, tip=(0, 1, 0), pad=(0, 0, -1))
+    >>> fs.place_surface(scan, placement).points.min(axis=0).round(6).tolist()
+    [-0.03, 0.0, -0.006]
     """
     towards = _unit("tip", tip)
     centres, weights = skin.corners.mean(axis=1), skin.areas / skin.area
@@ -95,7 +94,7 @@ def placement_from_directions(skin: Surface, tip: ArrayLike, pad: ArrayLike, pla
 def placement_from_landmarks(
     skin: Surface, tip: ArrayLike, base: ArrayLike, pad: ArrayLike, plate_angle: float = 0.0
 ) -> Placement:
-    """Find the placement from three points: the x axis goes from `base` to `tip`, the side of `pad` is down.
+    """Return the placement from three points: the x axis goes from `base` to `tip`, the side of `pad` is down.
 
     Parameters
     ----------
@@ -106,15 +105,20 @@ def placement_from_landmarks(
     plate_angle : float
         Angle between the finger's axis and the plate [rad]; positive with the tip down.
 
-    Returns
-    -------
-    Placement
-        The motion, for skin and phalanx alike.
-
     Raises
     ------
     InputError
         Where the three points are on a line.
+
+    Examples
+    --------
+    >>> from scipy.spatial import ConvexHull
+    >>> corners = np.array(list(np.ndindex(2, 2, 2))) * (12e-3, 30e-3, 14e-3)
+    >>> scan = fs.Surface(corners, ConvexHull(corners).simplices)
+    >>> tip, base, pad = (6e-3, 30e-3, 7e-3), (6e-3, 0.0, 7e-3), (6e-3, 25e-3, 0.0)
+    >>> placement = fs.placement_from_landmarks(scan, tip, base, pad)
+    >>> fs.place_surface(scan, placement).points.min(axis=0).round(6).tolist()
+    [-0.03, 0.0, -0.006]
     """
     start = np.asarray(base, dtype=float)
     axis = _unit("tip", np.asarray(tip, dtype=float) - start)

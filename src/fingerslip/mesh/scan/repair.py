@@ -47,6 +47,16 @@ def repair_surface(surface: Surface, largest_hole: float = 5e-3) -> tuple[Surfac
     ------
     MeshError
         Where inside and outside cannot be told apart, or no triangle has an area.
+
+    Examples
+    --------
+    A corner of a cube without its fourth triangle:
+
+    >>> corners = np.vstack([np.zeros(3), 10e-3 * np.eye(3)])
+    >>> scan = fs.Surface(corners, np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2]]))
+    >>> closed, repairs = fs.repair_surface(scan, largest_hole=20e-3)
+    >>> [f"{1e3 * diameter:.1f} mm" for diameter in repairs.closed_holes]
+    ['16.3 mm']
     """
     check_area(surface)
     # Pieces are told apart by their points, so these are joined first; then those of the debris go.

@@ -39,6 +39,15 @@ class Surface:
         Points of the triangles, counter-clockwise seen from outside.
     name : str
         What errors call it, such as its file.
+
+    Examples
+    --------
+    A corner of a cube:
+
+    >>> corners = np.vstack([np.zeros(3), 10e-3 * np.eye(3)])
+    >>> corner = fs.Surface(corners, np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]))
+    >>> f"{corner.volume * 1e9:.1f} mm^3"
+    '166.7 mm^3'
     """
 
     points: Floats
@@ -97,6 +106,16 @@ def read_surface(path: str | Path, unit: LengthUnit = "mm") -> Surface:
         that no scan of a finger or hand has in this unit.
     InputError
         Where the unit is unknown.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> triangle = fs.Surface(10e-3 * np.eye(3), np.array([[0, 1, 2]]))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     fs.write_surface(triangle, f"{folder}/skin.stl", unit="mm")
+    ...     skin = fs.read_surface(f"{folder}/skin.stl", unit="mm")
+    >>> skin.name, float(skin.points.max())
+    ('skin.stl', 0.01)
     """
     scale, file = metres(unit), Path(path)
     data = read_file(file, "needs a surface such as .stl, .ply or .obj").data
@@ -127,7 +146,7 @@ def write_surface(surface: Surface, path: str | Path, unit: LengthUnit = "mm") -
     surface : Surface
         The surface.
     path : str or Path
-        The file, such as ``skin.ply`` or ``skin.stl``.
+        The file, such as ``skin.ply`` or ``skin.stl``; see :func:`read_surface`.
     unit : {'mm', 'm', 'cm', 'um'}
         Unit of the lengths in the file.
 
@@ -259,9 +278,9 @@ def clip_surface(surface: Surface, lowest: float) -> Surface:
 
 
 def decimate_surface(surface: Surface, edge_length: float) -> Surface:
-    """Take triangles away until they are about as long as wanted, by quadric error (Garland & Heckbert 1997).
+    """Return a surface of fewer triangles, about as long as wanted, by quadric error (Garland & Heckbert 1997).
 
-    Flat places lose most of them. A surface that is as coarse already stays as it is.
+    Flat places lose most of them. A surface that is as coarse already stays as it is. See :func:`offset_inwards`.
 
     Parameters
     ----------
@@ -269,11 +288,6 @@ def decimate_surface(surface: Surface, edge_length: float) -> Surface:
         The surface.
     edge_length : float
         Edge of the equilateral triangles that would cover the area [m].
-
-    Returns
-    -------
-    Surface
-        The surface with fewer triangles.
 
     Raises
     ------
@@ -292,7 +306,8 @@ def decimate_surface(surface: Surface, edge_length: float) -> Surface:
 def offset_inwards(surface: Surface, thickness: float) -> Surface:
     """Return the surface at a depth below another: all points inside it that are `thickness` away from it.
 
-    It is a level set of the distance on a grid, so it cannot fold where the surface is curved more than its depth.
+    It is a level set of the distance on a grid, closed and with its normals outwards, so it cannot fold where the
+    surface is curved more than its depth.
 
     Parameters
     ----------
@@ -301,17 +316,24 @@ def offset_inwards(surface: Surface, thickness: float) -> Surface:
     thickness : float
         The depth [m].
 
-    Returns
-    -------
-    Surface
-        The closed inner surface, its normals outwards.
-
     Raises
     ------
     InputError
         Where the thickness is not positive.
     MeshError
         Where nothing is as deep, or the thickness is too small against the size of the surface.
+
+    Examples
+    --------
+    >>> from scipy.spatial import ConvexHull
+    >>> corners = 10e-3 * np.array(list(np.ndindex(2, 2, 2)))
+    >>> cube, _ = fs.repair_surface(fs.Surface(corners, ConvexHull(corners).simplices))
+    >>> inner = fs.offset_inwards(cube, 2e-3)
+    >>> float(np.ptp(inner.points[:, 0]).round(4))
+    0.006
+    >>> coarse = fs.decimate_surface(inner, 2e-3)
+    >>> len(coarse.triangles) < len(inner.triangles)
+    True
     """
     if not thickness > 0:
         raise InputError("thickness", f"got {thickness}", "needs a length > 0")

@@ -141,6 +141,14 @@ class Fisheye(_Lens):
         Principal point [px].
     distortion : tuple of float
         None or four coefficients k1 to k4.
+
+    Examples
+    --------
+    A ray at 45 degrees to the axis:
+
+    >>> lens = fs.Fisheye(640, 480, focal_x=300.0, focal_y=300.0, centre_x=319.5, centre_y=239.5)
+    >>> lens.project(np.array([0.1, 0.0, 0.1])).round(2).tolist()
+    [555.12, 239.5]
     """
 
     coefficient_counts = (0, 4)
@@ -262,6 +270,15 @@ def read_calibration(
     ------
     ResultError, InputError
         Where the file cannot be read; where it is no calibration.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     fs.write_calibration(fs.pinhole_for_view(640, 480, 40e-3, 50e-3), f"{folder}/camera.yaml")
+    ...     lens = fs.read_calibration(f"{folder}/camera.yaml")
+    >>> lens.focal_x, lens.distortion
+    (800.0, ())
     """
     values, where = _read_values(Path(path)), str(path)
     matrix = _array(values, _MATRIX, where)
@@ -343,7 +360,7 @@ def write_calibration(intrinsics: Pinhole | Fisheye, path: str | Path) -> None:
     intrinsics : Pinhole or Fisheye
         The intrinsics.
     path : path
-        A file that ends in ``.json``, or any other for YAML.
+        A file that ends in ``.json``, or any other for YAML; see :func:`read_calibration`.
 
     Raises
     ------

@@ -161,7 +161,10 @@ class SensorNoise:
 
 @parameters
 class PixelCamera:
-    """A camera that takes pictures."""
+    """A camera that takes pictures.
+
+    For an example with all of its parts see :func:`film`.
+    """
 
     camera: Annotated[Camera, "Lens, place and times."]
     look: Annotated[MarkerLook, "Markers and background."] = BRIGHT_ON_DARK
@@ -348,6 +351,18 @@ def film(pixel_camera: PixelCamera, tracks: xr.Dataset, path: str | Path, *, cod
         Where the tracks are not in metres, have no time, or have no marker that the camera sees.
     ResultError
         Where the file cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> light = fs.Lighting(vignetting=0.3, glare=(fs.Glare(x=0.3, y=0.4),), ring=fs.BrightRing())
+    >>> camera = fs.internal_camera(50e-3, 40e-3, frame_rate=10.0)
+    >>> filming = fs.PixelCamera(camera, fs.MarkerLook(radius=0.5e-3), light, fs.SensorNoise(read=1.0), seed=1)
+    >>> tracks = fs.make_tracks([[[0.0, 0.0, 0.0]], [[1e-3, 0.0, 0.0]]], [0.0, 1.0], units="m")
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     truth = fs.film(filming, tracks, f"{folder}/slide.mkv")
+    >>> truth.sizes["time"], truth["position"][-1, 0].values.round(3).tolist()
+    (11, [335.5, 239.5])
     """
     truth = true_tracks(pixel_camera.camera, tracks)
     write_video(path, frames_of(pixel_camera, tracks), pixel_camera.camera.frame_rate, codec=codec)

@@ -54,6 +54,16 @@ def measure_errors(pixel_camera: PixelCamera, tracks: xr.Dataset, locate: Locate
     ------
     InputError
         Where the tracks cannot be filmed, or `locate` returns another shape or finds too little.
+
+    Examples
+    --------
+    >>> from fingerslip.vision.cameras.point import following, window_centroids
+    >>> tracks = fs.make_tracks([[[0.0, 0.0, 0.0]], [[1e-3, 0.0, 0.0]]], [0.0, 1.0], units="m")
+    >>> filming = fs.PixelCamera(fs.internal_camera(50e-3, 40e-3), fs.MarkerLook(radius=0.4e-3))
+    >>> errors = fs.measure_errors(filming, tracks, following(window_centroids))
+    >>> f"{errors.rms:.2f} px"
+    '0.01 px'
+    >>> seen = fs.point_tracks(fs.PointCamera(filming.camera, errors), tracks)  # without any frame
     """
     truth = true_tracks(pixel_camera.camera, tracks)
     positions = np.asarray(locate(frames_of(pixel_camera, tracks), truth["position"].values[0]), dtype=np.float64)
@@ -115,7 +125,10 @@ MEASURED_ERRORS = PositionErrors(noise=0.0061, bias=0.0018, correlation=0.09)
 
 @parameters
 class PointCamera:
-    """A camera that gives positions at once."""
+    """A camera that gives positions at once.
+
+    For an example see :func:`point_tracks`.
+    """
 
     camera: Annotated[Camera, "Lens, place and times."]
     errors: Annotated[
@@ -143,6 +156,15 @@ def point_tracks(point_camera: PointCamera, tracks: xr.Dataset) -> xr.Dataset:
     ------
     InputError
         Where the tracks are not in metres, or have no marker that the camera sees.
+
+    Examples
+    --------
+    >>> tracks = fs.make_tracks([[[0.0, 0.0, 0.0]], [[1e-3, 0.0, 0.0]]], [0.0, 1.0], units="m")
+    >>> errors = fs.PositionErrors(noise=0.05, lost=0.2)
+    >>> camera = fs.PointCamera(fs.internal_camera(50e-3, 40e-3), errors, seed=1)
+    >>> seen = fs.point_tracks(camera, tracks)
+    >>> seen.sizes["time"], int((seen["quality"] == 0.0).sum())
+    (31, 4)
     """
     truth = true_tracks(point_camera.camera, tracks)
     shape = truth["position"].shape
