@@ -19,7 +19,7 @@ from fingerslip.slip.front import EdgeContact, edge_contact
 from fingerslip.slip.measures import Number
 from fingerslip.slip.receptors import Peak
 from fingerslip.slip.windows import READINGS, TIMES, defines_time, event_label
-from fingerslip.storage.files import check_digests, file_digest, read_json, write_json
+from fingerslip.storage.files import check_digests, digest, file_digest, read_json, write_json
 from fingerslip.uncertainty import Convergence
 
 if TYPE_CHECKING:
@@ -267,6 +267,18 @@ def stored_result(folder: Path, *, is_whole: bool = False) -> RunResult:
     if not is_whole:
         check_digests(folder, digests, "is damaged: its checksum is another", _REPAIR)
     return result
+
+
+def stored_fit(study: StudyResult) -> dict[str, Any]:
+    """Read what is stored about the fit of a study; refuse a fit of other runs."""
+    try:
+        about = read_json(study.folder / ABOUT, "fit again")
+    except FileNotFoundError:
+        raise ResultError(f"{study.folder}: holds no fit; run fingerslip fit with its study") from None
+    if about.get("runs") != digest([run.identity for run in study.runs]):
+        fault = f"is of other runs, needs those of {study.folder}; run fingerslip fit again"
+        raise ResultError(f"{study.folder / FIT}: {fault}")
+    return about
 
 
 def without_results(folder: Path, lacks: str) -> str:

@@ -18,7 +18,7 @@ from fingerslip.history import read_history
 from fingerslip.parameters.schema import require_kind
 from fingerslip.report.labels import path_labels
 from fingerslip.report.tables.runs import table_frame
-from fingerslip.results import ABOUT, FIT, HISTORY, RunResult, StudyResult
+from fingerslip.results import ABOUT, FIT, HISTORY, RunResult, StudyResult, stored_fit
 from fingerslip.sampling.curves import OVER, FitSettings, Measurement, column_unit, curves_of, read_measurement
 from fingerslip.sampling.designs import required_output
 from fingerslip.sampling.posterior import (
@@ -254,8 +254,9 @@ def stored_figure(folder: Path, kind: str) -> Figure:
     from fingerslip.report.figures.fit import corner_figure, fit_figure
 
     study, path = read_results(folder), folder / FIT / _DRAWN[kind]
+    stored_fit(study)
     if not path.is_file():
-        raise ResultError(f"{path}: is not there; run fingerslip fit with its study")
+        raise ResultError(f"{path}: is not there; run fingerslip fit again")
     frame = pd.read_csv(path, keep_default_na=False)
     return corner_figure(frame.to_numpy(), *_axes(study)) if kind == "posterior" else fit_figure(frame)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import re
 from collections.abc import Callable
@@ -16,10 +17,11 @@ import fingerslip as fs
 from fingerslip.report.content import ReportContent
 from fingerslip.report.figures import style as figures
 from fingerslip.report.page.samples import sample_sections
-from fingerslip.results import RunResult
+from fingerslip.results import RunResult, StudyResult, stored_fit
 from fingerslip.sampling import posterior as chains
 from fingerslip.sampling.curves import Measurement, curves_of
 from fingerslip.slip.events import Events, SlipEvents
+from fingerslip.storage.files import digest, write_json
 from fingerslip.study import fit as fit_module
 from fingerslip.study.definition.spec import read_study
 from fingerslip.study.inspection.cite import methods_and_papers
@@ -58,7 +60,11 @@ def measure(study: Path, data: Path, seed: int = 1) -> Path:
 
 @pytest.mark.slow
 def test_a_truth_comes_back_within_its_interval(
-    write_study: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, reports: list[Any]
+    write_study: Callable[..., Path],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    reports: list[Any],
+    caplog: pytest.LogCaptureFixture,
 ) -> None:
     pytest.importorskip("emcee")
     monkeypatch.setattr(figures, "_DOTS_PER_INCH", 20)
@@ -92,6 +98,32 @@ def test_a_truth_comes_back_within_its_interval(
     assert "foreman2013" in entries
     assert f"chi-squared per point {summary.loc['chi-squared per point', 'median']:.4g} (" in methods
     check_page_and_figure(posterior.folder.parent, posterior)
+    write_json(posterior.folder / "about.json", {"runs": "others", "notes": []})
+    said = "fit: is of other runs, needs those of .*block; run fingerslip fit again"
+    for kind in ("posterior", "fit"):
+        with pytest.raises(fs.ResultError, match=said):
+            write_figure(posterior.folder.parent, FigureChoice(kind))
+    assert "fitted to measured" not in methods_and_papers(posterior.folder.parent)
+    assert re.search(said, caplog.text)
+
+
+@pytest.mark.parametrize(
+    ("about", "said"),
+    [
+        (None, "results: holds no fit; run fingerslip fit with its study"),
+        ({"runs": digest(["a", "b"])}, ""),
+        ({"runs": digest(["a"])}, "results/fit: is of other runs, needs those of .*results; run fingerslip fit again"),
+        ({}, "results/fit: is of other runs"),
+    ],
+)  # fmt: skip
+def test_a_fit_of_other_runs_is_refused(tmp_path: Path, about: dict[str, Any] | None, said: str) -> None:
+    folder = tmp_path / "results"
+    study = StudyResult(folder, (), tuple(RunResult(name, {}, Events(), identity=name) for name in "ab"))
+    if about is not None:
+        (folder / "fit").mkdir(parents=True)
+        write_json(folder / "fit" / "about.json", about)
+    with pytest.raises(fs.ResultError, match=said) if said else contextlib.nullcontext():
+        assert stored_fit(study) == about
 
 
 def check_page_and_figure(folder: Path, posterior: fs.Posterior) -> None:
@@ -112,7 +144,7 @@ def check_page_and_figure(folder: Path, posterior: fs.Posterior) -> None:
     for kind in ("posterior", "fit"):
         written = write_figure(folder, FigureChoice(kind, form="svg"))
         assert "<svg" in written.read_text(encoding="utf-8")
-        with pytest.raises(fs.ResultError, match=r"\.csv: is not there; run fingerslip fit"):
+        with pytest.raises(fs.ResultError, match="holds no fit; run fingerslip fit"):
             write_figure(folder.parent.parent / "truth" / "truth", FigureChoice(kind))
     curves = pd.read_csv(folder / "fit" / "curves.csv").groupby("column", sort=False)
     for name, values in curves:

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from statistics import median
 
+from fingerslip.errors import DamagedError, ResultError
 from fingerslip.published import PublishedSet
 from fingerslip.report.content import ReportContent
 from fingerslip.report.figures.study import tornado_figure
@@ -14,10 +15,9 @@ from fingerslip.report.labels import path_labels, prose, swept_text
 from fingerslip.report.page.page import Picture, ReportSection
 from fingerslip.report.tables.runs import summary_table
 from fingerslip.report.tables.samples import intervals_table, published_table, refused_table, sensitivity_table
-from fingerslip.results import ABOUT, FIT, REPEAT, SAMPLE, RunResult, StudyResult
+from fingerslip.results import FIT, REPEAT, SAMPLE, RunResult, StudyResult, stored_fit
 from fingerslip.sampling.sensitivity import Fit, fits_of, groups_of
 from fingerslip.slip.windows import LATENCY, MAIN_EVENTS, event_label
-from fingerslip.storage.files import digest, read_json
 from fingerslip.tables.table import Cell, Column, Table
 from fingerslip.units import split_quantity
 
@@ -47,8 +47,11 @@ def _fit_section(content: ReportContent) -> ReportSection:
     import pandas as pd
 
     title, study, tables = "Fit to a measurement", content.study, list[Table]()
-    about = read_json(study.folder / ABOUT, "fit again") if (study.folder / ABOUT).is_file() else {}
-    if about.get("runs") != digest([run.identity for run in study.runs]):
+    try:
+        about = stored_fit(study)
+    except DamagedError:
+        raise
+    except ResultError:  # there is none, or one of other runs
         return ReportSection(title)
     for name, words, note in zip(("summary", "predictions"), ("Values", "Predictions"), about["notes"], strict=True):
         frame = pd.read_csv(study.folder / FIT / f"{name}.csv").astype(object)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import itertools
+import logging
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fingerslip.errors import ResultError
 from fingerslip.history import site_kinds
 from fingerslip.mesh.mixed import is_degenerate
 from fingerslip.published import published_set
@@ -18,7 +20,7 @@ from fingerslip.report.citations import bibtex_entries, short_citation, source_k
 from fingerslip.report.labels import path_labels, run_title
 from fingerslip.report.page.answer import definitions
 from fingerslip.report.tables.parameters import ASSUMED
-from fingerslip.results import SUMMARY, RunResult
+from fingerslip.results import ABOUT, SUMMARY, RunResult, stored_fit
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import EventSettings
 from fingerslip.study.inspection.facts import Facts, read_facts
@@ -315,19 +317,22 @@ def _trust(facts: Facts) -> Iterator[str]:
     if (imbalance := facts.largest("energy_imbalance_over_work")) is not None:
         yield f"The balance of energy closed to {max(imbalance, 1e-16):.0e} of the work done."
     yield _error_bars(runs)
-    yield from _fit_to_measurements(facts.study.folder / SUMMARY)
+    if (facts.study.folder / ABOUT).is_file():
+        try:
+            stored_fit(facts.study)
+            yield _fit_to_measurements(facts.study.folder / SUMMARY)
+        except ResultError as error:
+            logging.getLogger("fingerslip.study").warning(error)
 
 
-def _fit_to_measurements(summary: Path) -> Iterator[str]:
-    """Yield a sentence on the values that were fitted to a measurement."""
-    if not summary.is_file():
-        return
+def _fit_to_measurements(summary: Path) -> str:
+    """Return a sentence on the values that were fitted to a measurement."""
     with summary.open(encoding="utf-8", newline="") as file:
         values = []
         for row in csv.DictReader(file):
             median, low, high = (f"{float(row[name]):.4g}" for name in ("median", "95 % from", "95 % to"))
             values.append(f"{row['value']} {median} {row['unit']}".strip() + f" ({low} to {high})")
-    yield (
+    return (
         "Values were fitted to measured curves with Gaussian processes (@rasmussen2006) in place of further runs, a "
         "discrepancy of the model (@kennedy2001) and an ensemble sampler (@foreman2013); median and interval of 95 %: "
         f"{_enumerate(values)}."
