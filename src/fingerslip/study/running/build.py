@@ -34,6 +34,7 @@ from fingerslip.study.definition.file import line_numbers
 from fingerslip.study.definition.runs import Plan, Run, without_swept
 from fingerslip.study.definition.spec import Study
 from fingerslip.study.running.cost import basis_saves, most_together, require_mesh_memory
+from fingerslip.study.storage.reporting import refuse_unused
 from fingerslip.units import millimetres
 
 # A file in millimetres that is read as metres is a thousand times too large.
@@ -176,6 +177,7 @@ _Meshes = dict[str, tuple[Any, Space]]
 
 def prepare_samples(plan: Plan, runs: Sequence[Run]) -> tuple[tuple[Job, ...], tuple[RefusedRun, ...]]:
     """Build and check the models of runs as :func:`prepare`, and return the samples whose values make no model, too."""
+    refuse_unused(plan)
     meshes: _Meshes = {}
     jobs: list[Job] = []
     refused = list(plan.refused)

@@ -19,10 +19,10 @@ from fingerslip.study.definition import runs
 from fingerslip.study.definition.file import read_mapping
 from fingerslip.study.definition.runs import plan_studies, plan_study
 from fingerslip.study.running import build as preparing
-from fingerslip.study.running.build import prepare
+from fingerslip.study.running.build import prepare, prepare_samples
 from fingerslip.study.running.compute import BASES
 from fingerslip.study.running.runner import StudyFailedError, run_study
-from fingerslip.study.storage.reporting import original_mesh, read_results, read_run_values
+from fingerslip.study.storage.reporting import original_mesh, read_results, read_run_values, refuse_unused
 from fingerslip.study.storage.store import read_manifest
 from fingerslip.units import parse_quantity
 from unit.study.block import FRICTIONS, NAMES, Told, block_mesh, block_values, changed, run_block
@@ -499,6 +499,36 @@ def test_samples_that_make_no_model_are_refused_and_the_study_goes_on(write_stud
     assert "presses" in last
     assert read_results(result.folder).refused == result.refused
     assert run_block(path).refused == result.refused, "they are refused again where nothing is left to compute"
+
+
+HEIGHTS = {"fingertip.transverse.half_height": ["6 mm", "7 mm"]}
+PITCHES = {"fingertip.ridges.pitch": ["0.4 mm", "0.5 mm"]}
+
+
+@pytest.mark.parametrize(
+    ("sample", "unused"),
+    [
+        ({"ranges": PITCHES | HEIGHTS}, {"pitch": "switched off", "half_height": "of the transverse section only"}),
+        ({"ranges": PITCHES | {"contact.friction_coefficient": [0.2, 0.4]}}, {"pitch": "switched off"}),
+        ({"ranges": PITCHES, "choices": {"fingertip.ridges.enabled": [False, True]}}, {}),
+        ({"ranges": {"contact.friction_coefficient": [0.2, 0.4]}}, {}),
+    ],
+)
+def test_sampled_values_that_no_run_uses_are_refused_before_anything_is_meshed(write_study, sample, unused):
+    fingertip = {"preset": "wang2014-2d", "ridges": {"enabled": False}}
+    programme = [{"press": {"depth": "1 mm", "speed": "1 mm/s"}}]
+    values = {"title": "Finger", "fingertip": fingertip, "programme": programme, "time": {"step": "5 ms"}}
+    values |= {"contact": {"friction_coefficient": 0.4}}
+    plan = plan_study(write_study(values | {"sample": {"count": 4} | sample}))
+    if not unused:
+        refuse_unused(plan)
+        return
+    with pytest.raises(InputError) as caught:
+        prepare_samples(plan, plan.runs)
+    lines = [str(mistake) for mistake in caught.value.all]
+    for line, (name, reason) in zip(lines, unused.items(), strict=True):
+        said = rf"block\.yaml: sample\.ranges\.fingertip\.\w+\.{name}: changes nothing \({reason}\), needs a value that"
+        assert re.search(said, line)
 
 
 @pytest.mark.parametrize(
