@@ -39,6 +39,7 @@ class InputError(FingerslipError, ValueError):
 
     Examples
     --------
+    >>> import fingerslip as fs
     >>> try:
     ...     fs.Press(depth="1", speed=5e-3)
     ... except fs.InputError as error:

@@ -32,6 +32,7 @@ class MarkerLayout:
 
     Examples
     --------
+    >>> import fingerslip as fs
     >>> layout = fs.ring_layout(1.5e-3)
     >>> inner = layout.select(layout.ring <= 2)
     >>> layout.count, inner.count

@@ -93,6 +93,8 @@ class RefusedRun:
 class StudyResult:
     """The results of a study.
 
+    See :func:`read_study`.
+
     Parameters
     ----------
     folder : Path

@@ -5,7 +5,6 @@ import importlib
 from pathlib import Path
 from typing import get_args
 
-import numpy as np
 import pytest
 
 import fingerslip
@@ -21,8 +20,7 @@ EXAMPLES = {
 
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_examples(name):
-    usual = {"fs": fingerslip, "np": np}
-    failed, attempted = doctest.testmod(importlib.import_module(name), extraglobs=usual)
+    failed, attempted = doctest.testmod(importlib.import_module(name))
     assert failed == 0
     assert attempted == EXAMPLES[name].read_text(encoding="utf-8").count(">>> "), "doctest has not found all of them"
 

@@ -136,6 +136,17 @@ class IntegrateAndFire:
     ------
     InputError
         Where it responds to nothing.
+
+    Examples
+    --------
+    A steady speed of twice the least one, so that it fires every tau ln 2 and its rest:
+
+    >>> import fingerslip as fs
+    >>> model = fs.IntegrateAndFire("speed", highest_frequency=300.0, membrane_time=10e-3, least_steady=1e-3)
+    >>> times = np.linspace(0.0, 0.1, 1001)
+    >>> (spikes,) = model.spikes(times, np.full((1001, 1), 2e-3))
+    >>> np.diff(spikes)[:3].round(4).tolist()
+    [0.008, 0.008, 0.008]
     """
 
     stimulus: str

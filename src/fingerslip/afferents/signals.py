@@ -28,6 +28,8 @@ _OTHER_NAMES = {
 def receptor_stimuli(history: xr.Dataset, kinds: Sequence[str] = RECEPTOR_KINDS) -> xr.Dataset:
     """Return what the tissue does at the recorded receptors.
 
+    See :func:`spikes_of`.
+
     Parameters
     ----------
     history : xarray.Dataset

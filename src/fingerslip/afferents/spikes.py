@@ -130,6 +130,29 @@ def spikes_of(history: xr.Dataset, models: Mapping[str, AfferentModel]) -> Spike
     -----
     BandwidthWarning
         Where a model responds to higher frequencies than the records resolve.
+
+    Examples
+    --------
+    A slowly adapting receptor 1 mm above the skin of a block that is pressed:
+
+    >>> import skfem
+    >>> import fingerslip as fs
+    >>> block = skfem.MeshQuad().refined(2).scaled(10e-3).with_defaults()
+    >>> model = fs.Model(
+    ...     mesh=block.with_subdomains({"pulp": lambda x: x[0] > 0.0}),
+    ...     materials={"pulp": fs.material("pulp")},
+    ...     formulation="plane_strain",
+    ...     supports={"top": ("x", "y")},
+    ...     contacts=(fs.Contact("bottom", fs.Plane(), fs.Coulomb(0.6)),),
+    ...     programme=(fs.Press(depth=1e-3, speed=20e-3),),
+    ...     time=fs.TimeStepping(step=0.4e-3),
+    ...     record=fs.Recording(sites=(fs.Site("below", "SA-I", (5e-3, 1e-3)),)),
+    ... )
+    >>> history = fs.simulate(model)
+    >>> fs.spikes_of(history, fs.human_afferents()).times[0].size
+    3
+    >>> float(fs.receptor_stimuli(history)["strain_energy_density"].max().round())
+    107.0
     """
     check_models(models)
     stimuli = receptor_stimuli(history, tuple(models))

@@ -238,6 +238,24 @@ def export_history(history: xr.Dataset, folder: str | Path, kind: str) -> Path:
         For another format, and for one whose package is not installed; where the folder holds something else.
     ResultError
         Where the files cannot be written, and for ``vtu`` of a history without snapshots.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import skfem
+    >>> import fingerslip as fs
+    >>> gel = skfem.MeshQuad().with_defaults().with_subdomains({"gel": lambda x: x[0] > 0.0})
+    >>> model = fs.Model(
+    ...     mesh=gel,
+    ...     materials={"gel": fs.material("gel-rtv27905")},
+    ...     formulation="plane_stress",
+    ...     supports={"bottom": ("x", "y")},
+    ...     time=fs.QuasiStatic(step=0.1, end=0.2),
+    ... )
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     tables = fs.export_history(fs.simulate(model), f"{folder}/tables", "csv")
+    ...     print(*sorted(file.name for file in tables.iterdir()))
+    events.csv fingerslip-export.json series.csv supports.csv
     """
     if kind not in FORMATS:
         raise InputError("format", f"got '{kind}'", f"needs one of {', '.join(FORMATS)}")

@@ -110,6 +110,7 @@ def read_mesh(path: str | Path, unit: LengthUnit | None = None) -> skfem.Mesh:
 
     >>> import tempfile
     >>> import skfem
+    >>> import fingerslip as fs
     >>> square = skfem.MeshQuad().with_subdomains({"pulp": lambda x: x[0] > -1.0})
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     fs.write_mesh(square, f"{folder}/pad.vtu")

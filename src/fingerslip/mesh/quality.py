@@ -86,6 +86,7 @@ def quality_table(mesh: skfem.Mesh2D) -> tuple[QualityRow, ...]:
     Examples
     --------
     >>> import skfem
+    >>> import fingerslip as fs
     >>> mesh = skfem.MeshQuad().scaled((3e-3, 1e-3)).with_subdomains({"pulp": lambda x: x[0] > -1.0})
     >>> for row in fs.quality_table(mesh):
     ...     print(f"{row.region}: aspect ratio up to {row.aspect_ratio:.1f}")

@@ -28,7 +28,10 @@ class _Stateless:
 
 @parameters
 class SlippedArea(_Stateless):
-    """The truth: a share of the contact area has slipped since the load began."""
+    """The truth: a share of the contact area has slipped since the load began.
+
+    See :class:`Grasp`.
+    """
 
     fraction: Annotated[Fraction, "The share [-]; people notice slip at 0.48 (Barrea et al. 2018)."] = 0.48
     tolerance: Annotated[PositiveLength, "Slip from which a node counts [m]."] = SLIPPED
@@ -42,7 +45,10 @@ class SlippedArea(_Stateless):
 
 @parameters
 class StickRatio(_Stateless):
-    """The truth: no more than a share of the contact area sticks."""
+    """The truth: no more than a share of the contact area sticks.
+
+    See :class:`Grasp`.
+    """
 
     ratio: Annotated[Fraction, "The share [-]."] = 0.5
     delay: Delay = 0.0
@@ -55,7 +61,10 @@ class StickRatio(_Stateless):
 
 @parameters
 class ForceRatio(_Stateless):
-    """Normal and tangential force, and a friction coefficient that is known."""
+    """Normal and tangential force, and a friction coefficient that is known.
+
+    See :class:`Grasp`.
+    """
 
     friction: Annotated[float, pydantic.Field(gt=0), "The coefficient that the detector believes in [-]."]
     share: Annotated[Fraction, "Share of it that the ratio of the forces has to reach [-]."] = 0.9
@@ -69,7 +78,10 @@ class ForceRatio(_Stateless):
 
 @parameters
 class AtOnce(_Stateless):
-    """An alarm as soon as the load begins."""
+    """An alarm as soon as the load begins.
+
+    See :class:`Grasp`.
+    """
 
     delay: Annotated[ShortDuration, "Time from the load to the alarm [s]."] = 0.0
 
@@ -80,7 +92,10 @@ class AtOnce(_Stateless):
 
 @parameters
 class Never(_Stateless):
-    """No alarm, whatever happens."""
+    """No alarm, whatever happens.
+
+    See :class:`Grasp`.
+    """
 
     delay: Annotated[ShortDuration, "Of no consequence [s]."] = 0.0
 
@@ -91,7 +106,10 @@ class Never(_Stateless):
 
 @parameters
 class SpikeCount:
-    """Spikes of a population of afferents."""
+    """Spikes of a population of afferents.
+
+    See :class:`Grasp`.
+    """
 
     kind: Annotated[ReceptorKind, "Type of the afferents; the holder has to record their receptors."] = "FA-I"
     count: Annotated[

@@ -22,7 +22,14 @@ _COLUMNS = ("time [s]", "force [N]")
 
 @parameters
 class StepLoad:
-    """A force that comes at once."""
+    """A force that comes at once.
+
+    Examples
+    --------
+    >>> import fingerslip as fs
+    >>> fs.StepLoad(force=1.0).series()
+    ((0.0, 0.001), (0.0, 1.0))
+    """
 
     force: Annotated[Force, "The force [N]."]
     rise: Annotated[PositiveDuration, "How long it takes to come [s]."] = 1e-3
@@ -34,7 +41,14 @@ class StepLoad:
 
 @parameters
 class RampLoad:
-    """A force that grows evenly, as that of a motor or of what is poured into a vessel."""
+    """A force that grows evenly, as that of a motor or of what is poured into a vessel.
+
+    Examples
+    --------
+    >>> import fingerslip as fs
+    >>> fs.RampLoad(rate=4.0, force=1.0).series()  # 4 N/s up to 1 N
+    ((0.0, 0.25), (0.0, 1.0))
+    """
 
     rate: Annotated[ForceRate, "How fast it grows [N/s]."]
     force: Annotated[PositiveForce, "What it grows to [N]."]
@@ -46,7 +60,15 @@ class RampLoad:
 
 @parameters
 class DroppedBall:
-    """A ball that falls into the object: a pulse in the form of half a sine, then its weight."""
+    """A ball that falls into the object: a pulse in the form of half a sine, then its weight.
+
+    Examples
+    --------
+    >>> import fingerslip as fs
+    >>> times, forces = fs.DroppedBall(mass=0.02, height=0.1).series()
+    >>> f"{max(forces):.1f} N, then {forces[-1]:.2f} N"
+    '4.6 N, then 0.20 N'
+    """
 
     mass: Annotated[Mass, "Mass of the ball [kg]."]
     height: Annotated[PositiveLength, "How deep it falls [m]."]
@@ -95,7 +117,15 @@ class FilledVessel:
 
 @parameters
 class LoadSeries:
-    """A force that was recorded: its times and forces, or the file that has them."""
+    """A force that was recorded: its times and forces, or the file that has them.
+
+    Examples
+    --------
+    >>> import fingerslip as fs
+    >>> pull = fs.LoadSeries(times=(0.0, 0.1, 0.4), forces=(0.0, 1.0, 0.5))
+    >>> fs.HeldObject(mass=0.1, load=pull).load.series()
+    ((0.0, 0.1, 0.4), (0.0, 1.0, 0.5))
+    """
 
     times: Annotated[tuple[Duration, ...], "Ascending times, the first 0 [s]."] = ()
     forces: Annotated[tuple[Force, ...], "The force at each [N]."] = ()

@@ -65,6 +65,8 @@ class MemoryBases:
 class OpenLoop:
     """What happens where nothing reacts.
 
+    See :class:`Grasp`.
+
     Parameters
     ----------
     times : (n,) array
@@ -101,7 +103,10 @@ class OpenLoop:
 @describe_fields
 @dataclass(frozen=True)
 class Outcome:
-    """What comes of a reaction."""
+    """What comes of a reaction.
+
+    See :class:`Grasp`.
+    """
 
     saved: Annotated[bool, "Whether the travel stayed within its limit."]
     travel: Annotated[
@@ -134,10 +139,29 @@ class Grasp:
 
     Examples
     --------
-    A reflex of 74 ms, from the time at which people notice slip::
+    A reflex of 74 ms, from the time at which people notice slip, of a block of pulp that holds 100 g:
 
-        with fs.Grasp(held, fs.holder_of(fs.preset("wang2014-2d")), {"people": fs.SlippedArea(0.48)}) as grasp:
-            outcome = grasp.react(fs.reaction("human-slip"), "people")
+    >>> import skfem
+    >>> import fingerslip as fs
+    >>> block = skfem.MeshQuad().refined(1).scaled(10e-3).with_defaults()
+    >>> holder = fs.Model(
+    ...     mesh=block.with_subdomains({"pulp": lambda x: x[0] > 0.0}),
+    ...     materials={"pulp": fs.material("pulp")},
+    ...     formulation="plane_strain",
+    ...     depth=12e-3,
+    ...     supports={"top": ("x", "y")},
+    ...     contacts=(fs.Contact("bottom"),),
+    ...     time=fs.TimeStepping(step=5e-3, end=1.0),
+    ... )
+    >>> held = fs.HeldObject(mass=0.1, friction=0.6, margin=0.45, load=fs.RampLoad(rate=4.0, force=1.0), step=5e-3)
+    >>> with fs.Grasp(held, holder, {"people": fs.SlippedArea(0.48)}) as grasp:
+    ...     alarm = grasp.open_loop.alarms["people"]
+    ...     outcome = grasp.react(fs.reaction("human-slip"), "people")
+    ...     latest = fs.critical_start(grasp, fs.reaction("human-slip"), tolerance=5e-3)
+    >>> f"noticed at {alarm.time:.3f} s, grip rises at {outcome.start:.3f} s, saved: {outcome.saved}"
+    'noticed at 0.035 s, grip rises at 0.109 s, saved: True'
+    >>> f"{latest.latency(grasp, 'people'):.2f} s would do"
+    '0.12 s would do'
     """
 
     def __init__(

@@ -27,7 +27,10 @@ SLIPPED = EventSettings().slip_tolerance
 @describe_fields
 @dataclass(frozen=True)
 class Alarm:
-    """What a detector says when it notices slip."""
+    """What a detector says when it notices slip.
+
+    See :class:`Moment`.
+    """
 
     time: Annotated[float, "When, since the load began [s]."]
     value: Annotated[float, "What it measured, such as the share of the contact that has slipped."]
@@ -47,6 +50,23 @@ class Moment:
         Tributary areas of the contact candidates [m^2].
     slips : (n,) array
         Their slip distances when the load began [m].
+
+    Examples
+    --------
+    A detector of one's own, and what it says of three nodes of which the last slips:
+
+    >>> import fingerslip as fs
+    >>> from fingerslip.contact.states import SLIP, STICK
+    >>> class Loosened:
+    ...     def start(self):
+    ...         return self
+    ...
+    ...     def take(self, moment):
+    ...         return fs.Alarm(moment.time, moment.stick_ratio) if moment.stick_ratio < 0.8 else None
+    >>> seen = {"contact_state": np.array([STICK, STICK, SLIP])}
+    >>> alarm = Loosened().take(fs.Moment(0.1, seen, areas=np.ones(3), slips=np.zeros(3)))
+    >>> round(alarm.value, 2)
+    0.67
     """
 
     time: float

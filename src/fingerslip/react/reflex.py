@@ -62,7 +62,15 @@ def require_whole_step(where: str, latency: float, step: float) -> None:
 
 @parameters
 class Actuator:
-    """What moves the fingers."""
+    """What moves the fingers.
+
+    Examples
+    --------
+    >>> import fingerslip as fs
+    >>> slow = fs.Reaction(fs.Reflex(latency=74e-3), fs.Actuator(dead_time=20e-3, force_rate=10.0))
+    >>> round(slow.delay, 3)
+    0.094
+    """
 
     dead_time: Annotated[ShortDuration, "Time from the command to the first change of the force [s]."] = 0.0
     force_rate: Annotated[ForceRate, "Largest rate of the grip force [N/s]."] = 20.0
@@ -139,7 +147,14 @@ REACTIONS = Presets(Reaction, "fingerslip.react")
 
 
 def reaction_names() -> tuple[str, ...]:
-    """Return the names of the reactions that ship, of people, robots and a prosthesis."""
+    """Return the names of the reactions that ship, of people, robots and a prosthesis.
+
+    Examples
+    --------
+    >>> import fingerslip as fs
+    >>> [name for name in fs.reaction_names() if name.startswith("human")]
+    ['human-load', 'human-skin', 'human-slip']
+    """
     return REACTIONS.names
 
 

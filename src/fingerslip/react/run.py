@@ -35,7 +35,10 @@ _FIRST_STEP = 4.0  # in tolerances: how far from its guess a search looks first
 @describe_fields
 @dataclass(frozen=True)
 class CriticalStart:
-    """The latest time since the load began at which the grip may begin to rise."""
+    """The latest time since the load began at which the grip may begin to rise.
+
+    See :class:`Grasp`.
+    """
 
     time: Annotated[
         float | None,
@@ -90,6 +93,8 @@ def search_edge(
 def critical_start(grasp: Grasp, reaction: Reaction, tolerance: float = 1e-3) -> CriticalStart:
     """Return the latest start of the grip that saves the object.
 
+    See :class:`Grasp`.
+
     Parameters
     ----------
     grasp : Grasp
@@ -98,11 +103,6 @@ def critical_start(grasp: Grasp, reaction: Reaction, tolerance: float = 1e-3) ->
         How the grip rises; its latency and dead time do not matter.
     tolerance : float
         Largest error [s].
-
-    Returns
-    -------
-    CriticalStart
-        The time.
     """
     loop = grasp.open_loop
     if loop.lost is None:

@@ -176,6 +176,13 @@ def holder_of(
     Model
         The specimen, supported as it is itself. Any other model with one contact holds objects as well; its damping may
         have no part that is proportional to mass, which would brake the object.
+
+    Examples
+    --------
+    >>> import fingerslip as fs
+    >>> holder = fs.holder_of(fs.preset("wang2014-2d"), fs.MeshSizes(contact_size=0.15e-3, bulk_size=2e-3))
+    >>> holder.supports, [contact.boundary for contact in holder.contacts]
+    ({'phalanx': ('x', 'y')}, ['skin'])
     """
     body = (mesh or specimen.default_mesh).build(specimen)
     dim = int(body.dim())

@@ -88,7 +88,10 @@ def track_errors(tracks: xr.Dataset, truth: xr.Dataset) -> TrackErrors:
 
 @parameters
 class PositionErrors:
-    """Statistics of the errors of marker positions, over both axes and all markers."""
+    """Statistics of the errors of marker positions, over both axes and all markers.
+
+    See :func:`point_tracks`.
+    """
 
     noise: Annotated[NonNegativeNumber, "Root mean square of what changes from frame to frame, along an axis [px]."]
     bias: Annotated[NonNegativeNumber, "Root mean square over the markers of what stays, along an axis [px]."] = 0.0

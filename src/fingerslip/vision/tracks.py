@@ -243,7 +243,7 @@ def write_tracks(tracks: xr.Dataset, path: str | Path) -> None:
     Parameters
     ----------
     tracks : xarray.Dataset
-        The tracks; they are checked first. For an example see :func:`read_tracks`.
+        The tracks; they are checked first. See :func:`read_tracks`.
     path : path
         The file; a file that is there is replaced only when the new one is whole.
 
@@ -274,6 +274,7 @@ def read_tracks(path: str | Path) -> xr.Dataset:
     Examples
     --------
     >>> import tempfile
+    >>> import fingerslip as fs
     >>> tracks = fs.make_tracks([[[1.0, 2.0]], [[1.5, 2.0]]], [0.0, 0.1], units="px")
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     fs.write_tracks(tracks, f"{folder}/tracks.nc")
@@ -361,8 +362,8 @@ def _numeric(table: pd.DataFrame, names: Iterable[str], where: str) -> pd.DataFr
 def write_tracks_csv(tracks: xr.Dataset, path: str | Path) -> None:
     """Write tracks as a CSV file with the columns of :func:`tracks_table`, whole or not at all.
 
-    A position that was not seen is an empty cell. Attributes are not written: netCDF keeps them. For an
-    example see :func:`read_tracks_csv`.
+    A position that was not seen is an empty cell. Attributes are not written: netCDF keeps them.
+    See :func:`read_tracks_csv`.
 
     Parameters
     ----------
@@ -396,6 +397,7 @@ def read_tracks_csv(path: str | Path) -> xr.Dataset:
     --------
     >>> import tempfile
     >>> import pandas as pd
+    >>> import fingerslip as fs
     >>> tracks = fs.make_tracks([[[1.0, 2.0]], [[1.5, 2.0]]], [0.0, 0.1], units="px")
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     fs.write_tracks_csv(tracks, f"{folder}/tracks.csv")

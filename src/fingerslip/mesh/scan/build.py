@@ -171,6 +171,21 @@ def mesh_scan(settings: SurfaceMesh) -> ScanMesh:
     MeshError
         Where a file cannot be read, is of the wrong size for its unit or open beyond repair, the phalanx is not inside
         the skin, or no mesh comes out.
+
+    Examples
+    --------
+    A block of 20 x 12 x 14 mm in the place of a finger, whose tip is at +y:
+
+    >>> import tempfile
+    >>> from scipy.spatial import ConvexHull
+    >>> import fingerslip as fs
+    >>> corners = np.array(list(np.ndindex(2, 2, 2))) * (12e-3, 20e-3, 14e-3)
+    >>> sizes = fs.LayerSizes(skin_thickness=2e-3, contact_size=4e-3, bulk_size=5e-3, tolerance=0.5e-3)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     fs.write_surface(fs.Surface(corners, ConvexHull(corners).simplices), f"{folder}/skin.stl")
+    ...     scan = fs.mesh_scan(fs.SurfaceMesh(f"{folder}/skin.stl", tip=(0, 1, 0), pad=(0, 0, -1), layers=sizes))
+    >>> sorted(scan.mesh.subdomains), sorted(scan.mesh.boundaries)
+    (['skin', 'tissue'], ['pad', 'skin', 'skin_tissue'])
     """
     files = [settings.skin, *([settings.phalanx] if settings.phalanx else [])]
     if settings.phalanx == settings.skin:

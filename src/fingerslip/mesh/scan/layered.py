@@ -36,7 +36,10 @@ _SHALLOWEST_POKE = 1e-6
 
 @parameters
 class LayerSizes:
-    """Thickness of the skin, element sizes, and what of the finger is meshed."""
+    """Thickness of the skin, element sizes, and what of the finger is meshed.
+
+    See :func:`mesh_scan`.
+    """
 
     skin_thickness: Annotated[PositiveLength, "Thickness of the skin [m]."] = 1e-3
     contact_size: Annotated[PositiveLength, "Edge length along the skin that can touch [m]."] = 0.4e-3
@@ -81,6 +84,8 @@ def build_from_surfaces(
     more than the tolerance, and every cell is in the layer that its centre is in. fTetWild (Hu et al. 2020) makes the
     cells; it resolves self-intersections, and no two calls give the same mesh: write the mesh to a file where that
     matters.
+
+    See :func:`mesh_scan`.
 
     Parameters
     ----------

@@ -72,6 +72,7 @@ def placement_from_directions(skin: Surface, tip: ArrayLike, pad: ArrayLike, pla
     Examples
     --------
     >>> from scipy.spatial import ConvexHull
+    >>> import fingerslip as fs
     >>> corners = np.array(list(np.ndindex(2, 2, 2))) * (12e-3, 30e-3, 14e-3)
     >>> scan = fs.Surface(corners, ConvexHull(corners).simplices)
     >>> placement = fs.placement_from_directions(scan, tip=(0, 1, 0), pad=(0, 0, -1))
@@ -113,6 +114,7 @@ def placement_from_landmarks(
     Examples
     --------
     >>> from scipy.spatial import ConvexHull
+    >>> import fingerslip as fs
     >>> corners = np.array(list(np.ndindex(2, 2, 2))) * (12e-3, 30e-3, 14e-3)
     >>> scan = fs.Surface(corners, ConvexHull(corners).simplices)
     >>> tip, base, pad = (6e-3, 30e-3, 7e-3), (6e-3, 0.0, 7e-3), (6e-3, 25e-3, 0.0)

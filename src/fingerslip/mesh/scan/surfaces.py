@@ -44,6 +44,7 @@ class Surface:
     --------
     A corner of a cube:
 
+    >>> import fingerslip as fs
     >>> corners = np.vstack([np.zeros(3), 10e-3 * np.eye(3)])
     >>> corner = fs.Surface(corners, np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]))
     >>> f"{corner.volume * 1e9:.1f} mm^3"
@@ -110,6 +111,7 @@ def read_surface(path: str | Path, unit: LengthUnit = "mm") -> Surface:
     Examples
     --------
     >>> import tempfile
+    >>> import fingerslip as fs
     >>> triangle = fs.Surface(10e-3 * np.eye(3), np.array([[0, 1, 2]]))
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     fs.write_surface(triangle, f"{folder}/skin.stl", unit="mm")
@@ -326,6 +328,7 @@ def offset_inwards(surface: Surface, thickness: float) -> Surface:
     Examples
     --------
     >>> from scipy.spatial import ConvexHull
+    >>> import fingerslip as fs
     >>> corners = 10e-3 * np.array(list(np.ndindex(2, 2, 2)))
     >>> cube, _ = fs.repair_surface(fs.Surface(corners, ConvexHull(corners).simplices))
     >>> inner = fs.offset_inwards(cube, 2e-3)

@@ -126,6 +126,8 @@ _MILLISECONDS = 150
 class HistoryPlot:
     """A history at one time of many: a slider in notebooks and in windows.
 
+    See :func:`plot`.
+
     Parameters
     ----------
     history : xarray.Dataset

@@ -33,7 +33,7 @@ _STEP = 1e-6  # [m] of differences
 class Pose:
     """Where a camera stands and what it looks at.
 
-    For an example see :class:`Camera`.
+    See :class:`Camera`.
     """
 
     position: Annotated[Vector, "Centre of the lens [m]."]
@@ -71,6 +71,7 @@ class Camera:
 
     Examples
     --------
+    >>> import fingerslip as fs
     >>> lens = fs.pinhole_for_view(640, 480, view_width=40e-3, distance=50e-3)
     >>> camera = fs.Camera(lens, fs.Pose(position=(0.0, 0.0, 50e-3), target=(0.0, 0.0, 0.0)), frame_rate=60.0)
     >>> lens.project(camera.pose.to_camera(np.array([1e-3, 0.0, 0.0]))).tolist()
@@ -175,6 +176,7 @@ def true_tracks(camera: Camera, tracks: xr.Dataset) -> xr.Dataset:
     --------
     A marker that moves by 1 mm in a second, before a camera of ten frames a second:
 
+    >>> import fingerslip as fs
     >>> tracks = fs.make_tracks([[[0.0, 0.0]], [[1e-3, 0.0]]], [0.0, 1.0], units="m", kind="external")
     >>> camera = fs.external_camera(distance=50e-3, view_width=40e-3, frame_rate=10.0)
     >>> fs.true_tracks(camera, tracks)["position"].sel(marker=0, axis="x").values[:3].round(3).tolist()

@@ -146,6 +146,7 @@ class Fisheye(_Lens):
     --------
     A ray at 45 degrees to the axis:
 
+    >>> import fingerslip as fs
     >>> lens = fs.Fisheye(640, 480, focal_x=300.0, focal_y=300.0, centre_x=319.5, centre_y=239.5)
     >>> lens.project(np.array([0.1, 0.0, 0.1])).round(2).tolist()
     [555.12, 239.5]
@@ -274,6 +275,7 @@ def read_calibration(
     Examples
     --------
     >>> import tempfile
+    >>> import fingerslip as fs
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     fs.write_calibration(fs.pinhole_for_view(640, 480, 40e-3, 50e-3), f"{folder}/camera.yaml")
     ...     lens = fs.read_calibration(f"{folder}/camera.yaml")

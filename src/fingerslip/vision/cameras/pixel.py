@@ -40,6 +40,8 @@ Change = Annotated[float, Unit("1/s")]
 class MarkerLook:
     """What markers look like: round spots of one grey level on a background of another, with soft edges.
 
+    See :func:`film`.
+
     Parameters
     ----------
     radius : float
@@ -75,6 +77,8 @@ MOULDED = MarkerLook(marker=205.0, background=85.0, softness=1.3, dome=20e-3, gl
 class Glare:
     """A round spot of reflected light that stays where it is.
 
+    See :func:`film`.
+
     Parameters
     ----------
     x, y : float
@@ -93,7 +97,10 @@ class Glare:
 
 @parameters
 class BrightRing:
-    """A bright ring around the markers, as the rim of a lit sensor."""
+    """A bright ring around the markers, as the rim of a lit sensor.
+
+    See :func:`film`.
+    """
 
     radius: Annotated[PositiveNumber, "Its radius around the middle of the image, as a share of the height [-]."] = 0.46
     width: Annotated[PositiveNumber, "Standard deviation across the ring, as a share of the height [-]."] = 0.012
@@ -105,7 +112,10 @@ class BrightRing:
 
 @parameters
 class Lighting:
-    """The light: even by default, each fault of it a switch."""
+    """The light: even by default, each fault of it a switch.
+
+    See :func:`film`.
+    """
 
     vignetting: Annotated[
         Fraction,
@@ -153,7 +163,10 @@ LAMPS = Lighting(
 
 @parameters
 class SensorNoise:
-    """Random noise of the image sensor, new in every pixel of every frame."""
+    """Random noise of the image sensor, new in every pixel of every frame.
+
+    See :func:`film`.
+    """
 
     read: Annotated[NonNegativeNumber, "Standard deviation in the dark [grey levels]; 2, assumed."] = 2.0
     shot: Annotated[NonNegativeNumber, "Variance that each grey level of light adds [grey levels]; 0, assumed."] = 0.0
@@ -163,7 +176,7 @@ class SensorNoise:
 class PixelCamera:
     """A camera that takes pictures.
 
-    For an example with all of its parts see :func:`film`.
+    See :func:`film`.
     """
 
     camera: Annotated[Camera, "Lens, place and times."]
@@ -355,6 +368,7 @@ def film(pixel_camera: PixelCamera, tracks: xr.Dataset, path: str | Path, *, cod
     Examples
     --------
     >>> import tempfile
+    >>> import fingerslip as fs
     >>> light = fs.Lighting(vignetting=0.3, glare=(fs.Glare(x=0.3, y=0.4),), ring=fs.BrightRing())
     >>> camera = fs.internal_camera(50e-3, 40e-3, frame_rate=10.0)
     >>> filming = fs.PixelCamera(camera, fs.MarkerLook(radius=0.5e-3), light, fs.SensorNoise(read=1.0), seed=1)

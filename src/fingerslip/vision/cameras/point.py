@@ -57,6 +57,7 @@ def measure_errors(pixel_camera: PixelCamera, tracks: xr.Dataset, locate: Locate
 
     Examples
     --------
+    >>> import fingerslip as fs
     >>> from fingerslip.vision.cameras.point import following, window_centroids
     >>> tracks = fs.make_tracks([[[0.0, 0.0, 0.0]], [[1e-3, 0.0, 0.0]]], [0.0, 1.0], units="m")
     >>> filming = fs.PixelCamera(fs.internal_camera(50e-3, 40e-3), fs.MarkerLook(radius=0.4e-3))
@@ -127,7 +128,7 @@ MEASURED_ERRORS = PositionErrors(noise=0.0061, bias=0.0018, correlation=0.09)
 class PointCamera:
     """A camera that gives positions at once.
 
-    For an example see :func:`point_tracks`.
+    See :func:`point_tracks`.
     """
 
     camera: Annotated[Camera, "Lens, place and times."]
@@ -159,6 +160,7 @@ def point_tracks(point_camera: PointCamera, tracks: xr.Dataset) -> xr.Dataset:
 
     Examples
     --------
+    >>> import fingerslip as fs
     >>> tracks = fs.make_tracks([[[0.0, 0.0, 0.0]], [[1e-3, 0.0, 0.0]]], [0.0, 1.0], units="m")
     >>> errors = fs.PositionErrors(noise=0.05, lost=0.2)
     >>> camera = fs.PointCamera(fs.internal_camera(50e-3, 40e-3), errors, seed=1)
