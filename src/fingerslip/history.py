@@ -181,6 +181,28 @@ def write_history(history: xr.Dataset, path: str | Path) -> None:
     ------
     ResultError
         Where the file cannot be written.
+
+    Examples
+    --------
+    A block of one cell under a load, written and read again:
+
+    >>> import tempfile
+    >>> import skfem
+    >>> import fingerslip as fs
+    >>> block = skfem.MeshQuad().with_defaults().with_subdomains({"pulp": [0]})
+    >>> model = fs.Model(
+    ...     mesh=block,
+    ...     materials={"pulp": fs.material("pulp")},
+    ...     formulation="plane_strain",
+    ...     supports={"bottom": ("x", "y")},
+    ...     tractions={"top": (0.0, -100.0)},
+    ...     time=fs.QuasiStatic(step=0.1, end=0.2),
+    ... )
+    >>> history = fs.simulate(model)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     fs.write_history(history, f"{folder}/block.nc")
+    ...     fs.read_history(f"{folder}/block.nc").equals(history)
+    True
     """
     # Compression takes longer than all other work on a file. Where nodes are open or at rest values are zero, and a
     # third of the bytes is left. Most bytes of other numbers look random: two thirds are left, after five to ten times
@@ -194,6 +216,8 @@ def write_history(history: xr.Dataset, path: str | Path) -> None:
 
 def read_history(path: str | Path) -> xr.Dataset:
     """Return the history of a file, with arrays in memory.
+
+    See :func:`write_history`.
 
     Parameters
     ----------

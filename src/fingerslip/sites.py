@@ -17,6 +17,8 @@ RECEPTOR_KINDS: tuple[str, ...] = get_args(ReceptorKind)
 class Site:
     """A point of a body whose signals are recorded.
 
+    See :class:`Model`.
+
     Parameters
     ----------
     name : str

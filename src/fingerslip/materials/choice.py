@@ -137,7 +137,14 @@ MATERIALS: Presets[AnyMaterial] = Presets(_KIND, "fingerslip.materials", kept_va
 
 
 def material_names() -> tuple[str, ...]:
-    """Return the names of all materials that ship."""
+    """Return the names of all materials that ship.
+
+    Examples
+    --------
+    >>> import fingerslip as fs
+    >>> [name for name in fs.material_names() if "pulp" in name]
+    ['pulp', 'pulp-relaxing']
+    """
     return MATERIALS.names
 
 

@@ -53,6 +53,12 @@ class SlipEvents:
         Overall slip: the whole contact has slipped.
     recorded : bool, optional
         Whether the history holds the signals that this reading needs; without them no event is known.
+
+    Examples
+    --------
+    >>> import fingerslip as fs
+    >>> round(fs.SlipEvents(incipient=1.15, overall=1.71).latency, 3)
+    0.56
     """
 
     incipient: float | None = None
@@ -76,6 +82,8 @@ class SlipEvents:
 @dataclass(frozen=True)
 class Events:
     """The slip events of one slide in three readings; the events themselves are those from accumulated slip.
+
+    See :func:`simulate`.
 
     Parameters
     ----------
@@ -223,6 +231,8 @@ class Found:
 
 def find_events(history: xr.Dataset, settings: EventSettings | None = None, slide: int = 0) -> Events:
     """Find the slip events of a slide in all three readings.
+
+    See :func:`simulate`.
 
     Parameters
     ----------

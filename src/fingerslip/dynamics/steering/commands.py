@@ -19,6 +19,8 @@ from fingerslip.parameters import Force, SignedSpeed, parameters
 class Command:
     """What a counterface, a rigid body or a moving support does from now on.
 
+    See :class:`Simulation`.
+
     Parameters
     ----------
     of : str

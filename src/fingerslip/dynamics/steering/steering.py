@@ -51,6 +51,8 @@ _OF_ALL_STEPS = frozenset({"support_force"})
 class Observation:
     """What was recorded of one step.
 
+    See :class:`Simulation`.
+
     Parameters
     ----------
     time : float
@@ -107,16 +109,28 @@ class Simulation:
 
     Examples
     --------
-    A controller that stops the plate when half of the contact slips::
+    A controller that stops the plate when it presses by 0.2 N:
 
-        with fs.Simulation(model) as sim:
-            while not sim.is_finished:
-                seen = sim.step()
-                touching = seen["contact_state"] != OPEN
-                if touching.any() and (seen["contact_state"] == SLIP)[touching].mean() > 0.5:
-                    sim.step(fs.Command("skin", velocity=(0.0, 0.0)))
-                    break
-            history = sim.history()
+    >>> import skfem
+    >>> import fingerslip as fs
+    >>> block = skfem.MeshQuad().refined(4).scaled(10e-3).with_defaults()
+    >>> model = fs.Model(
+    ...     mesh=block.with_subdomains({"pulp": lambda x: x[0] > 0.0}),
+    ...     materials={"pulp": fs.material("pulp")},
+    ...     formulation="plane_strain",
+    ...     depth=10e-3,
+    ...     supports={"top": ("x", "y")},
+    ...     contacts=(fs.Contact("bottom", fs.Plane()),),
+    ...     programme=(fs.Press(depth=1e-3, speed=1e-3),),
+    ...     time=fs.QuasiStatic(step=20e-3),
+    ... )
+    >>> with fs.Simulation(model) as sim:
+    ...     seen = sim.step()
+    ...     while seen["counterface_force"][0, 1] < 0.2:
+    ...         seen = sim.step()
+    ...     after = sim.step(fs.Command("bottom", velocity=(0.0, 0.0)))
+    >>> f"{seen.time:.2f} s: {seen['counterface_force'][0, 1]:.3f} N, then {after['counterface_force'][0, 1]:.3f} N"
+    '0.42 s: 0.205 N, then 0.205 N'
     """
 
     def __init__(

@@ -28,7 +28,10 @@ _Solid = Literal["T4", "T10"]
 
 @parameters
 class MeshSizes(GradedMesh):
-    """Element sizes and element type of a section."""
+    """Element sizes and element type of a section.
+
+    See :func:`build_section`.
+    """
 
     dim: ClassVar[int] = 2
 
@@ -122,6 +125,16 @@ def build_section(
         Where sizes and fingertip do not fit together.
     MeshError
         Where no mesh of good quality comes out.
+
+    Examples
+    --------
+    A coarse section, without the ridges that need small cells:
+
+    >>> import fingerslip as fs
+    >>> finger = fs.fingertip_from({"preset": "wang2014-2d", "ridges": {"enabled": False}})
+    >>> mesh = fs.build_section(finger, contact_size=0.4e-3, bulk_size=1e-3)
+    >>> list(mesh.subdomains)
+    ['epidermis', 'dermis', 'tissue', 'phalanx']
     """
     require_kind(fingertip, FingertipNumbers, "a fingertip, such as preset('wang2014-2d')", "fingertip")
     return MeshSizes(contact_size, bulk_size, contact_reach, element).build(fingertip)
@@ -181,6 +194,8 @@ _KIND_OF_DEPTH = {"receptors.sa_ii_height": "SA-II", "receptors.fa_ii_depth": "F
 @parameters
 class Fingertip(FingertipNumbers):
     """Everything that describes one fingertip, and what a model takes from it.
+
+    See :func:`preset` and :func:`fingertip_from`.
 
     Parameters
     ----------
@@ -287,7 +302,14 @@ PRESETS = Presets(Fingertip, "fingerslip.specimens.fingertip", kept_values)
 
 
 def preset_names() -> tuple[str, ...]:
-    """Return the names of all presets."""
+    """Return the names of all presets.
+
+    Examples
+    --------
+    >>> import fingerslip as fs
+    >>> fs.preset_names()
+    ('wang2014-2d', 'wang2014-3d')
+    """
     return PRESETS.names
 
 
@@ -303,6 +325,13 @@ def preset(name: str) -> Fingertip:
     ------
     InputError
         Where no preset of a fingertip has that name; the model of a sensor :func:`~fingerslip.study_model` makes.
+
+    Examples
+    --------
+    >>> import fingerslip as fs
+    >>> finger = fs.preset("wang2014-2d")
+    >>> f"skin of {1e3 * finger.layers.skin_thickness:g} mm, tissue of {finger.materials['tissue'].youngs_modulus:g} Pa"
+    'skin of 1.5 mm, tissue of 34000 Pa'
     """
     if name not in PRESETS.names:
         studies = "other specimens stand in studies: fs.study_model makes their models"
@@ -318,6 +347,13 @@ def preset_table(name: str) -> tuple[PresetValue, ...]:
     ----------
     name : str
         One of :func:`preset_names`.
+
+    Examples
+    --------
+    >>> import fingerslip as fs
+    >>> value = fs.preset_table("wang2014-2d")[0]
+    >>> f"{value.path}: {value.value}, {value.source}"
+    'section: sagittal, assumed'
     """
     return PRESETS.table(name)
 
@@ -336,5 +372,14 @@ def fingertip_from(mapping: Mapping[str, Any], where: str = "") -> Fingertip:
     ------
     InputError
         For an unknown preset, or for all unknown keys and values that do not fit.
+
+    Examples
+    --------
+    A preset with another phalanx and stiffer tissue:
+
+    >>> import fingerslip as fs
+    >>> changes = {"phalanx": {"variant": "flattened"}, "materials": {"tissue": {"youngs_modulus": "50 kPa"}}}
+    >>> fs.fingertip_from({"preset": "wang2014-2d"} | changes).materials["tissue"].youngs_modulus
+    50000.0
     """
     return PRESETS.changed(mapping, where)

@@ -28,6 +28,14 @@ def receptor_sites(fingertip: FingertipNumbers) -> tuple[Site, ...]:
     ----------
     fingertip : FingertipNumbers
         Gives ridges, layers and depths.
+
+    Examples
+    --------
+    >>> import fingerslip as fs
+    >>> sites = fs.receptor_sites(fs.preset("wang2014-2d"))
+    >>> fast = fs.Recording(sites=tuple(site for site in sites if site.kind in ("FA-I", "FA-II")))
+    >>> len(sites), len(fast.sites), fast.sites[0].name
+    (144, 72, 'FA-I-01')
     """
     zone, pitch, curve = fingertip.zone, fingertip.ridges.pitch, outline_curve(fingertip)
 
@@ -65,6 +73,13 @@ def solid_receptor_sites(fingertip: FingertipNumbers) -> tuple[Site, ...]:
     ----------
     fingertip : FingertipNumbers
         A fingertip in 3D.
+
+    Examples
+    --------
+    >>> import fingerslip as fs
+    >>> sites = fs.solid_receptor_sites(fs.preset("wang2014-3d"))
+    >>> len(sites), sites[0].name
+    (144, 'FA-I-01')
     """
     solid_shape(fingertip)
     plain = dataclasses.replace(fingertip.ridges, enabled=False)
@@ -91,6 +106,13 @@ def reference_sites(fingertip: FingertipNumbers, spacing: float = 2.2e-3) -> tup
         A fingertip in 3D.
     spacing : float, optional
         Distance of the nodes along the skin [m].
+
+    Examples
+    --------
+    >>> import fingerslip as fs
+    >>> sites = fs.reference_sites(fs.preset("wang2014-3d"))
+    >>> sites[0].name, sites[-1].name
+    ('skin-h1', 'tissue-v7')
     """
     solid_shape(fingertip)
     layers = {"skin": ("epidermis", 0.0), "tissue": ("tissue", fingertip.layers.skin_thickness)}

@@ -35,6 +35,12 @@ def study_schema() -> _Schema:
 
     Every key says what it means, its unit and its default; those of specimens also the values of each preset with their
     sources.
+
+    Examples
+    --------
+    >>> import fingerslip as fs
+    >>> fs.study_schema()["properties"]["damping"]["description"]
+    'Material damping.'
     """
     schema = json_schema(Study)
     definitions = schema.setdefault("$defs", {})

@@ -241,6 +241,22 @@ def read_study(path: str | Path) -> Study:
     InputError
         For all mistakes in the file, in its order and with their lines: those of the study, of its specimen, of
         every run of its sweep, and of the ends of the ranges of its samples.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import fingerslip as fs
+    >>> with tempfile.NamedTemporaryFile("w", suffix=".yaml") as file:
+    ...     _ = file.write('''
+    ... title: A fingertip is pressed and slid
+    ... fingertip: {preset: wang2014-2d}
+    ... contact: {friction_coefficient: 0.6}
+    ... programme: [{press: {depth: 1.5 mm, speed: 1.5 mm/s}}, {slide: {distance: 6 mm, speed: 3 mm/s}}]
+    ... time: {step: 5 ms}
+    ... ''')
+    ...     file.flush()
+    ...     fs.read_study(file.name).programme[0].depth
+    0.0015
     """
     with study_file(Path(path)) as mapping:
         return parse_study(mapping, Path(path))
