@@ -93,8 +93,6 @@ class RefusedRun:
 class StudyResult:
     """The results of a study.
 
-    See :func:`read_study`.
-
     Parameters
     ----------
     folder : Path
@@ -113,6 +111,13 @@ class StudyResult:
         Samples that were not computed.
     design : mapping of str to object
         How the samples were drawn: `method`, `count`, `seed` and `paths`; empty in a study without samples.
+
+    Examples
+    --------
+    When each run of a study slips as a whole::
+
+        for run in fs.read_study("results/wang2014_table2").runs:
+            print(run.name, run.events.slip.overall)
     """
 
     folder: Path
