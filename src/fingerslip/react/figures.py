@@ -134,10 +134,11 @@ def _draw_frontier(axes: Axes, saved: Flags, **look: Any) -> None:
 
 @with_style
 def margin_figure(reactions: Reactions) -> Figure:
-    """Draw critical latency against rate of the load at the friction of the centre, and travel against latency."""
+    """Draw critical latency against rate of the load at the friction of the centre, and travel against latencies."""
     settings, result = reactions.settings, reactions.result
     title = f"Friction {result.friction:g}, {1e3 * settings.mass:g} g"
-    figure, (rates, travels) = figure_grid(2, 2, _PANEL_OF_LINES, title, ("", ""), share="none")
+    count = 2 if result.travels else 1  # without latencies nothing is known of travels
+    figure, (rates, *rest) = figure_grid(count, 2, _PANEL_OF_LINES, title, ("", ""), share="none")
     row = reactions.frictions.index(result.friction)
     keys: dict[str, Artist] = {}
     for detector, dashes, marker in zip(settings.detectors, cycle(_DASHES), cycle(_MARKERS), strict=False):
@@ -149,12 +150,13 @@ def margin_figure(reactions: Reactions) -> Figure:
             if heading:
                 keys.setdefault(heading, Line2D([], [], **look))
         keys[f"after '{detector}'"] = Line2D([], [], color=GREY, linestyle=dashes, marker=marker)
-    latencies, ways = 1e3 * np.array(list(result.travels)), 1e3 * np.array(list(result.travels.values()))
-    limit = 1e3 * settings.travel_limit
-    last = int(np.searchsorted(ways, limit)) + 1
-    travels.plot(latencies[:last], ways[:last], color=_PANEL_COLOURS[0], marker="o")
     _finish_rates(rates, reactions.load_rates, _delays(settings, "prosthesis"))
-    _finish_travels(travels, limit, f"{reactions.where}, after '{settings.detector}'", _delays(settings))
+    for travels in rest:
+        latencies, ways = 1e3 * np.array(list(result.travels)), 1e3 * np.array(list(result.travels.values()))
+        limit = 1e3 * settings.travel_limit
+        last = int(np.searchsorted(ways, limit)) + 1
+        travels.plot(latencies[:last], ways[:last], color=_PANEL_COLOURS[0], marker="o")
+        _finish_travels(travels, limit, f"{reactions.where}, after '{settings.detector}'", _delays(settings))
     add_legend(figure, keys)
     return figure
 

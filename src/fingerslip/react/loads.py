@@ -12,12 +12,12 @@ import pydantic
 from fingerslip.errors import InputError
 from fingerslip.parameters import Duration, Force, Mass, PositiveDuration, PositiveLength, one_of, parameters
 from fingerslip.react.reflex import ForceRate, PositiveForce
-from fingerslip.units import Unit
+from fingerslip.units import Unit, parse_quantity
 from fingerslip.vision.tracks import read_csv
 
 GRAVITY = 9.81
 _PULSE_KNOTS = 9
-_COLUMNS = ("time [s]", "force [N]")
+_UNITS = {"time": "s", "force": "N"}
 
 
 @parameters
@@ -131,7 +131,8 @@ class LoadSeries:
     forces: Annotated[tuple[Force, ...], "The force at each [N]."] = ()
     file: Annotated[
         str | None,
-        "A file of comma-separated values with the columns `time [s]` and `force [N]`, of a study beside its file.",
+        "A file of comma-separated values with the columns `time [s]` and `force [N]`, or other units of these; "
+        "of a study beside its file.",
     ] = None
 
     def __post_init__(self) -> None:
@@ -139,9 +140,10 @@ class LoadSeries:
             if self.times or self.forces:
                 raise InputError("file", "is given with times or forces", "needs one of the two")
             return
-        ascending = all(early < late for early, late in pairwise(self.times))
-        if not self.times or len(self.times) != len(self.forces) or not ascending or self.times[0] != 0.0:
-            fault = f"got {len(self.times)} times and {len(self.forces)} forces"
+        falls = next((f", {late:g} s after {early:g} s" for early, late in pairwise(self.times) if late <= early), "")
+        if not self.times or len(self.times) != len(self.forces) or falls or self.times[0] != 0.0:
+            first = f", the first at {self.times[0]:g} s" if self.times else ""
+            fault = f"got {len(self.times)} times and {len(self.forces)} forces{falls or first}"
             raise InputError("times", fault, "needs ascending times from 0 s on, a force for each")
 
     def series(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -150,18 +152,21 @@ class LoadSeries:
 
     @classmethod
     def read(cls, path: str | Path) -> LoadSeries:
-        """Return the force of a file of comma-separated values with the columns `time [s]` and `force [N]`."""
+        """Return the force of a CSV file with the columns `time [s]` and `force [N]`, or other units of these."""
         table = read_csv(Path(path))
-        allowed = f"needs the columns {' and '.join(_COLUMNS)}"
-        for name in _COLUMNS:
-            if name not in table.columns:
-                fault, first = f"has the columns {', '.join(table.columns)}", ",".join(_COLUMNS)
-                raise InputError(str(path), fault, allowed, f"write the first line: {first}")
-            if table[name].dtype.kind not in "if" or table[name].isna().any():
-                raise InputError(str(path), f"has no numbers in '{name}'", allowed, "write a number in every row")
+        headings = {name.partition(" [")[0]: name for name in table.columns if name.endswith("]")}
+        allowed, series = "needs the columns time and force with their units", []
+        for name, si in _UNITS.items():
+            if (heading := headings.get(name)) is None:
+                repair = "write the first line as time [s],force [N], each with the unit of its numbers"
+                raise InputError(str(path), f"has the columns {', '.join(table.columns)}", allowed, repair)
+            unit = heading.partition(" [")[2][:-1]
+            factor = parse_quantity(f"1 {unit}", si, where=f"{path}: column '{heading}'")
+            if table[heading].dtype.kind not in "if" or table[heading].isna().any():
+                raise InputError(str(path), f"has no numbers in '{heading}'", allowed, "write a number in every row")
+            series.append(tuple((factor * table[heading].to_numpy(dtype=float)).tolist()))
         try:
-            times, forces = (tuple(table[name].astype(float).tolist()) for name in _COLUMNS)
-            return cls(times, forces)
+            return cls(*series)
         except InputError as error:
             raise error.moved(lambda where: f"{path}: {where.removeprefix('LoadSeries.')}") from None
 

@@ -35,9 +35,13 @@ def test_every_load_has_its_force_and_momentum(tmp_path):
     assert forces == pytest.approx((0.0, 0.1 * GRAVITY * 0.01 + blow, 0.2 * GRAVITY + blow, 0.2 * GRAVITY))
     (tmp_path / "load.csv").write_text("force [N],time [s],note\n0,0,start\n1.5,0.2,end\n")
     assert LoadSeries.read(tmp_path / "load.csv") == LoadSeries((0.0, 0.2), (0.0, 1.5))
+    (tmp_path / "load.csv").write_text("time [ms],force [mN]\n0,0\n250,1500\n")
+    assert LoadSeries.read(tmp_path / "load.csv") == LoadSeries((0.0, 0.25), (0.0, 1.5))
 
 
-NO_NUMBERS = "has no numbers in 'force [N]', needs the columns time [s] and force [N]; write a number in every row"
+NO_NUMBERS = (
+    "has no numbers in 'force [N]', needs the columns time and force with their units; write a number in every row"
+)
 
 
 @pytest.mark.parametrize(
@@ -45,10 +49,12 @@ NO_NUMBERS = "has no numbers in 'force [N]', needs the columns time [s] and forc
     [
         (
             "time,force\n0,0\n",
-            "has the columns time, force, needs the columns time [s] and force [N]; write the first line",
+            "has the columns time, force, needs the columns time and force with their units; write the first line",
         ),
         *((f"time [s],{rows}\n", NO_NUMBERS) for rows in ("force [N]\n0,a", "force [N]\n0,")),
-        ("time [s],force [N]\n0,0\n0,1\n", "times: got 2 times and 2 forces, needs ascending times from 0 s on, a"),
+        ("time [s],force [N]\n0,0\n0,1\n", "times: got 2 times and 2 forces, 0 s after 0 s, needs ascending times"),
+        ("time [s],force [N]\n1,0\n2,1\n", "times: got 2 times and 2 forces, the first at 1 s, needs ascending times"),
+        ("time [s],force [g]\n0,0\n", "column 'force [g]': got '1 g', needs a unit of [N]; write for example '1 N'"),
         ("", "is no table (No columns to parse from file), needs CSV with a line of names"),
     ],
 )

@@ -173,6 +173,8 @@ def test_figures_say_latencies_time_to_spare_error_bars_and_what_another_control
     expected = ["–" if np.isnan(value) else f"{1e3 * value:.0f}" for value in latencies.ravel()]
     assert [text.get_text() for text in axes.texts] == expected
     assert [axes.get_xlabel() for axes in margin_figure(reactions).axes] == ["rate of the load [N/s]", "latency [ms]"]
+    without = replace(reactions, results=tuple(replace(result, travels={}) for result in reactions.results))
+    assert [axes.get_xlabel() for axes in margin_figure(without).axes] == ["rate of the load [N/s]"]
     (axes,) = outcome_figure(reactions).axes
     labels = [label.get_text() for label in axes.get_yticklabels()]
     assert labels == ["gripper, 400 ms, 100 N/s", "human-slip, 74 ms, 20 N/s"]
