@@ -328,7 +328,7 @@ def frames_at_rest(tracks: xr.Dataset) -> int:
     """Return in how many frames at their start the markers of tracks rest; at least five."""
     position = markers_of(tracks, "internal")["position"].values
     if len(position) <= FEWEST:
-        raise InputError("tracks", f"have {len(position)} frames", f"needs more than {FEWEST} at rest")
+        raise InputError("tracks", f"have {len(position)} frames", f"needs more than {FEWEST} at rest", "record more")
     return min(rest_length(position), _MOST)
 
 

@@ -26,10 +26,11 @@ from fingerslip.storage.files import check_replaceable, new_file, new_folder, re
 def opencv() -> ModuleType:
     """Return the module ``cv2``; raise InputError where OpenCV is not installed.
 
-    Its video reader says nothing on standard error unless ``OPENCV_FFMPEG_LOGLEVEL`` is set: what cannot be read is an
-    error of ours, with the file and what to do.
+    It says nothing on standard error unless ``OPENCV_FFMPEG_LOGLEVEL`` or ``OPENCV_LOG_LEVEL`` is set: what cannot be
+    read is an error of ours, with the file and what to do.
     """
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")  # FFmpeg's level "quiet", read at the first video
+    os.environ.setdefault("OPENCV_LOG_LEVEL", "ERROR")  # at the import
     cv2: ModuleType = optional_module("cv2", "vision", "vision", "images and videos need OpenCV")
     return cv2
 
@@ -54,7 +55,7 @@ def stated_rate(path: Path) -> float | None:
     _images(path)  # there have to be some
     if not (path / _RATE_FILE).is_file():
         return None
-    repair = "write the images again"
+    repair = "write the images again, or delete it and give frame_rate (--frame-rate)"
     content = read_json(path / _RATE_FILE, repair).get("frame_rate")
     try:
         return _check_rate(float(str(content)))
@@ -65,7 +66,7 @@ def stated_rate(path: Path) -> float | None:
 def _check_rate(rate: float | None, name: str = "", fastest: float = _FASTEST) -> float:
     """Return the frames a second [1/s] of the video of a name; refuse what is none."""
     if rate is None:
-        raise InputError(name, "states no frame rate", "needs one", "give frame_rate, such as 30 frames a second")
+        raise InputError(name, "states no frame rate", "needs one", "give frame_rate, as in --frame-rate 30")
     if not 0 < rate <= fastest:
         limit = f", up to {fastest:g}" * (fastest == _FASTEST)
         raise InputError("frame_rate", f"got {rate}", f"needs a number of frames a second above 0{limit}")

@@ -167,14 +167,19 @@ class MarkerTracker:
 def _mask_of(mask: Flags | str | Path | None, shape: tuple[int, ...]) -> Flags | None:
     if mask is None:
         return None
+    where = "mask"
     if isinstance(mask, str | Path):
+        where = f"mask: {mask}"
         image = opencv().imread(str(mask), 0) if Path(mask).is_file() else None
         if image is None:
-            raise InputError("mask", f"{mask} cannot be read as an image", "needs one that is white where markers are")
+            raise InputError(where, "cannot be read as an image", "needs one that is white where markers are")
         mask = image > 127
     allowed = np.ascontiguousarray(mask, dtype=bool)
     if allowed.shape != shape:
-        raise InputError("mask", f"got shape {allowed.shape}", f"needs {shape}, the height and width of the frames")
+        needed = f"needs {shape}, the height and width of the frames"
+        raise InputError(where, f"has the shape {allowed.shape}", needed, "draw it on a frame of the video")
+    if not allowed.any():
+        raise InputError(where, "leaves out all pixels", "needs some that count, white in an image")
     return allowed
 
 
@@ -187,7 +192,7 @@ _FEWEST = 10  # blobs that may be a sensor's markers where nobody says how many 
 # Contrast over noise, both summed over the pixels of a marker: the largest of pure noise is about 5.
 _LEAST_RATIO = 8.0
 _DARK, _BRIGHT = 6.0, 245.0  # grey levels
-_REPAIR = "give the number of markers, whether they are bright, or a mask of where they are"
+_REPAIR = "give the number of markers (--markers), whether they are bright (--bright, --dark), or a mask (--mask)"
 
 
 @dataclass(frozen=True)

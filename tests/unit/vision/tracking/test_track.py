@@ -222,9 +222,14 @@ def test_mask_as_array_and_image(clip: Clip, tmp_path: Path) -> None:
     for given in (mask, tmp_path / "mask.png"):
         tracks = track_markers(clip.frames[:3], rest_frames=2, frame_rate=RATE, mask=given, layout="free")
         assert (tracks["position"].values[0, :, 0] < 330).all()
-    with pytest.raises(InputError, match=r"mask: got shape \(480, 100\), needs \(480, 640\)"):
+    with pytest.raises(
+        InputError, match=r"mask: has the shape \(480, 100\), needs \(480, 640\), .*; draw it on a frame"
+    ):
         track_markers(clip.frames, frame_rate=RATE, mask=mask[:, :100])
-    with pytest.raises(InputError, match=r"mask: none.png cannot be read as an image"):
+    opencv().imwrite(str(tmp_path / "black.png"), 0 * mask.astype(np.uint8))
+    with pytest.raises(InputError, match=r"mask: .*black.png: leaves out all pixels, needs some that count, white in"):
+        track_markers(clip.frames, frame_rate=RATE, mask=tmp_path / "black.png")
+    with pytest.raises(InputError, match=r"mask: none.png: cannot be read as an image"):
         track_markers(clip.frames, frame_rate=RATE, mask="none.png")
 
 
