@@ -11,7 +11,7 @@ import typer
 def new(
     path: Annotated[Path, typer.Argument(metavar="FILE", help="Study file to write.", show_default=False)],
     template: Annotated[
-        str, typer.Option(help="press-and-slide, sweep, large-strain, own-mesh or fit.")
+        str, typer.Option(help="press-and-slide, sweep, large-strain, own-mesh, fit or reaction.")
     ] = "press-and-slide",
 ) -> None:
     """Write a study file to start from, with comments, and the schema by which editors complete and check it."""
