@@ -31,7 +31,9 @@ def react(
     from fingerslip.study.trials.holding import held_trials, score_alarms
 
     if (onsets is None) == (trials is None):
-        raise InputError("react", "has onset times and --trials, or none of the two", "needs one of them")
+        fault = "has onset times and --trials" if onsets else "has no onset times and no --trials"
+        repair = "write --trials DIR, or a CSV file; of how long there is to react, 'fingerslip run' tells"
+        raise InputError("react", fault, "needs one of them", repair)
     if trials is not None:
         typer.echo(f"{trials}: {len(held_trials(results, trials, frame_rate, lost=lost).names)} trials")
     elif onsets is not None:

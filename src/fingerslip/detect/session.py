@@ -323,6 +323,9 @@ def run_detector(
     with threadpool_limits(1):
         if source.suffix in TRACK_FILES:
             tracks = read_any_tracks(source)
+            if (interval := 1.0 / frame_rate_of(tracks["time"].values)) > 1.0:
+                slow = f"{source}: a frame comes every {interval:.3g} s; are its times in seconds?"
+                tracks.attrs["warnings"] = "\n".join(filter(None, (tracks.attrs.get("warnings"), slow)))
         else:
             frames = open_frames(source, tracking.get("frame_rate"), tracking.get("channel", "grey"))
             if trained:

@@ -414,6 +414,10 @@ def test_a_page_is_not_written_over_that_of_another_recording_and_says_what_it_r
     assert lines[-1] == "replaced: what residual found in slide.nc"
     write_tracks(trial().tracks.assign_attrs(warnings="cut: ends after 9 of 20 frames"), tmp_path / "cut.nc")
     assert run_detector(tmp_path / "cut.nc", "residual", {})[1][0] == "warning: cut: ends after 9 of 20 frames"
+    late = trial().tracks.assign_coords(time=1e3 * trial().tracks["time"].values)
+    write_tracks_csv(late, tmp_path / "ms.csv")
+    asked = f"warning: {tmp_path / 'ms.csv'}: a frame comes every 33.3 s; are its times in seconds?"
+    assert run_detector(tmp_path / "ms.csv", "residual", {})[1][0] == asked
 
 
 @pytest.mark.slow

@@ -106,7 +106,8 @@ def test_verb_writes_trials_and_scores_onsets_but_not_of_other_runs(
     for arguments, code, said in (
         ([results, str(tmp_path / "mine.csv")], 0, "Does the alarm save the object?"),
         ([results, "--trials", str(tmp_path / "held")], 0, "held: 2 trials"),
-        ([results], 2, "react: has onset times and --trials, or none of the two, needs one of them"),
+        ([results, "a.csv", "--trials", "b"], 2, "react: has onset times and --trials, needs one of them; write"),
+        ([results], 2, "react: has no onset times and no --trials, needs one of them; write"),
     ):
         done = CliRunner().invoke(app, ["react", *arguments])
         assert done.exit_code == code
