@@ -155,7 +155,8 @@ class LoadSeries:
         """Return the force of a CSV file with the columns `time [s]` and `force [N]`, or other units of these."""
         table = read_csv(Path(path))
         headings = {name.partition(" [")[0]: name for name in table.columns if name.endswith("]")}
-        allowed, series = "needs the columns time and force with their units", []
+        allowed = "needs the columns time and force with their units"
+        series: list[tuple[float, ...]] = []
         for name, si in _UNITS.items():
             if (heading := headings.get(name)) is None:
                 repair = "write the first line as time [s],force [N], each with the unit of its numbers"
@@ -166,7 +167,7 @@ class LoadSeries:
                 raise InputError(str(path), f"has no numbers in '{heading}'", allowed, "write a number in every row")
             series.append(tuple((factor * table[heading].to_numpy(dtype=float)).tolist()))
         try:
-            return cls(*series)
+            return cls(series[0], series[1])
         except InputError as error:
             raise error.moved(lambda where: f"{path}: {where.removeprefix('LoadSeries.')}") from None
 
