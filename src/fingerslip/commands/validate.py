@@ -24,7 +24,7 @@ def validate(
         bool, typer.Option("--geometry", help="Run the samples of the unknown geometry too, about an hour.")
     ] = False,
     pouring: Annotated[
-        bool, typer.Option("--pouring", help="Compute the pouring task of the tactile sensor too, half an hour.")
+        bool, typer.Option("--pouring", help="Compute the pouring task of the tactile sensor too, hours.")
     ] = False,
     detection: Annotated[
         bool, typer.Option("--detection", help="Make the 320 slides of the tactile sensor too, and train on them.")

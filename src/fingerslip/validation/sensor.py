@@ -138,7 +138,7 @@ POURING_FILE = RowFile(
     "pouring.json",
     "rows of the pouring task",
     "fingerslip validate --pouring",
-    "half an hour",
+    "hours",
     (*POURING, *POURING_3D),
     Row,
 )
