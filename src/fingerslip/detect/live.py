@@ -137,7 +137,7 @@ class LiveDetector(FrameByFrame[Finding]):
     def strange_shares(self) -> Floats:
         """Shares of the features, at rest and later (2,), that were beyond the range of those learned so far.
 
-        A few frames count as little as they would among as many as there are at rest.
+        Sums over the frames are divided by at least as many as there are at rest, so that the first few decide nothing.
         """
         shares: Floats = self._strange[:, 0] / np.maximum(self._strange[:, 1], self.rest_frames)
         return shares

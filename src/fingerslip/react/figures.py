@@ -90,7 +90,8 @@ def map_figure(reactions: Reactions, *, saves: Mapping[str, Flags] = MappingProx
         which = "the objects to the left" if has_line else "all" if saved.any() else "none"
         keys[f"{name}, {delay:.0f} ms: saves {which}"] = Line2D([], [], **(look if has_line else {"linestyle": "none"}))
     keys |= {f"{name} saves it": Line2D([], [], linestyle="none", **_DOT) for name in saves}
-    keys["– no latency is short enough"] = Line2D([], [], linestyle="none")
+    if any(np.isnan(values).any() for values in latencies.values()):
+        keys["– no latency is short enough"] = Line2D([], [], linestyle="none")
     add_legend(figure, keys)
     return figure
 
@@ -197,7 +198,8 @@ def _finish_rates(axes: Axes, rates: Sequence[float], delays: Mapping[str, float
     for name, delay in delays.items():
         axes.axhline(delay, color=GREY, linewidth=0.8, zorder=1)
         place: dict[str, Any] = {"ha": "right", "va": "bottom", "clip_on": True, "zorder": 5}
-        text = axes.text(rates[-1], 1.04 * delay, f"{name} {delay:.0f}", color=GREY, fontsize=7.0, **place)
+        place["transform"] = axes.get_yaxis_transform()
+        text = axes.text(1.0, 1.04 * delay, f"{name} {delay:.0f}", color=GREY, fontsize=7.0, **place)
         text.set_bbox({"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.5})
 
 
@@ -246,7 +248,8 @@ def reaction_report(content: ReportContent, reactions: Reactions) -> Report:
     map_words = (
         f"Longest latency after '{settings.detector}' that saves the object; lines bound what some reactions save."
     )
-    margin_words = "Critical latency against the rate of the load, and the travel that a latency costs."
+    travels = ", and the travel that a latency costs" if reactions.result.travels else ""
+    margin_words = f"Critical latency against the rate of the load{travels}."
     outcome_words = f"What comes of each reaction after each detector, at {reactions.where}: time to spare, and travel."
 
     def picture(name: str, words: str) -> tuple[Picture, ...]:
@@ -273,7 +276,7 @@ def reaction_report(content: ReportContent, reactions: Reactions) -> Report:
         content.provenance,
         question=study.description,
         answer=answer(reactions),
-        hero=picture("reaction-map", map_words),
+        hero=picture("reaction-map", map_words) if len(reactions.runs) > 1 else (),  # a map of one cell tells nothing
     )
 
 

@@ -93,7 +93,8 @@ class FilledVessel:
 
     Examples
     --------
-    >>> times, forces = FilledVessel(mass=0.1, flow=0.05).series()
+    >>> import fingerslip as fs
+    >>> times, forces = fs.FilledVessel(mass=0.1, flow=0.05).series()
     >>> [f"{time:.3f} s: {force:.2f} N" for time, force in zip(times, forces)]
     ['0.000 s: 0.00 N', '0.005 s: 0.07 N', '2.000 s: 1.05 N', '2.005 s: 0.98 N']
     """
@@ -154,13 +155,14 @@ class LoadSeries:
     def read(cls, path: str | Path) -> LoadSeries:
         """Return the force of a CSV file with the columns `time [s]` and `force [N]`, or other units of these."""
         table = read_csv(Path(path))
-        headings = {name.partition(" [")[0]: name for name in table.columns if name.endswith("]")}
-        allowed = "needs the columns time and force with their units"
+        allowed = "needs one column time and one force, with their units"
         series: list[tuple[float, ...]] = []
         for name, si in _UNITS.items():
-            if (heading := headings.get(name)) is None:
+            headings = [text for text in table.columns if text.startswith(f"{name} [") and text.endswith("]")]
+            if len(headings) != 1:
                 repair = "write the first line as time [s],force [N], each with the unit of its numbers"
                 raise InputError(str(path), f"has the columns {', '.join(table.columns)}", allowed, repair)
+            heading = headings[0]
             unit = heading.partition(" [")[2][:-1]
             factor = parse_quantity(f"1 {unit}", si, where=f"{path}: column '{heading}'")
             if table[heading].dtype.kind not in "if" or table[heading].isna().any():

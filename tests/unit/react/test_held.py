@@ -39,17 +39,16 @@ def test_every_load_has_its_force_and_momentum(tmp_path):
     assert LoadSeries.read(tmp_path / "load.csv") == LoadSeries((0.0, 0.25), (0.0, 1.5))
 
 
-NO_NUMBERS = (
-    "has no numbers in 'force [N]', needs the columns time and force with their units; write a number in every row"
-)
+ONE_EACH = "needs one column time and one force, with their units; write"
+NO_NUMBERS = f"has no numbers in 'force [N]', {ONE_EACH} a number in every row"
 
 
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        (
-            "time,force\n0,0\n",
-            "has the columns time, force, needs the columns time and force with their units; write the first line",
+        *(
+            (f"{names}\n0,0,0\n", f"has the columns {names.replace(',', ', ')}, {ONE_EACH} the first line")
+            for names in ("time,force,note", "time [s],force [N],force [mN]")
         ),
         *((f"time [s],{rows}\n", NO_NUMBERS) for rows in ("force [N]\n0,a", "force [N]\n0,")),
         ("time [s],force [N]\n0,0\n0,1\n", "times: got 2 times and 2 forces, 0 s after 0 s, needs ascending times"),

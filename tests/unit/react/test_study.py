@@ -12,9 +12,10 @@ import pytest
 from fingerslip.errors import InputError
 from fingerslip.mesh.io import write_mesh
 from fingerslip.react import film
-from fingerslip.react.figures import map_figure, margin_figure, outcome_figure, reaction_tables
+from fingerslip.react.figures import map_figure, margin_figure, outcome_figure, reaction_report, reaction_tables
 from fingerslip.react.reflex import Reflex
 from fingerslip.react.results import answer, cell_table, paper_table, read_reactions, source_table, trial_table
+from fingerslip.report.content import ReportContent
 from fingerslip.report.figures.motion import Film
 from fingerslip.report.figures.study import convergence_figure
 from fingerslip.report.tables.runs import summary_table
@@ -205,7 +206,7 @@ def test_figures_draw_the_reactions_of_the_study_alone(reactions):
         (replace(own, reactions=()), ["this reflex, 30 ms: saves all"], ["this reflex"]),
     ):
         figure = map_figure(replace(one, settings=settings))
-        assert [text.get_text() for text in figure.legends[0].get_texts()[:-1]] == keys
+        assert [text.get_text() for text in figure.legends[0].get_texts()] == keys
         rates, _ = margin_figure(replace(one, settings=settings)).axes
         words = [text.get_text().rsplit(maxsplit=1)[0] for text in rates.texts]
         assert words == (lines or ["this reflex", "human-slip", "gripper"])
@@ -239,6 +240,16 @@ def test_page_holds_answer_figures_and_film(study, reactions):
     assert "http" not in re.sub(r"<pre.*?</pre>", "", text, flags=re.DOTALL)
     path = study.folder / reactions.runs[reactions.centre].name / "reaction-film.mp4"
     assert [frame.shape for frame in open_frames(path).read()] == [(480, 640)] * 5
+
+
+def test_page_of_one_run_has_no_map_and_names_travels_only_where_they_are_known(reactions, study):
+    one = replace(reactions, runs=reactions.runs[:1], results=(reactions.result,))
+    without = replace(one, results=(replace(reactions.result, travels={}),))
+    for tried, heroes, says_travels in ((reactions, 1, True), (one, 0, True), (without, 0, False)):
+        report = reaction_report(ReportContent(study, {}), tried)
+        assert len(report.hero) == heroes
+        (margin,) = (part for section in report.sections for part in section.pictures if part.name == "reaction-margin")
+        assert ("travel" in margin.caption) == says_travels
 
 
 def test_refined_and_distant_runs_are_those_of_any_study(folder, study):

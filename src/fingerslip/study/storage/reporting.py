@@ -95,15 +95,17 @@ def value_rows(runs: Sequence[Run], paths: Collection[str] | None = None) -> tup
 
 
 def refuse_unused(plan: Plan) -> None:
-    """Refuse sampled values that no run of a study uses."""
+    """Refuse sampled values that no run of a study uses, nor a value that is equal to them."""
     sample = plan.study.sample
     groups = {path: name for name in ("ranges", "choices") for path in (getattr(sample, name) if sample else ())}
+    twins = sample.equal if sample else {}
     unused = dict.fromkeys(groups, "")
     for run in plan.runs:
         if not unused:
             return
         reasons = {row.path: row.note for row in value_rows([run]) if row.source == NOT_USED}
-        unused = {path: reasons[path] for path in unused if path in reasons}
+        useful = {twins.get(path, path) for path in (*groups, *twins) if path not in reasons}
+        unused = {path: reasons[path] for path in unused if path not in useful}
     needs = "needs a value that runs use", "leave it out"
     Mistakes(
         InputError(f"{plan.source}: sample.{groups[path]}.{path}", f"changes nothing ({reason})", *needs)

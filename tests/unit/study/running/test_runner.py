@@ -512,6 +512,7 @@ PITCHES = {"fingertip.ridges.pitch": ["0.4 mm", "0.5 mm"]}
         ({"ranges": PITCHES | {"contact.friction_coefficient": [0.2, 0.4]}}, {"pitch": "switched off"}),
         ({"ranges": PITCHES, "choices": {"fingertip.ridges.enabled": [False, True]}}, {}),
         ({"ranges": {"contact.friction_coefficient": [0.2, 0.4]}}, {}),
+        ({"ranges": HEIGHTS, "equal": {"fingertip.sagittal.half_height": "fingertip.transverse.half_height"}}, {}),
     ],
 )
 def test_sampled_values_that_no_run_uses_are_refused_before_anything_is_meshed(write_study, sample, unused):
