@@ -70,7 +70,8 @@ def ring_layout(pitch: float, counts: Sequence[int] = RING_COUNTS) -> MarkerLayo
 
     Examples
     --------
-    >>> ring_layout(1.5e-3).count
+    >>> import fingerslip as fs
+    >>> fs.ring_layout(1.5e-3).count
     81
     """
     _check_pitch(pitch)
@@ -94,7 +95,8 @@ def hexagonal_layout(pitch: float, rings: int) -> MarkerLayout:
 
     Examples
     --------
-    >>> hexagonal_layout(1e-3, 6).count, hexagonal_layout(1e-3, 10).count
+    >>> import fingerslip as fs
+    >>> fs.hexagonal_layout(1e-3, 6).count, fs.hexagonal_layout(1e-3, 10).count
     (127, 331)
     """
     _check_pitch(pitch)
@@ -122,7 +124,8 @@ def grid_layout(pitch: float, rows: int, columns: int) -> MarkerLayout:
 
     Examples
     --------
-    >>> grid_layout(1e-3, 7, 9).count, grid_layout(1e-3, 7, 9).ring.max().item()
+    >>> import fingerslip as fs
+    >>> fs.grid_layout(1e-3, 7, 9).count, fs.grid_layout(1e-3, 7, 9).ring.max().item()
     (63, 4)
     """
     _check_pitch(pitch)

@@ -141,6 +141,7 @@ class IntegrateAndFire:
     --------
     A steady speed of twice the least one, so that it fires every tau ln 2 and its rest:
 
+    >>> import numpy as np
     >>> import fingerslip as fs
     >>> model = fs.IntegrateAndFire("speed", highest_frequency=300.0, membrane_time=10e-3, least_steady=1e-3)
     >>> times = np.linspace(0.0, 0.1, 1001)
@@ -239,7 +240,8 @@ def human_afferents() -> Mapping[str, IntegrateAndFire]:
 
     Examples
     --------
-    >>> sorted(human_afferents())
+    >>> import fingerslip as fs
+    >>> sorted(fs.human_afferents())
     ['FA-I', 'FA-II', 'SA-I', 'SA-II']
     """
     return MappingProxyType({kind: AFFERENTS.read(kind.lower()) for kind in RECEPTOR_KINDS})

@@ -49,7 +49,9 @@ class Spikes:
     --------
     Spikes around an event such as ``fs.find_events(history).slip.incipient``: a raster, and rates after it (PSTH).
 
-    >>> spikes = Spikes(("a", "b"), ("FA-I", "FA-I"), (np.array([0.45, 0.52]), np.array([0.53])), 0.0, 1.0)
+    >>> import numpy as np
+    >>> import fingerslip as fs
+    >>> spikes = fs.Spikes(("a", "b"), ("FA-I", "FA-I"), (np.array([0.45, 0.52]), np.array([0.53])), 0.0, 1.0)
     >>> event, edges = 0.5, np.linspace(-0.1, 0.1, 5)  # [s]
     >>> aligned = [times - event for times in spikes.times]  # what ``axes.eventplot(aligned)`` draws
     >>> counts, _ = np.histogram(np.concatenate(aligned), edges)

@@ -83,6 +83,7 @@ class Plane(_Directed):
     --------
     A level plate 8 mm below the origin, and how far two points are from it:
 
+    >>> import numpy as np
     >>> import fingerslip as fs
     >>> plate = fs.Plane(normal=(0.0, 1.0), offset=-8e-3)
     >>> plate.gap(np.array([[0.0, -7.5e-3], [1e-3, -8.1e-3]])).round(9).tolist()
@@ -183,6 +184,7 @@ class Sphere(_Round):
     --------
     A ball that presses upwards, 1 mm below a point:
 
+    >>> import numpy as np
     >>> import fingerslip as fs
     >>> ball = fs.Sphere(radius=5e-3, normal=(0.0, 1.0, 0.0), centre=(0.0, -6e-3, 0.0))
     >>> ball.gap(np.zeros((1, 3))).round(9).tolist()
@@ -212,6 +214,7 @@ class Cylinder(_Round):
     --------
     A rod along z, and how far two points are from it:
 
+    >>> import numpy as np
     >>> import fingerslip as fs
     >>> rod = fs.Cylinder(radius=5e-3, centre=(0.0, -6e-3, 0.0), axis=(0.0, 0.0, 1.0))
     >>> rod.gap(np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 7e-3]])).round(9).tolist()

@@ -113,6 +113,7 @@ class ResidualDetector(FrameByFrame[ResidualFinding]):
 
     Examples
     --------
+    >>> from fingerslip.detect.residual import ResidualSettings, detect_residual
     >>> from fingerslip.detect.synthetic import SyntheticSlide, synthetic_trial
     >>> trial = synthetic_trial("slide", SyntheticSlide(travel=4e-3))
     >>> onsets = detect_residual(trial.tracks, ResidualSettings(rest_frames=20))[-1].onsets

@@ -158,7 +158,8 @@ def material(name: str) -> AnyMaterial:
 
     Examples
     --------
-    >>> material("pulp").youngs_modulus
+    >>> import fingerslip as fs
+    >>> fs.material("pulp").youngs_modulus
     34000.0
     """
     return MATERIALS.read(name)

@@ -35,6 +35,7 @@ class RayleighDamping:
     --------
     Damping of 5 % of the critical one at 20 Hz, by the stiffness matrix alone:
 
+    >>> import numpy as np
     >>> import fingerslip as fs
     >>> damping = fs.RayleighDamping(stiffness=2 * 0.05 / (2 * np.pi * 20.0))
     >>> f"{1e3 * damping.stiffness:.2f} ms"

@@ -45,6 +45,7 @@ class NeoHookean(ByYoungsModulus):
     --------
     Tension that stretches it by half at constant volume, beside that of Hooke's law:
 
+    >>> import numpy as np
     >>> import fingerslip as fs
     >>> rubber = fs.NeoHookean(youngs_modulus=30e3, poisson_ratio=0.49, density=1000.0)
     >>> along, across, _ = rubber.kirchhoff_stress(np.log([[1.5, 1.5**-0.5, 1.5**-0.5]]))[0]

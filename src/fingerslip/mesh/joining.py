@@ -38,8 +38,9 @@ def join_meshes(meshes: Mapping[str, Any]) -> Any:
     Examples
     --------
     >>> import skfem
+    >>> import fingerslip as fs
     >>> square = skfem.MeshQuad().with_subdomains({"pulp": lambda x: x[0] > -1.0})
-    >>> joined = join_meshes({"left": square, "right": square.translated((2.0, 0.0))})
+    >>> joined = fs.join_meshes({"left": square, "right": square.translated((2.0, 0.0))})
     >>> list(joined.subdomains), int(joined.nvertices)
     (['left_pulp', 'right_pulp'], 8)
     """

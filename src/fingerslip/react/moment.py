@@ -55,6 +55,7 @@ class Moment:
     --------
     A detector of one's own, and what it says of three nodes of which the last slips:
 
+    >>> import numpy as np
     >>> import fingerslip as fs
     >>> from fingerslip.contact.states import SLIP, STICK
     >>> class Loosened:

@@ -28,7 +28,8 @@ class Reflex:
 
     Examples
     --------
-    >>> reflex = Reflex(latency=74e-3, jitter=9e-3)
+    >>> import fingerslip as fs
+    >>> reflex = fs.Reflex(latency=74e-3, jitter=9e-3)
     >>> f"{reflex.share_within(83e-3):.2f}"
     '0.84'
     """
@@ -86,7 +87,8 @@ class Reaction:
 
     Examples
     --------
-    >>> reaction("human-slip").delay
+    >>> import fingerslip as fs
+    >>> fs.reaction("human-slip").delay
     0.074
     """
 
@@ -179,7 +181,8 @@ def reaction(name: str) -> Reaction:
 
     Examples
     --------
-    >>> reaction("prosthesis").reflex.latency
+    >>> import fingerslip as fs
+    >>> fs.reaction("prosthesis").reflex.latency
     0.3
     """
     return REACTIONS.read(name)

@@ -84,7 +84,8 @@ class HeldObject(ObjectSettings):
 
     Examples
     --------
-    >>> held = HeldObject(mass=0.2, friction=0.6, load=RampLoad(rate=4.0, force=2.0))
+    >>> import fingerslip as fs
+    >>> held = fs.HeldObject(mass=0.2, friction=0.6, load=fs.RampLoad(rate=4.0, force=2.0))
     >>> f"{held.first_grip:.2f} N, slips {held.time_to_limit:.2f} s after the load begins"
     '2.37 N, slips 0.22 s after the load begins'
     """
@@ -331,9 +332,10 @@ def travel_after(
 
     Examples
     --------
-    >>> [f"{1e3 * travel_after(0.2, latency, 20.0, excess=0.5):.2f} mm" for latency in (74e-3, 20e-3)]
+    >>> import fingerslip as fs
+    >>> [f"{1e3 * fs.travel_after(0.2, latency, 20.0, excess=0.5):.2f} mm" for latency in (74e-3, 20e-3)]
     ['21.47 mm', '4.45 mm']
-    >>> [f"{1e3 * travel_after(0.2, latency, 20.0, load_rate=4.0):.3f} mm" for latency in (74e-3, 20e-3)]
+    >>> [f"{1e3 * fs.travel_after(0.2, latency, 20.0, load_rate=4.0):.3f} mm" for latency in (74e-3, 20e-3)]
     ['4.420 mm', '0.087 mm']
     """
     relief, force = limit_rate - load_rate, excess + load_rate * latency

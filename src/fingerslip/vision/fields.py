@@ -66,12 +66,13 @@ def marker_fields(
     Examples
     --------
     >>> import numpy as np
+    >>> import fingerslip as fs
     >>> from fingerslip.marker_layouts import ring_layout
     >>> from fingerslip.vision.tracks import make_tracks
-    >>> rest = ring_layout(1e-3, (1, 8)).position
+    >>> rest = fs.ring_layout(1e-3, (1, 8)).position
     >>> times = np.arange(20) / 30.0
     >>> growing = rest * (1.0 + 0.1 * times)[:, None, None]
-    >>> fields = marker_fields(make_tracks(growing, times, units="m"))
+    >>> fields = fs.marker_fields(fs.make_tracks(growing, times, units="m"))
     >>> round(float(fields["divergence"][15, 0]), 6)
     0.1
     """

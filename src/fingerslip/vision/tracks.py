@@ -102,7 +102,8 @@ def make_tracks(
 
     Examples
     --------
-    >>> tracks = make_tracks([[[1.0, 2.0]], [[1.5, 2.0]]], [0.0, 0.1], units="px")
+    >>> import fingerslip as fs
+    >>> tracks = fs.make_tracks([[[1.0, 2.0]], [[1.5, 2.0]]], [0.0, 0.1], units="px")
     >>> tracks.sizes["marker"], float(tracks["quality"].min())
     (1, 1.0)
     """

@@ -336,8 +336,9 @@ def live_frames(source: Source, channel: Channel = "grey") -> Iterator[tuple[flo
     Examples
     --------
     >>> import numpy as np
+    >>> import fingerslip as fs
     >>> frames = ((0.1 * number, np.zeros((4, 6, 3), dtype=np.uint8)) for number in range(2))
-    >>> [(time, frame.shape) for time, frame in live_frames(frames)]
+    >>> [(time, frame.shape) for time, frame in fs.live_frames(frames)]
     [(0.0, (4, 6)), (0.1, (4, 6))]
     """
     name = str(source) if isinstance(source, int | str) else "camera"

@@ -31,8 +31,11 @@ class Anisotropic:
     --------
     Under 2 kPa, a node pulled by a trial traction of 1 kPa sticks along the first direction and slips across it:
 
+    >>> import numpy as np
+    >>> import fingerslip as fs
+    >>> from fingerslip.contact.friction import Conditions
     >>> from fingerslip.contact.solve.projection import project
-    >>> law = Anisotropic(along=0.6, across=0.3)
+    >>> law = fs.Anisotropic(along=0.6, across=0.3)
     >>> at_rest = Conditions(np.full(2, 2e3), np.zeros(2), np.zeros(2), time=0.0)
     >>> frame = np.array([1.0, 1.0, law.frame.stretch])
     >>> trial = np.array([[2e3, -1e3, 0.0], [2e3, 0.0, -1e3]]) / frame

@@ -26,9 +26,12 @@ class Coulomb(Isotropic):
     --------
     Under 2 kPa, a node with a trial traction of 800 Pa sticks and one with 1500 Pa slips:
 
+    >>> import numpy as np
+    >>> import fingerslip as fs
+    >>> from fingerslip.contact.friction import Conditions
     >>> from fingerslip.contact.solve.projection import project
     >>> at_rest = Conditions(np.full(2, 2e3), np.zeros(2), np.zeros(2), time=0.0)
-    >>> project(np.array([[2e3, -800.0], [2e3, -1500.0]]), Coulomb(0.5).coefficients(at_rest)).tolist()
+    >>> project(np.array([[2e3, -800.0], [2e3, -1500.0]]), fs.Coulomb(0.5).coefficients(at_rest)).tolist()
     [[2000.0, -800.0], [2000.0, -1000.0]]
     """
 

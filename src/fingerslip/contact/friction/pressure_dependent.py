@@ -36,8 +36,11 @@ class PressureDependent(Isotropic):
     --------
     Eight times the pressure halves the coefficient. Of two nodes pulled at half their pressure, the first sticks:
 
+    >>> import numpy as np
+    >>> import fingerslip as fs
+    >>> from fingerslip.contact.friction import Conditions
     >>> from fingerslip.contact.solve.projection import project
-    >>> law = PressureDependent(reference_coefficient=0.6, reference_pressure=1e3, exponent=-1 / 3)
+    >>> law = fs.PressureDependent(reference_coefficient=0.6, reference_pressure=1e3, exponent=-1 / 3)
     >>> at_rest = Conditions(np.array([1e3, 8e3]), np.zeros(2), np.zeros(2), time=0.0)
     >>> project(np.array([[1e3, -500.0], [8e3, -4e3]]), law.coefficients(at_rest)).round(9).tolist()
     [[1000.0, -500.0], [8000.0, -2400.0]]

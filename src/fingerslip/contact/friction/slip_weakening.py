@@ -39,9 +39,12 @@ class SlipWeakening(Isotropic):
     Of three nodes with the same trial traction, the one that has not slipped sticks; those that have slipped by half of
     the distance and by more than all of it go on at lower forces:
 
+    >>> import numpy as np
+    >>> import fingerslip as fs
+    >>> from fingerslip.contact.friction import Conditions
     >>> from fingerslip.contact.solve.projection import project
     >>> slipped = Conditions(np.full(3, 2e3), np.zeros(3), np.array([0.0, 10e-6, 50e-6]), time=0.0)
-    >>> law = SlipWeakening(static=0.8, kinetic=0.5, distance=20e-6)
+    >>> law = fs.SlipWeakening(static=0.8, kinetic=0.5, distance=20e-6)
     >>> project(np.full((3, 2), [2e3, -1500.0]), law.coefficients(slipped)).tolist()
     [[2000.0, -1500.0], [2000.0, -1300.0], [2000.0, -1000.0]]
     """

@@ -29,9 +29,12 @@ class StaticKinetic(Isotropic):
     --------
     Of two nodes with the same trial traction, the one at rest sticks and the one that slides goes on at a lower force:
 
+    >>> import numpy as np
+    >>> import fingerslip as fs
+    >>> from fingerslip.contact.friction import Conditions
     >>> from fingerslip.contact.solve.projection import project
     >>> sliding = Conditions(np.full(2, 2e3), np.array([0.0, 1.0]), np.array([0.0, 1e-3]), time=0.0)
-    >>> law = StaticKinetic(static=0.8, kinetic=0.5, decay_speed=1e-3)
+    >>> law = fs.StaticKinetic(static=0.8, kinetic=0.5, decay_speed=1e-3)
     >>> project(np.full((2, 2), [2e3, -1500.0]), law.coefficients(sliding)).tolist()
     [[2000.0, -1500.0], [2000.0, -1000.0]]
     """

@@ -30,9 +30,11 @@ class TimeDependent(Isotropic):
     --------
     A node under 2 kPa with a trial traction of 800 Pa sticks at first, and slips when the coefficient has halved:
 
+    >>> import numpy as np
+    >>> import fingerslip as fs
     >>> from fingerslip.contact.friction import Conditions
     >>> from fingerslip.contact.solve.projection import project
-    >>> law = TimeDependent(times=(1.0, 2.0), values=(0.5, 0.25))
+    >>> law = fs.TimeDependent(times=(1.0, 2.0), values=(0.5, 0.25))
     >>> for time in (1.0, 2.0):
     ...     now = Conditions(np.array([2e3]), np.zeros(1), np.zeros(1), time)
     ...     print(project(np.array([[2e3, -800.0]]), law.coefficients(now)).tolist())

@@ -58,13 +58,14 @@ def read_materials(path: str | Path, unit: LengthUnit | None = None) -> dict[str
     Examples
     --------
     >>> import tempfile
+    >>> import fingerslip as fs
     >>> text = """<febio_spec version="4.0">
     ... <Material><material id="1" name="gel" type="neo-Hookean"><E>0.05</E><v>0.45</v></material></Material>
     ... <Mesh><Elements type="hex8" name="pad"/></Mesh>
     ... <MeshDomains><SolidDomain name="pad" mat="gel"/></MeshDomains></febio_spec>"""
     >>> with tempfile.NamedTemporaryFile("w", suffix=".feb") as file:
     ...     _ = file.write(text), file.flush()
-    ...     read_materials(file.name, "mm")["pad"].youngs_modulus
+    ...     fs.read_materials(file.name, "mm")["pad"].youngs_modulus
     50000.0
     '''
     materials = file_materials(Path(path), unit)

@@ -177,6 +177,7 @@ def mesh_scan(settings: SurfaceMesh) -> ScanMesh:
     A block of 20 x 12 x 14 mm in the place of a finger, whose tip is at +y:
 
     >>> import tempfile
+    >>> import numpy as np
     >>> from scipy.spatial import ConvexHull
     >>> import fingerslip as fs
     >>> corners = np.array(list(np.ndindex(2, 2, 2))) * (12e-3, 20e-3, 14e-3)

@@ -71,6 +71,7 @@ def placement_from_directions(skin: Surface, tip: ArrayLike, pad: ArrayLike, pla
 
     Examples
     --------
+    >>> import numpy as np
     >>> from scipy.spatial import ConvexHull
     >>> import fingerslip as fs
     >>> corners = np.array(list(np.ndindex(2, 2, 2))) * (12e-3, 30e-3, 14e-3)
@@ -113,6 +114,7 @@ def placement_from_landmarks(
 
     Examples
     --------
+    >>> import numpy as np
     >>> from scipy.spatial import ConvexHull
     >>> import fingerslip as fs
     >>> corners = np.array(list(np.ndindex(2, 2, 2))) * (12e-3, 30e-3, 14e-3)

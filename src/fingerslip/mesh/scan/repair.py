@@ -52,6 +52,7 @@ def repair_surface(surface: Surface, largest_hole: float = 5e-3) -> tuple[Surfac
     --------
     A corner of a cube without its fourth triangle:
 
+    >>> import numpy as np
     >>> import fingerslip as fs
     >>> corners = np.vstack([np.zeros(3), 10e-3 * np.eye(3)])
     >>> scan = fs.Surface(corners, np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2]]))

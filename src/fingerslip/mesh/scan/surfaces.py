@@ -44,6 +44,7 @@ class Surface:
     --------
     A corner of a cube:
 
+    >>> import numpy as np
     >>> import fingerslip as fs
     >>> corners = np.vstack([np.zeros(3), 10e-3 * np.eye(3)])
     >>> corner = fs.Surface(corners, np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]))
@@ -111,6 +112,7 @@ def read_surface(path: str | Path, unit: LengthUnit = "mm") -> Surface:
     Examples
     --------
     >>> import tempfile
+    >>> import numpy as np
     >>> import fingerslip as fs
     >>> triangle = fs.Surface(10e-3 * np.eye(3), np.array([[0, 1, 2]]))
     >>> with tempfile.TemporaryDirectory() as folder:
@@ -282,7 +284,9 @@ def clip_surface(surface: Surface, lowest: float) -> Surface:
 def decimate_surface(surface: Surface, edge_length: float) -> Surface:
     """Return a surface of fewer triangles, about as long as wanted, by quadric error (Garland & Heckbert 1997).
 
-    Flat places lose most of them. A surface that is as coarse already stays as it is. See :func:`offset_inwards`.
+    Flat places lose most of them. A surface that is as coarse already stays as it is.
+
+    See :func:`offset_inwards`.
 
     Parameters
     ----------
@@ -327,6 +331,7 @@ def offset_inwards(surface: Surface, thickness: float) -> Surface:
 
     Examples
     --------
+    >>> import numpy as np
     >>> from scipy.spatial import ConvexHull
     >>> import fingerslip as fs
     >>> corners = 10e-3 * np.array(list(np.ndindex(2, 2, 2)))

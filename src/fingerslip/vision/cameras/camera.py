@@ -71,6 +71,7 @@ class Camera:
 
     Examples
     --------
+    >>> import numpy as np
     >>> import fingerslip as fs
     >>> lens = fs.pinhole_for_view(640, 480, view_width=40e-3, distance=50e-3)
     >>> camera = fs.Camera(lens, fs.Pose(position=(0.0, 0.0, 50e-3), target=(0.0, 0.0, 0.0)), frame_rate=60.0)
@@ -241,7 +242,9 @@ def internal_camera(
 
     Examples
     --------
-    >>> pixels_of(internal_camera(50e-3, 64e-3), [1e-3, 0.0, 2e-3]).round(6).tolist()
+    >>> import fingerslip as fs
+    >>> from fingerslip.vision.cameras.camera import pixels_of
+    >>> pixels_of(fs.internal_camera(50e-3, 64e-3), [1e-3, 0.0, 2e-3]).round(6).tolist()
     [329.5, 259.5]
     """
     pose = Pose((0.0, target + distance, 0.0), (0.0, target, 0.0), (0.0, 0.0, -1.0))

@@ -89,7 +89,9 @@ class Pinhole(_Lens):
 
     Examples
     --------
-    >>> Pinhole(640, 480, 500.0, 500.0, 319.5, 239.5).project(np.array([0.0, 0.01, 0.1])).tolist()
+    >>> import numpy as np
+    >>> import fingerslip as fs
+    >>> fs.Pinhole(640, 480, 500.0, 500.0, 319.5, 239.5).project(np.array([0.0, 0.01, 0.1])).tolist()
     [319.5, 289.5]
     """
 
@@ -146,6 +148,7 @@ class Fisheye(_Lens):
     --------
     A ray at 45 degrees to the axis:
 
+    >>> import numpy as np
     >>> import fingerslip as fs
     >>> lens = fs.Fisheye(640, 480, focal_x=300.0, focal_y=300.0, centre_x=319.5, centre_y=239.5)
     >>> lens.project(np.array([0.1, 0.0, 0.1])).round(2).tolist()
@@ -224,7 +227,8 @@ def pinhole_for_view(width: int, height: int, view_width: float, distance: float
 
     Examples
     --------
-    >>> pinhole_for_view(640, 480, 0.064, 0.05).focal_x
+    >>> import fingerslip as fs
+    >>> fs.pinhole_for_view(640, 480, 0.064, 0.05).focal_x
     500.0
     """
     lens: Pinhole = lens_for_view("pinhole", width, height, view_width, distance)

@@ -119,12 +119,13 @@ def track_markers(
     Examples
     --------
     >>> import numpy as np
+    >>> import fingerslip as fs
     >>> rows, columns = np.mgrid[:120, :120]
     >>> frame = np.full((120, 120), 180, dtype=np.uint8)
     >>> for x, y in [(30, 30), (60, 30), (90, 30), (45, 60), (75, 60), (60, 90)]:
     ...     frame[np.hypot(columns - x, rows - y) < 5] = 40
     >>> frames = [np.roll(frame, shift, axis=1) for shift in (0, 1, 2, 3)]
-    >>> tracks = track_markers(frames, n_markers=6, rest_frames=1, layout="free", frame_rate=30.0)
+    >>> tracks = fs.track_markers(frames, n_markers=6, rest_frames=1, layout="free", frame_rate=30.0)
     >>> tracks["position"].sel(marker=0, axis="x").values.round(1).tolist()
     [30.0, 31.0, 32.0, 33.0]
     """

@@ -66,11 +66,12 @@ class MarkerTracker:
     Examples
     --------
     >>> import numpy as np
+    >>> import fingerslip as fs
     >>> rows, columns = np.mgrid[:120, :120]
     >>> frame = np.full((120, 120), 180, dtype=np.uint8)
     >>> for x, y in [(30, 30), (60, 30), (90, 30), (45, 60), (75, 60), (60, 90)]:
     ...     frame[np.hypot(columns - x, rows - y) < 5] = 40
-    >>> tracker = MarkerTracker(n_markers=6, rest_frames=2)
+    >>> tracker = fs.MarkerTracker(n_markers=6, rest_frames=2)
     >>> seen = [tracker.take(np.roll(frame, number, axis=1), number / 30.0) for number in range(4)]
     >>> [len(markers) for markers in seen]
     [0, 2, 1, 1]
