@@ -236,7 +236,7 @@ def draw_recording(axes: Axes, spikes: Spikes, kind: str) -> None:
 def _draw_trains(axes: Axes, trains: Sequence[NDArray[np.float64]], kind: str, words: str) -> None:
     """Draw spike trains [s] of one type, a row for each from below."""
     colour = palette.RECEPTOR_COLOURS.get(kind, palette.BLACK)
-    axes.eventplot(trains, colors=colour, linewidths=0.6, linelengths=0.8)
+    axes.eventplot(trains, colors=colour, lineoffsets=range(len(trains)), linewidths=0.6, linelengths=0.8)
     if not any(train.size for train in trains):
         axes.text(0.5, 0.5, "no spikes", transform=axes.transAxes, ha="center", va="center", color=colour)
     axes.set_ylabel(f"{len(trains)} {kind}\n{words}", color=colour)

@@ -14,7 +14,15 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
 from fingerslip.report.colours import BLACK, BLUE, GREY, SKY
-from fingerslip.report.figures.style import add_legend, columns_for, figure_grid, letter_panels, name_panel, with_style
+from fingerslip.report.figures.style import (
+    add_legend,
+    columns_for,
+    figure_grid,
+    is_narrow,
+    letter_panels,
+    name_panel,
+    with_style,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -91,7 +99,8 @@ def fit_figure(curves: pd.DataFrame) -> Figure:
     label, _, unit = over.removesuffix("]").partition(" [")
     shown_unit, factor = _SHOWN[unit]
     columns = [values.sort_values(over) for _, values in curves.groupby("column", sort=False)]
-    count, wide = len(columns), columns_for(len(columns))
+    count = len(columns)
+    wide = min(columns_for(count), 2 if is_narrow() else count)
     rows = -(-count // wide)
     labels, ratios = (f"{label} [{shown_unit}]", ""), (3.0, 1.4) * rows
     title, panel = "Measured and fitted", (4.2, 1.8 if count == 1 else 2.5)

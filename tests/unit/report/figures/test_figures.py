@@ -520,7 +520,7 @@ def test_every_type_has_its_raster_below_the_stimulus_with_rows_by_place_and_rat
     stimulus, slow, fast, rates = figure.axes
     assert line(stimulus, "slide").get_ydata()[-1] == pytest.approx(1.0)
     assert line(stimulus, "press").get_ydata()[-1] == pytest.approx(0.5)
-    assert [len(axes.collections) for axes in (slow, fast)] == [2, 1]
+    assert [[row.get_lineoffset() for row in axes.collections] for axes in (slow, fast)] == [[0, 1], [0]]
     assert (slow.get_ylabel(), rates.get_ylabel()) == ("2 SA-I\nby x", "mean rate\nin 100 ms\n[1/s]")
     assert [label.get_text() for label in slow.get_yticklabels()] == ["\N{MINUS SIGN}2.0 mm", "4.0 mm"]
     (start,) = slow.lines

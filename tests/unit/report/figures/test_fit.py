@@ -8,6 +8,7 @@ import pytest
 from matplotlib.path import Path
 
 from fingerslip.report.figures.fit import corner_figure, fit_figure
+from fingerslip.report.figures.style import looking
 
 GENERATOR = np.random.default_rng(1)
 
@@ -60,6 +61,9 @@ def test_each_column_has_its_unit_and_its_residuals(count: int) -> None:
     ]
     columns = {1: 1, 2: 2, 4: 2, 5: 3}[count]
     assert [axes.get_xlabel() for axes in panels].count("depth [mm]") == columns
+    with looking("column"):
+        narrow = [axes for axes in fit_figure(curves(*names)).axes if axes.get_visible()]
+    assert [axes.get_xlabel() for axes in narrow].count("depth [mm]") == min(columns, 2)
 
 
 def test_a_curve_and_its_bands_are_drawn_in_order_and_its_residuals_in_deviations() -> None:
