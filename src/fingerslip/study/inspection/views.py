@@ -57,7 +57,7 @@ class FigureChoice:
     """Which figure is wanted, and how it looks."""
 
     kind: str  # its name
-    style: str = "paper"  # one of ``page``, ``paper`` and ``slides``
+    style: str = "paper"  # one of :data:`fingerslip.report.content.STYLES`
     form: str = "pdf"  # one of :data:`FORMATS`; films are ``mp4``
     run: str = ""  # name of the run, of a study with several
     path: str = ""  # dotted path of the swept value on the axis

@@ -377,7 +377,12 @@ RUN, MIDDLE = "friction_coefficient-0.2", "friction_coefficient-0.4"
     ("target", "choice", "output", "words"),
     [
         ("", FigureChoice("nothing"), None, "--kind: got 'nothing', needs one of latency"),
-        ("", FigureChoice("latency", style="poster"), None, "--style: got 'poster', needs one of page, paper, slides"),
+        (
+            "",
+            FigureChoice("latency", style="poster"),
+            None,
+            "--style: got 'poster', needs one of page, paper, column, slides",
+        ),
         ("", FigureChoice("latency", form="gif"), None, "--format: got 'gif', needs one of pdf, svg, png"),
         ("", FigureChoice("latency", path="mesh.size"), None, "--over: 'mesh.size' is not swept"),
         ("", FigureChoice("spikes", times=("1 s",)), None, "--time: got 1 for spikes, needs one of composed"),
