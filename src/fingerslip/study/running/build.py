@@ -18,7 +18,7 @@ from fingerslip.dynamics.recording.schedule import step_count
 from fingerslip.dynamics.step.sharing import first_alike, groups_to_share, material_key, same_body, same_matrix
 from fingerslip.dynamics.system.checks import inspect_model
 from fingerslip.dynamics.system.doubts import Doubt, doubts
-from fingerslip.errors import InputError
+from fingerslip.errors import InputError, Mistakes
 from fingerslip.fe.space import Space, build_space
 from fingerslip.mesh.source import InspectedMesh
 from fingerslip.model.model import Model, Recording
@@ -28,13 +28,14 @@ from fingerslip.parameters import kinds_of
 from fingerslip.parameters.dotted import join_path
 from fingerslip.react.moment import require_sites
 from fingerslip.react.scenario import held_model
+from fingerslip.report.tables.parameters import NOT_USED
 from fingerslip.results import RefusedRun
 from fingerslip.specimens.choice import SPECIMENS
 from fingerslip.study.definition.file import line_numbers
 from fingerslip.study.definition.runs import Plan, Run, without_swept
 from fingerslip.study.definition.spec import Study
 from fingerslip.study.running.cost import basis_saves, most_together, require_mesh_memory
-from fingerslip.study.storage.reporting import refuse_unused
+from fingerslip.study.storage.reporting import value_rows
 from fingerslip.units import millimetres
 
 # A file in millimetres that is read as metres is a thousand times too large.
@@ -177,7 +178,7 @@ _Meshes = dict[str, tuple[Any, Space]]
 
 def prepare_samples(plan: Plan, runs: Sequence[Run]) -> tuple[tuple[Job, ...], tuple[RefusedRun, ...]]:
     """Build and check the models of runs as :func:`prepare`, and return the samples whose values make no model, too."""
-    refuse_unused(plan)
+    _refuse_unused(plan)
     meshes: _Meshes = {}
     jobs: list[Job] = []
     refused = list(plan.refused)
@@ -189,6 +190,25 @@ def prepare_samples(plan: Plan, runs: Sequence[Run]) -> tuple[tuple[Job, ...], t
             if not run.sampled or len(refused) == len(plan.runs) + len(plan.refused):
                 raise
     return choose_bases(jobs), tuple(refused)
+
+
+def _refuse_unused(plan: Plan) -> None:
+    """Refuse sampled values that no run of a study uses, nor a value that is equal to them."""
+    sample = plan.study.sample
+    groups = {path: name for name in ("ranges", "choices") for path in (getattr(sample, name) if sample else ())}
+    twins = sample.equal if sample else {}
+    unused = dict.fromkeys(groups, "")
+    for run in plan.runs:
+        if not unused:
+            return
+        reasons = {row.path: row.note for row in value_rows([run]) if row.source == NOT_USED}
+        useful = {twins.get(path, path) for path in (*groups, *twins) if path not in reasons}
+        unused = {path: reasons[path] for path in unused if path not in useful}
+    needs = "needs a value that runs use", "leave it out"
+    Mistakes(
+        InputError(f"{plan.source}: sample.{groups[path]}.{path}", f"changes nothing ({reason})", *needs)
+        for path, reason in unused.items()
+    ).raise_all()
 
 
 def prepare(plan: Plan, runs: Sequence[Run]) -> tuple[Job, ...]:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.errors import InputError, Mistakes, ResultError
+from fingerslip.errors import ResultError
 from fingerslip.history import read_history, stored_phases
 from fingerslip.materials.choice import MATERIALS, PRESET, material_of
 from fingerslip.materials.large_strain import FiniteMaterial
@@ -33,7 +33,7 @@ from fingerslip.slip.windows import slide_window
 from fingerslip.specimens.choice import SPECIMENS
 from fingerslip.specimens.protocol import ModelUse, Specimen
 from fingerslip.storage.files import new_folder, read_json, write_bytes
-from fingerslip.study.definition.runs import Plan, Run, read_runs, with_directions
+from fingerslip.study.definition.runs import Run, read_runs, with_directions
 from fingerslip.study.definition.spec import NOT_OF_A_RUN, Study
 from fingerslip.study.storage.store import (
     MANIFEST,
@@ -92,25 +92,6 @@ def value_rows(runs: Sequence[Run], paths: Collection[str] | None = None) -> tup
         listed = ", ".join(texts) if len(texts) <= _MOST_VALUES else f"{texts[0]}, … ({len(texts)} values)"
         values.append(ShownValue(path, listed, SWEPT, "; ".join(notes)))
     return tuple(values)
-
-
-def refuse_unused(plan: Plan) -> None:
-    """Refuse sampled values that no run of a study uses, nor a value that is equal to them."""
-    sample = plan.study.sample
-    groups = {path: name for name in ("ranges", "choices") for path in (getattr(sample, name) if sample else ())}
-    twins = sample.equal if sample else {}
-    unused = dict.fromkeys(groups, "")
-    for run in plan.runs:
-        if not unused:
-            return
-        reasons = {row.path: row.note for row in value_rows([run]) if row.source == NOT_USED}
-        useful = {twins.get(path, path) for path in (*groups, *twins) if path not in reasons}
-        unused = {path: reasons[path] for path in unused if path not in useful}
-    needs = "needs a value that runs use", "leave it out"
-    Mistakes(
-        InputError(f"{plan.source}: sample.{groups[path]}.{path}", f"changes nothing ({reason})", *needs)
-        for path, reason in unused.items()
-    ).raise_all()
 
 
 def notes_at_rest(run: Run) -> dict[str, str]:
