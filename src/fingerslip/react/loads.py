@@ -154,7 +154,7 @@ class LoadSeries:
     @classmethod
     def read(cls, path: str | Path) -> LoadSeries:
         """Return the force of a CSV file with the columns `time [s]` and `force [N]`, or other units of these."""
-        table = read_csv(Path(path))
+        table = read_csv(Path(path)).rename(columns=str.strip)
         allowed = "needs one column time and one force, with their units"
         series: list[tuple[float, ...]] = []
         for name, si in _UNITS.items():

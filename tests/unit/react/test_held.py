@@ -35,7 +35,7 @@ def test_every_load_has_its_force_and_momentum(tmp_path):
     assert forces == pytest.approx((0.0, 0.1 * GRAVITY * 0.01 + blow, 0.2 * GRAVITY + blow, 0.2 * GRAVITY))
     (tmp_path / "load.csv").write_text("force [N],time [s],note\n0,0,start\n1.5,0.2,end\n")
     assert LoadSeries.read(tmp_path / "load.csv") == LoadSeries((0.0, 0.2), (0.0, 1.5))
-    (tmp_path / "load.csv").write_text("time [ms],force [mN]\n0,0\n250,1500\n")
+    (tmp_path / "load.csv").write_text("time [ms], force [mN]\n0, 0\n250, 1500\n")
     assert LoadSeries.read(tmp_path / "load.csv") == LoadSeries((0.0, 0.25), (0.0, 1.5))
 
 
