@@ -37,6 +37,7 @@ from fingerslip.slip import Events, find_events, slide_window
 if TYPE_CHECKING:
     from fingerslip.report.content import StudySubject
 
+_OF_SPIKES = ("composed", "spikes")  # kinds that a recording can be beside
 _DRAW_STUDIES: Mapping[str, Callable[[StudySubject], Figure]] = {
     "latency": lambda s: study.latency_figure(s.runs, s.path, s.reference),
     "events": lambda s: study.event_times_figure(s.runs, s.path, s.reference, s.starts or None),
@@ -169,8 +170,8 @@ def draw(
     Raises
     ------
     InputError
-        For a kind or style that is not there, a kind that shows histories of another dimension, or a recording at other
-        times than the history.
+        For a kind or style that is not there, a kind that shows histories of another dimension or takes no recording,
+        or a recording at other times than the history.
     ResultError
         Where the history lacks what the figure shows, such as snapshots.
 
@@ -183,6 +184,9 @@ def draw(
     for name, value, allowed in (("kind", kind, OF_RUNS), ("style", style, STYLES)):
         if value not in allowed:
             raise InputError(name, f"got '{value}'", f"needs one of {', '.join(allowed)}")
+    if recorded and kind not in _OF_SPIKES:
+        needed = f"needs the kind {' or '.join(_OF_SPIKES)}"
+        raise InputError("recorded", f"is given for '{kind}'", needed, "leave it out")
     first, last = history["time"].values[[0, -1]]
     if recorded and (recorded.end <= first or recorded.start >= last):
         fault, needs = f"is from {recorded.start:g} to {recorded.end:g} s", f"needs some of {first:g} to {last:g} s"

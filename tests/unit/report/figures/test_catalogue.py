@@ -103,6 +103,8 @@ def test_a_history_is_drawn_by_name_with_its_events_or_those_that_are_given():
     late = fs.Spikes(("u1",), ("SA-I",), (np.array([100.0]),), 99.0, 101.0)
     with pytest.raises(fs.InputError, match=r"recorded: is from 99 to 101 s, needs some of 0 to .* shift its times"):
         fs.draw(HISTORY, "spikes", recorded=late)
+    with pytest.raises(fs.InputError, match="recorded: is given for 'forces', needs the kind composed or spikes"):
+        fs.draw(HISTORY, "forces", recorded=late)
     with pytest.raises(fs.ResultError, match="no receptors whose stimulus it resolves, needs some; write record"):
         fs.draw(HISTORY.drop_dims("site"), "spikes")
 
