@@ -178,7 +178,7 @@ _Meshes = dict[str, tuple[Any, Space]]
 
 def prepare_samples(plan: Plan, runs: Sequence[Run]) -> tuple[tuple[Job, ...], tuple[RefusedRun, ...]]:
     """Build and check the models of runs as :func:`prepare`, and return the samples whose values make no model, too."""
-    _refuse_unused(plan)
+    refuse_unused(plan)
     meshes: _Meshes = {}
     jobs: list[Job] = []
     refused = list(plan.refused)
@@ -192,7 +192,7 @@ def prepare_samples(plan: Plan, runs: Sequence[Run]) -> tuple[tuple[Job, ...], t
     return choose_bases(jobs), tuple(refused)
 
 
-def _refuse_unused(plan: Plan) -> None:
+def refuse_unused(plan: Plan) -> None:
     """Refuse sampled values that no run of a study uses, nor a value that is equal to them."""
     sample = plan.study.sample
     groups = {path: name for name in ("ranges", "choices") for path in (getattr(sample, name) if sample else ())}

@@ -19,10 +19,10 @@ from fingerslip.study.definition import runs
 from fingerslip.study.definition.file import read_mapping
 from fingerslip.study.definition.runs import plan_studies, plan_study
 from fingerslip.study.running import build as preparing
-from fingerslip.study.running.build import prepare, prepare_samples
+from fingerslip.study.running.build import prepare, prepare_samples, refuse_unused
 from fingerslip.study.running.compute import BASES
 from fingerslip.study.running.runner import StudyFailedError, run_study
-from fingerslip.study.storage.reporting import original_mesh, read_results, read_run_values, refuse_unused
+from fingerslip.study.storage.reporting import original_mesh, read_results, read_run_values
 from fingerslip.study.storage.store import read_manifest
 from fingerslip.units import parse_quantity
 from unit.study.block import FRICTIONS, NAMES, Told, block_mesh, block_values, changed, run_block
