@@ -124,11 +124,11 @@ def _draw_pictures(
     grid: Any = cell.subgridspec(1, len(moments))
     row.remove()
     pictures: list[Axes] = [figure.add_subplot(entry) for entry in grid]
-    # The bar of the scale is beside a title that leaves room for it, and in a column below all.
-    with_scale = [number for number, title in moments.items() if "," not in title] or list(moments)
-    above = 6.0 + 1.2 * float(mpl.rcParams["legend.fontsize"]) if style.is_narrow() else None
+    # The bar of the scale is beside the last title, or below all where this leaves no room for it.
+    is_full = style.is_narrow() or "," in [*moments.values()][-1]
+    above = 6.0 + 1.2 * float(mpl.rcParams["legend.fontsize"]) if is_full else None
     for axes, (number, title) in zip(pictures, moments.items(), strict=True):
-        draw_contact(axes, history, number, scaled=number == with_scale[-1])
+        draw_contact(axes, history, number, scaled=axes is pictures[-1])
         style.name_panel(axes, title, above)
         moment = float(history[picture_axis(history)][number])
         ends = (0.5, 0.0), (moment, 1.0), axes.transAxes, below.get_xaxis_transform()
