@@ -90,11 +90,6 @@ def test_gmsh_is_closed_after_success_failure_and_interruption(monkeypatch):
         assert not gmsh.isInitialized()
 
 
-def cell_areas(core, name):
-    x, y = np.moveaxis(core.points[core.cells[name]], 2, 0)
-    return 0.5 * np.sum(x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1), axis=1)
-
-
 PLAIN = change(ridges={"enabled": False})
 
 COARSE = {"contact_size": 0.5e-3, "bulk_size": 1e-3}
