@@ -26,6 +26,7 @@ FAST = {
         "dragged-block",
         "travelling-plate",
         "rivlin-cube",
+        "hht-order",
     ),
     *("retardation", "resting-block", "controlled-relaxation", "friction-laws", "large-relaxation-energy"),
 }

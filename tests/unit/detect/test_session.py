@@ -19,8 +19,6 @@ from fingerslip.detect.evaluation.inquiries import curve_sizes, inquire, levels_
 from fingerslip.detect.evaluation.scores import (
     Estimate,
     accuracy_table,
-    event_scores_of,
-    event_table,
     frame_scores_of,
     frame_tables,
     output_tables,
@@ -34,7 +32,7 @@ from fingerslip.detect.samples import benchmark_test_trials, grouped_folds, samp
 from fingerslip.detect.session import Choices, evaluate_classifiers, run_detector, score_onsets, train_detector
 from fingerslip.detect.trials import TrialSet
 from fingerslip.errors import InputError
-from fingerslip.tables.table import Missing, Table, texts, to_csv, to_mapping, to_markdown
+from fingerslip.tables.table import Missing, Table, texts, to_csv, to_mapping
 from fingerslip.vision.tracks import check_tracks, write_tracks_csv
 from unit.detect.conftest import MOTION, SAMPLING
 
@@ -138,18 +136,6 @@ def test_scores_are_tables() -> None:
     assert confusion.rows[0] == ("a", "no_slip", 24, 6, 0)
     findings = findings_table([Finding(1.0, 0.0, 0.0, Onsets(0.5, None), 2e-3)], "live", "Latency without the tracker.")
     assert [row[1] for row in findings.rows] == ["0.5", Missing.NO_EVENT, "1", "2", "2", "2", "500"]
-
-
-def test_events_have_a_column_for_each_classifier() -> None:
-    scores = event_scores_of({"t": Onsets(1.2, None)}, {"t": Onsets(1.0, 2.0)}, {"t": 0.5}, frame=0.1)
-    table = event_table({"a": scores, "b": scores}, "Note.")
-    rows = {row[0]: row[1] for row in table.rows}
-    assert rows["missed"] == "0"
-    assert str(rows["onset error [s]"]) == "0.200"
-    assert rows["median delay [frames]"] == "2.000"
-    assert rows["lead of 95 % of trials [s]"] is Missing.NOT_DEFINED
-    assert rows["gross onset error [s]"] is Missing.NOT_DEFINED
-    assert "n/a" in to_markdown(table)
 
 
 FEW = levels_of(lost="0,0.6", noise="", slower="2")

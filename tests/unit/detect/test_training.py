@@ -11,14 +11,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fingerslip.detect import training
-from fingerslip.detect.classifiers import CLASSIFIERS, Candidate, fit, optional, probabilities, union_of_sets
+from fingerslip.detect.classifiers import CLASSIFIERS, fit, optional, probabilities
 from fingerslip.detect.evaluation.crossval import on_unseen
 from fingerslip.detect.evaluation.inquiries import disturb
 from fingerslip.detect.features import motion_of
 from fingerslip.detect.labels import Onsets
 from fingerslip.detect.live import LiveDetector, frames_of, latency_of, run_live, run_on_tracks
 from fingerslip.detect.model_file import write_detector
-from fingerslip.detect.samples import columns_of, held_out
+from fingerslip.detect.samples import held_out
 from fingerslip.detect.session import judge_detector, unseen_tables
 from fingerslip.detect.synthetic import synthetic_slides
 from fingerslip.detect.training import (
@@ -265,12 +265,6 @@ def test_classifiers_are_those_published():
     machine = fitted("svm").get_params()
     assert (machine["linearsvc__C"], machine["nystroem__kernel"], machine["nystroem__gamma"]) == (10.0, "rbf", None)
     assert fitted("time_threshold").get_n_leaves() == 3
-
-
-def test_columns_of_sets_and_sets_of_several_classifiers():
-    assert columns_of(("mean/a", "time/seconds", "mean/b"), ("time", "mean")).tolist() == [1, 0, 2]
-    two = [Candidate(name, sets, lambda seed: seed) for name, sets in (("a", ("x", "y")), ("b", ("y", "z")))]
-    assert union_of_sets(two) == ("x", "y", "z")
 
 
 FILTER = ForwardFilter((3.0, 1.0), (0.25, 0.5, 0.25), 0.2)

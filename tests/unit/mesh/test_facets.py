@@ -40,14 +40,6 @@ def refused(mesh, *refusals, match="fold over each other"):
             refuse(mesh)
 
 
-def through_a_facet(points):
-    """Return the points of a grid, the one nearest to its centre moved beyond its neighbours."""
-    middle = np.linalg.norm(points - points.mean(axis=1, keepdims=True), axis=0).argmin()
-    moved = points.copy()
-    moved[:, middle] += 0.41 * (points.max(axis=1) - points.min(axis=1)) * np.linspace(1.0, 0.9, len(points))
-    return moved
-
-
 @pytest.mark.parametrize("element", EVERY_ELEMENT)
 def test_every_neighbour_of_a_cell_that_is_turned_is_told(element):
     """Where the others pass, in meshes that are distorted, sheared and mirrored."""

@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 from fingerslip.errors import InputError
-from fingerslip.sampling.curves import FitSettings, Measurement, column_unit, curves_of, read_measurement
+from fingerslip.sampling.curves import FitSettings, Measurement, curves_of, read_measurement
 from unit import synthetic
 
 DEPTHS = "depth [mm]"
@@ -102,14 +102,6 @@ def test_holes_and_files_that_are_no_tables_are_refused(tmp_path: Path) -> None:
 def test_columns_without_a_deviation_are_refused(columns: dict[str, Any], said: str) -> None:
     with pytest.raises(InputError, match=said):
         FitSettings(over="depth", columns=columns)
-
-
-def test_units_of_columns() -> None:
-    units = [
-        column_unit(name)
-        for name in ("tangential_force", "FA-I 3.strain_energy_density", "*.strain_xy", "a.b.stress_yy")
-    ]
-    assert units == ["N", "J/m^3", "", "Pa"]
 
 
 HISTORY = synthetic.make(synthetic.Process())

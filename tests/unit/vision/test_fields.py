@@ -36,10 +36,6 @@ def strains(gradient):
     return strain[[0, 1, 0], [0, 1, 1]]
 
 
-def turn_by(angle):
-    return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-
-
 def moved(gradient, speed=(0.0, 0.0), units="m"):
     """Return markers whose displacement is linear in place and time."""
     shift = np.einsum("ab,mb->ma", np.asarray(gradient, dtype=float), LAYOUT.position) + speed

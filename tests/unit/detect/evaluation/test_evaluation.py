@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import runpy
-from collections.abc import Callable
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -47,11 +44,9 @@ from fingerslip.detect.trials import TrialSet, write_trials
 from fingerslip.errors import DamagedError, InputError
 from fingerslip.study.inspection.views import FigureChoice, kinds_text, write_figure
 from fingerslip.tables.table import Column, Missing, Table
-from places import DOCS
 from unit.detect.conftest import MOTION, SAMPLING
 
 CANDIDATES = [CLASSIFIERS[name] for name in ("time_threshold", "displacement_threshold")]
-Begin = Callable[..., Evaluation]
 ARRAYS = {"rows": np.arange(5), "chances": np.linspace(0.0, 1.0, 6).reshape(2, 3)}
 
 
@@ -296,23 +291,6 @@ def test_an_alarm_before_the_label_is_early_and_has_no_lead():
     assert shares.max() == pytest.approx(6 / 19), "neither early alarms nor missed trials had a lead"
     unlabelled = event_scores_of({"t": Onsets(1.5, None)}, {"t": Onsets(None, 6.0)}, {"t": 1.0})
     assert unlabelled.lead.value == 4.5  # where slip begins is not labelled there
-
-
-def test_the_script_of_the_docs_prints_leads_with_early_alarms(monkeypatch, capsys):
-    script = runpy.run_path(str(DOCS / "figures" / "detection_figures.py"))
-    always = {"a": Onsets(1.5, None), "b": Onsets(2.0, None)}
-    labels = {"a": Onsets(5.0, 6.0), "b": Onsets(5.0, 6.0)}
-    scores = event_scores_of(always, labels, dict.fromkeys(labels, 1.0))
-    slides = SimpleNamespace(onsets=lambda _: labels)
-    replaced = {
-        "trained": lambda *_: None,
-        "on_unseen": lambda *_: SimpleNamespace(scores={"frames": scores}, onsets={"single frames": always}),
-        "by_condition": lambda *_: None,
-    }
-    for name, value in replaced.items():
-        monkeypatch.setitem(script["print_transfer"].__globals__, name, value)
-    script["print_transfer"](slides, slides, ("contact",))
-    assert capsys.readouterr().out == "| contact | frames | 0 | -3.25 | 0.35 | 4.25 | 0.35 | none | 1.0 |\n"
 
 
 def test_the_labels_are_a_perfect_submission_rest_ends_with_its_last_frame_and_others_have_to_fit(trials, tmp_path):

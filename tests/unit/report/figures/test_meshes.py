@@ -67,14 +67,3 @@ def test_a_cut_leaves_some_of_every_region(regions):
     figure = mesh_figure(mesh.with_subdomains(regions))
     assert [axes.get_title("left") for axes in figure.axes] == ["regions, cut open"]
     assert [text.get_text() for text in figure.legends[0].get_texts()] == list(regions or {"no region": 0})
-
-
-def test_a_cut_goes_through_cells_and_shows_every_region_where_it_is():
-    thirds = [np.linspace(0.0, 1.0, 4)] * 3
-    mesh = skfem.MeshHex.init_tensor(*thirds).with_subdomains({"core": lambda x: np.abs(x - 0.5).max(axis=0) < 0.2})
-    rest = np.setdiff1d(np.arange(mesh.nelements), mesh.subdomains["core"])
-    layers = meshes._opened(mesh, {"core": mesh.subdomains["core"], "skin": rest}, meshes._VIEWS["z"].sides)
-    assert [name for name, _ in layers] == ["core", "skin"] * 2
-    depths = [surface.bounds[2:4] for _, surface in layers]
-    assert np.ravel(depths) == pytest.approx([500.0, 2000.0 / 3.0, 500.0, 1000.0, *[500.0] * 4])
-    assert [cut.area for _, cut in layers[2:]] == pytest.approx([1e6 / 9.0, 8e6 / 9.0])

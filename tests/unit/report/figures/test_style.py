@@ -14,7 +14,7 @@ from fingerslip.report.figures import signals, style, time_axis
 from fingerslip.report.page import pictures
 from fingerslip.slip import Events, SlideWindow, SlipEvents, slide_window
 from fingerslip.slip.windows import EVENTS as EVENT_NAMES
-from unit.report.figures.made import EVENTS, HISTORY, NO_SLIDE, marked, panels, texts, titles
+from unit.report.figures.made import EVENTS, HISTORY, NO_SLIDE, marked, panels, texts
 from unit.synthetic import PRESS_END
 
 WINDOW = slide_window(HISTORY)
@@ -39,26 +39,6 @@ def test_style_of_the_user_is_left_alone_also_where_drawing_fails():
     assert panels(figure)[0].yaxis.label.get_fontsize() == 9.0
 
 
-@pytest.mark.parametrize(("count", "columns", "rows"), [(1, 3, 1), (3, 3, 1), (5, 3, 2), (4, 2, 2)])
-def test_grid_has_as_many_panels_as_asked_for(count, columns, rows):
-    figure, axes = style.figure_grid(count, columns, (3.0, 2.0), "a title", ("x [mm]", "y [mm]"))
-    assert len(axes) == len(panels(figure)) == count
-    assert axes[0].get_subplotspec().get_gridspec().nrows == rows
-    size = [max(min(columns, count) * 3.0 + 0.6, 5.2), rows * 2 + 0.8]
-    assert figure.get_size_inches().tolist() == pytest.approx(size)
-    assert (figure.get_suptitle(), figure.get_supylabel()) == ("a title", "y [mm]")
-    # The lowest panel of every column says what is on its horizontal axis.
-    assert sum(panel.get_xlabel() == "x [mm]" for panel in axes) == min(columns, count)
-    assert axes[-1].get_xlabel() == "x [mm]"
-    for share, shared in {"all": (True, True), "x": (True, False), "none": (False, False)}.items():
-        _, (first, second) = style.figure_grid(2, 1, (3.0, 2.0), "", ("", ""), share=share)
-        first.set(xlim=(0.0, 7.0), ylim=(0.0, 9.0))
-        assert ((second.get_xlim() == (0.0, 7.0)), (second.get_ylim() == (0.0, 9.0))) == shared
-    style.say(axes[0], "nothing here", 0.3)
-    assert (axes[0].texts[0].get_text(), axes[0].texts[0].get_position()[1]) == ("nothing here", 0.3)
-    assert [style.columns_for(count) for count in (0, 1, 2, 3, 4, 5, 12)] == [1, 1, 2, 3, 2, 3, 3]
-
-
 def test_panels_have_letters_where_the_look_has_them_and_there_are_several():
     for look, count, expected in (("paper", 3, ["a", "b", "c"]), ("paper", 1, []), ("page", 3, [])):
         with style.looking(look):
@@ -69,31 +49,7 @@ def test_panels_have_letters_where_the_look_has_them_and_there_are_several():
     assert (wide.get_figwidth(), narrow.get_figwidth()) == (7.2, 3.5)
 
 
-def test_legends_take_the_columns_that_fit_and_no_height_of_the_panels():
-    for names, columns in ((["a", "b"], 2), (["a rather long name of a key"] * 8, 2)):
-        keys = {f"{name}{index}": Line2D([], []) for index, name in enumerate(names)}
-        figure, axes = single_panel(labels=("x", "a label that is longer than its panel is high [s]"))
-        before = figure.get_figheight()
-        style.add_legend(figure, keys)
-        (legend,) = figure.legends
-        assert legend._ncols == columns
-        assert [text.get_text() for text in legend.get_texts()] == list(keys)
-    figure.canvas.draw()
-    assert figure.get_figheight() > before + 0.5
-    assert axes.get_window_extent().height > 0.5 * before * figure.dpi
-    assert figure._supylabel.get_window_extent().y0 > legend.get_window_extent().y1
-    bare, _ = single_panel()
-    style.add_legend(bare, {})
-    assert bare.legends == []
-
-
-def test_titles_say_what_tells_them_apart_are_wrapped_and_their_dollars_are_no_mathematics():
-    assert (style.join_title("Forces", "run 1"), style.join_title("Forces", "")) == ("Forces: run 1", "Forces")
-    long = "a rather long title of a run, which is wider than its panel, friction coefficient 0.6"
-    figure, axes = style.with_style(signals._run_panels)(("angle -30 deg", long), "All runs", ("time [s]", "force [N]"))
-    assert titles(figure) == ["angle -30 deg", long]
-    assert "\n" in axes[1].get_title(loc="left")
-    assert figure.get_suptitle() == "All runs"
+def test_titles_are_wrapped_and_their_dollars_are_no_mathematics():
     title = "Forces and slipping area: " + ", ".join(["friction coefficient 0.6"] * 6)
     figure, _ = single_panel(title=title)
     assert figure.get_suptitle().replace("\n", " ") == title
@@ -136,12 +92,6 @@ def test_figure_is_saved_whole_with_150_dots_per_inch_and_text_for_papers_stays_
     assert b"/Type3" not in pdf
     assert b"/TrueType" in pdf or b"/CIDFontType2" in pdf
     assert ">time [s]</text>" in svg
-
-
-def test_a_figure_that_stays_as_it_is_is_the_same_picture():
-    """Some of its panels have labels."""
-    first, second = (style.figure_grid(4, 2, (2.0, 1.5), "", ("time [s]", "force [N]"))[0] for _ in range(2))
-    assert style.final_bytes(first) == style.figure_bytes(second)
 
 
 def test_events_that_happened_and_the_slide_are_marked_in_their_colours_named_and_have_keys():

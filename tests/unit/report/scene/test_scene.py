@@ -173,15 +173,6 @@ def test_within_the_contact_and_its_stick_zone_levels_are_above_zero_and_nowhere
         np.testing.assert_array_equal(stick > 0.0, states == STICK)
         seen |= set(states.tolist())
     assert seen == {OPEN, STICK, SLIP}
-    pressed, speed = np.array([2.0, 1.0, 0.0, 0.0]), np.array([0.0, 0.0, 3.0, 6.0])
-    row = np.array([[0, 1, 2], [1, 2, 3]])
-    assert scene._level(pressed > 0.0, pressed, speed, row).tolist() == pytest.approx([4 / 3, 2 / 3, -2 / 3, -4 / 3])
-
-
-def test_fields_have_the_colours_of_their_bar_whatever_their_direction(history):
-    for scalar, is_lit in (("von_mises", False), ("region", True)):
-        actors = drawn(history, scalar=scalar).actors
-        assert actors["layer skin"].prop.lighting == is_lit
 
 
 def test_no_slip_is_drawn_between_what_sticks_and_what_is_open(history):
@@ -204,18 +195,6 @@ def test_no_slip_is_drawn_between_what_sticks_and_what_is_open(history):
         start, end = patch.triangles[edge][:, [first, second]].T
         touching, sticking = (level[start] / (level[start] - level[end]) for level in (touch, stick))
         assert np.all(sticking >= touching * (1.0 - 1e-12))
-
-
-def test_what_sticks_at_the_limit_of_friction_is_at_the_edge_of_the_stick_zone(history):
-    patch, friction = contact_patch(history), history["counterface_friction_coefficient"].values[0]
-    step = int(np.argmax((history["contact_state"].values == STICK).sum(axis=1)))
-    sticks = history["contact_state"].values[step, patch.nodes] == STICK
-    tangential = np.zeros_like(history["tangential_traction"].values)
-    for share, is_edge in ((1.0, True), (0.5, False)):
-        tangential[..., 0] = share * friction * history["normal_traction"].values
-        traction = history["tangential_traction"].copy(data=tangential)
-        _, stick = scene.contact_levels(history.assign(tangential_traction=traction), patch, step)
-        assert np.all((stick[sticks] == scene._LEAST_LEVEL) == is_edge)
 
 
 @pytest.mark.parametrize(("camera", "length"), [("side", 2.0), ("oblique", 2.0)])

@@ -137,16 +137,6 @@ def test_long_names_break_where_their_parts_meet_and_where_no_table_fits_rows_be
     lines = [line.strip() for line in printed(table, 50)]
     assert "value                   fingertip.phalanx." in lines
     assert "sagittal.concavity_depth" in lines
-    names = ("displacement_threshold", "residual_threshold")
-    columns = (Column("event"), *map(Column, names))
-    table = Table("t", columns, (("onset", "-0.907 [-1.189, -0.635]", "-0.537 [-0.681, -0.387]"),) * 4)
-    lines = printed(table, 34)
-    assert ["displacement_", "residual_"] in [line.split() for line in lines]
-    assert any(line.split()[1:] == ["threshold", "threshold"] for line in lines)
-    interval = "0.893 [0.855, 0.930]"
-    columns = tuple(map(Column, ("class", "precision", "recall", "F1")))
-    lines = printed(Table("t", columns, (("no_slip", interval, interval, interval),)), 60)
-    assert [line.split() for line in lines][-4:-2] == [["no_slip", *["0.893", "[0.855,"] * 3], ["0.930]"] * 3]
 
 
 def test_headings_with_brackets_and_marked_rows_survive_and_long_texts_in_narrow_columns_become_lists():

@@ -11,11 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 
-from fingerslip.contact.counterfaces import BuiltInCounterface
-from fingerslip.contact.friction import BuiltInLaw
 from fingerslip.errors import InputError, InputErrors
-from fingerslip.materials.choice import LAWS
-from fingerslip.parameters import kinds_of
 from fingerslip.results import Quantity, RunResult
 from fingerslip.slip.events import Events, SlipEvents
 from fingerslip.study.definition.expressions import check_expression, check_names, derive
@@ -222,23 +218,6 @@ def test_every_key_is_described(schema):
         if not own.get("description")
     ]
     assert silent == []
-
-
-def test_definitions_have_their_laws_choices_defaults_and_sources(schema):
-    definitions = schema["$defs"]
-    assert [definitions[law.__name__]["required"] for law in LAWS] == [[], ["law"], ["law"], ["law"]]
-    assert definitions["NeoHookean"]["properties"]["law"]["const"] == "neo_hookean"
-    words = definitions["Layers"]["properties"]["skin_thickness"]["description"]
-    assert "[m]" in words
-    assert "wang2014-2d: 1.5 mm (wang2014)." in words
-    assert definitions["BodyLoad"]["properties"]["x"]["default"] == "0.0 N"
-    laws = {"coulomb", "static_kinetic", "pressure_dependent", "anisotropic"}
-    assert laws <= set(definitions["FrictionChoice"]["properties"]) == set(kinds_of(BuiltInLaw))
-    shapes = {"plane", "cylinder", "sphere"}
-    assert shapes <= set(definitions["CounterfaceChoice"]["properties"]) == set(kinds_of(BuiltInCounterface))
-    assert definitions["TimeSettings"]["properties"]["scheme"]["enum"] == ["hht_alpha", "quasi_static"]
-    assert definitions["StaticKinetic"]["properties"]["decay_speed"]["examples"] == ["1.5 mm/s"]
-    assert "Ramp" in definitions
 
 
 @pytest.mark.parametrize("path", STUDIES, ids=lambda path: path.stem)

@@ -347,13 +347,6 @@ def test_names_and_values_of_materials_that_ship_are_swept():
     assert last.specimen.materials["tissue"] == fs.material("pulp-relaxing")
 
 
-def test_terms_of_a_layer_of_a_preset_are_read():
-    values = finger()
-    values["fingertip"]["materials"] = {"tissue": {"prony": [{"share": 0.4, "time": "70 ms"}]}}
-    specimen = parse_study(values, SOURCE).specimen("")
-    assert specimen.materials["tissue"] == fs.Elastic(34e3, 0.48, 1000.0, prony=(fs.PronyTerm(0.4, 0.07),))
-
-
 # Tens and hundreds of runs each.
 LONG = (
     *("latency_sensitivity", "bulens2023_dataset", "bulens2023_section_moduli", "bulens2023_section_ridges"),
