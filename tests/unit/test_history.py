@@ -120,14 +120,3 @@ def test_a_damaged_file_is_no_history(tmp_path, seed):
     path.write_bytes(bytes(content))
     with contextlib.suppress(fs.ResultError):  # damage may lie in what nothing reads
         fs.read_history(path)
-
-
-def test_full_tensors_are_symmetric_and_put_each_component_in_its_place():
-    names = ["xx", "yy", "zz", "xy", "yz", "xz"]
-    values = xr.DataArray(np.arange(12.0).reshape(2, 6), {"stress_component": names}, ("cell", "stress_component"))
-    full = records.full_tensors(values)
-    np.testing.assert_array_equal(full, full.transpose(0, 2, 1))
-    for name in names:
-        i, j = ("xyz".index(axis) for axis in name)
-        np.testing.assert_array_equal(full[:, i, j], values.sel(stress_component=name))
-    assert not records.full_tensors(values.isel(stress_component=[0, 1, 2, 3]))[:, 2, :2].any()

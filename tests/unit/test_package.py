@@ -21,13 +21,6 @@ from fingerslip.commands.app import app
 from places import DOCS, ROOT
 
 
-def test_every_public_name_can_be_loaded():
-    assert len(set(fs.__all__)) == len(fs.__all__)
-    for name in fs.__all__:
-        assert getattr(fs, name) is not None
-    assert set(dir(fs)) == set(fs.__all__)
-
-
 def test_unknown_public_name_is_refused_with_the_nearest():
     with pytest.raises(AttributeError, match=r"^module 'fingerslip' has no attribute 'Modle'$") as caught:
         fs.Modle  # noqa: B018

@@ -12,11 +12,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fingerslip.contact.counterfaces import BuiltInCounterface, Plane
-from fingerslip.contact.friction import BuiltInLaw, Coulomb, StaticKinetic
+from fingerslip.contact.friction import Coulomb
 from fingerslip.errors import InputError, MeshError
 from fingerslip.materials.elastic import Elastic
-from fingerslip.model.programme import Hold, Phase
+from fingerslip.model.programme import Hold
 from fingerslip.model.timing import TimeStepping
 from fingerslip.parameters import (
     FileName,
@@ -24,7 +23,6 @@ from fingerslip.parameters import (
     PositiveLength,
     as_mapping,
     from_mapping,
-    kinds_of,
     one_of,
     parameters,
     plain_fields,
@@ -192,14 +190,6 @@ class Owner:
     """Somebody."""
 
     pet: Annotated[Cat | WildDog, ANIMAL]
-
-
-def test_kinds_are_named_in_snake_case():
-    assert list(kinds_of(BuiltInLaw))[:4] == ["coulomb", "static_kinetic", "pressure_dependent", "anisotropic"]
-    assert list(kinds_of(BuiltInCounterface))[:3] == ["plane", "cylinder", "sphere"]
-    assert list(kinds_of(Phase)) == ["press", "hold", "slide", "lift"]
-    assert kinds_of(BuiltInLaw)["static_kinetic"] is StaticKinetic
-    assert list(kinds_of(Plane | Coulomb)) == ["plane", "coulomb"]
 
 
 def test_a_member_is_written_under_its_key_and_held_as_it_is():

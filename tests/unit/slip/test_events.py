@@ -1,6 +1,5 @@
 """Slip events of histories whose slip is known exactly."""
 
-import dataclasses
 import json
 from dataclasses import replace
 
@@ -23,7 +22,7 @@ from fingerslip.slip import (
     read_measures,
     slip_events,
 )
-from fingerslip.slip.windows import EVENTS, MAIN_EVENTS, READING_HEADINGS, READINGS, TIMES, defines_time, event_label
+from fingerslip.slip.windows import READINGS, TIMES
 from unit.synthetic import HALF_WIDTH, PRESS_END, SPEED, Process, make, slip_times
 from unit.whole_result import MADE
 
@@ -203,15 +202,3 @@ def test_events_and_peaks_are_those_of_their_own_searches_and_measures_take_them
     assert read_measures(MADE, slip=found) == expected
     with pytest.raises(fs.InputError, match="needs a history"):
         find_slip({})  # type: ignore[arg-type]
-
-
-def test_names_are_the_fields_of_the_data_labels_are_words_and_no_peak_belongs_to_48_percent_slip():
-    assert list(EVENTS) == [field.name for field in dataclasses.fields(fs.SlipEvents) if field.name != "recorded"]
-    assert list(READINGS) == [field.name for field in dataclasses.fields(fs.Events)]
-    assert (*EVENTS, "latency") == TIMES
-    assert set(MAIN_EVENTS) < set(EVENTS)
-    assert list(READING_HEADINGS) == list(READINGS)
-    labels = ["incipient slip", "48 % slip", "three-quarter slip", "overall slip", "latency"]
-    assert list(map(event_label, TIMES)) == labels
-    undefined = [(reading, time) for reading in READINGS for time in TIMES if not defines_time(reading, time)]
-    assert undefined == [("acceleration", "noticed")]

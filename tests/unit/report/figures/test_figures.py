@@ -689,6 +689,8 @@ def test_every_snapshot_is_cut_once_with_the_same_margins():
     assert first.shape == second.shape
     assert np.abs(first.astype(int) - second.astype(int)).max() > 50, "pictures differ as the stress does"
     assert [axes.get_ylabel() for axes in figure.axes if axes.get_ylabel()] == ["von Mises stress [kPa]"]
+    blank = np.full((3, 3, 3), 255, dtype=np.uint8)
+    assert style.crop([blank])[0].shape == blank.shape
 
 
 @pytest.mark.slow

@@ -21,15 +21,6 @@ from unit.report.scenes import block_history
 from unit.report.tables.runs import CUT_OFF, EVENTS, RUNS, UNRECORDED
 
 
-def test_events_table_is_for_people():
-    lines = to_markdown(tables.events_table(RUNS)).splitlines()
-    assert lines[0].startswith("| friction coefficient | phalanx | incipient [s] | 48 % [s] | three-quarter [s] |")
-    assert lines[1] == "| ---: | --- | ---: | ---: | ---: | ---: | ---: |"
-    assert lines[2] == "| 0.6 | original | 1.500 | 1.600 | 1.650 | 1.750 | 250 |"
-    assert lines[3] == "| 0.8 | original | none | none | none | none | none |"
-    assert lines[-1] == "none: the event did not happen."
-
-
 @pytest.mark.parametrize(
     ("step", "row"), [(0.1, "1.5 | 1.6 | 1.6 | 1.8 | 200"), (2e-3, "1.500 | 1.600 | 1.650 | 1.750 | 250")]
 )

@@ -63,20 +63,6 @@ def test_values_anywhere_can_be_swept(path, values, read, expected):
     assert [read(run.study) for run in runs_of({path: values})] == expected
 
 
-def test_resolved_runs_have_every_value_and_are_studies():
-    (run,) = runs_of({"fingertip.phalanx.variant": ["scaled"]}, finger_values())
-    resolved = run.plain_values
-    assert resolved["fingertip"]["phalanx"]["variant"] == "scaled"
-    assert resolved["fingertip"]["layers"]["skin_thickness"] == "0.0015 m"
-    assert "sweep" not in resolved
-    (again,) = expand_mapping(resolved, SOURCE).runs
-    assert again.specimen == run.specimen
-    run = expand_mapping(sampled(), SOURCE).runs[3]
-    assert "sample" not in run.plain_values
-    (again,) = expand_mapping(run.plain_values, SOURCE).runs
-    assert again.specimen == run.specimen
-
-
 def sampled(**sample):
     ranges = {"fingertip.sagittal.half_height": ["6 mm", "7 mm"]}
     return finger_values() | {"sample": {"count": 12, "ranges": ranges} | sample}
