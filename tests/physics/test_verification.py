@@ -26,7 +26,6 @@ FAST = {
         "dragged-block",
         "travelling-plate",
         "rivlin-cube",
-        "hht-order",
     ),
     *("retardation", "resting-block", "controlled-relaxation", "friction-laws", "large-relaxation-energy"),
 }

@@ -12,9 +12,10 @@ from hypothesis import strategies as st
 import fingerslip as fs
 from fingerslip.dynamics.recording.dataset import made_energy
 from fingerslip.dynamics.system.scheme import hht, make_scheme, static
+from problems.blocks import fitted_slope
 from problems.held import apart
 from problems.pushed import push_and_slide
-from unit.dynamics.models import STATIC, contact, model_of, oscillator, own_scheme
+from unit.dynamics.models import FREQUENCY, STATIC, contact, model_of, oscillator, own_scheme
 
 
 def amplification(alpha, frequency):
@@ -46,6 +47,18 @@ def test_published_spectral_radii_at_infinite_step(alpha, expected):
 @given(st.floats(-0.5, 0.0), st.floats(-4.0, 6.0))
 def test_unconditionally_stable(alpha, decade):
     assert spectral_radius(alpha, 10.0**decade) <= 1.0 + 1e-6
+
+
+@pytest.mark.parametrize("alpha", [0.0, -0.05, -1 / 3])
+def test_second_order_on_one_oscillator(alpha):
+    end, steps = 6.0, [0.2, 0.1, 0.05]
+    errors = []
+    for step in steps:
+        history = fs.simulate(oscillator(step, alpha, end))
+        exact = STATIC * (1.0 - np.cos(FREQUENCY * history.time.values))
+        errors.append(np.abs(history.displacement.values[:, 0, 0] - exact).max())
+    slope = fitted_slope(steps, errors)
+    assert slope == pytest.approx(2.0, abs=0.1), f"alpha {alpha}: fitted order {slope:.3f}, errors {errors}"
 
 
 def free_oscillation(scheme, mass, stiffness, start, steps):
