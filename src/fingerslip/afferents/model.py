@@ -18,6 +18,7 @@ from fingerslip.afferents.signals import (
     STIMULI,
     filter_from_rest,
     record_bandwidth,
+    step_text,
 )
 from fingerslip.arrays import Floats
 from fingerslip.errors import InputError
@@ -74,9 +75,9 @@ def spike_notes(kinds: Iterable[str], beyond: Mapping[str, float], history: xr.D
     """Say which recorded types are left out of some, and which respond to more than the records resolve."""
     recorded = dict.fromkeys(kind for kind in map(str, site_kinds(history)) if kind in RECEPTOR_KINDS)
     absent = [kind for kind in recorded if kind not in {*kinds, *resolved_afferents(history)}]
-    models, fastest = human_afferents(), _OF_BANDWIDTH * record_bandwidth(history)
+    highest = max((human_afferents()[kind].highest_frequency for kind in absent), default=0.0) / _OF_BANDWIDTH
     needs = {
-        "finer steps": any(models[kind].highest_frequency > fastest for kind in absent),
+        f"steps of {step_text(highest)}" if highest else "": highest > record_bandwidth(history),
         "a body with damping": not _is_damped(history),
     }
     lacking = " and ".join(words for words, is_needed in needs.items() if is_needed)

@@ -31,7 +31,7 @@ class Spikes:
     names, kinds : tuple of str
         Name and type of the receptor of each afferent.
     times : tuple of array
-        Spike times of each [s].
+        Spike times of each [s]; lists, columns and trains of Neo in seconds become arrays (n,).
     start, end : float
         Between which times was looked [s].
     beyond : mapping of str to float, optional
@@ -68,6 +68,8 @@ class Spikes:
     origin: str = ""
 
     def __post_init__(self) -> None:
+        trains = tuple(np.asarray(train, dtype=np.float64).ravel() for train in self.times)
+        object.__setattr__(self, "times", trains)
         for name, entries in (("kinds", self.kinds), ("times", self.times)):
             if len(entries) != len(self.names):
                 raise InputError(name, f"have {len(entries)} entries", f"need one for each of {len(self.names)} names")
@@ -194,7 +196,7 @@ def spike_places(spikes: Spikes, history: xr.Dataset) -> Floats:
     places = dict(zip(map(str, history["site"].values), history["site_position"].values, strict=True))
     if strangers := [name for name in spikes.names if name not in places]:
         fault, needs = f"are of '{strangers[0]}', which the history does not record", "need the sites of their history"
-        raise InputError("spikes", fault, needs, "take spikes_of(history, models)")
+        raise InputError("spikes", fault, needs, "take spikes_of(history, models), or no history for a recording")
     return np.array([places[name] for name in spikes.names])
 
 

@@ -18,7 +18,7 @@ from fingerslip.afferents.spikes import SIMULATED, Spikes, resolved_spikes, spik
 from fingerslip.errors import InputError, optional_module
 from fingerslip.parameters import walk_values
 from fingerslip.slip.events import find_events
-from fingerslip.slip.windows import EVENTS, slide_window
+from fingerslip.slip.windows import EVENTS, counterface_normal, slide_window, split_along
 from fingerslip.snapshot import in_space
 from fingerslip.storage.files import digest, new_file
 from fingerslip.units import millimetres
@@ -255,7 +255,7 @@ def _about_run(spikes: Spikes, history: xr.Dataset) -> dict[str, str]:
     said = [f"Friction coefficient at {name}: {friction:.3g}." for name, friction in frictions]
     if (window := slide_window(history)) is not None:
         path = history["counterface_displacement"].values[[window.first, window.last], 0]
-        travel = path[1] - path[0]
+        _, travel = split_along(path[1] - path[0], counterface_normal(history, 0))
         direction = ", ".join(f"{share:.2g}" for share in travel / (np.linalg.norm(travel) or 1.0) + 0.0)
         said.append(f"The counterface slides towards ({direction}).")
     if "depth" in history.attrs:

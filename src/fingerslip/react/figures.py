@@ -150,7 +150,7 @@ def margin_figure(reactions: Reactions) -> Figure:
             rates.plot(reactions.load_rates, 1e3 * values[row], linestyle=dashes, **look)
             if heading:
                 keys.setdefault(heading, Line2D([], [], **look))
-        keys[f"after '{detector}'"] = Line2D([], [], color=GREY, linestyle=dashes, marker=marker)
+        keys[f"after '{detector}'"] = Line2D([], [], color=GREY if heading else colour, linestyle=dashes, marker=marker)
     _finish_rates(rates, reactions.load_rates, _delays(settings, "prosthesis"))
     for travels in rest:
         latencies, ways = 1e3 * np.array(list(result.travels)), 1e3 * np.array(list(result.travels.values()))

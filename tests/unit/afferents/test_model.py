@@ -94,7 +94,7 @@ def test_vibrations_are_asked_for_where_ten_records_a_period_and_a_damped_body_r
 )
 def test_spikes_of_ones_own_are_checked(kinds, times, message):
     with pytest.raises(fs.InputError, match=message):
-        Spikes(("a",), kinds, tuple(map(np.array, times)), 0.0, 0.2)
+        Spikes(("a",), kinds, times, 0.0, 0.2)
 
 
 def test_rates_count_spikes_per_second_and_afferent():
@@ -208,8 +208,8 @@ def test_every_type_ships_with_a_known_stimulus_and_a_source_for_every_value():
 @pytest.mark.parametrize(
     ("step", "damping", "needs"),
     [
-        (1.0, 0.0, "finer steps and a body with damping"),
-        (1.0, 1.0, "finer steps"),
+        (1.0, 0.0, "steps of 0.3 ms and a body with damping"),
+        (1.0, 1.0, "steps of 0.3 ms"),
         (1e-3, 0.0, "a body with damping"),
         (1e-3, 1.0, None),
     ],

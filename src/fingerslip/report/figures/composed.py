@@ -30,7 +30,7 @@ from fingerslip.slip.windows import split_along
 
 _STIMULUS, _PICTURES, _STATES, _RASTER, _SERIES = 0.7, 1.7, 1.0, 0.8, 1.0  # inch
 _WIDTH = 6.8  # inch
-_PICTURES_SHOWN = 5
+_PICTURES_SHOWN, _MOST_NAMES = 5, 4
 _KEYS_ROOM = 1.75  # of the largest value, so that keys above lines cover none
 # Windows in which spikes are counted: their length [s], and at least so many records.
 _WINDOW, _RECORDS_A_WINDOW = 0.01, 10.0
@@ -79,7 +79,7 @@ def composed_figure(
         if style.is_narrow():
             keys_below |= drawn_keys([axes])
         elif axes is ratios or others:
-            axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.97), borderaxespad=0.0, ncols=3)
+            axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.97), borderaxespad=0.0, ncols=2)
         else:  # what leads from the pictures to their times is there
             style.add_keys_inside(axes, ncols=2)
     if rasters:
@@ -104,7 +104,7 @@ def draw_stimulus(axes: Axes, history: xr.Dataset, times: NDArray[np.float64]) -
     axes.plot(times, 1e3 * np.linalg.norm(along, axis=1), color=palette.BLACK, linestyle="--", label="slide")
     axes.set_ylabel(of_histories("plate\n[mm]", [history]))
     axes.set_ylim(top=_KEYS_ROOM * axes.get_ylim()[1])
-    axes.yaxis.set_major_locator(MaxNLocator(2 if style.is_narrow() else 4))
+    axes.yaxis.set_major_locator(MaxNLocator(3))
     style.add_keys_inside(axes, loc="upper left", ncols=2)
 
 
@@ -192,22 +192,23 @@ def _limit_to_programme(axes: Axes, history: xr.Dataset, shown: Iterable[float])
 def _rasters(
     spikes: Spikes | None, recorded: Spikes | None, history: xr.Dataset
 ) -> list[tuple[float, Callable[[Axes], None]]]:
-    """Return the height of each raster [inch], and what draws it: of every simulated type, then of every recorded."""
-    rasters: list[tuple[float, Callable[[Axes], None]]] = []
-    for trains, draw in ((spikes, functools.partial(draw_raster, history=history)), (recorded, draw_recording)):
-        if trains:
-            kinds = dict.fromkeys(trains.kinds)
-            draws = (functools.partial(draw, spikes=trains, kind=kind) for kind in kinds)
-            rasters += zip(_raster_heights(trains), draws, strict=True)
-    return rasters
+    """Return the height of each raster [inch], and what draws it: of each type the simulated one, then the recorded."""
+    both = ((spikes, functools.partial(draw_raster, history=history)), (recorded, draw_recording))
+    some = [(trains, _raster_heights(trains), draw) for trains, draw in both if trains]
+    return [
+        (heights[kind], functools.partial(draw, spikes=trains, kind=kind))
+        for kind in dict.fromkeys(kind for trains, *_ in some for kind in trains.kinds)
+        for trains, heights, draw in some
+        if kind in heights
+    ]
 
 
-def _raster_heights(spikes: Spikes) -> list[float]:
+def _raster_heights(spikes: Spikes) -> dict[str, float]:
     """Return the height of the raster of each type [inch]: by its rows, low where it does not fire."""
     rows = {kind: spikes.kinds.count(kind) for kind in spikes.kinds}
     firing = {kind for kind, times in zip(spikes.kinds, spikes.times, strict=True) if times.size}
     most = max(rows.values(), default=1)
-    return [_RASTER * (max(0.6, count / most) if kind in firing else 0.6) for kind, count in rows.items()]
+    return {kind: _RASTER * (max(0.6, count / most) if kind in firing else 0.6) for kind, count in rows.items()}
 
 
 def add_spike_notes(axes: Axes, spikes: Spikes, history: xr.Dataset, *, assumed: bool) -> None:
@@ -227,11 +228,11 @@ def draw_raster(axes: Axes, spikes: Spikes, history: xr.Dataset, kind: str) -> N
 
 
 def draw_recording(axes: Axes, spikes: Spikes, kind: str) -> None:
-    """Draw recorded spikes of one type, a row for each afferent, the first on top."""
-    trains = [times for other, times in zip(spikes.kinds, spikes.times, strict=True) if other == kind]
-    _draw_trains(axes, trains[::-1], kind, "recorded")
-    axes.set_yticks([])
-    axes.yaxis.labelpad = 14.0  # beside the letter of the panel
+    """Draw recorded spikes of one type, a named row for each afferent, the first on top."""
+    rows = [row for row, other in enumerate(spikes.kinds) if other == kind][::-1]
+    _draw_trains(axes, [spikes.times[row] for row in rows], kind, "recorded")
+    ticks = range(len(rows)) if len(rows) <= _MOST_NAMES else (0, len(rows) - 1)
+    axes.set_yticks(ticks, [spikes.names[rows[tick]] for tick in ticks])
 
 
 def _draw_trains(axes: Axes, trains: Sequence[NDArray[np.float64]], kind: str, words: str) -> None:

@@ -18,7 +18,6 @@ from fingerslip.report.figures.style import (
     add_legend,
     columns_for,
     figure_grid,
-    is_narrow,
     letter_panels,
     name_panel,
     with_style,
@@ -100,7 +99,7 @@ def fit_figure(curves: pd.DataFrame) -> Figure:
     shown_unit, factor = _SHOWN[unit]
     columns = [values.sort_values(over) for _, values in curves.groupby("column", sort=False)]
     count = len(columns)
-    wide = min(columns_for(count), 2 if is_narrow() else count)
+    wide = columns_for(count)
     rows = -(-count // wide)
     labels, ratios = (f"{label} [{shown_unit}]", ""), (3.0, 1.4) * rows
     title, panel = "Measured and fitted", (4.2, 1.8 if count == 1 else 2.5)

@@ -285,7 +285,7 @@ def contact_displacement_figure(
     top = 1.25 * float(np.abs(skin - skin[0]).max())
     axes.set_ylim(*((-top, 0.08 * top) if plate[-1] < plate[0] else (-0.08 * top, top)))
     axes.set_xlim(times[0], time_axis.shown_span([window], [events.displacement])[1])
-    style.add_keys_inside(axes, loc="upper left")
+    style.add_keys_inside(axes, loc=f"{'lower' if plate[-1] < plate[0] else 'upper'} left")
     label = of_histories("position of the node\nalong the plate [mm]", [history])
     figure.colorbar(colours, ax=axes, label=label, pad=0.02)
     time_axis.mark_panels([axes], None, events.displacement)

@@ -206,8 +206,8 @@ def say(axes: Axes, text: str, height: float = 0.5) -> None:
 
 
 def columns_for(count: int) -> int:
-    """Return how many panels of `count` go beside each other: at most three, and four as two by two."""
-    return 2 if count == 4 else max(min(count, 3), 1)
+    """Return how many panels of `count` go beside each other: at most three, or what the look has, four two by two."""
+    return 2 if count == 4 else max(min(count, _look.get().beside or 3), 1)
 
 
 def add_legend(figure: Figure, keys: Mapping[str, Artist]) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Literal
 
+import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
@@ -13,6 +14,7 @@ from fingerslip.afferents.spikes import Spikes, available_spikes, resolved_spike
 from fingerslip.errors import InputError
 from fingerslip.history import is_solid, phase_times, sites_of_kinds
 from fingerslip.marker_tracks import marker_tracks
+from fingerslip.parameters.schema import require_kind
 from fingerslip.report.content import (
     OF_RUNS,
     RUN_FIGURES,
@@ -157,7 +159,7 @@ def draw(
     afferents : mapping of str to AfferentModel, optional
         Models by type of receptor, for ``spikes`` and ``composed``; else :func:`fingerslip.human_afferents`.
     recorded : Spikes, optional
-        Spikes of a recording, on the clock of the history: rasters of the same two below those of the models.
+        Spikes of a recording, on the clock of the history: rasters of the same two, each below that of its type.
     style : {'page', 'paper', 'column', 'slides'}, optional
         Its size and that of its letters; ``paper`` has the widths of journal columns, ``column`` always that of one,
         85 mm, and both have letters at panels.
@@ -171,7 +173,7 @@ def draw(
     ------
     InputError
         For a kind or style that is not there, a kind that shows histories of another dimension or takes no recording,
-        or a recording at other times than the history.
+        or a recording without spikes at the history's times.
     ResultError
         Where the history lacks what the figure shows, such as snapshots.
 
@@ -184,13 +186,15 @@ def draw(
     for name, value, allowed in (("kind", kind, OF_RUNS), ("style", style, STYLES)):
         if value not in allowed:
             raise InputError(name, f"got '{value}'", f"needs one of {', '.join(allowed)}")
-    if recorded and kind not in _OF_SPIKES:
-        needed = f"needs the kind {' or '.join(_OF_SPIKES)}"
-        raise InputError("recorded", f"is given for '{kind}'", needed, "leave it out")
-    first, last = history["time"].values[[0, -1]]
-    if recorded and (recorded.end <= first or recorded.start >= last):
-        fault, needs = f"is from {recorded.start:g} to {recorded.end:g} s", f"needs some of {first:g} to {last:g} s"
-        raise InputError("recorded", fault, needs, "shift its times to the clock of the history")
+    if recorded is not None:
+        require_kind(recorded, Spikes, "fs.Spikes(names, kinds, times, start, end)", "recorded")
+        if kind not in _OF_SPIKES:
+            needed = f"needs the kind {' or '.join(_OF_SPIKES)}"
+            raise InputError("recorded", f"is given for '{kind}'", needed, "leave it out")
+        spikes, (first, last) = np.concatenate([[], *recorded.times]), history["time"].values[[0, -1]]
+        if spikes.size and not ((first <= spikes) & (spikes <= last)).any():
+            fault, span = f"has spikes from {spikes.min():g} to {spikes.max():g} s", f"from {first:g} to {last:g} s"
+            raise InputError("recorded", fault, f"needs some {span}", "shift its times [s] to the clock of the history")
     marked = find_events(history) if events is None else events
     subject = RunSubject(history, marked, times=tuple(times), title=title, afferents=afferents, recorded=recorded)
     with looking(style):

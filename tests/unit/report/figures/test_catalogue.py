@@ -101,8 +101,10 @@ def test_a_history_is_drawn_by_name_with_its_events_or_those_that_are_given():
     with pytest.raises(fs.InputError, match="style: got 'x', needs one of page, paper, column, slides"):
         fs.draw(HISTORY, "forces", style="x")
     late = fs.Spikes(("u1",), ("SA-I",), (np.array([100.0]),), 99.0, 101.0)
-    with pytest.raises(fs.InputError, match=r"recorded: is from 99 to 101 s, needs some of 0 to .* shift its times"):
+    with pytest.raises(fs.InputError, match=r"recorded: has spikes from 100 to 100 s, needs some from 0 to .* shift"):
         fs.draw(HISTORY, "spikes", recorded=late)
+    with pytest.raises(fs.InputError, match="recorded: got a list, needs fs.Spikes"):
+        fs.draw(HISTORY, "spikes", recorded=[0.1, 0.2])
     with pytest.raises(fs.InputError, match="recorded: is given for 'forces', needs the kind composed or spikes"):
         fs.draw(HISTORY, "forces", recorded=late)
     with pytest.raises(fs.ResultError, match="no receptors whose stimulus it resolves, needs some; write record"):
@@ -111,10 +113,14 @@ def test_a_history_is_drawn_by_name_with_its_events_or_those_that_are_given():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["spikes", "composed"])
-def test_a_recording_is_below_what_models_fire_on_the_same_axis_of_time(kind):
-    recorded = fs.Spikes(("u1", "u2"), ("SA-I", "SA-I"), (np.array([0.05]), np.array([0.02, 0.09])), 0.0, 0.1)
+def test_a_recording_is_below_what_models_of_its_type_fire_with_a_named_row_for_each_unit(kind):
+    # Lists and columns of MATLAB are taken, too.
+    kinds, times = ("SA-I", "FA-II", "SA-I"), ([0.05], [0.01], np.array([[0.02], [0.09]]))
+    recorded = fs.Spikes(("u1", "v", "u2"), kinds, times, 0.0, 0.1)
     figure = fs.draw(block_history("Q4"), kind, afferents=STRAIN_MODELS, recorded=recorded)
-    raster = next(axes for axes in panels(figure) if axes.get_ylabel() == "2 SA-I\nrecorded")
+    rasters = {axes.get_ylabel(): axes for axes in panels(figure) if "A-I" in axes.get_ylabel()}
+    assert list(rasters) == ["1 FA-II\nby x", "1 FA-II\nrecorded", "2 SA-I\nrecorded"]
+    raster = rasters["2 SA-I\nrecorded"]
     assert [list(row.get_positions()) for row in raster.collections] == [[0.02, 0.09], [0.05]], "first on top"
+    assert [label.get_text() for label in raster.get_yticklabels()] == ["u2", "u1"]
     assert raster.get_xlim() == panels(figure)[0].get_xlim()
-    assert "1 FA-II\nby x" in {axes.get_ylabel() for axes in panels(figure)}, "the simulated ones are above"

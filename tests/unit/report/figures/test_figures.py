@@ -520,7 +520,7 @@ def test_every_type_has_its_raster_below_the_stimulus_with_rows_by_place_and_rat
         composed.composed_figure(history, spikes=felt, assumed=True),
     ):
         (note,) = (text for axes in drawn.axes if "Spikes: " in (text := axes.get_xlabel().replace("\n", " ")))
-        assert "FA-II left out: vibrations need finer steps and a body with damping" in note
+        assert "FA-II left out: vibrations need steps of 0.3 ms and a body with damping" in note
         assert "FA-I (117 Hz) respond to more than the 5 Hz that records resolve" in note
         assert note.endswith("counts are no result.")
 

@@ -103,7 +103,7 @@ CASES = {
             "and delays of Saal et al. 2017, fitted to afferents of monkeys",
             "driven by equivalent strain (FA-I); stimuli were assumed, thresholds calibrated on single published ",
             "values: FA-I 0.11/s (Knibestöl 1973). That of FA-I is the least of 39,",
-            "no result. FA-II left out: vibrations need finer steps and a body with damping. FA-I (117 Hz) respond ",
+            "no result. FA-II left out: vibrations need steps of 0.3 ms and a body with damping. FA-I (117 Hz) respond ",
             " to more than the 1 Hz that records resolve.",
         ),
         {
@@ -215,7 +215,7 @@ def test_what_is_assumed_of_afferents_is_told_of_those_that_are_resolved(monkeyp
     assert "monkeys (those of SA-II are those of SA-I), driven by" in said[1]
     assert "stimuli and the threshold of SA-I for rates were assumed" in said[1]
     assert "FA-" not in said[1]
-    assert said[2] == "FA-II left out: vibrations need finer steps and a body with damping."
+    assert said[2] == "FA-II left out: vibrations need steps of 0.3 ms and a body with damping."
     assert said[3] == "SA-I (101 Hz), SA-II (101 Hz) respond to more than the 25 Hz that records resolve."
 
 
