@@ -31,7 +31,7 @@ class Spikes:
     names, kinds : tuple of str
         Name and type of the receptor of each afferent.
     times : tuple of array
-        Spike times of each [s]; lists, columns and trains of Neo in seconds become arrays (n,).
+        Spike times of each [s]. Lists, columns and trains of Neo in seconds become arrays (n,).
     start, end : float
         Between which times was looked [s].
     beyond : mapping of str to float, optional
@@ -69,7 +69,9 @@ class Spikes:
 
     def __post_init__(self) -> None:
         trains = tuple(np.asarray(train, dtype=np.float64).ravel() for train in self.times)
-        object.__setattr__(self, "times", trains)
+        labels = {name: tuple(map(str, getattr(self, name))) for name in ("names", "kinds")}
+        for name, entries in {**labels, "times": trains}.items():
+            object.__setattr__(self, name, entries)
         for name, entries in (("kinds", self.kinds), ("times", self.times)):
             if len(entries) != len(self.names):
                 raise InputError(name, f"have {len(entries)} entries", f"need one for each of {len(self.names)} names")

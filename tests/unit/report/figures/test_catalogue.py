@@ -103,7 +103,7 @@ def test_a_history_is_drawn_by_name_with_its_events_or_those_that_are_given():
     late = fs.Spikes(("u1",), ("SA-I",), (np.array([100.0]),), 99.0, 101.0)
     with pytest.raises(fs.InputError, match=r"recorded: has spikes from 100 to 100 s, needs some from 0 to .* shift"):
         fs.draw(HISTORY, "spikes", recorded=late)
-    with pytest.raises(fs.InputError, match="recorded: got a list, needs fs.Spikes"):
+    with pytest.raises(fs.InputError, match="recorded: got a list, needs fs"):
         fs.draw(HISTORY, "spikes", recorded=[0.1, 0.2])
     with pytest.raises(fs.InputError, match="recorded: is given for 'forces', needs the kind composed or spikes"):
         fs.draw(HISTORY, "forces", recorded=late)
@@ -114,9 +114,9 @@ def test_a_history_is_drawn_by_name_with_its_events_or_those_that_are_given():
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["spikes", "composed"])
 def test_a_recording_is_below_what_models_of_its_type_fire_with_a_named_row_for_each_unit(kind):
-    # Lists and columns of MATLAB are taken, too.
+    # Lists, arrays and columns of MATLAB are taken, too.
     kinds, times = ("SA-I", "FA-II", "SA-I"), ([0.05], [0.01], np.array([[0.02], [0.09]]))
-    recorded = fs.Spikes(("u1", "v", "u2"), kinds, times, 0.0, 0.1)
+    recorded = fs.Spikes(["u1", "v", "u2"], np.array(kinds), times, 0.0, 0.1)
     figure = fs.draw(block_history("Q4"), kind, afferents=STRAIN_MODELS, recorded=recorded)
     rasters = {axes.get_ylabel(): axes for axes in panels(figure) if "A-I" in axes.get_ylabel()}
     assert list(rasters) == ["1 FA-II\nby x", "1 FA-II\nrecorded", "2 SA-I\nrecorded"]

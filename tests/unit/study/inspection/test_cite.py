@@ -103,7 +103,7 @@ CASES = {
             "and delays of Saal et al. 2017, fitted to afferents of monkeys",
             "driven by equivalent strain (FA-I); stimuli were assumed, thresholds calibrated on single published ",
             "values: FA-I 0.11/s (Knibestöl 1973). That of FA-I is the least of 39,",
-            "no result. FA-II left out: vibrations need steps of 0.3 ms and a body with damping. FA-I (117 Hz) respond ",
+            "no result. FA-II left out: vibrations need steps of 0.3 ms and a body with damping. FA-I (117 Hz) respond",
             " to more than the 1 Hz that records resolve.",
         ),
         {
