@@ -28,8 +28,9 @@ def react(
     Any detector takes part: it sees the data set that --trials writes, and its onset times are scored.
     """
     from fingerslip.errors import InputError
-    from fingerslip.study.trials.holding import held_trials, score_alarms
+    from fingerslip.study.trials.holding import held_runs, held_trials, score_alarms
 
+    held_runs(results)  # where there are none, that is what is wrong first
     if (onsets is None) == (trials is None):
         fault = "has onset times and --trials" if onsets else "has no onset times and no --trials"
         repair = "write --trials DIR, or a CSV file; of how long there is to react, 'fingerslip run' tells"

@@ -84,7 +84,10 @@ def samples_of(
 
 def trial_samples(name: str, motion: Motion, onsets: Onsets, settings: FeatureSettings, sampling: Sampling) -> Samples:
     """Return the sampled frames of one trial."""
-    classes = classes_at(onsets, motion.time)
+    classes, rest = classes_at(onsets, motion.time), settings.motion.rest_frames
+    if classes[:rest].any():
+        fault = f"slips at {onsets.first:.4g} s, within the {rest} frames that are taken for rest"
+        raise InputError(f"trial {name}", fault, "needs rest before slip", "write fewer frames, as --rest 20")
     frames = chosen_frames(classes, motion.usable, sampling, name)
     return Samples(
         values=features_of(motion.at(frames), settings),
@@ -93,7 +96,7 @@ def trial_samples(name: str, motion: Motion, onsets: Onsets, settings: FeatureSe
         names=feature_names(motion, settings),
         trials=(name,),
         ring=motion.ring,
-        rest_end=motion.time[[settings.motion.rest_frames - 1]],
+        rest_end=motion.time[[rest - 1]],
         interval=np.atleast_1d(np.median(np.diff(motion.time))),
         filled=int((~motion.seen).sum()),
         unusable=int((~motion.usable).sum()),

@@ -173,9 +173,9 @@ class TrialSet:
         result = {name: self.labels(name) for name in self.names}
         for name, labels in result.items():
             if source not in labels:
-                repair = (
-                    "ask of whole trials: fingerslip detect evaluate --whole" if "slip" in self.conditions[name] else ""
-                )
+                repair = f"write --labels {min(labels)}" if labels else ""
+                if "slip" in self.conditions[name]:
+                    repair = "ask of whole trials: fingerslip detect evaluate --whole"
                 fault, allowed = f"has no labels {source!r}", f"has {', '.join(labels) or 'none'}"
                 raise InputError(f"{self.folder}: {name}", fault, allowed, repair)
         return {name: labels[source] for name, labels in result.items()}

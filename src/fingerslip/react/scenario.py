@@ -219,7 +219,8 @@ def held_model(held: HeldObject, holder: Model) -> Model:
     grip = BodyLoad(y=1.0, ramp=_settling(held.settle, held.first_grip))
     loads = (
         BodyLoad(x=along, ramp=_settling(held.settle, held.first_load)),
-        BodyLoad(x=along, ramp=Ramp(tuple(held.begins + time for time in times), forces)),
+        # What a series begins with is no part of the rest: it comes in the step before time zero.
+        BodyLoad(x=along, ramp=Ramp(tuple(held.begins + time for time in (-held.step, *times)), (0.0, *forces))),
     )
     contact = replace(
         holder.contacts[0],

@@ -55,7 +55,7 @@ def stated_rate(path: Path) -> float | None:
     _images(path)  # there have to be some
     if not (path / _RATE_FILE).is_file():
         return None
-    repair = "write the images again, or delete it and give frame_rate (--frame-rate)"
+    repair = "write the images again, or give frame_rate (--frame-rate)"
     content = read_json(path / _RATE_FILE, repair).get("frame_rate")
     try:
         return _check_rate(float(str(content)))
@@ -238,8 +238,7 @@ def open_frames(video: VideoInput, frame_rate: float | None = None, channel: Cha
         raise InputError("channel", f"got {channel!r}", f"needs one of {', '.join(get_args(Channel))}")
     if isinstance(video, str | Path):
         name, colour = str(video), "grey" if channel == "grey" else "bgr"
-        stated = stated_rate(Path(video))
-        rate = _check_rate(stated if frame_rate is None else frame_rate, name)
+        rate = _check_rate(stated_rate(Path(video)) if frame_rate is None else frame_rate, name)
         return Frames(name, rate, lambda: (grey_frame(frame, channel, name) for frame in read_frames(video, colour)))
     if len(video) == 0:
         raise InputError("video", "has no frames", "needs at least one")

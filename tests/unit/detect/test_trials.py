@@ -55,7 +55,7 @@ def test_a_data_set_is_opened_lazily_and_has_the_hash_of_its_files(trials, tmp_p
     assert "24 trials with 81 internal and 19 external markers (rings of 1, " in card
     assert " in px; 260 to 260 frames each." in card
     assert "| indentation | 0.003, 0.004 |" in card
-    with pytest.raises(InputError, match="has no labels 'mine', has external_markers, contact"):
+    with pytest.raises(InputError, match="has no labels 'mine', has external_markers, contact; write --labels contact"):
         trials.onsets("mine")
     again = write_trials([synthetic_trial("a", SHORT)], tmp_path / "a", "A")
     assert write_trials([synthetic_trial("a", SHORT)], tmp_path / "b", "B").digest == again.digest != trials.digest

@@ -129,6 +129,7 @@ def test_a_folder_without_a_rate_needs_one(tmp_path):
         write_json(tmp_path / "frames" / "video.json", values)
         with pytest.raises(DamagedError, match=r"video\.json: has the frame rate .*write the images again"):
             video.stated_rate(tmp_path / "frames")
+        assert video.open_frames(tmp_path / "frames", 25).frame_rate == 25
     (tmp_path / "frames" / "video.json").unlink()
     assert video.stated_rate(tmp_path / "frames") is None
     with pytest.raises(InputError, match=r"frames: states no frame rate, needs one; give .*--frame-rate 30"):

@@ -39,7 +39,7 @@ class _HeldRun:
     held: HeldObject
 
 
-def _held_runs(folder: Path) -> dict[str, _HeldRun]:
+def held_runs(folder: Path) -> dict[str, _HeldRun]:
     """Return the finished runs of a study with the block `reaction`, by name."""
     runs = {result.name: read_run_values(folder / result.name / RUN) for result in read_results(folder).runs}
     held_runs = {
@@ -63,7 +63,7 @@ def held_trials(folder: Path, output: Path, frame_rate: float, *, lost: bool = F
 
 
 def _trials(folder: Path, frame_rate: float, lost: bool) -> Iterator[Trial]:
-    for name, run in _held_runs(folder).items():
+    for name, run in held_runs(folder).items():
         result, held = read_reactions(folder / name), run.held
         if lost and result.lost is None:
             continue
@@ -85,7 +85,7 @@ def score_alarms(folder: Path, submission: Path) -> Table:
     The submission is that of the detection benchmark: `trial`, `incipient_s` and `gross_s`, a row for each run. The
     first of both onsets is the alarm; its time is that of the run.
     """
-    runs = _held_runs(folder)
+    runs = held_runs(folder)
     onsets = check_submission(read_onsets(submission), tuple(runs), str(submission))
     bases = MemoryBases(BasisFolder(folder / BASES))
     outcomes: dict[str, list[Outcome]] = {}

@@ -108,6 +108,7 @@ def test_verb_writes_trials_and_scores_onsets_but_not_of_other_runs(
         ([results, "--trials", str(tmp_path / "held")], 0, "held: 2 trials"),
         ([results, "a.csv", "--trials", "b"], 2, "react: has onset times and --trials, needs one of them; write"),
         ([results], 2, "react: has no onset times and no --trials, needs one of them; write"),
+        ([f"{results}-no"], 2, "-no: is not there"),
     ):
         done = CliRunner().invoke(app, ["react", *arguments])
         assert done.exit_code == code
