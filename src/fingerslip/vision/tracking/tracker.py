@@ -6,7 +6,7 @@ import math
 import time as clock
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from fingerslip.vision.tracking.follow import follow, rest_state
 from fingerslip.vision.tracking.layouts import LayoutName, layout_of, misfits, topology
 from fingerslip.vision.tracking.markers import Markers, known_markers
 from fingerslip.vision.tracks import make_tracks
-from fingerslip.vision.video import DUPLICATED, Exposure, Frame, frame_state, opencv, rest_exposure
+from fingerslip.vision.video import DUPLICATED, Exposure, Frame, frame_state, grey_frame, opencv, rest_exposure
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -122,15 +122,13 @@ class MarkerTracker:
     def _search_frames(self) -> int:
         return min(self.rest_frames, _AVERAGED)
 
-    def take(self, frame: Frame, time: float) -> list[SeenMarkers]:
-        """Take the grey frame (height, width) of a time [s] and return where its markers are, once those are known.
+    def take(self, frame: NDArray[Any], time: float) -> list[SeenMarkers]:
+        """Take the frame of a time [s], grey or with blue first, and return where its markers are, once those are known.
 
         That is nothing while the first frames wait, then all of these at once, then one for each frame. InputError
         where the first frames show no or too few markers, or a frame has another size than the first.
         """
-        if frame.ndim != 2:
-            fault, allowed = f"a frame has the shape {frame.shape}", "needs (height, width), grey"
-            raise InputError(self.name, fault, allowed, "take one channel of it, or the mean of all")
+        frame = grey_frame(frame, "grey", self.name)
         self.shape = self.shape or frame.shape
         if frame.shape != self.shape:
             fault = f"a frame is {frame.shape[1]} x {frame.shape[0]} px"
