@@ -123,7 +123,7 @@ class MarkerTracker:
         return min(self.rest_frames, _AVERAGED)
 
     def take(self, frame: NDArray[Any], time: float) -> list[SeenMarkers]:
-        """Take the frame of a time [s], grey or with blue first, and return where its markers are, once those are known.
+        """Take the frame of a time [s], grey or blue first, and return where its markers are, once those are known.
 
         That is nothing while the first frames wait, then all of these at once, then one for each frame. InputError
         where the first frames show no or too few markers, or a frame has another size than the first.
