@@ -296,6 +296,11 @@ def site_kinds(history: xr.Dataset) -> NDArray[np.str_]:
     return np.asarray(history.variables["site_kind"].values if "site" in history.coords else [], dtype=str)
 
 
+def reference_kinds(history: xr.Dataset) -> list[str]:
+    """Return the kinds of the recorded reference nodes, those that end in ``surface``."""
+    return [kind for kind in dict.fromkeys(map(str, site_kinds(history))) if kind.endswith("surface")]
+
+
 def sites_of_kinds(history: xr.Dataset, kinds: Sequence[str]) -> NDArray[np.intp]:
     """Return the rows of the recorded sites of some kinds, in the order of the history, shape (n,)."""
     return np.flatnonzero(np.isin(site_kinds(history), list(kinds)))

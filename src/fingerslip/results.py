@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 #: What the numbers of a sample and of a repeat are called among the swept values of a run.
 SAMPLE, REPEAT = "sample", "repeat"
+#: Formats for other programs.
+FORMATS = ("csv", "json", "mat", "nwb", "parquet", "vtu")
 
 _EMPTY: Mapping[str, Any] = MappingProxyType({})
 

@@ -22,7 +22,9 @@ def view(  # noqa: PLR0917  the options of a command line have no order
         Path | None, typer.Option(metavar="FILE", help="Write a film of all snapshots (.gif, .webp).")
     ] = None,
     time: Annotated[str, typer.Option(metavar="TIME", help="Time, such as '1.2 s'; else the last.")] = "",
-    scalar: Annotated[str, typer.Option(help=f"{alternatives(FIELDS)}.", autocompletion=fields)] = "von_mises",
+    scalar: Annotated[
+        str, typer.Option("--field", "--scalar", help=f"{alternatives(FIELDS)}.", autocompletion=fields)
+    ] = "von_mises",
     hide: Annotated[list[str] | None, typer.Option(metavar="REGION", help="Hide a region; repeatable.")] = None,
     cut: Annotated[str, typer.Option(help="Cut the body open across x, y or z.")] = "none",
     camera: Annotated[str, typer.Option(help=f"{alternatives(CAMERAS)}.", autocompletion=cameras)] = "oblique",

@@ -18,6 +18,7 @@ from fingerslip.errors import InputError, optional_module
 from fingerslip.export.paraview import write_paraview
 from fingerslip.export.spikes import slip_times, write_history_nwb
 from fingerslip.history import COORDINATES, VARIABLES
+from fingerslip.results import FORMATS
 from fingerslip.storage import files
 from fingerslip.units import unit_suffix
 from fingerslip.version import __version__
@@ -210,8 +211,6 @@ def _write_json(frame: pd.DataFrame, path: Path) -> None:
 TABULAR = {"csv": _write_csv, "json": _write_json, "mat": write_table_mat, "parquet": _write_parquet}
 # What is more than tables: all arrays with their dimensions, the whole mesh, and spikes.
 _OF_HISTORIES = {"mat": write_history_mat, "nwb": write_history_nwb, "vtu": write_paraview}
-#: The names of all formats.
-FORMATS: tuple[str, ...] = tuple(sorted({*TABULAR, *_OF_HISTORIES}))
 
 
 def export_history(history: xr.Dataset, folder: str | Path, kind: str) -> Path:

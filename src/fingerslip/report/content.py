@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from types import MappingProxyType
@@ -13,13 +13,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.errors import InputError
+from fingerslip.errors import InputError, ResultError
+from fingerslip.history import is_solid, phase_times, reference_kinds, sites_of_kinds
 from fingerslip.published import PublishedSet
 from fingerslip.report.labels import groups, run_title
 from fingerslip.report.scene.options import SceneOptions
 from fingerslip.report.tables.parameters import ShownValue
 from fingerslip.results import RunResult, StudyResult
-from fingerslip.slip import Events, EventSettings, PeakSettings
+from fingerslip.sites import RECEPTOR_KINDS
+from fingerslip.slip import Events, EventSettings, PeakSettings, slide_window
 from fingerslip.uncertainty import Convergence
 
 if TYPE_CHECKING:
@@ -43,6 +45,35 @@ class FigureKind:
     dimensions: int | None = None  # those of the histories that it can show; any where it is None
     needs: Sequence[str] = ()  # what a history needs besides for a page to show it
 
+    def fits(self, history: xr.Dataset) -> bool:
+        """Tell whether it shows histories of these dimensions."""
+        return self.dimensions in {None, 3 if is_solid(history) else 2}
+
+    def can_show(self, history: xr.Dataset) -> bool:
+        """Tell whether a history has all that it needs."""
+        return self.fits(history) and all(HAS[need](history) for need in self.needs)
+
+
+def has_receptors(history: xr.Dataset) -> bool:
+    """Tell whether a history has any mechanoreceptors."""
+    return sites_of_kinds(history, RECEPTOR_KINDS).size > 0
+
+
+def is_held(history: xr.Dataset) -> bool:
+    """Tell whether a counterface presses and nothing slides."""
+    return bool(history.sizes.get("counterface", 0)) and not phase_times(history, "slide")
+
+
+#: What figures need, by the words of their kinds.
+HAS: Mapping[str, Callable[[xr.Dataset], bool]] = {
+    "swept value": lambda _: False,
+    "motion": lambda history: not is_held(history),
+    "slide": lambda history: slide_window(history) is not None,
+    "snapshots": lambda history: history.sizes.get("snapshot_time", 0) > 0,
+    "receptors": has_receptors,
+    "markers": lambda history: sites_of_kinds(history, ("internal marker", "external marker")).size > 0,
+    "reference nodes": lambda history: bool(reference_kinds(history)),
+}
 
 #: Figures of runs and of studies by their names, in the order of a page.
 RUN_FIGURES: Mapping[str, FigureKind] = {name: FigureKind(**row) for name, row in groups()["run_figures"].items()}
@@ -88,6 +119,26 @@ class RunSubject:
     recorded: Spikes | None = None  # spikes of a recording, below those of the models
     name: str = ""  # with which the names of its pictures begin
     title: str = ""  # which the titles of its figures have
+
+
+def check_subject(name: str, subject: StudySubject | RunSubject) -> None:
+    """Refuse a figure of which a study or a run has nothing."""
+    of_study = isinstance(subject, StudySubject)
+    kind, histories = (
+        (STUDY_FIGURES[name], subject.histories.values()) if of_study else (RUN_FIGURES[name], [subject.history])
+    )
+    if of_study and "swept value" in kind.needs and not subject.path:
+        raise InputError("figure", f"'{name}' has nothing on its axis", "needs a study with a sweep")
+    for history in histories:
+        if not kind.fits(history):
+            needed, actual = ("three", "two") if kind.dimensions == 3 else ("two", "three")
+            every = {**RUN_FIGURES, **STUDY_FIGURES}
+            names = sorted(name for name, other in every.items() if other.words and other.fits(history))
+            fault = f"'{name}' shows runs of {needed}, this one has {actual} dimensions"
+            raise InputError("figure: --kind", fault, f"needs one of {', '.join(names)}")
+        if "receptors" in kind.needs and not has_receptors(history):
+            repair = "write record: {receptors: [FA-I, SA-I]} and run again"
+            raise ResultError(f"history: has no receptors, needs some; {repair}")
 
 
 #: Runs that a page shows in figures: more panels are too small to read, more runs in detail too long a page.

@@ -276,7 +276,7 @@ def test_options_reach_the_picture_and_its_path_is_printed(invoke, tmp_path, mon
     fs.write_history(block_history(), tmp_path / "run" / "history.nc")
     drawn = []
     monkeypatch.setattr(viewer, "save_still", lambda _, *asked: drawn.append(asked))
-    done = invoke("view", "run", "--screenshot", "p.png", "--scalar", "region", "--time", "50 ms")
+    done = invoke("view", "run", "--screenshot", "p.png", "--field", "region", "--time", "50 ms")
     assert done.stdout == "p.png\n"
     ((path, time, options),) = drawn
     assert (path, time, options.scalar) == (Path("p.png"), pytest.approx(0.05), "region")

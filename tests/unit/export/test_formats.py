@@ -14,8 +14,9 @@ from scipy.io import loadmat
 import fingerslip as fs
 from fingerslip.afferents.model import CAVEAT
 from fingerslip.errors import InputError, ResultError
-from fingerslip.export.formats import FORMATS, export_tables, result_tables, write_history_mat, write_table_mat
+from fingerslip.export.formats import export_tables, result_tables, write_history_mat, write_table_mat
 from fingerslip.history import VARIABLES
+from fingerslip.results import FORMATS
 
 
 def test_every_record_is_in_a_table_with_a_row_for_a_moment_and_a_site(pushed):

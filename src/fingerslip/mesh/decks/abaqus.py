@@ -55,6 +55,7 @@ _DEEPEST = 8  # files that include each other
 _INCLUDE = re.compile(
     r'^[ \t]*\*[ \t]*INCLUDE\s*,[^*]*?INPUT\s*=\s*"?((?<=")[^"\n]+|[^,\n]+)', re.IGNORECASE | re.MULTILINE
 )
+_COPY = re.compile(r"-[0-9a-f]{8}$")  # folder of a deck and what it includes, in results
 
 Line = tuple[Path, int]  # a file and the number of its line, from 1
 
@@ -125,11 +126,12 @@ def _keyword(file: Path, line: int, head: str, depth: int, before: Sequence[Keyw
 
 
 def _included(file: Path, name: str, depth: int) -> Path:
-    """Return an included file; where its absolute path is gone, one beside the deck or below it, as in results."""
-    other = file.parent / name
-    if other.is_file() or not Path(name).is_absolute():
+    """Return an included file; of a deck in results, or whose absolute path is gone, one beside it or below it."""
+    other, folders = file.parent / name, file.parents[: depth + 1]
+    is_copy = any(_COPY.search(folder.name) for folder in folders)
+    if not Path(name).is_absolute() or (other.is_file() and not is_copy):
         return other
-    folders, parts = file.parents[: depth + 1], other.parts
+    parts = other.parts
     below = (folder.joinpath(*parts[start:]) for start in range(1, len(parts)) for folder in folders)
     return next((path for path in below if path.is_file()), other)
 
@@ -332,14 +334,14 @@ class _Body:
         for key, elements in self.elements.sets.items():
             if not elements.is_internal and not self._is_along_edge(key):
                 self.nodes.sets.pop(key, None)
-                groups.regions.setdefault(self._name(key[0], elements), _numbers(elements.members))
+                groups.regions.setdefault(self._name(key[0], elements), np.array(elements.members, dtype=np.int64))
         for (scope, _), (surface, sides) in self.surfaces.items():
             table: dict[str, Any] = groups.sides if sides else groups.nodes
             if not surface.is_internal:
-                table[self._name(scope, surface)] = sides or _numbers(surface.members)
+                table[self._name(scope, surface)] = sides or np.array(surface.members, dtype=np.int64)
         for (scope, _), nodes in self.nodes.sets.items():
             if not nodes.is_internal:
-                groups.nodes.setdefault(self._name(scope, nodes), _numbers(nodes.members))
+                groups.nodes.setdefault(self._name(scope, nodes), np.array(nodes.members, dtype=np.int64))
         for _, part, cells in self.instances.values():
             if not any(np.isin(cells, members).any() for members in groups.regions.values()):
                 groups.regions[part] = cells
@@ -362,7 +364,7 @@ class _Body:
             elements = self.elements.sets[key]
             material = keyword.options.get("MATERIAL") if elements.is_internal else None
             regions.setdefault(material or self._name(scope, elements), []).extend(elements.members)
-        return {name: _numbers(members) for name, members in regions.items()}
+        return {name: np.array(members, dtype=np.int64) for name, members in regions.items()}
 
     def _name(self, scope: str, entry: _Set) -> str:
         """Return the name of a set or surface, behind its instance and a dot where several scopes have it."""
@@ -386,10 +388,6 @@ def _kind_of(keyword: Keyword, name: str) -> tuple[str, int] | None:
 def _refuse_system(keyword: Keyword, _scope: str) -> None:
     if keyword.data:  # without data *System goes back to the coordinates of the part
         raise keyword.error("has a system of its own", "needs the x, y and z of the part", "write the deck without it")
-
-
-def _numbers(members: Sequence[int]) -> Integers:
-    return np.array(members, dtype=np.int64)
 
 
 def read_abaqus(file: Path) -> Deck:

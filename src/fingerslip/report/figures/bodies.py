@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from fingerslip.arrays import Floats
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import ResultError
-from fingerslip.history import is_solid, nearest_record, site_kinds, sites_of_kinds
+from fingerslip.history import is_solid, nearest_record, reference_kinds, site_kinds, sites_of_kinds
 from fingerslip.report import colours as palette
 from fingerslip.report.figures import style, time_axis
 from fingerslip.report.figures.patches import fill_states, slide_moments
@@ -265,11 +265,6 @@ _JERK = 0.05  # s
 _NODE_COLUMNS = 4
 # Darker than the lines, so that small letters can be read.
 ORANGE_TEXT = "#8a5a00"
-
-
-def reference_kinds(history: xr.Dataset) -> list[str]:
-    """Return the kinds of the recorded reference nodes, those that end in ``surface``."""
-    return [kind for kind in dict.fromkeys(map(str, site_kinds(history))) if kind.endswith("surface")]
 
 
 @style.with_style

@@ -47,16 +47,15 @@ def event_times_figure(
 
     Times [s] count from when the slides start [s], by the names of runs, or from the start of the runs.
     """
-    words = path_label(path)
     runs = [run for run in runs if starts is None or run.name in starts]
     axis, since = _Axis(runs, path, EVENTS), starts or dict.fromkeys((run.name for run in runs), 0.0)
-    labels = (words, f"time from the start of the {'run' if starts is None else 'slide'} [s]")
-    figure, panels = _group_panels(runs, path, (3.1, 3.0), f"Slip events against {words}", labels)
+    labels = (axis.label, f"time from the start of the {'run' if starts is None else 'slide'} [s]")
+    figure, panels = _group_panels(runs, path, (3.1, 3.0), f"Slip events against {path_label(path)}", labels)
     published: dict[str, Artist] = {}
     of_events = {event: EVENT_COLOURS[event] for event in MAIN_EVENTS}
     for axes, members in panels:
         for event, reading in itertools.product(EVENTS, axis.readings):
-            look = _mark(reading, EVENT_COLOURS[event], line=reading == "slip" and axis.numeric)
+            look = _mark(reading, EVENT_COLOURS[event], line=reading == "slip" and axis.joined)
             _draw_times(axes, axis, members, (reading, event), since=since, **look)
         published |= _draw_published(axes, axis, members, reference, of_events, since=since)
         axis.apply(axes)
@@ -81,13 +80,13 @@ def latency_figure(
     runs: Sequence[RunResult], path: str = "fingertip.phalanx.variant", reference: PublishedSet | None = None
 ) -> Figure:
     """Draw the latency [ms] against a swept value, with known uncertainties, a panel for each combination of others."""
-    words, axis = path_label(path), _Axis(runs, path, [LATENCY])
-    title = f"Latency from incipient to overall slip against {words}"
-    figure, panels = _group_panels(runs, path, (2.8, 2.9), title, (words, "latency [ms]"))
+    axis = _Axis(runs, path, [LATENCY])
+    title = f"Latency from incipient to overall slip against {path_label(path)}"
+    figure, panels = _group_panels(runs, path, (2.8, 2.9), title, (axis.label, "latency [ms]"))
     published: dict[str, Artist] = {}
     for axes, members in panels:
         for reading in axis.readings:
-            look = _mark(reading, READING_COLOURS[reading], line=axis.numeric)
+            look = _mark(reading, READING_COLOURS[reading], line=axis.joined)
             _draw_times(axes, axis, members, (reading, LATENCY), scale=1e3, **look)
         published |= _draw_published(axes, axis, members, reference, {LATENCY: BLACK}, scale=1e3)
         axis.apply(axes)
@@ -156,6 +155,10 @@ class _Axis:
         quantities = {value: number_and_unit(value) for value in values}
         numbers = {value: quantity for value, quantity in quantities.items() if quantity}
         self.numeric = len(numbers) == len(values) and len({unit for _, unit in numbers.values()}) == 1
+        self.has_ticks = not self.numeric or len(values) <= _MOST_TICKS  # one for each value, as it is written
+        unit = "" if self.has_ticks else next(iter(numbers.values()))[1]
+        self.label = f"{path_label(path)} [{unit}]" if unit else path_label(path)
+        self.joined = self.numeric and not any(run.sampled for run in runs)  # samples differ in more than this value
         self._positions: dict[object, float] = {
             value: numbers[value][0] if self.numeric else float(number) for number, value in enumerate(values)
         }
@@ -179,7 +182,7 @@ class _Axis:
         """Give a panel the ticks of the axis."""
         if self.numeric:
             axes.margins(x=0.12)
-        if not self.numeric or len(self._positions) <= _MOST_TICKS:
+        if self.has_ticks:
             axes.set_xticks(list(self._positions.values()), [str(value) for value in self._positions])
         if not self.numeric:
             axes.set_xlim(-0.5, len(self._positions) - 0.5)

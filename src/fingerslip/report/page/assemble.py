@@ -17,7 +17,7 @@ from markdown_it.token import Token
 
 from fingerslip.errors import ResultError
 from fingerslip.report.citations import bibtex_entries
-from fingerslip.report.content import MOST_RUNS, ReportContent, RunPictures, RunSubject
+from fingerslip.report.content import MOST_RUNS, ReportContent, RunPictures, RunSubject, has_receptors
 from fingerslip.report.figures.signals import energy_figure
 from fingerslip.report.figures.study import Pair, convergence_figure, paired_figure, time_into_slide
 from fingerslip.report.labels import of_histories, of_runs, prose, run_title, swept_text
@@ -25,7 +25,6 @@ from fingerslip.report.page.answer import answer, definitions, quotable
 from fingerslip.report.page.motion import run_motions
 from fingerslip.report.page.page import Picture, Report, ReportSection
 from fingerslip.report.page.pictures import (
-    has_receptors,
     hero_pictures,
     model_pictures,
     overview_pictures,

@@ -12,10 +12,11 @@ from matplotlib.figure import Figure
 from fingerslip.afferents.model import AfferentModel
 from fingerslip.afferents.spikes import Spikes, available_spikes, resolved_spikes
 from fingerslip.errors import InputError
-from fingerslip.history import is_solid, phase_times, sites_of_kinds
+from fingerslip.history import is_solid
 from fingerslip.marker_tracks import marker_tracks
 from fingerslip.parameters.schema import require_kind
 from fingerslip.report.content import (
+    HAS,
     OF_RUNS,
     RUN_FIGURES,
     STUDY_FIGURES,
@@ -24,7 +25,9 @@ from fingerslip.report.content import (
     ReportContent,
     RunPictures,
     RunSubject,
+    check_subject,
     check_times,
+    is_held,
 )
 from fingerslip.report.figures import bodies, markers, patches, signals, study
 from fingerslip.report.figures.composed import composed_figure, spike_figure
@@ -33,8 +36,7 @@ from fingerslip.report.figures.style import looking
 from fingerslip.report.labels import of_histories, path_label, prose
 from fingerslip.report.page.page import Picture
 from fingerslip.report.tables.runs import differing_paths
-from fingerslip.sites import RECEPTOR_KINDS
-from fingerslip.slip import Events, find_events, slide_window
+from fingerslip.slip import Events, find_events
 
 if TYPE_CHECKING:
     from fingerslip.report.content import StudySubject
@@ -85,48 +87,19 @@ _DRAW_RUNS: Mapping[str, Callable[[RunSubject], Figure]] = {
 }
 
 
-def has_receptors(history: xr.Dataset) -> bool:
-    """Tell whether a history has any mechanoreceptors."""
-    return sites_of_kinds(history, RECEPTOR_KINDS).size > 0
-
-
-def is_held(history: xr.Dataset) -> bool:
-    """Tell whether a counterface presses and nothing slides."""
-    return bool(history.sizes.get("counterface", 0)) and not phase_times(history, "slide")
-
-
-# What figures need, by the words of their kinds.
-_HAS: Mapping[str, Callable[[xr.Dataset], bool]] = {
-    "swept value": lambda _: False,
-    "motion": lambda history: not is_held(history),
-    "slide": lambda history: slide_window(history) is not None,
-    "snapshots": lambda history: history.sizes.get("snapshot_time", 0) > 0,
-    "receptors": has_receptors,
-    "markers": lambda history: sites_of_kinds(history, ("internal marker", "external marker")).size > 0,
-    "reference nodes": lambda history: bool(bodies.reference_kinds(history)),
-}
-
-
-def _fits(kind: FigureKind, history: xr.Dataset) -> bool:
-    return kind.dimensions in {None, 3 if is_solid(history) else 2}
-
-
 def _is_on_page(kind: FigureKind, histories: Iterable[xr.Dataset]) -> bool:
-    can_show = (_fits(kind, history) and all(_HAS[need](history) for need in kind.needs) for history in histories)
-    return bool(kind.caption) and all(can_show)
+    return bool(kind.caption) and all(map(kind.can_show, histories))
 
 
 def draw_of_study(name: str, subject: StudySubject) -> Figure:
     """Draw a figure of a study."""
-    if "swept value" in STUDY_FIGURES[name].needs and not subject.path:
-        raise InputError("figure", f"'{name}' has nothing on its axis", "needs a study with a sweep")
-    _check_dimension(name, STUDY_FIGURES[name], subject.histories.values())
+    check_subject(name, subject)
     return _DRAW_STUDIES[name](subject)
 
 
 def draw_of_run(name: str, subject: RunSubject) -> Figure:
     """Draw a figure of a run."""
-    _check_dimension(name, RUN_FIGURES[name], [subject.history])
+    check_subject(name, subject)
     check_times(name, subject.times, "times")
     return _DRAW_RUNS[name](subject)
 
@@ -201,16 +174,6 @@ def draw(
         return draw_of_run(kind, subject)
 
 
-def _check_dimension(name: str, kind: FigureKind, histories: Iterable[xr.Dataset]) -> None:
-    for history in histories:
-        if not _fits(kind, history):
-            needed, actual = ("three", "two") if kind.dimensions == 3 else ("two", "three")
-            every = {**RUN_FIGURES, **STUDY_FIGURES}
-            names = sorted(name for name, other in every.items() if other.words and _fits(other, history))
-            fault = f"'{name}' shows runs of {needed}, this one has {actual} dimensions"
-            raise InputError("figure: --kind", fault, f"needs one of {', '.join(names)}")
-
-
 def run_pictures(run: RunSubject) -> list[Picture]:
     """Return the pictures that show a run in detail."""
     return [
@@ -228,7 +191,7 @@ def model_pictures(run: RunSubject) -> list[Picture]:
         figures["scene"] = bodies.scene_figure(history, title)
     elif not is_solid(history) and "cell_nodes" in history.coords:
         figures["section"] = mesh_figure(history, title)
-    if _HAS["markers"](history):
+    if HAS["markers"](history):
         figures["markers"] = markers.marker_places_figure(marker_tracks(history), title)
     return [
         Picture(f"{name}-{run.name}", of_histories(prose("captions", name, {"title": title}), [history]), figure)

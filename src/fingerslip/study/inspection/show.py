@@ -17,7 +17,7 @@ from fingerslip.report.tables import compare
 from fingerslip.report.tables.parameters import ASSUMED, COLUMNS, NOT_USED, ShownValue
 from fingerslip.report.tables.runs import measures_table, readings_table, run_caveats, table_frame, time_cell
 from fingerslip.report.tables.samples import indices_table, prediction_table, sensitivity_table
-from fingerslip.results import HISTORY, RESULT, RUN, RunResult, StudyResult
+from fingerslip.results import FORMATS, HISTORY, RESULT, RUN, RunResult, StudyResult
 from fingerslip.sampling.designs import required_output
 from fingerslip.sampling.indices import Sensitivity, block_indices, fit_surrogate, surrogate_indices
 from fingerslip.sampling.sensitivity import fits_of
@@ -121,7 +121,9 @@ def export_result(
     target: Path, kind: str, output: Path | None = None, say: Callable[[str], None] = lambda _: None
 ) -> Path:
     """Write a result for other programs, whole or not at all; say how large text is, and what spikes are not."""
-    # Data frames and the formats are slow to load: what is wrong with the result is said before.
+    # Data frames and the formats are slow to load: what is wrong with format and result is said before.
+    if kind not in FORMATS:
+        raise InputError("export: --format", f"got '{kind}'", f"needs one of {', '.join(FORMATS)}")
     tracks = target if target.suffix == ".nc" else target / "tracks.nc"
     if tracks.is_file():
         return _export_tracks(tracks, kind, output or tracks.parent / f"export-{kind}")
@@ -129,9 +131,9 @@ def export_result(
         raise InputError(f"export {target}", "is a file", "needs the folder of a run or of a study, or tracks.nc")
     folder = output or target / f"export-{kind}"
     if runs := list(read_manifest(target).get("runs") or ()):
-        from fingerslip.export.formats import FORMATS, TABULAR, export_tables
+        from fingerslip.export.formats import TABULAR, export_tables
 
-        if kind in FORMATS and kind not in TABULAR:
+        if kind not in TABULAR:
             if len(runs) == 1:
                 return export_result(target / runs[0], kind, folder, say)
             needs = f"{kind} needs the folder of one of them: {first_named(runs)}"

@@ -17,12 +17,33 @@ from fingerslip.history import is_solid, phase_times, read_history
 from fingerslip.marker_tracks import marker_tracks
 from fingerslip.parameters import from_mapping
 from fingerslip.published import published_set
-from fingerslip.report.content import MOST_RUNS, OF_RUNS, OF_STUDIES, STYLES, RunSubject, StudySubject, check_times
+from fingerslip.report.content import (
+    MOST_RUNS,
+    OF_RUNS,
+    OF_STUDIES,
+    RUN_FIGURES,
+    STUDY_FIGURES,
+    STYLES,
+    RunSubject,
+    StudySubject,
+    check_subject,
+    check_times,
+)
 from fingerslip.report.labels import run_title
 from fingerslip.report.scene.names import CAMERAS, CUTS, FIELDS
 from fingerslip.report.scene.options import SceneOptions, Served, require_free
 from fingerslip.report.tables.runs import swept_paths
-from fingerslip.results import HISTORY, RESULT, stored_result, without_results
+from fingerslip.results import (
+    ABOUT,
+    HISTORY,
+    RESULT,
+    SAMPLE,
+    RunResult,
+    StudyResult,
+    stored_fit,
+    stored_result,
+    without_results,
+)
 from fingerslip.slip import find_events
 from fingerslip.slip.windows import LATENCY
 from fingerslip.study.inspection.show import sensitivities
@@ -49,7 +70,7 @@ _OF_FITS = {
     "posterior": "what a fit says of each value and of each pair",
     "fit": "measured curves, the first six, with those of the fitted model, and residuals",
 }
-_OF_WHOLE = (*OF_STUDIES, *_OF_REACTIONS, *_OF_FITS)
+_OF_WHOLE, _OVER = (*OF_STUDIES, *_OF_REACTIONS, *_OF_FITS), ("latency", "events")
 
 
 @dataclass(frozen=True)
@@ -68,14 +89,35 @@ class FigureChoice:
 
 
 def kinds_text(target: Path | None = None) -> str:
-    """Return the kinds of figures with what they show, in lines: those of a folder, or all."""
+    """Return the kinds of figures with what they show, in lines: those that a folder has something for, or all."""
     of_detector = {**OF_EVALUATIONS, **OF_CLIPS} if target is None else kinds_of(target)
-    if target and not of_detector and not (target / RESULT).is_file():
-        stored_manifest(target)  # says what a folder without results lacks
     others = {DETECTOR: "what the detector that ships finds in a sensor's markers", FILM: "a film, as MP4"}
     of_study = {**OF_STUDIES, **_OF_REACTIONS, **_OF_FITS, **OF_RUNS, **others}
+    if target and not of_detector:
+        drawable = _drawable(target)
+        of_study = {name: words for name, words in of_study.items() if name in drawable}
     every = of_detector if target and of_detector else {**of_study, **of_detector}
     return "\n".join(f"{name}: {words}" for name, words in every.items())
+
+
+def _drawable(target: Path) -> set[str]:
+    """Return the kinds of figures of the run that is shown without a name, and of its study."""
+    kinds, names = {FILM}, list(stored_manifest(target).get("runs", {})) if not (target / RESULT).is_file() else []
+    history = read_history(_run_folder(target, names[len(names) // 2] if names else "") / HISTORY)
+    kinds |= {name for name in OF_RUNS if RUN_FIGURES[name].can_show(history)}
+    if RUN_FIGURES["markers"].can_show(history) and phase_times(history, "hold"):
+        kinds.add(DETECTOR)
+    if names:
+        study = read_results(target)
+        lacking = {"sensitivity"} if not study.design else set()
+        lacking |= set(_OVER) if not _axis_paths(study) else set()
+        kinds |= {name for name in OF_STUDIES if name not in lacking and STUDY_FIGURES[name].fits(history)}
+        kinds |= _OF_FITS.keys() if (target / ABOUT).is_file() else set()
+        if any(run.reaction for run in study.runs):
+            from fingerslip.react.figures import reaction_figures
+
+            kinds |= reaction_figures(reactions_of(study)).keys()
+    return kinds
 
 
 def film_options(size: str = "", rate: float | None = None, seconds: float | None = None) -> dict[str, Any]:
@@ -87,10 +129,8 @@ def film_options(size: str = "", rate: float | None = None, seconds: float | Non
     return {name: value for name, value in asked.items() if value is not None}
 
 
-def write_figure(target: Path, choice: FigureChoice, output: Path | None = None) -> Path:
-    """Write a figure or a film of stored results."""
-    check_kind(target, choice.kind)
-    of_detector = kinds_of(target)
+def _check_choice(choice: FigureChoice, of_detector: Mapping[str, str]) -> None:
+    """Refuse names that no figure has, and options of other kinds."""
     allowed = {
         "--kind": (choice.kind, tuple(of_detector) or (*_OF_WHOLE, *OF_RUNS, DETECTOR, FILM)),
         "--style": (choice.style, STYLES),
@@ -99,9 +139,18 @@ def write_figure(target: Path, choice: FigureChoice, output: Path | None = None)
     for option, (value, names) in allowed.items():
         if value not in names:
             raise InputError(f"figure: {option}", f"got '{value}'", f"needs one of {', '.join(names)}")
-    if choice.film and choice.kind != FILM:
-        option = next(iter(choice.film)).removeprefix("frame_")
-        raise InputError(f"figure: --{option}", f"does not fit --kind {choice.kind}", "is of films", "leave it out")
+    of_film = next(iter(choice.film), "").removeprefix("frame_")
+    for option, value, kinds in ((of_film, choice.film, (FILM,)), ("over", choice.path, _OVER)):
+        if value and choice.kind not in kinds:
+            fault, needs = f"does not fit --kind {choice.kind}", f"needs --kind {' or '.join(kinds)}"
+            raise InputError(f"figure: --{option}", fault, needs, "leave it out")
+
+
+def write_figure(target: Path, choice: FigureChoice, output: Path | None = None) -> Path:
+    """Write a figure or a film of stored results."""
+    check_kind(target, choice.kind)
+    of_detector = kinds_of(target)
+    _check_choice(choice, of_detector)
     if of_detector:
         return _save_of_detector(target, choice, output)
     if choice.kind in _OF_WHOLE and choice.run:
@@ -184,15 +233,18 @@ def with_run(target: Path, choice: FigureChoice) -> FigureChoice:
 
 def _results_figure(target: Path, kind: str) -> Callable[[], Figure]:
     """Return what draws a figure of a study with the block `reaction`, or of a fit."""
-    from fingerslip.react.figures import reaction_figures
-
+    study = read_results(target)
     if kind in _OF_FITS:
+        stored_fit(study)
         from fingerslip.study.fit import stored_figure
 
         return functools.partial(stored_figure, target, kind)
-    study = read_results(target)
-    reactions = reactions_of(study) if any(run.reaction for run in study.runs) else None
-    figures = reaction_figures(reactions) if reactions else {}
+    reactions, figures = None, {}
+    if any(run.reaction for run in study.runs):
+        from fingerslip.react.figures import reaction_figures
+
+        reactions = reactions_of(study)
+        figures = reaction_figures(reactions)
     if reactions is None or kind not in figures:
         needs = f"needs one of {', '.join(figures)}" if figures else "needs results of a study with the block reaction"
         raise InputError("figure: --kind", f"got '{kind}', of which {target} has nothing", needs)
@@ -225,23 +277,38 @@ def _study_subject(target: Path, choice: FigureChoice) -> StudySubject:
         lacks = "holds no study; this figure needs the folder of a study that fingerslip run wrote"
         raise ResultError(f"{target}: {without_results(target, lacks)}")
     study = read_results(target)
-    paths = [path for path in swept_paths(study.runs) if len({str(run.swept.get(path)) for run in study.runs}) > 1]
+    paths = _axis_paths(study)
     if choice.path and choice.path not in paths:
         needs = f"one of {', '.join(paths)}" if paths else "a study with a sweep"
         raise InputError("figure: --over", f"'{choice.path}' is not swept", f"needs {needs}")
-    with_panels = () if choice.kind in {"latency", "events", "sensitivity"} else study.runs[:MOST_RUNS]
+    with_panels = () if choice.kind in {*_OVER, "sensitivity"} else study.runs[:MOST_RUNS]
     drawn = {run_title(run, study.title): run for run in with_panels}
     references = [published_set(name) for name in study.compare]
     values = tuple(value for reference in references for value in reference.values)
-    return StudySubject(
-        runs=study.runs,
+    path = choice.path or (paths[0] if paths else "")
+    subject = StudySubject(
+        runs=[_placed(run, path) for run in study.runs] if path in study.ranges else study.runs,
         histories={title: read_history(study.folder / run.name / HISTORY) for title, run in drawn.items()},
         events={title: run.events for title, run in drawn.items()},
         reference=dataclasses.replace(references[0], values=values) if references else None,
         starts=slide_starts(study),
-        path=choice.path or (paths[0] if paths else ""),
+        path=path,
         sensitivities=sensitivities(study, LATENCY) if choice.kind == "sensitivity" else (),
     )
+    check_subject(choice.kind, subject)
+    return subject
+
+
+def _axis_paths(study: StudyResult) -> list[str]:
+    """Return the dotted paths of what differs between the runs of a study, sampled values first."""
+    swept = (path for path in swept_paths(study.runs) if len({str(run.swept.get(path)) for run in study.runs}) > 1)
+    return [*study.ranges, *swept]
+
+
+def _placed(run: RunResult, path: str) -> RunResult:
+    """Return a run with a sampled value in the place of the number of its sample."""
+    others = {name: value for name, value in run.swept.items() if name != SAMPLE}
+    return dataclasses.replace(run, swept={**others, path: run.sampled[path]})
 
 
 def _run_folder(target: Path, name: str) -> Path:
@@ -267,14 +334,17 @@ def _run_subject(folder: Path, choice: FigureChoice) -> RunSubject:
     options = _scene_options({"written": False, **opened, **choice.options}, "figure")
     times = tuple(time_of_run(history, time, "figure: --time") for time in choice.times)
     title = run_title(result, "") if choice.kind in TITLED and choice.run else ""
-    return RunSubject(history, result.events, options, times, title=title)
+    subject = RunSubject(history, result.events, options, times, title=title)
+    if choice.kind in OF_RUNS:
+        check_subject(choice.kind, subject)
+    return subject
 
 
 def _scene_options(options: Mapping[str, Any], command: str) -> SceneOptions:
     """Return what a command line wants of a scene; messages name its options."""
     for name, allowed in {"scalar": FIELDS, "cut": CUTS, "camera": CAMERAS}.items():
         if (value := options.get(name, allowed[0])) not in allowed:
-            option = "field" if (command, name) == ("figure", "scalar") else name
+            option = "field" if name == "scalar" else name
             raise InputError(f"{command}: --{option}", f"got '{value}'", f"needs one of {', '.join(allowed)}")
     return from_mapping(SceneOptions, dict(options), command)
 

@@ -4,10 +4,19 @@ import numpy as np
 import pytest
 
 import fingerslip as fs
-from fingerslip.report.content import OF_RUNS, OF_STUDIES, RUN_FIGURES, STUDY_FIGURES, STYLES, RunSubject, StudySubject
+from fingerslip.report.content import (
+    HAS,
+    OF_RUNS,
+    OF_STUDIES,
+    RUN_FIGURES,
+    STUDY_FIGURES,
+    STYLES,
+    RunSubject,
+    StudySubject,
+)
 from fingerslip.report.figures.motion import Film, film_frames
 from fingerslip.report.figures.style import LOOKS
-from fingerslip.report.page.pictures import _DRAW_RUNS, _DRAW_STUDIES, _HAS, draw_of_run, draw_of_study
+from fingerslip.report.page.pictures import _DRAW_RUNS, _DRAW_STUDIES, draw_of_run, draw_of_study
 from fingerslip.report.scene.options import SceneOptions
 from unit.report.figures import made
 from unit.report.figures.made import HISTORY, marked, panels, titles
@@ -21,7 +30,7 @@ EVENTS = fs.Events(slip=fs.SlipEvents(incipient=0.06, overall=0.09))
 def test_kinds_are_those_that_can_be_drawn_and_each_is_in_the_table_of_figures():
     assert list(RUN_FIGURES) == list(_DRAW_RUNS)
     assert list(STUDY_FIGURES) == list(_DRAW_STUDIES)
-    assert {need for kind in (*RUN_FIGURES.values(), *STUDY_FIGURES.values()) for need in kind.needs} == {*_HAS}
+    assert {need for kind in (*RUN_FIGURES.values(), *STUDY_FIGURES.values()) for need in kind.needs} == {*HAS}
     assert not OF_RUNS.keys() & OF_STUDIES.keys()
     assert all((*OF_RUNS.values(), *OF_STUDIES.values()))
     assert {*RUN_FIGURES, *STUDY_FIGURES} <= FIGURES.keys()
@@ -107,8 +116,9 @@ def test_a_history_is_drawn_by_name_with_its_events_or_those_that_are_given():
         fs.draw(HISTORY, "spikes", recorded=[0.1, 0.2])
     with pytest.raises(fs.InputError, match="recorded: is given for 'forces', needs the kind composed or spikes"):
         fs.draw(HISTORY, "forces", recorded=late)
-    with pytest.raises(fs.ResultError, match="no receptors whose stimulus it resolves, needs some; write record"):
-        fs.draw(HISTORY.drop_dims("site"), "spikes")
+    for kind in ("spikes", "acceleration", "strain-energy-density"):
+        with pytest.raises(fs.ResultError, match="history: has no receptors, needs some; write record"):
+            fs.draw(HISTORY.drop_dims("site"), kind)
 
 
 @pytest.mark.slow

@@ -9,11 +9,11 @@ from matplotlib.figure import Figure
 
 from fingerslip.marker_tracks import filmed_tracks
 from fingerslip.published import published_set
-from fingerslip.report.content import MOST_RUNS, Film, ReportContent, RunSubject
+from fingerslip.report.content import MOST_RUNS, Film, ReportContent, RunSubject, has_receptors
 from fingerslip.report.page import assemble, pictures
 from fingerslip.report.page.assemble import comparison_report, pairs_of, run_section, study_report
 from fingerslip.report.page.page import ReportSection, render_page
-from fingerslip.report.page.pictures import has_receptors, hero_pictures, model_pictures, run_pictures, swept_pictures
+from fingerslip.report.page.pictures import hero_pictures, model_pictures, run_pictures, swept_pictures
 from fingerslip.report.page.sensor import cameras_section
 from fingerslip.report.tables.parameters import DEFAULT, ShownValue
 from fingerslip.results import RunResult, StudyResult, result_of

@@ -14,10 +14,11 @@ from fingerslip.mesh.source import MeshFile
 from fingerslip.parameters import from_mapping
 from fingerslip.report.colours import EVENT_COLOURS
 from fingerslip.report.content import RunSubject
+from fingerslip.report.page.pictures import draw_of_study
 from fingerslip.report.scene import viewer
 from fingerslip.report.scene.options import SceneOptions
 from fingerslip.report.scene.scene import field_limits
-from fingerslip.results import result_of, write_result
+from fingerslip.results import RunResult, StudyResult, result_of, write_result
 from fingerslip.study.definition.runs import plan_studies
 from fingerslip.study.inspection import views
 from fingerslip.study.inspection.check import check_plans, draw_specimen, fold_samples, save_mesh
@@ -370,6 +371,37 @@ def test_what_the_detector_finds_in_the_markers_of_a_run_stands_beside_its_event
     assert [text.get_text() for text in figure.axes[0].texts][-2:] == ["incipient", "overall"]
 
 
+def test_listed_are_the_kinds_that_a_study_has_something_for(finished, monkeypatch):
+    monkeypatch.setattr(views, "_save", lambda *_: None)
+    listed = [line.partition(":")[0] for line in views.kinds_text(finished).splitlines()]
+    assert {"latency", "events", "slip-maps", "composed", "forces", "film"} <= {*listed}
+    refused = {line.partition(":")[0] for line in views.kinds_text().splitlines()} - {*listed}
+    assert {"sensitivity", "posterior", "fit", "reaction-map", "cut", "markers", "detector", "roc"} <= refused
+    for kind in listed[:-1]:
+        write_figure(finished, FigureChoice(kind))
+
+
+def test_times_of_samples_stand_over_a_sampled_value_and_are_not_joined(monkeypatch, tmp_path):
+    path, moduli = "materials.skin.youngs_modulus", range(60, 20, -4)
+    runs = tuple(
+        RunResult(
+            f"sample-{number}",
+            {"sample": number},
+            fs.Events(slip=fs.SlipEvents(incipient=1.0, overall=1.0 + 1e-3 * modulus)),
+            sampled={path: f"{modulus} kPa"},
+        )
+        for number, modulus in enumerate(moduli)
+    )
+    study = StudyResult(tmp_path, (), runs, ranges={path: ("20 kPa", "60 kPa")})
+    monkeypatch.setattr(views, "read_manifest", lambda _: {"runs": {run.name: {} for run in runs}})
+    monkeypatch.setattr(views, "read_results", lambda _: study)
+    monkeypatch.setattr(views, "slide_starts", lambda _: {})
+    (axes,) = draw_of_study("latency", views._study_subject(tmp_path, FigureChoice("latency"))).axes
+    (line,) = axes.lines
+    np.testing.assert_allclose(line.get_data(), [moduli[::-1]] * 2)
+    assert (line.get_linestyle(), axes.get_xlabel()) == ("None", "skin Young's modulus [kPa]")
+
+
 RUN, MIDDLE = "friction_coefficient-0.2", "friction_coefficient-0.4"
 
 
@@ -385,6 +417,12 @@ RUN, MIDDLE = "friction_coefficient-0.2", "friction_coefficient-0.4"
         ),
         ("", FigureChoice("latency", form="gif"), None, "--format: got 'gif', needs one of pdf, svg, png"),
         ("", FigureChoice("latency", path="mesh.size"), None, "--over: 'mesh.size' is not swept"),
+        (
+            "",
+            FigureChoice("forces", path="x"),
+            None,
+            "--over: does not fit --kind forces, needs --kind latency",
+        ),
         ("", FigureChoice("spikes", times=("1 s",)), None, "--time: got 1 for spikes, needs one of composed"),
         ("", FigureChoice("slip-maps", times=("1 s",)), None, "--time: got 1 for slip-maps, needs one of"),
         ("", FigureChoice("forces", run="x"), None, "--run: 'x' is not there"),
@@ -404,7 +442,7 @@ RUN, MIDDLE = "friction_coefficient-0.2", "friction_coefficient-0.4"
             RUN,
             FigureChoice("forces", film={"size": (480, 270)}),
             None,
-            "--size: does not fit --kind forces, is of films",
+            "--size: does not fit --kind forces, needs --kind film",
         ),
         ("", FigureChoice("latency", film={"frame_rate": 5.0}), None, "--rate: does not fit --kind latency"),
         (RUN, FigureChoice("film"), "film.avi", "--output: got '.*film.avi', needs a name that ends in .mp4"),
@@ -467,7 +505,7 @@ def test_of_several_runs_one_has_to_be_chosen_and_a_folder_without_runs_is_refus
 
 @pytest.mark.parametrize(
     ("options", "time", "message"),
-    [({"scalar": "stress"}, "", "view: --scalar"), ({"cut": "q"}, "", "view: --cut"), ({}, "1.2", "view: --time")],
+    [({"scalar": "stress"}, "", "view: --field"), ({"cut": "q"}, "", "view: --cut"), ({}, "1.2", "view: --time")],
 )
 def test_wrong_options_are_refused_before_anything_is_drawn(study, tmp_path, options, time, message):
     with pytest.raises(fs.InputError, match=message):

@@ -181,6 +181,10 @@ def test_a_study_is_a_table_of_its_runs_and_a_run_the_tables_of_its_history(fini
         (lambda finished: show(str(finished / "gone.yaml")), r"gone\.yaml: is not there"),
         (lambda finished: export_result(finished.parent, "csv"), "holds no finished run"),
         (
+            lambda finished: export_result(finished, "xls"),
+            "export: --format: got 'xls', needs one of csv, json",
+        ),
+        (
             lambda finished: export_result(finished, "vtu"),
             f"is a study of 3 runs, vtu needs the folder of one of them: {FIRST}, .*; name .*block/{FIRST}",
         ),

@@ -294,9 +294,11 @@ def test_files_that_a_deck_includes_are_copied_with_it_where_they_are_beside_it(
     if included.startswith(".."):
         assert yaml.safe_load(again.read_text())["mesh"]["file"] == str(folder / "deck.inp")
         return
-    shutil.rmtree(folder)
-    (run,) = plan_study(again, tmp_path / "again").runs
-    assert (run.mesh_key, run.mesh_copy) == expected
+    nodes.write_text("1, 0., 0.\n")
+    for _ in ("changed", "gone"):
+        (run,) = plan_study(again, tmp_path / "again").runs
+        assert (run.mesh_key, run.mesh_copy) == expected
+        shutil.rmtree(folder, ignore_errors=True)
     assert original_mesh(read_run_values(again)) == ("deck.inp", run.mesh_copy[5:13])
     assert run.study.mesh.build().p == pytest.approx(mesh.p)
 
