@@ -123,12 +123,12 @@ class RunSubject:
 
 def check_subject(name: str, subject: StudySubject | RunSubject) -> None:
     """Refuse a figure of which a study or a run has nothing."""
-    of_study = isinstance(subject, StudySubject)
-    kind, histories = (
-        (STUDY_FIGURES[name], subject.histories.values()) if of_study else (RUN_FIGURES[name], [subject.history])
-    )
-    if of_study and "swept value" in kind.needs and not subject.path:
-        raise InputError("figure", f"'{name}' has nothing on its axis", "needs a study with a sweep")
+    if isinstance(subject, StudySubject):
+        kind, histories = STUDY_FIGURES[name], list(subject.histories.values())
+        if "swept value" in kind.needs and not subject.path:
+            raise InputError("figure", f"'{name}' has nothing on its axis", "needs a study with a sweep")
+    else:
+        kind, histories = RUN_FIGURES[name], [subject.history]
     for history in histories:
         if not kind.fits(history):
             needed, actual = ("three", "two") if kind.dimensions == 3 else ("two", "three")

@@ -90,14 +90,10 @@ class FigureChoice:
 
 def kinds_text(target: Path | None = None) -> str:
     """Return the kinds of figures with what they show, in lines: those that a folder has something for, or all."""
-    of_detector = {**OF_EVALUATIONS, **OF_CLIPS} if target is None else kinds_of(target)
     others = {DETECTOR: "what the detector that ships finds in a sensor's markers", FILM: "a film, as MP4"}
-    of_study = {**OF_STUDIES, **_OF_REACTIONS, **_OF_FITS, **OF_RUNS, **others}
-    if target and not of_detector:
-        drawable = _drawable(target)
-        of_study = {name: words for name, words in of_study.items() if name in drawable}
-    every = of_detector if target and of_detector else {**of_study, **of_detector}
-    return "\n".join(f"{name}: {words}" for name, words in every.items())
+    every = {**OF_STUDIES, **_OF_REACTIONS, **_OF_FITS, **OF_RUNS, **others, **OF_EVALUATIONS, **OF_CLIPS}
+    kinds = every if target is None else kinds_of(target) or _drawable(target)
+    return "\n".join(f"{name}: {words}" for name, words in every.items() if name in kinds)
 
 
 def _drawable(target: Path) -> set[str]:
@@ -140,8 +136,8 @@ def _check_choice(choice: FigureChoice, of_detector: Mapping[str, str]) -> None:
         if value not in names:
             raise InputError(f"figure: {option}", f"got '{value}'", f"needs one of {', '.join(names)}")
     of_film = next(iter(choice.film), "").removeprefix("frame_")
-    for option, value, kinds in ((of_film, choice.film, (FILM,)), ("over", choice.path, _OVER)):
-        if value and choice.kind not in kinds:
+    for option, chosen, kinds in ((of_film, choice.film, (FILM,)), ("over", choice.path, _OVER)):
+        if chosen and choice.kind not in kinds:
             fault, needs = f"does not fit --kind {choice.kind}", f"needs --kind {' or '.join(kinds)}"
             raise InputError(f"figure: --{option}", fault, needs, "leave it out")
 
@@ -239,11 +235,11 @@ def _results_figure(target: Path, kind: str) -> Callable[[], Figure]:
         from fingerslip.study.fit import stored_figure
 
         return functools.partial(stored_figure, target, kind)
-    reactions, figures = None, {}
-    if any(run.reaction for run in study.runs):
+    reactions = reactions_of(study) if any(run.reaction for run in study.runs) else None
+    figures: Mapping[str, Callable[..., Figure]] = {}
+    if reactions:
         from fingerslip.react.figures import reaction_figures
 
-        reactions = reactions_of(study)
         figures = reaction_figures(reactions)
     if reactions is None or kind not in figures:
         needs = f"needs one of {', '.join(figures)}" if figures else "needs results of a study with the block reaction"
