@@ -92,11 +92,11 @@ def kinds_text(target: Path | None = None) -> str:
     """Return the kinds of figures with what they show, in lines: those that a folder has something for, or all."""
     others = {DETECTOR: "what the detector that ships finds in a sensor's markers", FILM: "a film, as MP4"}
     every = {**OF_STUDIES, **_OF_REACTIONS, **_OF_FITS, **OF_RUNS, **others, **OF_EVALUATIONS, **OF_CLIPS}
-    kinds = every if target is None else kinds_of(target) or _drawable(target)
+    kinds = every if target is None else kinds_of(target) or _result_kinds(target)
     return "\n".join(f"{name}: {words}" for name, words in every.items() if name in kinds)
 
 
-def _drawable(target: Path) -> set[str]:
+def _result_kinds(target: Path) -> set[str]:
     """Return the kinds of figures of the run that is shown without a name, and of its study."""
     kinds, names = {FILM}, list(stored_manifest(target).get("runs", {})) if not (target / RESULT).is_file() else []
     history = read_history(_run_folder(target, names[len(names) // 2] if names else "") / HISTORY)
@@ -283,7 +283,7 @@ def _study_subject(target: Path, choice: FigureChoice) -> StudySubject:
     values = tuple(value for reference in references for value in reference.values)
     path = choice.path or (paths[0] if paths else "")
     subject = StudySubject(
-        runs=[_placed(run, path) for run in study.runs] if path in study.ranges else study.runs,
+        runs=[_put_on_axis(run, path) for run in study.runs] if path in study.ranges else study.runs,
         histories={title: read_history(study.folder / run.name / HISTORY) for title, run in drawn.items()},
         events={title: run.events for title, run in drawn.items()},
         reference=dataclasses.replace(references[0], values=values) if references else None,
@@ -301,7 +301,7 @@ def _axis_paths(study: StudyResult) -> list[str]:
     return [*study.ranges, *swept]
 
 
-def _placed(run: RunResult, path: str) -> RunResult:
+def _put_on_axis(run: RunResult, path: str) -> RunResult:
     """Return a run with a sampled value in the place of the number of its sample."""
     others = {name: value for name, value in run.swept.items() if name != SAMPLE}
     return dataclasses.replace(run, swept={**others, path: run.sampled[path]})
