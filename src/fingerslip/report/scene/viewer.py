@@ -189,13 +189,18 @@ def picture_of(plotter: Any) -> NDArray[np.uint8]:
 
 def _add_names(plotter: Any, history: xr.Dataset, options: SceneOptions) -> None:
     """Say what the colours of a picture stand for beside its field."""
-    names = palette.region_colours(region_names(history)) if options.scalar == "region" else {}
-    names |= {palette.STATE_NAMES[state]: palette.STATE_COLOURS[state] for state in (STICK, SLIP) if options.contact}
+    regions = palette.region_colours(region_names(history)) if options.scalar == "region" else {}
+    names = regions | {
+        palette.STATE_NAMES[state]: palette.STATE_COLOURS[state] for state in (STICK, SLIP) if options.contact
+    }
     if options.receptors and site_kinds(history).size:
         names |= dict(receptor_legend(history)) or {"recorded sites": palette.BLACK}
     for row, (name, colour) in enumerate(names.items()):
         where = (0.8, 0.95 - 0.04 * row)
-        plotter.add_text(name, position=where, viewport=True, font_size=12, color=colour, name=f"name {name}")
+        look = {"font_size": 12, "color": "black" if name in regions else colour, "name": f"name {name}"}
+        text = plotter.add_text(name, position=where, viewport=True, **look).prop
+        # Colours of regions are too pale for letters, and some letters stand on the body.
+        text.background_color, text.background_opacity = regions.get(name, "white"), 1.0
 
 
 def save_still(

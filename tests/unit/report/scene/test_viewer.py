@@ -13,6 +13,7 @@ import pyvista
 from PIL import Image
 
 import fingerslip as fs
+from fingerslip.report.colours import REGION_COLOURS
 from fingerslip.report.scene import viewer, web
 from fingerslip.report.scene.options import LOCAL, SceneOptions, Served
 from fingerslip.report.scene.web import serve
@@ -54,6 +55,7 @@ def test_a_picture_says_what_its_colours_stand_for_and_has_a_scale(history, opti
 
     def keep_text(self, text, *others, **look):
         written.append((text, look.get("name", "")))
+        assert look.get("color") not in set(REGION_COLOURS.values()), "too pale for letters"
         return add_text(self, text, *others, **look)
 
     def keep_label(self, points, labels, **look):
