@@ -17,6 +17,7 @@ from fingerslip.verification.problem import Check, Outcome, Problem, run
 FILES: Mapping[str, tuple[str, ...]] = {
     "elements": ("patch", "rigid-modes", "convergence-2d", "convergence-3d", "locking-2d", "locking-3d"),
     "dynamics": ("hht-order", "hht-damping", "bar", "rod", "driven-plate"),
+    "reduced": ("compiled-basis",),
     "blocks": ("dragged-block", "coulomb-oscillator", "sliding-block", "stick-slip"),
     "rolling": ("rolling-cylinder", "cylinder-on-incline", "ball-between-plates", "travelling-plate"),
     "viscoelastic": (
