@@ -207,25 +207,16 @@ class IntegrateAndFire:
         return np.asarray(self.early_inhibition * early + self.late_inhibition * late)
 
     def _find_spikes(self, times: Floats, drive: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """Return rows and columns of all spikes: V relaxes exactly towards the mean drive of each step."""
+        """Return rows and columns of all spikes, under the mean drive of each step."""
+        # Only spikes need what compiles.
+        from fingerslip.afferents.membranes import fire
+
         step = times[1] - times[0]
-        left, resting = np.exp(-step / self.membrane_time), round(self.rest / step)
-        mean, membrane = 0.5 * (drive[1:] + drive[:-1]), np.zeros(drive.shape[1])
         # By steps since the last spike; the last entry, of one long ago, is 0.
         inhibition = self.inhibition(step * np.arange(0.5, _INHIBITED / step + 2.0))
-        last = np.full(drive.shape[1], -len(inhibition) - resting)
-        rows, columns = [], []
-        for row, pull in enumerate(mean, start=1):
-            since = row - 1 - last
-            target = pull - inhibition[np.minimum(since, len(inhibition) - 1)]
-            membrane = target + (membrane - target) * left
-            membrane = np.where(since >= resting, membrane, np.minimum(membrane, 0.0))
-            if (fired := (membrane >= 1.0).nonzero()[0]).size:
-                membrane[fired], last[fired] = 0.0, row
-                rows.append(np.full(fired.size, row))
-                columns.append(fired)
-        empty = np.empty(0, dtype=np.intp)
-        return np.concatenate([empty, *rows]), np.concatenate([empty, *columns])
+        left, resting = np.exp(-step / self.membrane_time), round(self.rest / step)
+        rows, columns = fire(0.5 * (drive[1:] + drive[:-1]), left, resting, inhibition).nonzero()
+        return rows + 1, columns
 
 
 #: Afferents that ship.

@@ -196,7 +196,8 @@ def _variable_in_file(file: Any, name: str, dataset: Any) -> xr.Variable:
     if references is None:
         dimensions: tuple[str, ...] = (name,) if dataset.ndim else ()
     else:
-        dimensions = tuple(file[reference[0]].name.removeprefix("/") for reference in references)
+        names = (h5py.h5r.get_name(reference[0], file.id) for reference in references)
+        dimensions = tuple(name.decode().removeprefix("/") for name in names)
     return xr.Variable(dimensions, values, _attributes_of(dataset))
 
 

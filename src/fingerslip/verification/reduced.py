@@ -78,7 +78,7 @@ def block(changes: Mapping[str, Any]) -> Model:
         "record": Recording((Site("inside", "probe", (4e-3, 1e-3)),)),
         "basis": ReducedBasis(1e-12, 1e-10),
     }
-    return Model(**(values | changes))
+    return Model(**{**values, **changes})
 
 
 def _beside_the_mesh(changes: Mapping[str, Any]) -> Iterator[Check]:

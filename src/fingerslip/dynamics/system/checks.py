@@ -120,7 +120,7 @@ def inspect_model(model: Model, space: Space | None = None) -> CheckedModel:
         model, record_bytes(model, len(space.positions), sum(len(candidate.nodes) for candidate in candidates))
     )
     held = _held_dofs(model, space)
-    free = np.setdiff1d(np.arange(space.n_dofs), np.concatenate([[], *held.values()]))
+    free = np.delete(np.arange(space.n_dofs), np.concatenate([np.empty(0, dtype=np.int64), *held.values()]))
     if not free.size:
         raise InputError("supports", "fix every degree of freedom", "something has to be free to move")
     held_by_contact = () if has_inertia(model) else _unheld(model, space, free, candidates)

@@ -169,6 +169,7 @@ class Job:
     folder: Path  # where its results go
     doubts: tuple[Doubt, ...] = ()  # what is doubtful in the model
     n_dofs: int = 0  # degrees of freedom of its mesh
+    n_free: int = 0  # those that no support holds
     contact_nodes: int = 0  # contact candidates
 
 
@@ -231,7 +232,8 @@ def _new_job(plan: Plan, run: Run, meshes: _Meshes) -> Job:
         space = space or build_space(model.mesh)
         checked_model = inspect_model(model, space)
     meshes[key] = model.mesh, space
-    counts = space.n_dofs, sum(len(candidates.nodes) for candidates in checked_model.candidates)
+    contact_nodes = sum(len(candidates.nodes) for candidates in checked_model.candidates)
+    counts = space.n_dofs, checked_model.free.size, contact_nodes
     return Job(run, model, plan.identities[run.name], plan.folder / run.name, doubts(model, checked_model), *counts)
 
 
@@ -243,7 +245,7 @@ def choose_bases(jobs: Sequence[Job]) -> tuple[Job, ...]:
         alike = [number for number, other in enumerate(first) if other == leader]
         undecided = [number for number in alike if jobs[number].run.study.dynamics.basis == "automatic"]
         basis: Literal["reduced", "full"] = (
-            "reduced" if undecided and _saves([jobs[number].model for number in alike]) else "full"
+            "reduced" if undecided and _saves([jobs[number] for number in alike]) else "full"
         )
         for number in undecided:
             job, study = jobs[number], jobs[number].run.study
@@ -254,18 +256,17 @@ def choose_bases(jobs: Sequence[Job]) -> tuple[Job, ...]:
     return tuple(decided)
 
 
-def _saves(models: Sequence[Model]) -> bool:
+def _saves(jobs: Sequence[Job]) -> bool:
     """Tell whether a basis saves time in all motions of a body together."""
+    models, first_job, dim = [job.model for job in jobs], jobs[0], jobs[0].model.mesh.dim()
     if any(_needs_mesh(model) for model in models):
         return False
-    checked_model = inspect_model(models[0])
-    nodes = {node for candidate in checked_model.candidates for node in candidate.nodes.tolist()}
     # The first of several motions with a matrix may try out how many normal modes suffice, and is computed again.
     first = first_alike(models, same_matrix)
     steps = sum(
         step_count(model) for number, model in enumerate(models) if first[number] != number or first.count(number) == 1
     )
-    return basis_saves(checked_model.free.size, checked_model.space.dim * len(nodes), steps, checked_model.space.dim)
+    return basis_saves(first_job.n_free, dim * first_job.contact_nodes, steps, dim)
 
 
 def _needs_mesh(model: Model) -> bool:
