@@ -8,10 +8,9 @@ import numpy as np
 
 @numba.njit(cache=True, nogil=True)
 def fire(drive, left, resting, inhibition):  # type: ignore[no-untyped-def]
-    """Tell which of k membranes fire in which of n steps, (n, k): V relaxes exactly towards the drive of each step.
+    """Tell which of k membranes fire in n steps, (n, k): V relaxes exactly towards the drive (n, k) of each step [-].
 
-    Arguments: drive (n, k) [-]; the share of V that a step leaves; steps in which V does not rise after a spike; what a
-    spike takes from the drive by the steps since (m,), of which the last, of one long ago, is 0.
+    A step leaves the share `left` of V; what a spike takes from the drive by the steps since, (m,), ends with 0.
     """
     fired, longest = np.zeros(drive.shape, dtype=np.bool_), len(inhibition) - 1
     for column in range(drive.shape[1]):

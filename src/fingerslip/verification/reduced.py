@@ -1,7 +1,4 @@
-"""A reduced basis of all modes beside the mesh: all that compiled code takes, of which a block shows one at a time.
-
-In a basis as large as the mesh both solve the same equations, so that only rounding tells them apart.
-"""
+"""A reduced basis of all modes beside the mesh: each ability of the compiled steps by itself; rounding is left."""
 
 from __future__ import annotations
 
@@ -22,13 +19,13 @@ from fingerslip.sites import Site
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Check, Problem, VerificationError, absolute, solve_problem
 
-_PLATE, _STEP = Plane((0.0, 1.0)), 2e-3
+_STEP, _ON_PLATE = 2e-3, Contact("bottom", Plane((0.0, 1.0)), Coulomb(0.4))
 _SPRUNG = RigidBody(1e-3, free=("y",), springs=Springs(y=5.0), loads=(BodyLoad(y=0.02),))
 #: What a model has in place of the block's own, by the ability that it shows.
 ABILITIES: Mapping[str, Mapping[str, Any]] = {
     "one counterface": {},
-    "static and kinetic friction": {"contacts": (Contact("bottom", _PLATE, StaticKinetic(0.5, 0.3, 2e-3)),)},
-    "weakening friction": {"contacts": (Contact("bottom", _PLATE, SlipWeakening(0.6, 0.3, 50e-6)),)},
+    "static and kinetic friction": {"contacts": (replace(_ON_PLATE, friction=StaticKinetic(0.5, 0.3, 2e-3)),)},
+    "weakening friction": {"contacts": (replace(_ON_PLATE, friction=SlipWeakening(0.6, 0.3, 50e-6)),)},
     "damping": {"damping": RayleighDamping(mass=5.0, stiffness=1e-3)},
     "no inertia": {"time": QuasiStatic(_STEP)},
     "impacts and releases": {"time": TimeStepping(1e-3, alpha=0.0)},
@@ -39,41 +36,34 @@ ABILITIES: Mapping[str, Mapping[str, Any]] = {
     },
     "two counterfaces": {
         "supports": {"left": ("x", "y")},
-        "contacts": (Contact("bottom", _PLATE, Coulomb(0.4)), Contact("top", Plane((0.0, -1.0)), Coulomb(0.2))),
+        "contacts": (_ON_PLATE, Contact("top", Plane((0.0, -1.0)), Coulomb(0.2))),
     },
     "force on the plate": {
-        "contacts": (Contact("bottom", _PLATE, Coulomb(0.4), drive=Drive(force=0.1, mass=0.05)),),
+        "contacts": (replace(_ON_PLATE, drive=Drive(force=0.1, mass=0.05)),),
         "programme": (Hold(20e-3), Slide(0.4e-3, 5e-3, (1.0, 0.0))),
     },
     "free rigid body": {
-        "contacts": (Contact("bottom", _PLATE, Coulomb(0.4), rigid_body="table"),),
+        "contacts": (replace(_ON_PLATE, rigid_body="table"),),
         "bodies": {"table": _SPRUNG},
         "programme": (),
         "time": TimeStepping(_STEP, end=0.2),
     },
 }
-_COMPARED = (
-    *("displacement", "contact_displacement", "contact_velocity", "contact_acceleration", "stress", "support_force"),
-    *("normal_traction", "tangential_traction", "slip_distance", "counterface_displacement", "counterface_force"),
-    *("rigid_body_displacement", "kinetic_energy", "strain_energy", "contact_energy", "friction_dissipation"),
-    *("damping_dissipation", "numerical_dissipation", "external_work"),
-)
+# Rounding itself, and a ratio of forces that may be no more.
+_NOT_COMPARED = ("energy_imbalance", "contact_residual", "friction_utilisation")
 
 
 def block(changes: Mapping[str, Any]) -> Model:
     """Return a block that is pressed, slid to and fro until all of it slips, and let go, in a basis of all modes."""
+    there, back = (Slide(0.4e-3, 5e-3, (along, 0.0)) for along in (1.0, -1.0))
     values: dict[str, Any] = {
         "mesh": box("Q4", np.linspace(0.0, 8e-3, 11), np.linspace(0.0, 4e-3, 5)),
         "materials": {"bulk": Elastic(50e3, 0.45, 1000.0)},
         "formulation": "plane_strain",
         "depth": 0.01,
         "supports": {"top": ("x", "y")},
-        "contacts": (Contact("bottom", _PLATE, Coulomb(0.4)),),
-        "programme": (
-            Press(0.3e-3, 5e-3),
-            *(Slide(0.4e-3, 5e-3, (along, 0.0)) for along in (1.0, -1.0)),
-            Lift(0.1e-3, 5e-3),
-        ),
+        "contacts": (_ON_PLATE,),
+        "programme": (Press(0.3e-3, 5e-3), there, back, Lift(0.1e-3, 5e-3)),
         "time": TimeStepping(_STEP),
         "record": Recording((Site("inside", "probe", (4e-3, 1e-3)),)),
         "basis": ReducedBasis(1e-12, 1e-10),
@@ -86,21 +76,15 @@ def _beside_the_mesh(changes: Mapping[str, Any]) -> Iterator[Check]:
     reduced, full = solve_problem(model), solve_problem(replace(model, basis=None))
     if reduced.attrs["basis"] != "reduced":
         raise VerificationError("the motion was not computed in a reduced basis")
-    largest = {name: np.abs(full[name].values).max(initial=0.0) for name in _COMPARED}
-    errors = [np.abs(reduced[name] - full[name]).max() / size for name, size in largest.items() if size]
-    yield absolute("largest difference of any variable / largest", 0.0, float(max(errors)), 1e-9)
-    balance = np.abs(reduced["energy_imbalance"]).max() / largest["external_work"]
-    yield absolute("imbalance of energy / work", 0.0, float(balance), 1e-12)
+    compared = {name: item for name, item in full.drop_vars(_NOT_COMPARED).items() if item.dtype.kind == "f"}
+    errors = [abs(reduced[name] - item).max() / abs(item).max() for name, item in compared.items() if item.any()]
+    balance = abs(reduced["energy_imbalance"]).max() / abs(full["external_work"]).max()
     wrong = (full["contact_state"].values != reduced["contact_state"].values).sum()
+    yield absolute("largest difference of any variable / largest", 0.0, float(max(errors)), 1e-9)
+    yield absolute("imbalance of energy / work", 0.0, float(balance), 1e-12)
     yield absolute("nodes in another state", 0.0, float(wrong), 0.0)
 
 
-PROBLEMS = (
-    Problem(
-        "compiled-basis",
-        "A block in a reduced basis of all modes",
-        "the same on the mesh",
-        _beside_the_mesh,
-        {name: (changes,) for name, changes in ABILITIES.items()},
-    ),
-)
+_CASES = {name: (changes,) for name, changes in ABILITIES.items()}
+_TITLE, _SOURCE = "A block in a reduced basis of all modes", "the same on the mesh"
+PROBLEMS = (Problem("compiled-basis", _TITLE, _SOURCE, _beside_the_mesh, _CASES),)
