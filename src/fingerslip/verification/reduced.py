@@ -16,7 +16,7 @@ from fingerslip.model.programme import Hold, Lift, Press, Ramp, Slide
 from fingerslip.model.rigid_bodies import BodyLoad, RigidBody, Springs
 from fingerslip.model.timing import QuasiStatic, TimeStepping
 from fingerslip.sites import Site
-from fingerslip.verification.meshes import box
+from fingerslip.verification.blocks import block_on_plate
 from fingerslip.verification.problem import Check, Problem, VerificationError, absolute, solve_problem
 
 _STEP, _ON_PLATE = 2e-3, Contact("bottom", Plane((0.0, 1.0)), Coulomb(0.4))
@@ -55,20 +55,19 @@ _NOT_COMPARED = ("energy_imbalance", "contact_residual", "friction_utilisation")
 
 def block(changes: Mapping[str, Any]) -> Model:
     """Return a block that is pressed, slid to and fro until all of it slips, and let go, in a basis of all modes."""
-    there, back = (Slide(0.4e-3, 5e-3, (along, 0.0)) for along in (1.0, -1.0))
-    values: dict[str, Any] = {
-        "mesh": box("Q4", np.linspace(0.0, 8e-3, 11), np.linspace(0.0, 4e-3, 5)),
-        "materials": {"bulk": Elastic(50e3, 0.45, 1000.0)},
-        "formulation": "plane_strain",
-        "depth": 0.01,
-        "supports": {"top": ("x", "y")},
-        "contacts": (_ON_PLATE,),
-        "programme": (Press(0.3e-3, 5e-3), there, back, Lift(0.1e-3, 5e-3)),
-        "time": TimeStepping(_STEP),
-        "record": Recording((Site("inside", "probe", (4e-3, 1e-3)),)),
-        "basis": ReducedBasis(1e-12, 1e-10),
-    }
-    return Model(**{**values, **changes})
+    forth, back = (Slide(0.4e-3, 5e-3, (along, 0.0)) for along in (1.0, -1.0))
+    model = block_on_plate(
+        *("Q4", np.linspace(0.0, 8e-3, 11), np.linspace(0.0, 4e-3, 5)),
+        material=Elastic(50e3, 0.45, 1000.0),
+        plate={"friction": Coulomb(0.4)},
+        supports={"top": ("x", "y")},
+        depth=0.01,
+        programme=(Press(0.3e-3, 5e-3), forth, back, Lift(0.1e-3, 5e-3)),
+        time=TimeStepping(_STEP),
+        record=Recording((Site("inside", "probe", (4e-3, 1e-3)),)),
+        basis=ReducedBasis(1e-12, 1e-10),
+    )
+    return replace(model, **changes)
 
 
 def _beside_the_mesh(changes: Mapping[str, Any]) -> Iterator[Check]:
