@@ -19,8 +19,8 @@ from fingerslip.linear.solver import LinearSolver
 from fingerslip.materials.elastic import RayleighDamping
 
 # What new factors cost, in iterations of a step, by the dimension of space: tangent, factorisation and compliance of
-# the contact. By the processor time of these parts, 60 over 6 ms in 2D, and 50 to 70 in 3D. Numbers and not a clock,
-# so that a motion computed twice is the same to the last bit.
+# the contact. By the processor time of these parts, 60 over 6 ms in 2D, and 120 in 3D, but a coarse fingertip
+# takes 4 % less in all with 60. Numbers and not a clock, so that a motion computed twice is the same to the last bit.
 _COST = {2: 10, 3: 60}
 # What they cost at least where those before had to be made definite. A guess: 10 and 90 take as many factors, within
 # 6 %, on the ridged section of ridged_vs_smooth_large.yaml at 5 mm.
