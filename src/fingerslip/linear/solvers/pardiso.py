@@ -152,7 +152,9 @@ class _Call:
     """
 
     def __init__(self, upper: sparse.csr_matrix, precision: type[np.floating[Any]]) -> None:
-        self._function = _mkl_pardiso()
+        self._function, threads, self._set_threads = _mkl_pardiso()
+        # Substitutions with more or fewer threads than the factors were made with give wrong numbers, without an error.
+        self._threads = threads()
         self._handle, self.settings = np.zeros(64, dtype=np.int64), np.zeros(64, dtype=np.int32)
         self.order = np.zeros(0, dtype=np.int32)
         self.settings[0] = 1  # the settings that follow count
@@ -190,6 +192,7 @@ class _Call:
         if not right.size:
             return out
         error, sides = ctypes.c_int32(0), 1 if right.ndim == 1 else right.shape[1]
+        before = self._set_threads(self._threads)
         self._function(
             *self._start,
             ctypes.byref(ctypes.c_int32(phase)),
@@ -201,6 +204,7 @@ class _Call:
             out.ctypes.data,
             ctypes.byref(error),
         )
+        self._set_threads(before)
         if error.value:
             reason = "memory ran out" if error.value == _OUT_OF_MEMORY else _NOT_DEFINITE
             raise FingerslipError(f"MKL PARDISO: error {error.value} in phase {phase}; {reason}")
@@ -208,11 +212,12 @@ class _Call:
 
 
 @functools.cache
-def _mkl_pardiso() -> Any:
-    """Return MKL's function; all its arguments are addresses."""
+def _mkl_pardiso() -> tuple[Any, Callable[[], int], Callable[[int], int]]:
+    """Return MKL's function, whose arguments are all addresses, and what tells and sets the threads of the caller."""
     # The library's own signature takes no plain numbers as addresses, and casts leave cycles to the garbage collector.
     function = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * _ARGUMENTS)
-    return function(("pardiso", _mkl()))
+    library = _mkl()
+    return function(("pardiso", library)), library.MKL_Get_Max_Threads, library.MKL_Set_Num_Threads_Local
 
 
 def _mkl() -> ctypes.CDLL:
