@@ -16,6 +16,7 @@ import fingerslip as fs
 from fingerslip.errors import FingerslipError
 from fingerslip.linear import solver as factorisation
 from fingerslip.linear import solvers
+from fingerslip.linear.resources import limited_threads
 from fingerslip.linear.solver import factorise_around, known_solvers, preferred_solver
 from fingerslip.linear.solvers import pardiso, superlu
 from fingerslip.linear.solvers.pardiso import Pardiso
@@ -384,6 +385,22 @@ def test_rough_factors_are_of_single_precision_and_keep_what_is_put_into_them(co
         np.testing.assert_array_equal(solutions[-1][kept], halfway[kept])
     error = np.abs(solutions[1] - solutions[0]).max() / np.abs(solutions[0]).max()
     assert 1e-10 < error < 1e-5
+
+
+@needs_mkl
+@pytest.mark.parametrize("threads", [(1, 2), (2, 1)])
+def test_substitutions_keep_the_threads_of_their_factors(threads):
+    """Without that, solutions of large matrices are wrong where others set the threads in between."""
+    of_factors, of_others = threads
+    right = np.random.default_rng(1).normal(size=16**3)
+    with limited_threads(of_factors):
+        factor, _ = PARDISO.factorise_around(grid(16, 16, 16), np.arange(0, right.size, 16))
+        halves = factor.forward(right), factor.backward(right)
+    with limited_threads(of_others):
+        before = pardiso._mkl_pardiso()[1]()
+        for half, again in zip(halves, (factor.forward(right), factor.backward(right)), strict=True):
+            np.testing.assert_allclose(again, half, atol=1e-12 * np.abs(half).max())
+        assert pardiso._mkl_pardiso()[1]() == before == of_others
 
 
 LAST = np.array([3])
