@@ -17,7 +17,6 @@ from scipy import linalg, sparse
 from fingerslip.arrays import Floats, Integers, Reals
 from fingerslip.errors import FingerslipError
 from fingerslip.linear import solvers
-from fingerslip.linear.resources import single_dense_thread
 
 _MIRRORED_AT_ONCE, _COLUMNS_AT_ONCE = 512, 64
 
@@ -158,9 +157,7 @@ def factorise_around(
     if interface.size == matrix.shape[0]:
         return InnerFactor(solver, matrix, interface), _invert(matrix.toarray())
     factor, schur = solver.factorise_around(matrix, interface)
-    # Threads of OpenBLAS spin while they wait: where others compute beside them, two take ten times the work of one.
-    with single_dense_thread():
-        return factor, _invert(schur) if interface.size else schur
+    return factor, _invert(schur) if interface.size else schur
 
 
 def _invert(matrix: Reals) -> Reals:

@@ -24,7 +24,7 @@ import numpy as np
 from scipy import sparse
 
 from fingerslip.arrays import Floats, Integers, Reals
-from fingerslip.linear.resources import require_memory
+from fingerslip.linear.resources import require_memory, single_dense_thread
 from fingerslip.linear.solver import LinearSolver, SchurFactor, factorise_around
 from fingerslip.linear.symmetric import symmetric_product
 
@@ -107,7 +107,9 @@ def condense(
         solver = solver.series()
         factors = solver.bytes_around(matrix, interface)
         require_memory({"factors": factors, "compliance": _COPIES * dense, "history": reserved_bytes})
-    factor, inverse = factorise_around(matrix, interface, solver)
+    # Threads of OpenBLAS spin while they wait: beside other work two take up to ten times the CPU time of one.
+    with single_dense_thread():
+        factor, inverse = factorise_around(matrix, interface, solver)
     rows = sparse.csr_matrix(local[:, interface])
     identity = sparse.identity(interface.size, format="csr")
     if rows.shape == identity.shape and (rows != identity).nnz == 0:
