@@ -68,13 +68,17 @@ class Spikes:
     origin: str = ""
 
     def __post_init__(self) -> None:
-        trains = tuple(np.asarray(train, dtype=np.float64).ravel() for train in self.times)
+        try:
+            trains = tuple(np.asarray(train, dtype=np.float64).ravel() for train in self.times)
+        except (TypeError, ValueError) as error:
+            raise InputError("times", f"are no numbers ({error})", "need some for each name, in seconds") from None
         labels = {name: tuple(map(str, getattr(self, name))) for name in ("names", "kinds")}
         for name, entries in {**labels, "times": trains}.items():
             object.__setattr__(self, name, entries)
         for name, entries in (("kinds", self.kinds), ("times", self.times)):
             if len(entries) != len(self.names):
-                raise InputError(name, f"have {len(entries)} entries", f"need one for each of {len(self.names)} names")
+                fault, needs = f"have {len(entries)} entries", f"need one for each of {len(self.names)} names"
+                raise InputError(name, fault, needs, "of one afferent write ['unit 7'], ['FA-I'], [[0.31, 1.42]]")
         for name, times in zip(self.names, self.times, strict=True):
             # What is no number is not in order, either.
             if not (np.diff([self.start, *times, self.end]) >= 0.0).all():

@@ -87,7 +87,8 @@ def trial_samples(name: str, motion: Motion, onsets: Onsets, settings: FeatureSe
     classes, rest = classes_at(onsets, motion.time), settings.motion.rest_frames
     if classes[:rest].any():
         fault = f"slips at {onsets.first:.4g} s, within the {rest} frames that are taken for rest"
-        raise InputError(f"trial {name}", fault, "needs rest before slip", "write fewer frames, as --rest 20")
+        repair = f"write --rest {classes.nonzero()[0][0]} or less" if not classes[0] else "leave the trial out"
+        raise InputError(f"trial {name}", fault, "needs rest before slip", repair)
     frames = chosen_frames(classes, motion.usable, sampling, name)
     return Samples(
         values=features_of(motion.at(frames), settings),

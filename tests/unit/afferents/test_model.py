@@ -90,6 +90,8 @@ def test_vibrations_are_asked_for_where_ten_records_a_period_and_a_damped_body_r
         (("SA-I",), [[0.15, 0.1]], "times of a: are not in order"),
         (("SA-I",), [[-0.05]], "times of a: are not in order"),
         (("SA-I",), [[np.nan]], "times of a: are not in order"),
+        (("SA-I",), [["early"]], r"times: are no numbers \(.*early.*\), need some for each name, in seconds"),
+        (("SA-I",), None, "times: are no numbers"),
     ],
 )
 def test_spikes_of_ones_own_are_checked(kinds, times, message):

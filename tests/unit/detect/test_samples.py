@@ -70,7 +70,7 @@ def test_samples_know_their_trials(samples, trials):
     assert (samples.features(slipping, ("time",)) >= np.float32(label.gross)).all()
     with pytest.raises(InputError, match="trial slide-0007: has no gross slip"):
         samples_of(trials, trials.onsets() | {"slide-0007": Onsets(1.0, None)})
-    with pytest.raises(InputError, match=r"trial slide-0000: slips at .* s, within the 100 frames .* for rest"):
+    with pytest.raises(InputError, match=r"trial slide-0000: slips at .* s, within the 100 .* --rest 88 or less"):
         samples_of(trials, trials.onsets())
 
 

@@ -48,7 +48,7 @@ from fingerslip.slip import find_events
 from fingerslip.slip.windows import LATENCY
 from fingerslip.study.inspection.show import sensitivities
 from fingerslip.study.storage.reporting import reactions_of, read_results, read_stored_run, slide_starts
-from fingerslip.study.storage.store import read_manifest, stored_manifest
+from fingerslip.study.storage.store import read_manifest
 from fingerslip.units import parse_quantity
 
 if TYPE_CHECKING:
@@ -98,13 +98,12 @@ def kinds_text(target: Path | None = None) -> str:
 
 def _result_kinds(target: Path) -> set[str]:
     """Return the kinds of figures of the run that is shown without a name, and of its study."""
-    kinds, names = {FILM}, list(stored_manifest(target).get("runs", {})) if not (target / RESULT).is_file() else []
-    history = read_history(_run_folder(target, names[len(names) // 2] if names else "") / HISTORY)
-    kinds |= {name for name in OF_RUNS if RUN_FIGURES[name].can_show(history)}
+    study = None if (target / RESULT).is_file() else read_results(target)
+    history = read_history(_run_folder(target, with_run(target, FigureChoice(FILM)).run) / HISTORY)
+    kinds = {FILM, *(name for name in OF_RUNS if RUN_FIGURES[name].can_show(history))}
     if RUN_FIGURES["markers"].can_show(history) and phase_times(history, "hold"):
         kinds.add(DETECTOR)
-    if names:
-        study = read_results(target)
+    if study is not None:
         lacking = {"sensitivity"} if not study.design else set()
         lacking |= set(_OVER) if not _axis_paths(study) else set()
         kinds |= {name for name in OF_STUDIES if name not in lacking and STUDY_FIGURES[name].fits(history)}
