@@ -16,6 +16,7 @@ from fingerslip.afferents.signals import (
     MOTIONS,
     ORDER,
     STIMULI,
+    check_kinds,
     filter_from_rest,
     record_bandwidth,
     step_text,
@@ -244,6 +245,7 @@ def answering_models(
 ) -> dict[str, AfferentModel]:
     """Return those of the models that a history resolves whose receptors it records, with strain."""
     resolved = resolved_afferents(history, models)
+    check_kinds(history, models or (), "afferents")
     recorded = dict.fromkeys(map(str, site_kinds(history))) if "strain" in history else {}
     return {kind: resolved[kind] for kind in recorded if kind in resolved}
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import numpy as np
 import xarray as xr
@@ -14,6 +14,7 @@ from fingerslip.arrays import Floats
 from fingerslip.errors import InputError, ResultError
 from fingerslip.history import full_tensors, site_kinds, sites_of_kinds
 from fingerslip.model.model import Model
+from fingerslip.parameters.schema import require_kind
 from fingerslip.sites import RECEPTOR_KINDS
 
 # What others call the types of receptors.
@@ -23,6 +24,15 @@ _OTHER_NAMES = {
     **dict.fromkeys(("PC", "RA2", "RA-II", "FA2", "FAII"), "FA-II"),
     **dict.fromkeys(("SA2", "SA-2", "SAII"), "SA-II"),
 }
+
+
+def check_kinds(history: xr.Dataset, kinds: Iterable[str], where: str) -> None:
+    """Refuse types of receptors that are neither known nor recorded."""
+    names = tuple(dict.fromkeys((*RECEPTOR_KINDS, *map(str, site_kinds(history)))))
+    for kind in kinds:
+        if kind not in names:
+            repair = f"write {_OTHER_NAMES[kind]}" if kind in _OTHER_NAMES else ""
+            raise InputError(where, f"'{kind}' is not known", f"needs some of {', '.join(names)}", repair)
 
 
 def receptor_stimuli(history: xr.Dataset, kinds: Sequence[str] = RECEPTOR_KINDS) -> xr.Dataset:
@@ -50,11 +60,8 @@ def receptor_stimuli(history: xr.Dataset, kinds: Sequence[str] = RECEPTOR_KINDS)
     ResultError
         Where no receptor of these types was recorded, or the history is of a version that recorded no strain.
     """
-    names = tuple(dict.fromkeys((*RECEPTOR_KINDS, *map(str, site_kinds(history)))))
-    for kind in kinds:
-        if kind not in names:
-            repair = f"write {_OTHER_NAMES[kind]}" if kind in _OTHER_NAMES else ""
-            raise InputError("kinds", f"'{kind}' is not known", f"needs some of {', '.join(names)}", repair)
+    require_kind(history, xr.Dataset, "a history, which simulate returns", "history")
+    check_kinds(history, kinds, "kinds")
     rows = sites_of_kinds(history, kinds)
     if not rows.size:
         raise ResultError(f"history: has no receptor of the types {', '.join(kinds)}, needs one; record receptors")

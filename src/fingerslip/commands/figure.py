@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 
@@ -18,7 +18,7 @@ def figure(  # noqa: PLR0917  the options of a command line have no order
     kind: Annotated[
         str, typer.Option(help="What is shown; 'list' prints all kinds.", autocompletion=figure_kinds)
     ] = "list",
-    form: Annotated[str, typer.Option("--format", help="pdf, svg or png.")] = "pdf",
+    form: Annotated[Literal["pdf", "svg", "png"], typer.Option("--format", help="Of the file.")] = "pdf",
     style: Annotated[str, typer.Option(help="paper, column, slides or page.")] = "paper",
     run: Annotated[str, typer.Option(metavar="NAME", help="The run, of a study with several.")] = "",
     over: Annotated[str, typer.Option(metavar="PATH", help="The swept value on the axis.")] = "",

@@ -8,7 +8,7 @@ import functools
 import types
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from types import MappingProxyType
-from typing import Annotated, Any, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import pydantic
 from pydantic_core import CoreSchema, PydanticKnownError, core_schema
@@ -228,8 +228,10 @@ def _mistakes(detail: _Detail, location: Location) -> Iterator[InputError]:
     if isinstance(cause, InputError):
         yield from (mistake.moved(lambda inner: join_path(where, inner)) for mistake in cause.all)
     elif detail["type"] == "missing":
-        example = _example(location.hint)
-        yield InputError(where, "is missing", f"needs a value such as {example}" if example else "needs a value")
+        plain, example = _plain(location.hint)[0], _example(location.hint)
+        choices = ", ".join(get_args(plain)) if get_origin(plain) is Literal else ""
+        needs = f"one of {choices}" if choices else f"a value such as {example}" if example else "a value"
+        yield InputError(where, "is missing", f"needs {needs}")
     elif detail["type"] in _UNKNOWN:
         near = _nearest_key(location)
         repair = guesses(location.path[-1], _inner_paths(location)) or (f"did you mean '{near}'?" if near else "")

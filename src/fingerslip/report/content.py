@@ -136,9 +136,10 @@ def check_subject(name: str, subject: StudySubject | RunSubject) -> None:
             names = sorted(name for name, other in every.items() if other.words and other.fits(history))
             fault = f"'{name}' shows runs of {needed}, this one has {actual} dimensions"
             raise InputError("figure: --kind", fault, f"needs one of {', '.join(names)}")
-        if "receptors" in kind.needs and not has_receptors(history):
-            repair = "write record: {receptors: [FA-I, SA-I]} and run again"
-            raise ResultError(f"history: has no receptors, needs some; {repair}")
+        recorded = {"receptors": "receptors: [FA-I, SA-I]", "markers": "groups: [internal_markers]"}
+        for need, group in recorded.items():
+            if need in kind.needs and not HAS[need](history):
+                raise ResultError(f"history: has no {need}, needs some; write record: {{{group}}} and run again")
 
 
 #: Runs that a page shows in figures: more panels are too small to read, more runs in detail too long a page.

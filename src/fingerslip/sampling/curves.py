@@ -109,6 +109,14 @@ class Measurement:
         """Return curves (..., n_columns, n) [SI] in standard deviations, (..., n_columns n)."""
         return np.asarray(curves / self.deviations).reshape(*curves.shape[:-2], -1)
 
+    def check_reach(self, start: float, end: float, run: str) -> None:
+        """Refuse what goes beyond a run, from start to end [SI of `over`]."""
+        low, high, slack = self.positions.min(), self.positions.max(), 1e-6 * (end - start)
+        if low < start - slack or high > end + slack:
+            unit, repair = OVER[self.over], "let the programme go further, or leave out rows"
+            needs = f"needs {start:.6g} to {end:.6g} {unit}, as run {run} has"
+            raise InputError(f"fit.over: {self.over}", f"goes from {low:.6g} to {high:.6g} {unit}", needs, repair)
+
 
 def read_measurement(path: Path, settings: FitSettings) -> Measurement:
     """Read measured curves from a CSV file whose columns have units."""
@@ -164,9 +172,8 @@ def _numbers(column: pd.Series[Any], unit: str, si: str, where: str) -> Floats:
         factor = 1.0 if unit in ("", "1") and not si else parse_quantity(f"1 {unit}", si)
     except InputError:
         fault = f"has the unit [{unit}]" if unit else "has no unit"
-        raise InputError(
-            where, fault, f"needs a unit of [{si}]", "write it behind the name, as in depth [mm]"
-        ) from None
+        repair = "write it behind the name, as in depth [mm]"
+        raise InputError(where, fault, f"needs a unit of [{si}]", repair) from None
     numbers = factor * pd.to_numeric(column, errors="coerce").to_numpy(dtype=float)
     if not np.isfinite(numbers).all():
         row = int(np.argmin(np.isfinite(numbers))) + 1
@@ -178,15 +185,7 @@ def curves_of(history: xr.Dataset, measurement: Measurement, run: str) -> Floats
     """Return the curves of a run where they were measured, (n_columns, n) [SI]."""
     positions, first = _positions(history, measurement.over, run)
     last = int(positions.argmax()) + 1
-    reach, slack = (positions[0], positions[last - 1]), 1e-6 * float(np.ptp(positions))
-    low, high = float(measurement.positions.min()), float(measurement.positions.max())
-    if low < reach[0] - slack or high > reach[1] + slack:
-        unit = OVER[measurement.over]
-        allowed = f"needs {reach[0]:.6g} to {reach[1]:.6g} {unit}, as run {run} has"
-        fault = f"goes from {low:.6g} to {high:.6g} {unit}"
-        raise InputError(
-            f"fit.over: {measurement.over}", fault, allowed, "let the programme go further, or leave out rows"
-        )
+    measurement.check_reach(positions[0], positions[last - 1], run)
     curves = [_signal(history, name)[first : first + last] for name in measurement.columns]
     return np.array([np.interp(measurement.positions, positions[:last], curve) for curve in curves])
 

@@ -15,6 +15,7 @@ import numpy as np
 from fingerslip.arrays import Floats
 from fingerslip.errors import InputError, Mistakes, ResultError, errors_at, optional_module
 from fingerslip.history import read_history
+from fingerslip.model.programme import Slide, phase_duration
 from fingerslip.parameters.schema import require_kind
 from fingerslip.report.labels import path_labels
 from fingerslip.report.tables.runs import table_frame
@@ -32,7 +33,7 @@ from fingerslip.sampling.posterior import (
 )
 from fingerslip.sampling.sensitivity import number_and_unit
 from fingerslip.storage.files import csv_text, digest, frame_csv, new_folder, write_bytes, write_json, write_text
-from fingerslip.study.definition.runs import plan_study
+from fingerslip.study.definition.runs import Run, plan_study
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.running.runner import run_plans, write_up
 from fingerslip.study.storage.reporting import read_results
@@ -152,11 +153,26 @@ def fit(
         raise InputError(f"{source}: fit", "is missing", "needs the measured curves", repair)
     optional_module(*EMCEE)
     measurement = read_measurement(Path(data), settings)
+    with errors_at(str(source)):
+        _refuse_beyond(measurement, plan.runs)
     (result,) = run_plans([plan], workers=workers, progress=progress)
     with errors_at(str(source)):
         posterior = _write(result, measurement, settings)
     write_up(plan)
     return posterior
+
+
+def _refuse_beyond(measurement: Measurement, runs: Sequence[Run]) -> None:
+    """Refuse a measurement that goes further than the programme of a run, where its plate has no other."""
+    for study, name in ((run.study, run.name) for run in runs):
+        phases, contact = study.programme, study.contact
+        reaches = {
+            "depth": sum(getattr(phase, "depth", max(getattr(phase, "press", 0.0), 0.0)) for phase in phases),
+            "displacement": sum(phase.distance for phase in phases if isinstance(phase, Slide)),
+            "time": study.time.end or sum(map(phase_duration, phases)),
+        }
+        if contact and not (contact.programme or study.bodies or study.reaction):
+            measurement.check_reach(0.0, reaches[measurement.over], name)
 
 
 def _write(study: StudyResult, measurement: Measurement, settings: FitSettings) -> Posterior:
@@ -183,14 +199,9 @@ def _write(study: StudyResult, measurement: Measurement, settings: FitSettings) 
     values = np.column_stack((low + chain.samples[:, :-1] * (high - low), chain.samples[:, -1]))
     note = f"Emulator of the curves: error {emulator.error:.2g} standard deviations of the measurement. "
     note += f"WARNING: {warning} " if warning else ""
+    columns, names = np.column_stack((values, misfits)), ([*labels, "chi-squared per point"], [*units, ""])
     tables = (
-        _summary(
-            np.column_stack((values, misfits)),
-            chain,
-            (low, high),
-            ([*labels, "chi-squared per point"], [*units, ""]),
-            note,
-        ),
+        _summary(columns, chain, (low, high), names, note),
         _predictions(study.runs, points, chain.samples[:, :-1], generator, end),
     )
     rows = generator.permutation(len(values))
@@ -211,10 +222,7 @@ def _write(study: StudyResult, measurement: Measurement, settings: FitSettings) 
         write_text(folder / _DRAWN["fit"], frame_csv(bands))
         about = {"runs": digest([run.identity for run in study.runs]), "notes": [table.note for table in tables]}
         write_json(folder / Path(ABOUT).name, about)
-        figures = {
-            "corner": corner_figure(values, labels, units, (low, high)),
-            "fit": fit_figure(bands),
-        }
+        figures = {"corner": corner_figure(values, labels, units, (low, high)), "fit": fit_figure(bands)}
         for name, figure in figures.items():
             write_bytes(folder / f"{name}.png", figure_bytes(figure))
     return Posterior(study.folder / FIT, tables)
@@ -303,11 +311,10 @@ def _refuse_leaning(samples: Floats, study: StudyResult, bounds: Sequence[str]) 
     for (path, ends), shares in zip(study.ranges.items(), samples.T, strict=True):
         for end, word, near in ((ends[0], "lower", shares < _EDGE), (ends[1], "higher", shares > 1.0 - _EDGE)):
             if near.mean() > _LEANING and path not in bounds:
+                needs = "needs an end that the measurement excludes"
                 fault = f"has {100.0 * near.mean():.0f} % of the posterior within {100 * _EDGE:.0f} % of {end}"
                 repair = f"write a {word} end, or name the path in fit.bounds where nature ends it there"
-                mistakes.found.append(
-                    InputError(f"sample.ranges.{path}", fault, "needs an end that the measurement excludes", repair)
-                )
+                mistakes.found.append(InputError(f"sample.ranges.{path}", fault, needs, repair))
     mistakes.raise_all()
 
 

@@ -270,7 +270,7 @@ _PART = re.compile(r".+?(?:(?<=\w)[_/-](?=\w)|(?<=\w)\.(?=[a-z])|$)")
 def to_rich(table: Table, width: int = 80) -> rich.console.Group:
     """Turn a table into one for the terminal, with its remarks below it."""
     widths = _widths(table, width)
-    rows_shown = _list_rows(table, width) if widths is None else [_grid(table, widths)]
+    rows_shown = _list_rows(table, width) if widths is None or not table.rows else [_grid(table, widths)]
     # A caption of the table itself would be as narrow as the table.
     remarks = rich.text.Text(f"{table.remarks}\n" if table.remarks else "", style="dim italic")
     return rich.console.Group(*rows_shown, remarks)

@@ -79,6 +79,8 @@ def test_missing_receptors_and_missing_strain_are_said():
         receptor_stimuli(history, ("SA-II",))
     with pytest.raises(fs.InputError, match=r"kinds: 'PC' is not known, needs some of .*FA-II.*; write FA-II"):
         receptor_stimuli(history, ("SA-I", "PC"))
+    with pytest.raises(fs.InputError, match="history: got 'results', needs a history, which simulate returns"):
+        fs.spikes_of("results", fs.human_afferents())  # type: ignore[arg-type]
     with pytest.raises(fs.ResultError, match="run the study again"):
         receptor_stimuli(history.drop_vars("strain"))
 

@@ -49,6 +49,7 @@ def test_a_study_is_checked_run_compared_exported_drawn_and_reported(invoke, blo
     assert Path(written).read_bytes().startswith(b"<?xml")
     assert "film: a film, as MP4" in invoke("figure", "results/block").output
     invoke("figure", "results/block", "--kind", "x", code=2)
+    invoke("figure", "results/block", "--format", "bmp", code=2)
     with monkeypatch.context() as patch:
         patch.setattr("fingerslip.study.inspection.views.write_figure", lambda *_: "c.pdf")
         said = invoke("figure", "results/block", "--kind", "composed").stderr

@@ -15,6 +15,7 @@ from fingerslip.materials.elastic import Elastic
 from fingerslip.model.programme import Press, Slide
 from fingerslip.parameters import PositiveDuration, PositiveLength, from_mapping, parameters
 from fingerslip.parameters.fields import locate, mistakes_in, type_hints, unit_of
+from fingerslip.sampling.curves import FitSettings
 from fingerslip.specimens.fingertip.numbers import Receptors
 from fingerslip.study.definition.settings import ContactSettings
 from fingerslip.study.definition.spec import Study
@@ -66,6 +67,11 @@ MISTAKES = {
             "dept: is not known, may be one of depth, speed; did you mean 'depth'?",
             "speed: is missing, needs a value such as 1.5 mm/s",
         ],
+    ),
+    "one of a few words": (
+        FitSettings,
+        {"columns": {"normal_force": "1 mN"}},
+        ["over: is missing, needs one of depth, displacement, time"],
     ),
     "several of one check": (
         ContactSettings,

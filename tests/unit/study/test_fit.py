@@ -268,4 +268,11 @@ def test_a_study_without_a_fit_and_data_that_are_no_curves_are_refused_before_an
         fs.fit(study, 3)  # type: ignore[arg-type]
     with pytest.raises(fs.InputError, match=r"gone\.csv: cannot be read"):
         fs.fit(write_study(values()), tmp_path / "gone.csv", results_dir=tmp_path / "results")
+    for over, far in (("depth", 0.11), ("displacement", 0.51), ("time", 0.13)):
+        ways = np.linspace(0.0, far, 6)
+        columns = {f"{over} [{'s' if over == 'time' else 'mm'}]": ways, "normal_force [N]": ways}
+        pd.DataFrame(columns).to_csv(tmp_path / "far.csv", index=False)
+        fitted = write_study(values(fit={"over": over, "columns": {"normal_force": "1 mN"}}))
+        with pytest.raises(fs.InputError, match=rf"block\.yaml: fit\.over: {over}: goes from 0 to .* let the"):
+            fs.fit(fitted, tmp_path / "far.csv", results_dir=tmp_path / "results")
     assert not (tmp_path / "results").exists()

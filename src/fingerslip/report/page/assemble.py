@@ -141,7 +141,7 @@ def run_section(content: ReportContent, run: RunResult) -> ReportSection:
     if has_receptors(history):
         tables.append(run_tables.peaks_table(acceleration_peaks(history, content.settings.peaks)))
     pictures = run_pictures(_subject(content, run)) if drawn is None else drawn
-    return ReportSection(content.titles[run.name], (), tuple(tables), tuple(pictures), folded=True)
+    return ReportSection(run_title(run, "The run"), (), tuple(tables), tuple(pictures), folded=True)
 
 
 def _subject(content: ReportContent, run: RunResult) -> RunSubject:

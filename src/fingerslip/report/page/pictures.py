@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Literal
 
@@ -36,6 +37,7 @@ from fingerslip.report.figures.style import looking
 from fingerslip.report.labels import of_histories, path_label, prose
 from fingerslip.report.page.page import Picture
 from fingerslip.report.tables.runs import differing_paths
+from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import Events, find_events
 
 if TYPE_CHECKING:
@@ -168,6 +170,8 @@ def draw(
         if spikes.size and not ((first <= spikes) & (spikes <= last)).any():
             fault, span = f"has spikes from {spikes.min():g} to {spikes.max():g} s", f"from {first:g} to {last:g} s"
             raise InputError("recorded", fault, f"needs some {span}", "shift its times [s] to the clock of the history")
+        if others := sorted({*recorded.kinds} - {*RECEPTOR_KINDS}):
+            warnings.warn(f"recorded: {', '.join(others)} is none of {', '.join(RECEPTOR_KINDS)}", stacklevel=2)
     marked = find_events(history) if events is None else events
     subject = RunSubject(history, marked, times=tuple(times), title=title, afferents=afferents, recorded=recorded)
     with looking(style):

@@ -157,7 +157,7 @@ def differences_table(first: Mapping[str, str], second: Mapping[str, str], *, sa
         if path not in aside
     )
     recorded = f"Recorded differently, too, which moves no slip event: {first_named(aside, 4)}."
-    said = " ".join(filter(None, (note, "" if paths else same, recorded if aside else "")))
+    said = " ".join(filter(None, ("" if paths else same, note, recorded if aside else "")))
     return Table("Values that differ", (Column("value"), Column("A"), Column("B")), rows, said)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, get_args
 
 from fingerslip.errors import InputError, Mistakes, unknown_name
 from fingerslip.materials.material import Formulation
@@ -85,7 +85,8 @@ def _of_a_body(name: str) -> Callable[..., None]:
 
     def check(specimen: str | None, mesh: MeshSource, value: object, formulation: Formulation | None = None) -> None:
         if specimen is None and not mesh.needs_specimen and not value and formulation != "solid":
-            raise InputError(name, "is missing", f"needs a value where there is no {_KINDS}")
+            needs = f"one of {', '.join(get_args(Formulation))}" if name == "formulation" else "a value"
+            raise InputError(name, "is missing", f"needs {needs} where there is no {_KINDS}")
 
     return check
 

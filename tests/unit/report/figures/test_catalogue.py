@@ -16,6 +16,7 @@ from fingerslip.report.content import (
 )
 from fingerslip.report.figures.motion import Film, film_frames
 from fingerslip.report.figures.style import LOOKS
+from fingerslip.report.page import pictures
 from fingerslip.report.page.pictures import _DRAW_RUNS, _DRAW_STUDIES, draw_of_run, draw_of_study
 from fingerslip.report.scene.options import SceneOptions
 from unit.report.figures import made
@@ -116,9 +117,20 @@ def test_a_history_is_drawn_by_name_with_its_events_or_those_that_are_given():
         fs.draw(HISTORY, "spikes", recorded=[0.1, 0.2])
     with pytest.raises(fs.InputError, match="recorded: is given for 'forces', needs the kind composed or spikes"):
         fs.draw(HISTORY, "forces", recorded=late)
+    with pytest.raises(fs.InputError, match=r"afferents: 'FA1' is not known, needs some of FA-I.*; write FA-I"):
+        fs.draw(HISTORY, "spikes", afferents={"FA1": fs.human_afferents()["FA-I"]})
+    with pytest.raises(fs.ResultError, match=r"history: has no markers, needs some; write record: {groups: "):
+        fs.draw(HISTORY, "markers")
     for kind in ("spikes", "acceleration", "strain-energy-density"):
         with pytest.raises(fs.ResultError, match="history: has no receptors, needs some; write record"):
             fs.draw(HISTORY.drop_dims("site"), kind)
+
+
+def test_a_recording_of_a_type_without_a_colour_is_drawn_and_said(monkeypatch):
+    monkeypatch.setattr(pictures, "draw_of_run", lambda _, run: run.recorded)
+    recorded = fs.Spikes(["u"], ["FA1"], [[0.05]], 0.0, 0.1)
+    with pytest.warns(UserWarning, match="recorded: FA1 is none of FA-I, SA-I, FA-II, SA-II"):
+        assert fs.draw(HISTORY, "spikes", recorded=recorded) is recorded
 
 
 @pytest.mark.slow

@@ -169,6 +169,8 @@ def test_section_of_a_run_has_events_measures_and_pictures_under_its_name(monkey
     run = result_of(HISTORY, "a", {"x": 1})
     section = run_section(content_of((run,), {"a": HISTORY}), run)
     assert (section.title, section.folded) == ("x 1", True)
+    alone = result_of(HISTORY, "a", {})
+    assert run_section(content_of((alone,), {"a": HISTORY}), alone).title == "The run"
     titles = ["Slip events, counted from the start of the run", "Measures", "Acceleration peaks"]
     assert [table.title for table in section.tables] == titles
     assert ("number of slides", "", 1) in section.tables[1].rows

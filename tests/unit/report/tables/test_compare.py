@@ -137,7 +137,7 @@ def test_what_differs_is_shown_and_what_is_only_recorded_is_named_below():
     assert table.rows == ()
     assert table.note.endswith("record.sites.3.name and 3 more.")
     table = compare.differences_table({"a": "1"}, {"a": "1"}, same="Both are the same.", note="A: x; B: y.")
-    assert table.note == "A: x; B: y. Both are the same."
+    assert table.note == "Both are the same. A: x; B: y."
     assert to_markdown(table).count("\n") == 2
     assert "same" not in compare.differences_table({"record.a": "1"}, {"record.a": "2"}, same="the same").note
 
