@@ -60,6 +60,7 @@ if TYPE_CHECKING:
 
 #: Name of the detector that ships, where one is chosen.
 RESIDUAL = "residual"
+_EPOCH = 1e6  # no recording lasts so long [s]: times that begin later count from a date
 _CALIBRATION = "Expected calibration error of the probability of slip in ten bins; Brier score over the three classes."
 
 
@@ -152,7 +153,19 @@ def train_detector(dataset: Path, output: Path, classifier: str, choices: Choice
         promise = f"false alarms <= {100 * calibration.share:g} % by {calibration.trials} trials"
     trials, samples = detector.provenance["trials"], detector.provenance["samples"]
     learned = f"{output}: {classifier}, {trials} trials, {samples} samples, {promise}"
-    return f"{learned}\ntest trials, not seen: {', '.join(tests)}"
+    fault = _rest_fault(folder, choices.rest_frames)
+    return "\n".join([*filter(None, [fault]), learned, f"test trials, not seen: {', '.join(tests)}"])
+
+
+def _rest_fault(trials: TrialSet, rest_frames: int) -> str:
+    """Say in how many trials markers move in the frames that are taken for rest; nothing where they do in none."""
+    from fingerslip.vision.tracking.track import rest_length
+
+    rests = (markers_of(trials.tracks(name), "internal")["position"].values[:rest_frames] for name in trials.names)
+    lengths = [rest_length(positions) for positions in rests]
+    moving = sum(length < rest_frames for length in lengths)
+    fault = f"in {moving} of {len(lengths)} trials markers move within the {rest_frames} frames taken for rest"
+    return f"Warning: {fault}; the shortest rest is {min(lengths)}: give fewer --rest" if moving else ""
 
 
 def evaluate_classifiers(
@@ -189,8 +202,8 @@ def evaluate_classifiers(
     ]
     note = (
         f"{len(samples.trials)} trials, {len(samples.classes)} samples; {samples.filled} positions were not seen and "
-        f"filled, {samples.unusable} frames had too few markers."
-    )
+        f"filled, {samples.unusable} frames had too few markers. {_rest_fault(trials, choices.rest_frames)}"
+    ).rstrip()
     tables = [
         accuracy_table(scores, mixed, note),
         *frame_tables(scores),
@@ -322,10 +335,7 @@ def run_detector(
     frames, note, seconds, about = None, "Latency without the tracker. A first run compiles, too.", np.zeros(1), None
     with threadpool_limits(1):
         if source.suffix in TRACK_FILES:
-            tracks = read_any_tracks(source)
-            if (interval := 1.0 / frame_rate_of(tracks["time"].values)) > 1.0:
-                slow = f"{source}: a frame comes every {interval:.3g} s; are its times in seconds?"
-                tracks.attrs["warnings"] = "\n".join(filter(None, (tracks.attrs.get("warnings"), slow)))
+            tracks = _read_to_run(source)
         else:
             frames = open_frames(source, tracking.get("frame_rate"), tracking.get("channel", "grey"))
             if trained:
@@ -356,6 +366,18 @@ def run_detector(
     if before:
         lines.append(f"replaced: what {before['detector']} found in {Path(before['source']).name}")
     return [slide_table(clip), latency], lines
+
+
+def _read_to_run(source: Path) -> xr.Dataset:
+    """Read tracks whose times count from their first frame where they are dates, with what is odd about the times."""
+    tracks = read_any_tracks(source)
+    said, first = [tracks.attrs.get("warnings")], float(tracks["time"][0])
+    if first > _EPOCH:
+        tracks = tracks.assign_coords(time=tracks["time"].copy(data=tracks["time"].values - first))
+        said.append(f"{source}: its first frame is at {first:.3f} s; all times here count from it")
+    if (interval := 1.0 / frame_rate_of(tracks["time"].values)) > 1.0:
+        said.append(f"{source}: a frame comes every {interval:.3g} s; are its times in seconds?")
+    return tracks.assign_attrs(warnings="\n".join(filter(None, said)))
 
 
 def _warnings(tracks: xr.Dataset, trained: Detector, strange: float) -> Iterator[str]:

@@ -29,7 +29,14 @@ from fingerslip.detect.live import Finding
 from fingerslip.detect.model_file import read_detector
 from fingerslip.detect.residual import findings_table
 from fingerslip.detect.samples import benchmark_test_trials, grouped_folds, samples_of
-from fingerslip.detect.session import Choices, evaluate_classifiers, run_detector, score_onsets, train_detector
+from fingerslip.detect.session import (
+    Choices,
+    _rest_fault,
+    evaluate_classifiers,
+    run_detector,
+    score_onsets,
+    train_detector,
+)
 from fingerslip.detect.trials import TrialSet
 from fingerslip.errors import InputError
 from fingerslip.tables.table import Missing, Table, texts, to_csv, to_mapping
@@ -44,6 +51,7 @@ def stored(trials_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Pat
     folder = tmp_path_factory.mktemp("session") / "detector"
     text = train_detector(trials_folder, folder, "logistic:speed+rings", CHOICES)
     assert "logistic:speed+rings, 19 trials, 912 samples, no guarantee" in text
+    assert "arning" not in text
     return folder
 
 
@@ -83,6 +91,23 @@ def test_a_recording_at_another_rate_is_refused_and_one_that_moves_at_rest_is_wa
             lines(other)
     assert "warning" not in lines(tracks.assign_coords(time=tracks["time"].values * 1.05))
     assert "and the detector takes 20 frames for rest: its times" in lines(tracks.isel(time=slice(12, None)))
+
+
+def test_motion_in_frames_that_are_taken_for_rest_is_told(trials: TrialSet) -> None:
+    assert _rest_fault(trials, 20) == ""
+    assert _rest_fault(trials, 60).startswith("Warning: in 24 of 24 trials markers move within the 60 frames")
+
+
+def test_times_that_count_from_a_date_are_counted_from_the_first_frame(trials, tmp_path, monkeypatch):
+    monkeypatch.setattr(page, "write_slip_page", lambda *_: None)
+    tracks, tables = trials.tracks(trials.names[0]), []
+    for number, first in enumerate((0.0, 1.7e9)):
+        table = tmp_path / f"{number}.csv"
+        write_tracks_csv(tracks.assign_coords(time=tracks["time"].values + first), table)
+        (slides, _), lines = run_detector(table, "residual", {}, tmp_path / "page")
+        tables.append(texts(slides))
+        assert ("its first frame is at 1700000000.000 s; all times" in "\n".join(lines)) == (first > 0)
+    assert tables[0] == tables[1]
 
 
 @pytest.mark.slow

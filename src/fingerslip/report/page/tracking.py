@@ -23,6 +23,7 @@ def track_video(
     if out is not None:
         check_replaceable(out, "tracks.nc")
     frames = open_frames(video, options.get("frame_rate"), options.get("channel", "grey"))
+    next(frames.read())  # InputError where there is none
     # The tracker is slow to load, and figures are: what is wrong with a video is said before.
     from fingerslip.vision.tracking.track import TrackingWarning, track_markers
 

@@ -4,6 +4,7 @@ import base64
 import dataclasses
 import json
 import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -201,6 +202,13 @@ def test_the_page_shows_them_by_what_they_are_with_their_values_and_without_name
     assert "Samples in motion" in page
     assert not [run.name for run in made.study.runs if run.name in page]
     assert samples.samples_in_motion(dataclasses.replace(made, representatives={})).is_empty
+
+
+def test_a_video_that_is_not_there_is_an_error_before_anything_is_said():
+    told: list[str] = []
+    with pytest.raises(fs.InputError, match="is not there"):
+        list(track_video(Path("nosuch.avi"), None, {"frame_rate": 30.0}, told.append))
+    assert told == []
 
 
 @pytest.mark.slow
