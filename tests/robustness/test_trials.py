@@ -82,8 +82,8 @@ def test_trials_that_nothing_can_be_learned_from(place):
 
 
 def test_classes_that_are_missing_in_a_fold(place):
-    # Three of the trials are gross from their second frame on, so two folds of two leave no other class to one of them.
-    write_onsets({f"slide-{number:04d}": Onsets(0.0, 1 / 30.0) for number in range(4)}, place / "labels.csv")
+    # All slips at once, so that no frame is of incipient slip.
+    write_onsets({f"slide-{number:04d}": Onsets(1.0, 1.0) for number in range(4)}, place / "labels.csv")
     arguments = (*EVALUATE, "--labels", "labels.csv", "--folds", "2", "--least", "0")
     refused(place, arguments, "has no frame of", "needs frames of all classes", "take more trials")
 

@@ -13,7 +13,8 @@ from fingerslip.commands.shared import AsJson, print_tables
 def react(
     results: Annotated[Path, typer.Argument(metavar="RESULTS", help="Results of a study with the block reaction.")],
     onsets: Annotated[
-        Path | None, typer.Argument(metavar="[CSV]", help="Onset times of all runs: trial, incipient_s, gross_s.")
+        Path | None,
+        typer.Argument(metavar="[CSV]", help="Onset times from the start of each run: trial, incipient_s, gross_s."),
     ] = None,
     *,
     trials: Annotated[

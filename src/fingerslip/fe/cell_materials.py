@@ -53,13 +53,16 @@ def finite_cell_materials(
     space: Space, materials: Mapping[str, AnyMaterial], formulation: Formulation
 ) -> CellMaterials[FiniteMaterial]:
     """Find the material of every cell at large strain; see :func:`cell_materials`."""
-    finite = {}
+    finite, mistakes = {}, Mistakes()
     for name, law in materials.items():
-        if not isinstance(law, FiniteMaterial):
-            has = f"got {type(law).__name__}, a law of small strain"
-            repair = "take NeoHookean with the same constants, or kinematics 'small'"
-            raise InputError(f"materials.{name}", has, "finite kinematics need a law of large strain", repair)
-        finite[name] = law
+        if isinstance(law, FiniteMaterial):
+            finite[name] = law
+            continue
+        has = f"got {type(law).__name__}, a law of small strain"
+        repair = "take NeoHookean with the same constants, or kinematics 'small'"
+        allowed = "finite kinematics need a law of large strain"
+        mistakes.found.append(InputError(f"materials.{name}", has, allowed, repair))
+    mistakes.raise_all()
     return _of_cells(space, finite, formulation)
 
 
@@ -105,7 +108,8 @@ def _numbers(space: Space, materials: Mapping[str, Law]) -> Integers:
     bare = sorted((len(cells), name) for name, cells in regions.items() if len(cells) and (numbers[cells] < 0).any())
     lacking = [name for _, name in bare if (numbers[regions[name]] < 0).all()] or [name for _, name in bare]
     if lacking:
-        raise InputError("materials", f"region '{lacking[0]}' has no material", "every region needs one")
+        names = " or ".join(f"'{name}'" for name in lacking)
+        raise InputError("materials", f"region {names} has no material", "every cell needs one, by one of its regions")
     if (numbers < 0).any():
         raise InputError("mesh", "some cells are in no region", "every cell needs a region, which gives its material")
     return numbers
