@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import fingerslip as fs
-from fingerslip.fe.cell_materials import cell_materials
+from fingerslip.fe.cell_materials import cell_materials, finite_cell_materials
 from fingerslip.fe.forms import mass_matrix, stiffness_matrix, traction_load, viscoelastic_layers
 from fingerslip.fe.integration import Integration, check_integration, is_mean_of_cell
 from fingerslip.fe.recovery import cell_recovery, von_mises
@@ -50,6 +50,11 @@ def test_materials_and_tractions_that_do_not_fit_the_mesh_are_refused(space, mat
         cell_materials(space, materials, formulation)
     with pytest.raises(fs.InputError, match=rf"tractions.top: got 4 components, needs {space.dim}"):
         traction_load(space, {"top": (0.0,) * 4}, 1.0)
+
+
+def test_all_layers_whose_laws_are_of_small_strain_are_named_at_large_strain():
+    with pytest.raises(fs.InputError, match=r"(?s)materials.a: got Elastic.*materials.b: got Elastic"):
+        finite_cell_materials(halves(LOW, HIGH), {"a": elastic(), "b": elastic()}, "plane_strain")
 
 
 @pytest.mark.parametrize("element", EVERY_ELEMENT)
