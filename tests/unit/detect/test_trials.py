@@ -375,6 +375,7 @@ def test_rest_is_found_and_a_data_set_that_is_replaced_is_told(recordings, tmp_p
 def test_options_of_the_tracker_reach_both_cameras_and_files_of_tracks_are_read_as_they_are(collect, tmp_path):
     """Twice the frame rate is half the time, in both; a mask that leaves nothing is for the inner one alone."""
     nothing = np.zeros((120, 160), dtype=bool)
+    nothing[:3, :3] = True
     for options, message in ((search(40), "needs 40"), (search(6, mask=nothing), "found no markers")):
         with pytest.raises(InputError, match=rf"one\.mkv: .*{message}"):
             collect(**options)

@@ -82,11 +82,11 @@ def test_both_origins_of_times_and_what_may_be_quoted_are_said(starts, is_said):
 
 
 @pytest.mark.slow
-def test_single_run_is_called_like_its_study_and_unrecorded_readings_have_no_table():
+def test_single_run_is_called_the_run_and_unrecorded_readings_have_no_table():
     history = make(Process()).drop_dims("site")
     report = study_report(content_of((result_of(history, "run", {}),), {"run": history}))
     assert [section.title for section in report.sections] == [
-        "Slip events", "How slip events are defined", "In motion", "Energy balance", "A <study>", "Citations"
+        "Slip events", "How slip events are defined", "In motion", "Energy balance", "The run", "Citations"
     ]  # fmt: skip
     events = report.sections[0]
     readings = ("accumulated slip", "displacement")
