@@ -46,6 +46,7 @@ class Samples:
     ring: NDArray[np.intp]  # (n_markers,), ring of each internal marker
     rest_end: Floats  # (n_trials,), time of the last frame at rest of each trial [s]
     interval: Floats  # (n_trials,), median time between the frames of each trial [s]
+    rest: NDArray[np.intp]  # (n_trials,), frames in which the markers of each trial rest, of those taken for rest
     filled: int = 0  # positions that were not seen in these trials, and filled
     unusable: int = 0  # frames with too few markers, which are not sampled
 
@@ -84,6 +85,8 @@ def samples_of(
 
 def trial_samples(name: str, motion: Motion, onsets: Onsets, settings: FeatureSettings, sampling: Sampling) -> Samples:
     """Return the sampled frames of one trial."""
+    from fingerslip.vision.tracking.track import rest_length
+
     classes, rest = classes_at(onsets, motion.time), settings.motion.rest_frames
     if classes[:rest].any():
         fault = f"slips at {onsets.first:.4g} s, within the {rest} frames that are taken for rest"
@@ -99,6 +102,7 @@ def trial_samples(name: str, motion: Motion, onsets: Onsets, settings: FeatureSe
         ring=motion.ring,
         rest_end=motion.time[[rest - 1]],
         interval=np.atleast_1d(np.median(np.diff(motion.time))),
+        rest=np.array([rest_length(motion.rest + motion.displacement[:rest])]),
         filled=int((~motion.seen).sum()),
         unusable=int((~motion.usable).sum()),
     )
@@ -113,7 +117,7 @@ def joined_samples(samples: Sequence[Samples]) -> Samples:
             raise InputError(f"trial {part.trials[0]}", fault, "needs the same markers and rings", repair)
     joined = {
         name: np.concatenate([getattr(part, name) for part in samples])
-        for name in ("values", "classes", "rest_end", "interval")
+        for name in ("values", "classes", "rest_end", "interval", "rest")
     }
     return Samples(
         **joined,

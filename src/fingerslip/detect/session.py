@@ -153,19 +153,14 @@ def train_detector(dataset: Path, output: Path, classifier: str, choices: Choice
         promise = f"false alarms <= {100 * calibration.share:g} % by {calibration.trials} trials"
     trials, samples = detector.provenance["trials"], detector.provenance["samples"]
     learned = f"{output}: {classifier}, {trials} trials, {samples} samples, {promise}"
-    fault = _rest_fault(folder, choices.rest_frames)
+    fault = _rest_fault(detector.provenance["shortest rest"], choices.rest_frames)
     return "\n".join([*filter(None, [fault]), learned, f"test trials, not seen: {', '.join(tests)}"])
 
 
-def _rest_fault(trials: TrialSet, rest_frames: int) -> str:
-    """Say in how many trials markers move in the frames that are taken for rest; nothing where they do in none."""
-    from fingerslip.vision.tracking.track import rest_length
-
-    rests = (markers_of(trials.tracks(name), "internal")["position"].values[:rest_frames] for name in trials.names)
-    lengths = [rest_length(positions) for positions in rests]
-    moving = sum(length < rest_frames for length in lengths)
-    fault = f"in {moving} of {len(lengths)} trials markers move within the {rest_frames} frames taken for rest"
-    return f"Warning: {fault}; the shortest rest is {min(lengths)}: give fewer --rest" if moving else ""
+def _rest_fault(shortest: int, rest_frames: int) -> str:
+    """Say that markers move in the frames that are taken for rest, where the shortest rest of a trial has fewer."""
+    fault = f"Warning: in a trial markers move within the {rest_frames} frames taken for rest"
+    return f"{fault}; the shortest rest is {shortest}: give fewer --rest" if shortest < rest_frames else ""
 
 
 def evaluate_classifiers(
@@ -202,7 +197,7 @@ def evaluate_classifiers(
     ]
     note = (
         f"{len(samples.trials)} trials, {len(samples.classes)} samples; {samples.filled} positions were not seen and "
-        f"filled, {samples.unusable} frames had too few markers. {_rest_fault(trials, choices.rest_frames)}"
+        f"filled, {samples.unusable} frames had too few markers. {_rest_fault(samples.rest.min(), choices.rest_frames)}"
     ).rstrip()
     tables = [
         accuracy_table(scores, mixed, note),

@@ -236,7 +236,13 @@ def train(
         data=trials.digest,
         frame_rate=float(f"{1.0 / np.median(samples.interval):.6g}") if alike else None,
         ranges=[[part.min(axis=0).tolist(), part.max(axis=0).tolist()] for part in (at_rest, samples.values)],
-        provenance={"trials": len(samples.trials), "samples": len(samples.classes), "seed": seed, "set": trials.title},
+        provenance={
+            "trials": len(samples.trials),
+            "samples": len(samples.classes),
+            "seed": seed,
+            "set": trials.title,
+            "shortest rest": int(samples.rest.min()),
+        },
     )
     if not calibration:
         return detector

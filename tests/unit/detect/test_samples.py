@@ -65,6 +65,7 @@ def test_samples_know_their_trials(samples, trials):
     assert set(samples.trial.tolist()) == set(range(24))
     assert samples.filled == samples.unusable == 0
     assert samples.rest_end == pytest.approx(19 / 30)
+    assert (samples.rest == 20).all()
     label = trials.onsets()[samples.trials[3]]
     slipping = np.flatnonzero((samples.trial == 3) & (samples.classes == 2))
     assert (samples.features(slipping, ("time",)) >= np.float32(label.gross)).all()

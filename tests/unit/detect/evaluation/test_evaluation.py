@@ -77,7 +77,7 @@ def test_frames_of_known_trials_are_easier_for_a_classifier_that_learns_them_by_
     values = (key[trial, classes] + 0.05 * draw.normal(size=(1200, 4))).astype(np.float32)
     names = tuple(f"{name}/x/{number}" for name in ("displacement", "speed") for number in (0, 1))
     known = tuple(f"t{number}" for number in range(20))
-    samples = Samples(values, classes, trial, names, known, np.zeros(2, dtype=np.intp), *np.zeros((2, 20)))
+    samples = Samples(values, classes, trial, names, known, np.zeros(2, dtype=np.intp), *np.zeros((3, 20)))
     run, forest = Evaluation(trials, dict.fromkeys(known, Onsets(1.0, 2.0)), samples, MOTION), CLASSIFIERS["forest"]
     grouped = run.matrices([run.fit(forest, test).frames for test in grouped_folds(known, 5, 0)])
     accuracy = [np.trace(matrices.sum(axis=0)) / matrices.sum() for matrices in (grouped, run.by_sample(forest))]
