@@ -169,8 +169,8 @@ class Job:
     folder: Path  # where its results go
     doubts: tuple[Doubt, ...] = ()  # what is doubtful in the model
     n_dofs: int = 0  # degrees of freedom of its mesh
-    n_free: int = 0  # those that no support holds
     contact_nodes: int = 0  # contact candidates
+    basis_sizes: tuple[int, int] = (0, 0)  # degrees of freedom that no support holds, and those of nodes that may touch
 
 
 #: Meshes and their spaces by what decides them.
@@ -232,8 +232,9 @@ def _new_job(plan: Plan, run: Run, meshes: _Meshes) -> Job:
         space = space or build_space(model.mesh)
         checked_model = inspect_model(model, space)
     meshes[key] = model.mesh, space
-    contact_nodes = sum(len(candidates.nodes) for candidates in checked_model.candidates)
-    counts = space.n_dofs, checked_model.free.size, contact_nodes
+    candidates = [touched.nodes for touched in checked_model.candidates]
+    sizes = checked_model.free.size, space.dim * len(np.unique(np.concatenate([[], *candidates])))
+    counts = space.n_dofs, sum(map(len, candidates)), sizes
     return Job(run, model, plan.identities[run.name], plan.folder / run.name, doubts(model, checked_model), *counts)
 
 
@@ -258,7 +259,7 @@ def choose_bases(jobs: Sequence[Job]) -> tuple[Job, ...]:
 
 def _saves(jobs: Sequence[Job]) -> bool:
     """Tell whether a basis saves time in all motions of a body together."""
-    models, first_job, dim = [job.model for job in jobs], jobs[0], jobs[0].model.mesh.dim()
+    models = [job.model for job in jobs]
     if any(_needs_mesh(model) for model in models):
         return False
     # The first of several motions with a matrix may try out how many normal modes suffice, and is computed again.
@@ -266,7 +267,7 @@ def _saves(jobs: Sequence[Job]) -> bool:
     steps = sum(
         step_count(model) for number, model in enumerate(models) if first[number] != number or first.count(number) == 1
     )
-    return basis_saves(first_job.n_free, dim * first_job.contact_nodes, steps, dim)
+    return basis_saves(*jobs[0].basis_sizes, steps, models[0].mesh.dim())
 
 
 def _needs_mesh(model: Model) -> bool:
