@@ -105,8 +105,8 @@ def compared(make):
     """Return what variants take, beside each other, and how they differ."""
     figures, variants, histories = Figures(), make(), {}
     for variant in variants.values():
-        if "bases" not in variant.options:
-            variant.run(steps=20)
+        stores = {"bases": Memory()} if "bases" in variant.options else {}
+        replace(variant, options=variant.options | stores).run(steps=20)
     first, *others = variants
     for name, variant in variants.items():
         with seconds(figures, name):
