@@ -31,6 +31,7 @@ class PublishedValue:
     unit: str = ""  # SI unit of the values
     value: float | None = None  # the value
     span: tuple[float, float] | None = None  # smallest and largest published value
+    resolution: float | None = None  # one unit of the last printed digit; None where ours is not judged by it
     # how the paper reads the event: 'slip', 'displacement' or 'acceleration'; empty where that is not said
     reading: str = ""
     conditions: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
@@ -96,6 +97,7 @@ def _value(row: Mapping[str, Any], group: Mapping[str, Any], document: Mapping[s
         source=f"{document['source']}, {group['source']}",
         value=sum(span) / 2.0 if span else row.get("value"),
         span=(float(span[0]), float(span[1])) if span else None,
+        resolution=row.get("resolution", group.get("resolution")),
         conditions=MappingProxyType({**shared, **row.get("conditions", {})}),
         programme=MappingProxyType(dict(programme)),
         otherwise=otherwise.get(row["quantity"], "") if not row.get("reading") else "",

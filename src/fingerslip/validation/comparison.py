@@ -18,7 +18,6 @@ from fingerslip.validation.checks import PHALANX_CHECKS, outcome_of
 from fingerslip.validation.evidence import FORMULATION, REFINED, SECTION, SOLID, TABLE2, VARIANT, Evidence, Work, gather
 from fingerslip.validation.measures import SOLID_READINGS
 from fingerslip.validation.rows import (
-    TIME_RESOLUTION,
     Basis,
     GeometryRow,
     Row,
@@ -37,9 +36,8 @@ from fingerslip.validation.sensor import detection_rows, pouring_rows, sensor_ro
 PAPERS = ("wang2014", "bulens2023")
 
 
-# Travel of the plate in one published resolution at 3 mm/s, over a friction coefficient of 0.6 times 1.5 mm.
-_TRAVEL_RESOLUTION = TIME_RESOLUTION * 3.0 / (0.6 * 1.5)
-_TRAVEL_PER_SECOND = _TRAVEL_RESOLUTION / TIME_RESOLUTION
+# Travel of the plate at 3 mm/s, over a friction coefficient of 0.6 times 1.5 mm.
+_TRAVEL_PER_SECOND = 3.0 / (0.6 * 1.5)
 # Statements on the phalanges that do not rest on acceleration peaks, of which large strain shows no other ones.
 _AT_LARGE_STRAIN = {
     *("overall-order", "latency-order", "edges-first"),
@@ -93,7 +91,7 @@ def _time_row(
     uncertainty = run.uncertainty.get(f"{reading}.{value.quantity}")
     name = f"{event_label(value.quantity)}, {', '.join(filter(None, (variant, model)))} ({READINGS[reading]})"
     comparable = reading != "slip" or not value.otherwise
-    return number_row(name, value, ours, uncertainty, resolution=TIME_RESOLUTION, basis=basis, comparable=comparable)
+    return number_row(name, value, ours, uncertainty, basis=basis, comparable=comparable)
 
 
 def _travel_rows(evidence: Evidence) -> Iterator[Row]:
@@ -105,7 +103,7 @@ def _travel_rows(evidence: Evidence) -> Iterator[Row]:
         uncertainty = None if error is None else error * _TRAVEL_PER_SECOND
         name = f"travel of the plate at overall slip / (friction x depth), {variant} (accumulated slip)"
         basis: Basis = "calibrated" if value.calibrated else "predicted"
-        yield number_row(name, value, ours.travel, uncertainty, resolution=_TRAVEL_RESOLUTION, basis=basis)
+        yield number_row(name, value, ours.travel, uncertainty, basis=basis)
 
 
 def _height_rows(evidence: Evidence) -> Iterator[Row]:
@@ -116,7 +114,7 @@ def _height_rows(evidence: Evidence) -> Iterator[Row]:
         peak = ours.incipient_peak if incipient else ours.overall_peak
         uncertainty = None if incipient else ours.run.uncertainty.get("overall_peak_height_m_per_s2")
         name = f"height of the {event_label(value.quantity.removesuffix('_peak'))} peak, {value.conditions[VARIANT]}"
-        yield number_row(name, value, None if peak is None else peak.height, uncertainty, resolution=None)
+        yield number_row(name, value, None if peak is None else peak.height, uncertainty)
 
 
 def _solid_rows(evidence: Evidence) -> Iterator[Row]:
@@ -137,7 +135,7 @@ def _solid_rows(evidence: Evidence) -> Iterator[Row]:
             numbers = [number for number in sources if number is not None]
             uncertainty = math.hypot(*numbers) if numbers else None
         name = f"{event_label(value.quantity)}, fingertip in 3D ({SOLID_READINGS[value.reading]})"
-        yield number_row(name, value, ours, uncertainty, resolution=TIME_RESOLUTION)
+        yield number_row(name, value, ours, uncertainty)
 
 
 def _statement_row(evidence: Evidence, value: PublishedValue, basis: Basis) -> Row:
@@ -180,7 +178,12 @@ def compare(
 
     The :data:`PARTS` in `computed` are computed; rows of the others are read where they are stored.
     """
-    papers = _papers(only, computed)
+    if only not in (None, *PAPERS):
+        raise InputError("--only", f"got {shorten(only)!r}", f"needs one of {', '.join(PAPERS)}")
+    if others := [part for part in computed if only not in (None, PARTS[part])]:
+        fault = f"is of {PARTS[others[0]]}"
+        raise InputError(f"--{others[0]}", fault, f"needs no --only {only}", "leave one of them out")
+    papers = PAPERS if only is None else (only,)
     work = Work(studies_folder() if studies is None else Path(studies), Path(results), workers, progress)
     # Stored rows first: a damaged file is told before anything is computed.
     geometry = allowed_geometry(work, compute="geometry" in computed) if "wang2014" in papers else None
@@ -202,14 +205,3 @@ def comparison_markdown(comparison: Comparison) -> str:
         return page
     table = geometry_table(geometry.rows)
     return f"{page}\n## {table.title}\n\n{table.note}\n\n{to_markdown(table)}"
-
-
-def _papers(only: str | None, computed: Collection[str]) -> tuple[str, ...]:
-    if only is None:
-        return PAPERS
-    if only not in PAPERS:
-        raise InputError("--only", f"got {shorten(only)!r}", f"needs one of {', '.join(PAPERS)}")
-    for part in computed:
-        if PARTS[part] != only:
-            raise InputError(f"--{part}", f"is of {PARTS[part]}", f"needs no --only {only}", "leave one of them out")
-    return (only,)

@@ -11,25 +11,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fingerslip import slip
 from fingerslip.arrays import Floats
 from fingerslip.contact.states import OPEN
 from fingerslip.results import RunResult
 from fingerslip.sites import RECEPTOR_KINDS
-from fingerslip.slip import (
-    EventSettings,
-    Peak,
-    PeakSettings,
-    PeakTable,
-    SlideWindow,
-    SlipEvents,
-    acceleration_events,
-    acceleration_peaks,
-    receptor_signals,
-    reference_events,
-    relative_displacement,
-    slide_window,
-    sustained_crossings,
-)
 from fingerslip.slip.receptors import receptor_rows, tangential_acceleration
 from fingerslip.slip.windows import counterface_normal, slide_tangent
 
@@ -67,21 +53,23 @@ class Measures:
     """The numbers of one run."""
 
     run: RunResult  # the run with its events and values
-    peaks: PeakTable = field(default_factory=PeakTable)
+    peaks: slip.PeakTable = field(default_factory=slip.PeakTable)
     largest_acceleration: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))  # [m/s^2]
     centre_after_edge: float | None = None  # [s]
     densities: Densities | None = None  # strain energy density
     rms_after: float | None = None  # [m/s^2]
     travel: float | None = None  # travel of the plate at overall slip over friction coefficient times indentation [-]
-    node_tolerances: Mapping[float, SlipEvents] = field(default_factory=lambda: MappingProxyType({}))  # by distance [m]
+    node_tolerances: Mapping[float, slip.SlipEvents] = field(
+        default_factory=lambda: MappingProxyType({})
+    )  # by distance [m]
 
     @property
-    def incipient_peak(self) -> Peak | None:
+    def incipient_peak(self) -> slip.Peak | None:
         """The peak that is read as incipient slip."""
         return self._peak_at(self.run.events.acceleration.incipient)
 
     @property
-    def overall_peak(self) -> Peak | None:
+    def overall_peak(self) -> slip.Peak | None:
         """The peak that is read as overall slip."""
         return self._peak_at(self.run.events.acceleration.overall)
 
@@ -102,17 +90,17 @@ class Measures:
             return None
         return max(abs(time - ours) for time in times_known)
 
-    def _peak_at(self, time: float | None) -> Peak | None:
+    def _peak_at(self, time: float | None) -> slip.Peak | None:
         return next((peak for peak in self.peaks.peaks if peak.time == time), None)
 
 
 def measure(run: RunResult, history: xr.Dataset) -> Measures:
     """Read the numbers of a run in 2D with receptors and a slide."""
-    settings, overall = EventSettings(), run.events.slip.overall
-    window = slide_window(history)
+    settings, overall = slip.EventSettings(), run.events.slip.overall
+    window = slip.slide_window(history)
     if window is None:
         return Measures(run)
-    peaks = acceleration_peaks(history, settings.peaks)
+    peaks = slip.acceleration_peaks(history, settings.peaks)
     return Measures(
         run=run,
         peaks=peaks,
@@ -127,16 +115,16 @@ def measure(run: RunResult, history: xr.Dataset) -> Measures:
 def measure_3d(run: RunResult, history: xr.Dataset) -> Measures:
     """Read the numbers of a run in 3D, whose displacements and accelerations the paper reads at reference nodes."""
     readings = {
-        tolerance: reference_events(history, REFERENCE_NODES, EventSettings(displacement_tolerance=tolerance))
+        tolerance: slip.reference_events(history, REFERENCE_NODES, slip.EventSettings(displacement_tolerance=tolerance))
         for tolerance in NODE_TOLERANCES
     }
-    peaks = acceleration_events(history, PeakSettings(sites=REFERENCE_NODES))
-    displacement = readings[EventSettings().displacement_tolerance]
+    peaks = slip.acceleration_events(history, slip.PeakSettings(sites=REFERENCE_NODES))
+    displacement = readings[slip.EventSettings().displacement_tolerance]
     events = dataclasses.replace(run.events, displacement=displacement, acceleration=peaks)
     return Measures(dataclasses.replace(run, events=events), node_tolerances=MappingProxyType(readings))
 
 
-def largest_accelerations(history: xr.Dataset, window: SlideWindow, start: float) -> Mapping[str, float]:
+def largest_accelerations(history: xr.Dataset, window: slip.SlideWindow, start: float) -> Mapping[str, float]:
     """Return the largest tangential acceleration from `start` to the end of the slide, by receptor type [m/s^2]."""
     largest = {}
     for kind in RECEPTOR_KINDS:
@@ -146,7 +134,7 @@ def largest_accelerations(history: xr.Dataset, window: SlideWindow, start: float
     return MappingProxyType(largest)
 
 
-def centre_after_edge(history: xr.Dataset, window: SlideWindow, settings: EventSettings) -> float | None:
+def centre_after_edge(history: xr.Dataset, window: slip.SlideWindow, settings: slip.EventSettings) -> float | None:
     """Return how much later the inner quarter of the contact begins to lag the plate than the outer quarter.
 
     The nodes in contact at the start of the slide are ranked by their distance from the middle of the contact.
@@ -156,8 +144,8 @@ def centre_after_edge(history: xr.Dataset, window: SlideWindow, settings: EventS
     if touching.size < 4:
         return None
     times = history["time"].values[window.records]
-    lags = relative_displacement(history, window)[:, touching]
-    first = sustained_crossings(times, lags, settings.displacement_tolerance, settings.sustained)
+    lags = slip.relative_displacement(history, window)[:, touching]
+    first = slip.sustained_crossings(times, lags, settings.displacement_tolerance, settings.sustained)
     lagging = np.array([window.end if time is None else time for time in first])
     along = history["contact_position"].values[touching] @ slide_tangent(history)
     order = np.argsort(np.abs(along - 0.5 * (along.min() + along.max())))
@@ -165,9 +153,9 @@ def centre_after_edge(history: xr.Dataset, window: SlideWindow, settings: EventS
     return float(np.median(lagging[order[:quarter]]) - np.median(lagging[order[-quarter:]]))
 
 
-def densities(history: xr.Dataset, window: SlideWindow, overall: float) -> Densities:
+def densities(history: xr.Dataset, window: slip.SlideWindow, overall: float) -> Densities:
     """Read the strain energy density around both edges of the contact, before and after overall slip [s]."""
-    signals = receptor_signals(history)
+    signals = slip.receptor_signals(history)
     density, count = signals["strain_energy_density"], signals["receptor_count"]
     times = signals["time"].values
     at_overall = min(int(np.searchsorted(times, overall)), window.last)
@@ -183,13 +171,13 @@ def densities(history: xr.Dataset, window: SlideWindow, overall: float) -> Densi
     return Densities(growth, range_after, mean_after)
 
 
-def rms_after(history: xr.Dataset, window: SlideWindow, start: float) -> float | None:
+def rms_after(history: xr.Dataset, window: slip.SlideWindow, start: float) -> float | None:
     """Return the root mean square acceleration of FA-I and SA-I in the 0.1 s after `start` [m/s^2]."""
-    values = _accelerations(history, window, EventSettings().peaks.kinds, start, start + _VIBRATION)
+    values = _accelerations(history, window, slip.EventSettings().peaks.kinds, start, start + _VIBRATION)
     return float(np.sqrt(np.mean(values**2))) if values.size else None
 
 
-def travel_over_friction_depth(history: xr.Dataset, window: SlideWindow, time: float) -> float | None:
+def travel_over_friction_depth(history: xr.Dataset, window: slip.SlideWindow, time: float) -> float | None:
     """Return the travel of the plate from the start of the slide to `time` [s], over friction times indentation [-].
 
     The travel is positive whichever way the plate slides. Without friction or indentation there is none.
@@ -203,10 +191,10 @@ def travel_over_friction_depth(history: xr.Dataset, window: SlideWindow, time: f
 
 
 def _accelerations(
-    history: xr.Dataset, window: SlideWindow, kinds: tuple[str, ...], start: float, end: float = math.inf
+    history: xr.Dataset, window: slip.SlideWindow, kinds: tuple[str, ...], start: float, end: float = math.inf
 ) -> Floats:
     """Return the tangential acceleration of receptors from `start` to `end` of the slide, (n_times, n_sites)."""
     times = history["time"].values
-    rows = receptor_rows(history, kinds, EventSettings().peaks.per_area, float(times[window.first]))
+    rows = receptor_rows(history, kinds, slip.EventSettings().peaks.per_area, float(times[window.first]))
     first, last = np.searchsorted(times, (start, end))
     return tangential_acceleration(history, rows)[first : min(int(last), window.last + 1)]

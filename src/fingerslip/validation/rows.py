@@ -33,9 +33,6 @@ from fingerslip.validation.measures import NODE_TOLERANCES, REFERENCE_NODES, SOL
 Basis = Literal["calibrated", "predicted", "large strain"]
 Verdict = Literal["agrees", "misses", "not found", "not judged", "not comparable", "holds", "fails"]
 
-#: All published times are printed to two decimals: one unit of the last one [s].
-TIME_RESOLUTION = 0.010
-
 # Decimal numbers such as 1.72 s are not exact in binary.
 _ROUNDING = 1e-9
 _COMMAND = "fingerslip validate --markdown > results/reference/validation.md"
@@ -79,7 +76,6 @@ def number_row(
     ours: float | None,
     uncertainty: float | None,
     *,
-    resolution: float | None,
     basis: Basis = "predicted",
     comparable: bool = True,
 ) -> Row:
@@ -87,7 +83,16 @@ def number_row(
     if value.value is None:
         raise ValueError(f"{value.id} is no number")
     difference = None if ours is None else difference_from(ours, span_of(value))
-    verdict = _verdict(difference, uncertainty, resolution) if comparable else "not comparable"
+    # The one rule: see the note of the table.
+    verdict: Verdict = "misses"
+    if not comparable:
+        verdict = "not comparable"
+    elif difference is None:
+        verdict = "not found"
+    elif value.resolution is None:
+        verdict = "not judged"
+    elif abs(difference) <= max(value.resolution, uncertainty or 0.0) + _ROUNDING:
+        verdict = "agrees"
     published = value.span or value.value
     return Row(quantity, value.source, published, ours, difference, uncertainty, verdict, basis, value.unit)
 
@@ -139,15 +144,6 @@ def rows_markdown(rows: Sequence[Row]) -> str:
     """Write the rows as a page in Markdown that says how it was made."""
     table = rows_table(rows)
     return f"# {table.title}\n\nMade by `{_COMMAND}`.\n{table.note}\n\n{to_markdown(table)}"
-
-
-def _verdict(difference: float | None, uncertainty: float | None, resolution: float | None) -> Verdict:
-    """Apply the one rule: see the note of the table."""
-    if difference is None:
-        return "not found"
-    if resolution is None:
-        return "not judged"
-    return "agrees" if abs(difference) <= max(resolution, uncertainty or 0.0) + _ROUNDING else "misses"
 
 
 def _cells(row: Row) -> tuple[Cell, ...]:

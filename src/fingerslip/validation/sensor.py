@@ -8,7 +8,7 @@ are in ``data/published/bulens2023.yaml``.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -21,7 +21,7 @@ from fingerslip.detect.labels import NO_SLIP, LabelSettings
 from fingerslip.errors import InputError
 from fingerslip.history import read_history
 from fingerslip.marker_tracks import marker_tracks
-from fingerslip.published import PublishedValue, published_set
+from fingerslip.published import published_set
 from fingerslip.results import HISTORY, RunResult
 from fingerslip.slip import slide_window
 from fingerslip.slip.front import share_before_centre, stick_slip_cycles
@@ -101,7 +101,7 @@ def rows_of_sensor(measured: Sequence[SensorMeasures], basis: Basis = "predicted
     counts = [float(slide.cycles) for slide in measured if slide.ridged and slide.cycles is not None]
     nearest = min(counts, key=lambda count: abs(count - float(six.value or 0.0)), default=None)
     name = "stick-slip cycles in 14 mm, ridged skin, nearest to the published number of four indentations"
-    return (*statements, number_row(name, six, nearest, None, resolution=1.0, basis=basis))
+    return (*statements, number_row(name, six, nearest, None, basis=basis))
 
 
 def _least_of_ridges(name: str) -> Callable[[Sequence[SensorMeasures]], float | None]:
@@ -144,13 +144,13 @@ POURING_FILE = RowFile(
 )
 
 _NUMBERS, _STATEMENTS = "bulens2023_pouring-numbers", "bulens2023_pouring-statements"
-#: Name of each published number in the scores, and one unit of its last printed digit; None where it is not judged.
-_SCORES: Mapping[str, tuple[str, float | None]] = {
-    "pouring-onset-error": ("error", 1e-3),
-    "pouring-onset-error-spread": ("error_spread", None),
-    "pouring-lead": ("lead_of_all", 10e-3),
-    "pouring-lead-spread": ("lead_of_all_spread", None),
-    "pouring-before-gross": ("before_gross", 0.0),
+#: Name of each published number in the scores.
+_SCORES: Mapping[str, str] = {
+    "pouring-onset-error": "error",
+    "pouring-onset-error-spread": "error_spread",
+    "pouring-lead": "lead_of_all",
+    "pouring-lead-spread": "lead_of_all_spread",
+    "pouring-before-gross": "before_gross",
 }
 
 
@@ -207,11 +207,10 @@ def rows_of_pouring(detection: Unseen, where: str) -> tuple[Row, ...]:
         scores = detection.scores[reading]
         missed = f", {scores.missed} of {scores.trials} trials missed" if scores.missed else ""
         for value in published_set(_NUMBERS).values:
-            name, resolution = _SCORES[value.id]
-            ours = getattr(scores, name)
+            ours = getattr(scores, _SCORES[value.id])
             number = ours.value if isinstance(ours, Estimate) else ours
             words = f"{value.quantity.replace('_', ' ')} while pouring, {where}, forest ({reading}{missed})"
-            rows.append(number_row(words, value, number, half_width(ours), resolution=resolution))
+            rows.append(number_row(words, value, number, half_width(ours)))
         for value in published_set(_STATEMENTS).values:
             named = replace(value, check=f"{value.check} ({where}, {reading})")
             rows.append(statement_row(named, scores.gross_found.value, half_width(scores.gross_found)))
@@ -244,21 +243,6 @@ _OTHERS = ("boosting", "logistic")
 _COMPARED = ("forest", "svm", *_OTHERS)
 _DETECTION_NUMBERS, _DETECTION_STATEMENTS = "bulens2023_detection-numbers", "bulens2023_detection-statements"
 _CLASSES = ("no-slip", "incipient", "gross")
-#: One unit of the last printed digit of each published number.
-_RESOLUTIONS: Mapping[str, float] = {
-    "forest-accuracy": 1e-4,
-    "svm-accuracy": 1e-3,
-    "forest-no-slip-precision": 1e-2,
-    "forest-no-slip-recall": 1e-2,
-    "forest-incipient-precision": 1e-2,
-    "forest-incipient-recall": 1e-4,
-    "forest-gross-precision": 1e-3,
-    "forest-gross-recall": 1e-4,
-    "forest-incipient-f1": 1e-2,
-    "forest-gross-f1": 1e-2,
-}
-
-_ACCURACIES = ("forest-accuracy", "svm-accuracy")
 
 
 @dataclass(frozen=True)
@@ -349,13 +333,13 @@ def rows_of_detection(detection: Detection) -> tuple[Row, ...]:
     splits = {"frames split 90 to 10": detection.by_sample, "trials not seen": detection.by_trial}
     rows: list[Row] = []
     for split, scores in splits.items():
-        rows += _number_rows(split, scores, _RESOLUTIONS)
+        rows += _number_rows(split, scores)
         for value in published_set(_DETECTION_STATEMENTS).values:
             slips = scores["forest"].matrix[NO_SLIP + 1 :]
             row = statement_row(value, float(slips[:, NO_SLIP].sum() / slips.sum()), None)
             rows.append(replace(row, quantity=f"{row.quantity}; simulated slides, {split}"))
     for split, scores in detection.left_out.items():
-        rows += _number_rows(split, scores, _ACCURACIES)
+        rows += _number_rows(split, scores, accuracies=True)
     for value in published_set("bulens2023-mechanics").values:
         if value.id in detection.mechanics:
             row = statement_row(value, detection.mechanics[value.id], None)
@@ -363,22 +347,17 @@ def rows_of_detection(detection: Detection) -> tuple[Row, ...]:
     return tuple(rows)
 
 
-def _number_rows(split: str, scores: Mapping[str, FrameScores], wanted: Collection[str]) -> Iterator[Row]:
-    """Yield a row for each published number and each of ours that is compared with it."""
+def _number_rows(split: str, scores: Mapping[str, FrameScores], *, accuracies: bool = False) -> Iterator[Row]:
+    """Yield a row for each published number, or accuracy, and each of ours; half the interval is the uncertainty."""
     for value in published_set(_DETECTION_NUMBERS).values:
         kind, _, rest = value.id.partition("-")
         compared = [(f"accuracy, {kind}", scores[kind].accuracy)]
         if rest != "accuracy":
             entry, _, score = rest.rpartition("-")
             compared = [(f"{score} of {entry}, forest", getattr(scores["forest"], score)[_CLASSES.index(entry)])]
-        for name, estimate in compared if value.id in wanted else ():
-            yield _number_row(f"{name}, simulated slides, {split}", value, estimate)
+        for name, estimate in compared if rest == "accuracy" or not accuracies else ():
+            yield number_row(f"{name}, simulated slides, {split}", value, estimate.value, half_width(estimate))
         for name in _OTHERS if value.id == "forest-accuracy" else ():
             words = f"accuracy, {name} beside the published forest, simulated slides, {split}"
-            yield _number_row(words, value, scores[name].accuracy, comparable=False)
-
-
-def _number_row(name: str, value: PublishedValue, estimate: Estimate, *, comparable: bool = True) -> Row:
-    """Return a row whose uncertainty is half the interval over trials drawn anew."""
-    resolution, uncertainty = _RESOLUTIONS[value.id], half_width(estimate)
-    return number_row(name, value, estimate.value, uncertainty, resolution=resolution, comparable=comparable)
+            accuracy = scores[name].accuracy
+            yield number_row(words, value, accuracy.value, half_width(accuracy), comparable=False)

@@ -20,7 +20,7 @@ GEOMETRY = GeometryRow("incipient slip", "Table 2", 1.53, None, "", 0, 50)
 
 
 def row(name):
-    return number_row(name, published_set("wang2014-table2").values[0], 1.75, 0.01, resolution=0.01)
+    return number_row(name, published_set("wang2014-table2").values[0], 1.75, 0.01)
 
 
 @pytest.fixture

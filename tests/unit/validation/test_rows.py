@@ -22,8 +22,8 @@ from fingerslip.validation.rows import Row, rows_markdown, rows_table
 from places import ROOT
 from unit.sampled import study_of
 
-TIME = PublishedValue("overall", "overall", "published", "paper, Table 1", "s", 1.72)
-RANGE = PublishedValue("middle", "three_quarter", "published", "paper, text", "s", 1.64, (1.63, 1.65))
+TIME = PublishedValue("overall", "overall", "published", "paper, Table 1", "s", 1.72, resolution=0.01)
+RANGE = PublishedValue("middle", "three_quarter", "published", "paper, text", "s", 1.64, (1.63, 1.65), 0.01)
 STATEMENT = PublishedValue(
     "order", "overall", "qualitative", "paper, text", "s", statement="A first.", check="B less A; holds above 0.02"
 )
@@ -43,8 +43,8 @@ STATEMENT = PublishedValue(
     ],
 )
 def test_number_agrees_within_resolution_or_uncertainty(ours, uncertainty, resolution, expected):
-    row = module.number_row("q", TIME, ours, uncertainty, resolution=resolution)
-    other = module.number_row("q", TIME, ours, uncertainty, resolution=resolution, comparable=False)
+    value = dataclasses.replace(TIME, resolution=resolution)
+    row, other = (module.number_row("q", value, ours, uncertainty, comparable=either) for either in (True, False))
     assert (row.verdict, other.verdict) == (expected, "not comparable")
     assert (row.ours, row.difference) == (other.ours, other.difference) == (ours, ours and pytest.approx(ours - 1.72))
 
@@ -55,7 +55,7 @@ def test_difference_leads_back_to_the_range(ours):
     difference = difference_from(ours, (low, high))
     assert low - 1e-12 <= ours - difference <= high + 1e-12
     assert (difference == 0.0) == (low <= ours <= high)
-    row = module.number_row("q", RANGE, ours, None, resolution=0.01)
+    row = module.number_row("q", RANGE, ours, None)
     assert (row.published, row.difference) == ((1.63, 1.65), difference)
 
 
@@ -85,14 +85,14 @@ def test_statement_holds_by_its_own_rule(rule, ours, expected):
 
 def test_what_is_no_number_and_what_has_no_rule_is_a_fault_of_the_data():
     with pytest.raises(ValueError, match="order is no number"):
-        module.number_row("q", STATEMENT, 1.0, None, resolution=0.01)
+        module.number_row("q", STATEMENT, 1.0, None)
     with pytest.raises(ValueError, match="order: no rule"):
         module.statement_row(dataclasses.replace(STATEMENT, check="B less A"), 1.0, None)
 
 
 def test_table_json_and_markdown_have_the_same_rows_and_keep_misses():
     rows = (
-        module.number_row("overall slip", TIME, 1.84, 0.002, resolution=0.01),
+        module.number_row("overall slip", TIME, 1.84, 0.002),
         module.statement_row(STATEMENT, None, None),
     )
     table = rows_table(rows)
@@ -102,9 +102,9 @@ def test_table_json_and_markdown_have_the_same_rows_and_keep_misses():
     assert [entry["verdict"] for entry in plain] == ["misses", "not found"]
     assert plain[1]["ours"] is None
     assert set(plain[0]) == set(Row.__dataclass_fields__)
-    (plain,) = module.rows_mapping([module.number_row("overall slip", TIME, float("nan"), None, resolution=0.01)])
+    (plain,) = module.rows_mapping([module.number_row("overall slip", TIME, float("nan"), None)])
     assert (plain["ours"], plain["uncertainty"]) == (None, None), "JSON has no other word for what is no number"
-    text = rows_markdown([module.number_row("overall slip", RANGE, 1.84, None, resolution=0.01)])
+    text = rows_markdown([module.number_row("overall slip", RANGE, 1.84, None)])
     assert "fingerslip validate --markdown" in text
     assert "| overall slip | paper, text | 1.63 to 1.65 | 1.840 | 0.190 | n/s | s | misses | predicted |" in text
 
