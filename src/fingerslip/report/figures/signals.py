@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
@@ -21,15 +22,7 @@ from fingerslip.arrays import Floats
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.history import sites_of_kinds
 from fingerslip.report import colours as palette
-from fingerslip.report.figures import style, time_axis
-from fingerslip.report.figures.bodies import (
-    add_stress_bar,
-    draw_contact,
-    frame_times,
-    has_pictures,
-    picture_axis,
-    picture_keys,
-)
+from fingerslip.report.figures import bodies, style, time_axis
 from fingerslip.report.figures.patches import HAS_SLIPPED, slipped_share
 from fingerslip.report.labels import of_histories
 from fingerslip.sites import RECEPTOR_KINDS
@@ -64,8 +57,10 @@ def force_figure(history: xr.Dataset, events: slip.Events = time_axis.NO_EVENTS,
     """Draw normal and tangential force, their ratio, the area that has slipped, and where there is room the body."""
     time = time_axis.shown_time(history)
     numbers: dict[int, str] = {}
-    if has_pictures(history) and not style.is_narrow():
-        numbers = time_axis.titles_at(history, frame_times(history, events, ("overall",)), picture_axis(history))
+    if bodies.has_pictures(history) and not style.is_narrow():
+        numbers = time_axis.titles_at(
+            history, bodies.frame_times(history, events, ("overall",)), bodies.picture_axis(history)
+        )
     columns, heading = 2 if numbers else 1, style.join_title("Forces and slipped area", title)
     size, labels = (6.6 / columns, 2.1), (time.label, "")
     figure, every = style.figure_grid(2 * columns, columns, size, heading, labels, share="none")
@@ -78,14 +73,14 @@ def force_figure(history: xr.Dataset, events: slip.Events = time_axis.NO_EVENTS,
     time_axis.mark_panels(panels, history, events.slip)
     pictures = every[1::2] if numbers else []
     for axes, (number, words) in zip(pictures, numbers.items(), strict=False):
-        draw_contact(axes, history, number, scaled=axes is pictures[0])
+        bodies.draw_contact(axes, history, number, scaled=axes is pictures[0])
         style.name_panel(axes, words)
     for unused in pictures[len(numbers) :]:
         unused.set_visible(False)
     if numbers:
-        add_stress_bar(figure, pictures[: len(numbers)], history)
+        bodies.add_stress_bar(figure, pictures[: len(numbers)], history)
     # Below the panels, where keys cover no line.
-    style.add_legend(figure, drawn_keys(panels) | (picture_keys(history) if numbers else {}))
+    style.add_legend(figure, drawn_keys(panels) | (bodies.picture_keys(history) if numbers else {}))
     return figure
 
 
@@ -115,29 +110,24 @@ def _side_by_side(
     *,
     keys: Mapping[str, Artist] = MappingProxyType({}),
     before: float = 0.06,
+    reading: str = "slip",
 ) -> Figure:
     """Draw the same of some runs, a panel for each; the words are the title and the label of the vertical axis."""
-    times = time_axis.shown_times(histories.values())
-    figure, panels = _run_panels(tuple(histories), words[0], (times[0].label, words[1]))
-    for axes, (name, history), time in zip(panels, histories.items(), times, strict=True):
+    times, columns = time_axis.shown_times(histories.values()), style.columns_for(len(histories))
+    labels = (times[0].label, words[1])
+    figure, panels = style.figure_grid(len(histories), columns, _PANELS[columns], words[0], labels)
+    marked = [events.get(name, time_axis.NO_EVENTS).reading(reading) for name in histories]
+    for axes, (name, history), time, of_run in zip(panels, histories.items(), times, marked, strict=True):
+        style.name_panel(axes, name)
         draw(axes, history, time)
         if time.logarithmic:
             time.fit(axes)
-        time_axis.mark_panels([axes], history, events.get(name, time_axis.NO_EVENTS).slip, named=0)
-    time_axis.limit_to_slides(panels[0], histories, events, before)
+        time_axis.mark_panels([axes], history, of_run, named=0)
+    time_axis.limit_to_slides(panels[0], histories, events, before, marked if reading != "slip" else ())
     slides = any(slip.slide_window(history) for history in histories.values())
-    marks = time_axis.event_keys(event.slip for event in events.values()) if slides else {}
+    marks = time_axis.event_keys(marked) if slides else {}
     style.add_legend(figure, {**(keys or drawn_keys(panels[:1])), **marks})
     return figure
-
-
-def _run_panels(titles: Sequence[str], title: str, labels: tuple[str, str]) -> tuple[Figure, list[Axes]]:
-    """Make a figure with a panel for each run."""
-    columns = style.columns_for(len(titles))
-    figure, panels = style.figure_grid(len(titles), columns, _PANELS[columns], title, labels)
-    for axes, name in zip(panels, titles, strict=True):
-        style.name_panel(axes, name)
-    return figure, panels
 
 
 def drawn_keys(panels: Sequence[Axes]) -> dict[str, Artist]:
@@ -325,21 +315,15 @@ def acceleration_overview_figure(
     """Draw the signal that acceleration peaks are read from, a panel for each run."""
     settings = settings or slip.PeakSettings()
     title = f"Largest acceleration at {' and '.join(settings.kinds)}, and events from its peaks"
-    labels = ("time [s]", of_histories("acceleration along the plate [m/s²]", histories.values()))
-    figure, panels = _run_panels(tuple(histories), title, labels)
-    events_read = [events.get(name, time_axis.NO_EVENTS).acceleration for name in histories]
-    for axes, history, events_of_run in zip(panels, histories.values(), events_read, strict=True):
-        _draw_peak_signal(axes, history, settings)
-        time_axis.mark_panels([axes], history, events_of_run, named=0)
-    time_axis.limit_to_slides(panels[0], histories, events, marked=events_read)
+    words = (title, of_histories("acceleration along the plate [m/s²]", histories.values()))
     keys: dict[str, Artist] = {
         "largest over the receptors": Line2D([], [], color=palette.BLUE, linewidth=1.0),
         "peak that counts": Line2D([], [], color=palette.BLACK, marker="o", markersize=4, linestyle=""),
         "height that a peak needs": Line2D([], [], color=palette.GREY, linewidth=1.0),
         _READ_FROM.format(READINGS["acceleration"]): Line2D([], [], linestyle="none"),
     }
-    style.add_legend(figure, {**keys, **time_axis.event_keys(events_read)})
-    return figure
+    draw = functools.partial(_draw_peak_signal, settings)
+    return _side_by_side(histories, events, words, draw, keys=keys, reading="acceleration")
 
 
 @style.with_style
@@ -380,7 +364,7 @@ def _draw_areas(axes: Axes, signals: xr.Dataset, name: str, kind: str, times: np
             style.say(axes, f"no receptor in area {area}", _NOTE_HEIGHTS[area])
 
 
-def _draw_peak_signal(axes: Axes, history: xr.Dataset, settings: slip.PeakSettings) -> None:
+def _draw_peak_signal(settings: slip.PeakSettings, axes: Axes, history: xr.Dataset, _time: time_axis.ShownTime) -> None:
     signal = slip.peak_signal(history, settings)
     if signal is None:
         style.say(axes, "no slide or no receptor")

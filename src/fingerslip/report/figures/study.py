@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -48,22 +47,24 @@ def event_times_figure(
     Times [s] count from when the slides start [s], by the names of runs, or from the start of the runs.
     """
     runs = [run for run in runs if starts is None or run.name in starts]
-    axis, since = _Axis(runs, path, EVENTS), starts or dict.fromkeys((run.name for run in runs), 0.0)
-    labels = (axis.label, f"time from the start of the {'run' if starts is None else 'slide'} [s]")
-    figure, panels = _group_panels(runs, path, (3.1, 3.0), f"Slip events against {path_label(path)}", labels)
-    published: dict[str, Artist] = {}
-    of_events = {event: EVENT_COLOURS[event] for event in MAIN_EVENTS}
-    for axes, members in panels:
-        for event, reading in itertools.product(EVENTS, axis.readings):
-            look = _mark(reading, EVENT_COLOURS[event], line=reading == "slip" and axis.joined)
-            _draw_times(axes, axis, members, (reading, event), since=since, **look)
-        published |= _draw_published(axes, axis, members, reference, of_events, since=since)
-        axis.apply(axes)
+    words = "Slip events", f"time from the start of the {'run' if starts is None else 'slide'} [s]"
+    figure, panels, keys = _times_figure(runs, path, reference, EVENTS, words, starts=starts or {})
     if starts is not None:
-        panels[0][0].set_ylim(bottom=0.0)
+        panels[0].set_ylim(bottom=0.0)
     happened = [event for event in EVENTS if any(_has_times(runs, reading, [event]) for reading in READINGS)]
-    keys = {READINGS[reading]: Line2D([], [], **_mark(reading, BLACK)) for reading in axis.readings}
-    add_legend(figure, _event_keys(happened) | keys | published)
+    add_legend(figure, _event_keys(happened) | keys)
+    return figure
+
+
+@with_style
+def latency_figure(
+    runs: Sequence[RunResult], path: str = "fingertip.phalanx.variant", reference: PublishedSet | None = None
+) -> Figure:
+    """Draw the latency [ms] against a swept value, with known uncertainties, a panel for each combination of others."""
+    words = "Latency from incipient to overall slip", "latency [ms]"
+    figure, panels, keys = _times_figure(runs, path, reference, [LATENCY], words, starts={})
+    panels[0].set_ylim(0.0, 1.04 * panels[0].get_ylim()[1])  # marks at the top are whole
+    add_legend(figure, keys)
     return figure
 
 
@@ -75,46 +76,43 @@ def _mark(reading: str, colour: str, *, line: bool = False) -> dict[str, Any]:
     return {**look, "marker": _READING_MARKS[reading], "linestyle": "-" if line else ""}
 
 
-@with_style
-def latency_figure(
-    runs: Sequence[RunResult], path: str = "fingertip.phalanx.variant", reference: PublishedSet | None = None
-) -> Figure:
-    """Draw the latency [ms] against a swept value, with known uncertainties, a panel for each combination of others."""
-    axis = _Axis(runs, path, [LATENCY])
-    title = f"Latency from incipient to overall slip against {path_label(path)}"
-    figure, panels = _group_panels(runs, path, (2.8, 2.9), title, (axis.label, "latency [ms]"))
-    published: dict[str, Artist] = {}
-    for axes, members in panels:
-        for reading in axis.readings:
-            look = _mark(reading, READING_COLOURS[reading], line=axis.joined)
-            _draw_times(axes, axis, members, (reading, LATENCY), scale=1e3, **look)
-        published |= _draw_published(axes, axis, members, reference, {LATENCY: BLACK}, scale=1e3)
-        axis.apply(axes)
-    panels[0][0].set_ylim(0.0, 1.04 * panels[0][0].get_ylim()[1])  # marks at the top are whole
-    keys = {READINGS[reading]: Line2D([], [], **_mark(reading, READING_COLOURS[reading])) for reading in axis.readings}
-    add_legend(figure, keys | published)
-    return figure
-
-
-def _draw_times(
-    axes: Axes,
-    axis: _Axis,
+def _times_figure(
     runs: Sequence[RunResult],
-    time: tuple[str, str],
+    path: str,
+    reference: PublishedSet | None,
+    times: Collection[str],
+    words: tuple[str, str],
     *,
-    since: Mapping[str, float] = MappingProxyType({}),
-    scale: float = 1.0,
-    **look: Any,
-) -> None:
-    """Draw an event in a reading over the swept values of runs, with the uncertainties [s] that are known."""
-    (reading, event), ordered = time, sorted(runs, key=axis.position)
-    positions = [axis.beside(run, reading, event) for run in ordered]
-    times = np.array([run.events.reading(reading).time(event) for run in ordered], dtype=float)
-    values = scale * (times - [since.get(run.name, 0.0) for run in ordered])
-    axes.plot(positions, values, **look)
-    errors = scale * np.array([run.uncertainty.get(f"{reading}.{event}") for run in ordered], dtype=float)
-    if not np.isnan(errors).all():
-        axes.errorbar(positions, values, errors, fmt="none", ecolor=look["color"], capsize=3.0)
+    starts: Mapping[str, float],
+) -> tuple[Figure, list[Axes], dict[str, Artist]]:
+    """Draw times against a swept value, and published ones of runs that meet their conditions; return their keys."""
+    axis, is_latency = _Axis(runs, path, times), LATENCY in times
+    scale, size = (1e3, (2.8, 2.9)) if is_latency else (1.0, (3.1, 3.0))
+    title, labels = f"{words[0]} against {path_label(path)}", (axis.label, words[1])
+    figure, panels = _group_panels(runs, path, size, title, labels)
+    colours = READING_COLOURS if is_latency else dict.fromkeys(READINGS, BLACK)
+    keys: dict[str, Artist] = {READINGS[name]: Line2D([], [], **_mark(name, colours[name])) for name in axis.readings}
+    for axes, members in panels:
+        ordered = sorted(members, key=axis.position)
+        begin = [starts.get(run.name, 0.0) for run in ordered]
+        for event, reading in itertools.product(times, axis.readings):
+            colour = EVENT_COLOURS.get(event, colours[reading])
+            positions = [axis.beside(run, reading, event) for run in ordered]
+            values = np.array([run.events.reading(reading).time(event) for run in ordered], dtype=float) - begin
+            joined = axis.joined and (is_latency or reading == "slip")
+            axes.plot(positions, scale * values, **_mark(reading, colour, line=joined))
+            errors = scale * np.array([run.uncertainty.get(f"{reading}.{event}") for run in ordered], dtype=float)
+            if not np.isnan(errors).all():
+                axes.errorbar(positions, scale * values, errors, fmt="none", ecolor=colour, capsize=3.0)
+        for run, value in itertools.product(members, reference.values if reference else ()):
+            is_drawn = value.quantity in times and value.quantity in (*MAIN_EVENTS, LATENCY)
+            if is_drawn and value.value is not None and value.holds_for(run.all_values):
+                time = scale * (value.value - starts.get(run.name, 0.0))
+                colour = EVENT_COLOURS.get(value.quantity, BLACK)
+                axes.plot([axis.position(run)], [time], **_PUBLISHED, color=colour, markersize=8, zorder=6)
+                keys["published"] = Line2D([], [], **_PUBLISHED, color=BLACK, markersize=7)
+        axis.apply(axes)
+    return figure, [axes for axes, _ in panels], keys
 
 
 def _group_panels(
@@ -186,26 +184,6 @@ class _Axis:
             axes.set_xticks(list(self._positions.values()), [str(value) for value in self._positions])
         if not self.numeric:
             axes.set_xlim(-0.5, len(self._positions) - 0.5)
-
-
-def _draw_published(
-    axes: Axes,
-    axis: _Axis,
-    runs: Sequence[RunResult],
-    reference: PublishedSet | None,
-    colours: Mapping[str, str],
-    *,
-    since: Mapping[str, float] = MappingProxyType({}),
-    scale: float = 1.0,
-) -> dict[str, Artist]:
-    """Draw published values [s] of the coloured quantities at runs that meet their conditions; return their key."""
-    keys: dict[str, Artist] = {}
-    for run, value in itertools.product(runs, reference.values if reference else ()):
-        if value.quantity in colours and value.value is not None and value.holds_for(run.all_values):
-            time, colour = scale * (value.value - since.get(run.name, 0.0)), colours[value.quantity]
-            axes.plot([axis.position(run)], [time], **_PUBLISHED, color=colour, markersize=8, zorder=6)
-            keys["published"] = Line2D([], [], **_PUBLISHED, color=BLACK, markersize=7)
-    return keys
 
 
 def _event_keys(events: Iterable[str]) -> dict[str, Artist]:
