@@ -17,15 +17,8 @@ from fingerslip.contact.rows import nodes_along
 from fingerslip.contact.states import OPEN, STICK
 from fingerslip.history import phase_times
 from fingerslip.model.timing import LARGEST_SHARE, LEAST_ACROSS, LEAST_STEPS
-from fingerslip.slip import windows
+from fingerslip.slip import front, windows
 from fingerslip.slip.events import Found, find_slip
-from fingerslip.slip.front import (
-    edge_distance,
-    force_ratio_times,
-    front_arrivals,
-    share_before_centre,
-    stick_slip_cycles,
-)
 from fingerslip.slip.settings import EventSettings
 from fingerslip.slip.windows import ContactForces, SlideWindow, contact_area, contact_forces, slide_window
 from fingerslip.units import Unit
@@ -154,7 +147,7 @@ def _travel(history: xr.Dataset, start: float | None, end: float | None) -> Numb
 
 def _front_arrival_median(history: xr.Dataset) -> Number:
     """Return the median arrival of the slip front at FA-I; None where it does not arrive at half of them."""
-    ordered = np.sort(np.nan_to_num(front_arrivals(history).values, nan=np.inf))
+    ordered = np.sort(np.nan_to_num(front.front_arrivals(history).values, nan=np.inf))
     median = float(np.median(ordered)) if ordered.size else np.inf
     return median if np.isfinite(median) else None
 
@@ -242,7 +235,7 @@ def _of_slide(
 
 def _force_ratio(name: str, label: str, share: float) -> Measure:
     """Return the measure [s] of when the friction force reaches a share of its limit."""
-    return Measure(name, label, lambda history: force_ratio_times(history, (share,))[0], Unit("s"))
+    return Measure(name, label, lambda history: front.force_ratio_times(history, (share,))[0], Unit("s"))
 
 
 def _of_iterations(name: str, label: str, combine: Callable[[Any], Number]) -> Measure:
@@ -299,13 +292,13 @@ MEASURES: tuple[Measure, ...] = (
     _of_events(
         "peaks_before_overall", "acceleration peaks before overall slip", _peaks_before_overall, reading="acceleration"
     ),
-    Measure("stick_slip_cycles", "cycles of stick and slip in the slide", stick_slip_cycles),
+    Measure("stick_slip_cycles", "cycles of stick and slip in the slide", front.stick_slip_cycles),
     Measure(
         "outer_markers_before_centre",
         "share of touching skin markers that slip before the central one",
-        share_before_centre,
+        front.share_before_centre,
     ),
-    _of_run("edge_distance_min", "smallest distance from the contact to a free edge", edge_distance, _TRAVEL),
+    _of_run("edge_distance_min", "smallest distance from the contact to a free edge", front.edge_distance, _TRAVEL),
     _of_nodes(
         "penetration_max",
         "largest penetration",

@@ -11,17 +11,8 @@ from hypothesis import strategies as st
 
 import fingerslip as fs
 from fingerslip.contact.states import OPEN, SLIP
-from fingerslip.slip import (
-    EventSettings,
-    acceleration_events,
-    displacement_events,
-    events_from_mapping,
-    events_mapping,
-    find_slip,
-    measures,
-    read_measures,
-    slip_events,
-)
+from fingerslip.slip import EventSettings, acceleration_events, measures, read_measures
+from fingerslip.slip.events import displacement_events, events_from_mapping, events_mapping, find_slip, slip_events
 from fingerslip.slip.windows import READINGS, TIMES
 from unit.synthetic import HALF_WIDTH, PRESS_END, SPEED, Process, make, slip_times
 from unit.whole_result import MADE

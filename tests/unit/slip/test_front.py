@@ -7,6 +7,7 @@ import xarray as xr
 from fingerslip import slip
 from fingerslip.contact.states import OPEN, STICK
 from fingerslip.sites import Site
+from fingerslip.slip import front
 from fingerslip.slip.front import edge_distance, edge_warning, share_before_centre, skin_marker_slips, stick_slip_cycles
 from fingerslip.slip.receptors import tangential_acceleration
 from unit.synthetic import HALF_WIDTH, PRESS_END, SPEED, Process, make, slip_times
@@ -60,19 +61,19 @@ def ending_at(edge, history=HISTORY):
 
 
 def test_contact_that_reaches_an_edge_is_found_with_its_time_and_distance():
-    found = slip.edge_contact(ending_at(HALF_WIDTH + 0.5 * SPACING))
+    found = front.edge_contact(ending_at(HALF_WIDTH + 0.5 * SPACING))
     assert (found.boundary, found.distance) == ("skin", pytest.approx(0.5 * SPACING))
     # The patch grows with the square root of time; nodes within two spacings of the edge touch from here on.
     assert found.time == pytest.approx(((HALF_WIDTH - SPACING) / HALF_WIDTH) ** 2, abs=5.1e-3)
     one = ending_at(0.0).isel(contact_node=[20])
     touching = one.assign(contact_state=xr.full_like(one["contact_state"], STICK))
-    assert slip.edge_contact(touching) == slip.EdgeContact("skin", 0.0, 0.0), "a single candidate counts"
+    assert front.edge_contact(touching) == front.EdgeContact("skin", 0.0, 0.0), "a single candidate counts"
     belongs = ("contact_node", np.where(X > 0.0, 1, 0))
     two = xr.concat([HISTORY[["counterface_force"]]] * 2, "counterface")
     history = ending_at(HALF_WIDTH).drop_dims("counterface").assign(two)
     history = history.assign_coords(counterface=["left", "right"], contact_counterface=belongs)
-    assert slip.edge_contact(history).boundary == "right"
-    text = edge_warning({"angle 0 deg": None, "angle 30 deg": slip.EdgeContact("skin", 0.125, 0.0)})
+    assert front.edge_contact(history).boundary == "right"
+    text = edge_warning({"angle 0 deg": None, "angle 30 deg": front.EdgeContact("skin", 0.125, 0.0)})
     assert "angle 30 deg ('skin' from 0.125 s on, smallest distance 0 mm)" in text
     assert "angle 0 deg" not in text
     assert edge_warning({"a": None}) == ""
@@ -81,14 +82,14 @@ def test_contact_that_reaches_an_edge_is_found_with_its_time_and_distance():
 def test_contact_away_from_edges_does_not_count():
     """Three facets away, but for the longer ones of quadratic elements; where no node touches; where there is none."""
     away = ending_at(HALF_WIDTH + 3.0 * SPACING)
-    assert slip.edge_contact(away) is None
+    assert front.edge_contact(away) is None
     assert edge_distance(away) == pytest.approx(3.0 * SPACING)
-    assert slip.edge_contact(away.assign_attrs(element="T6")) is not None
+    assert front.edge_contact(away.assign_attrs(element="T6")) is not None
     state = HISTORY["contact_state"].where(xr.DataArray(X < 0.0, dims="contact_node"), OPEN).astype(np.int8)
-    assert slip.edge_contact(ending_at(HALF_WIDTH, HISTORY.assign(contact_state=state))) is None
+    assert front.edge_contact(ending_at(HALF_WIDTH, HISTORY.assign(contact_state=state))) is None
     closed = HISTORY.assign_coords(contact_edge_distance=("contact_node", np.full(X.size, np.inf)))
     for history in (closed, HISTORY):
-        assert (slip.edge_contact(history), edge_distance(history)) == (None, None)
+        assert (front.edge_contact(history), edge_distance(history)) == (None, None)
 
 
 AT_SITES = make(Process(jump=False))

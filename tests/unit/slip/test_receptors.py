@@ -6,9 +6,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import fingerslip as fs
-from fingerslip.slip import PeakSettings, acceleration_events, contact_edges, receptor_signals, receptors_in_areas
+from fingerslip.slip import PeakSettings, acceleration_events, receptor_signals
 from fingerslip.slip import receptors as peaks_module
-from fingerslip.slip.receptors import noise_of, receptor_rows, tangential_acceleration, transition_end
+from fingerslip.slip.receptors import (
+    contact_edges,
+    noise_of,
+    receptor_rows,
+    receptors_in_areas,
+    tangential_acceleration,
+    transition_end,
+)
 from unit.synthetic import DEPTHS, HALF_WIDTH, Process, make
 
 HISTORY = make(Process())

@@ -29,7 +29,8 @@ from fingerslip.errors import ConvergenceError, FingerslipError, InputError, Res
 from fingerslip.history import read_history
 from fingerslip.report.content import RunPictures
 from fingerslip.results import stored_result
-from fingerslip.slip import events_from_mapping, find_events
+from fingerslip.slip import find_events
+from fingerslip.slip.events import events_from_mapping
 from fingerslip.study.definition.runs import plan_study
 from fingerslip.study.running import cluster, compute, cost
 from fingerslip.study.running.build import groups, prepare

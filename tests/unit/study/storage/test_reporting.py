@@ -15,7 +15,8 @@ from fingerslip.errors import ResultError
 from fingerslip.report.figures import style as figures
 from fingerslip.report.page import assemble
 from fingerslip.results import RefusedRun, RunResult, StudyResult
-from fingerslip.slip import MEASURES, Events, Found, SlipEvents
+from fingerslip.slip import MEASURES, Events, SlipEvents
+from fingerslip.slip.events import Found
 from fingerslip.storage.files import write_json
 from fingerslip.study.definition.runs import plan_study
 from fingerslip.study.definition.settings import CameraSettings
