@@ -9,18 +9,9 @@ from typing import Annotated, Protocol
 import numpy as np
 import pydantic
 import xarray as xr
-from numpy.typing import NDArray
 from scipy import signal
 
-from fingerslip.afferents.signals import (
-    MOTIONS,
-    ORDER,
-    STIMULI,
-    check_kinds,
-    filter_from_rest,
-    record_bandwidth,
-    step_text,
-)
+from fingerslip.afferents import signals
 from fingerslip.arrays import Floats
 from fingerslip.errors import InputError
 from fingerslip.history import site_kinds
@@ -50,7 +41,7 @@ class AfferentModel(Protocol):
 
 def beyond_records(models: Mapping[str, AfferentModel], history: xr.Dataset) -> dict[str, float]:
     """Return how high [Hz] the types go that respond to higher frequencies than the records resolve."""
-    resolved = record_bandwidth(history)
+    resolved = signals.record_bandwidth(history)
     return {kind: model.highest_frequency for kind, model in models.items() if model.highest_frequency > resolved}
 
 
@@ -60,8 +51,8 @@ def check_models(models: Mapping[str, AfferentModel]) -> None:
     for kind, model in models.items():
         needs = "stimulus, highest_frequency [Hz] and spikes(times, values)"
         require(model, AfferentModel, needs, kind)  # type: ignore[type-abstract]
-        if model.stimulus.removesuffix("_rate") not in STIMULI:
-            allowed = f"needs one of {', '.join(STIMULI)}, or the rate of one, such as speed_rate"
+        if model.stimulus.removesuffix("_rate") not in signals.STIMULI:
+            allowed = f"needs one of {', '.join(signals.STIMULI)}, or the rate of one, such as speed_rate"
             raise InputError(f"{kind}.stimulus", f"'{model.stimulus}' is not known", allowed)
         if not 0.0 < model.highest_frequency < np.inf:
             fault = f"got {model.highest_frequency} Hz"
@@ -78,13 +69,13 @@ def spike_notes(kinds: Iterable[str], beyond: Mapping[str, float], history: xr.D
     absent = [kind for kind in recorded if kind not in {*kinds, *resolved_afferents(history)}]
     highest = max((human_afferents()[kind].highest_frequency for kind in absent), default=0.0) / _OF_BANDWIDTH
     needs = {
-        f"steps of {step_text(highest)}" if highest else "": highest > record_bandwidth(history),
+        f"steps of {signals.step_text(highest)}" if highest else "": highest > signals.record_bandwidth(history),
         "a body with damping": not _is_damped(history),
     }
     lacking = " and ".join(words for words, is_needed in needs.items() if is_needed)
     left_out = f"{', '.join(absent)} left out: vibrations need {lacking}"
     types = ", ".join(f"{kind} ({highest:.0f} Hz)" for kind, highest in beyond.items())
-    unresolved = f"{types} respond to more than the {record_bandwidth(history):.3g} Hz that records resolve"
+    unresolved = f"{types} respond to more than the {signals.record_bandwidth(history):.3g} Hz that records resolve"
     return [*[left_out] * bool(absent), *[unresolved] * bool(beyond)]
 
 
@@ -169,14 +160,23 @@ class IntegrateAndFire:
 
     def spikes(self, times: Floats, values: Floats) -> Sequence[Floats]:
         """Return the spike times [s] of k receptors, from times (n,) [s] and the stimulus (n, k)."""
+        # Only spikes need what compiles.
+        from fingerslip.afferents.membranes import fire
+
         times, values = np.asarray(times, dtype=float), np.asarray(values, dtype=float)
         fine = np.linspace(times[0], times[-1], int(np.ceil((times[-1] - times[0]) / self.longest_step)) + 1)
         low = np.stack([np.interp(fine, times, column) for column in values.T], axis=1)
         # What is above the highest frequency goes, from rest at the first value.
-        if (sections := self.low_pass(1.0 / (fine[1] - fine[0]))) is not None:
-            low = filter_from_rest(low, sections, 0)
-        rows, columns = self._find_spikes(fine, self.drive(low, np.gradient(low, fine, axis=0)))
-        return [fine[rows[columns == column]] + self.delay for column in range(low.shape[1])]
+        step = fine[1] - fine[0]
+        if (sections := self.low_pass(1.0 / step)) is not None:
+            low = signals.filter_from_rest(low, sections, 0)
+        # By steps since the last spike; the last entry, of one long ago, is 0.
+        inhibition = self.inhibition(step * np.arange(0.5, _INHIBITED / step + 2.0))
+        left, resting = np.exp(-step / self.membrane_time), round(self.rest / step)
+        drive = self.drive(low, np.gradient(low, fine, axis=0))
+        # Under the mean drive of each step.
+        rows, columns = fire(0.5 * (drive[1:] + drive[:-1]), left, resting, inhibition).nonzero()
+        return [fine[1:][rows[columns == column]] + self.delay for column in range(low.shape[1])]
 
     @property
     def longest_step(self) -> float:
@@ -187,7 +187,7 @@ class IntegrateAndFire:
         """Return the sections (n, 6) of its low pass at a rate [1/s]; None where that holds nothing to be left out."""
         if self.highest_frequency >= 0.5 * rate:
             return None
-        return np.asarray(signal.butter(ORDER, self.highest_frequency, fs=rate, output="sos"))
+        return np.asarray(signal.butter(signals.ORDER, self.highest_frequency, fs=rate, output="sos"))
 
     def drive(self, values: Floats, rates: Floats) -> Floats:
         """Return what low-passed stimuli and their rates, of one shape, drive membranes with [-]."""
@@ -206,18 +206,6 @@ class IntegrateAndFire:
             for peak in (0.0, np.log(9.0))
         )
         return np.asarray(self.early_inhibition * early + self.late_inhibition * late)
-
-    def _find_spikes(self, times: Floats, drive: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """Return rows and columns of all spikes, under the mean drive of each step."""
-        # Only spikes need what compiles.
-        from fingerslip.afferents.membranes import fire
-
-        step = times[1] - times[0]
-        # By steps since the last spike; the last entry, of one long ago, is 0.
-        inhibition = self.inhibition(step * np.arange(0.5, _INHIBITED / step + 2.0))
-        left, resting = np.exp(-step / self.membrane_time), round(self.rest / step)
-        rows, columns = fire(0.5 * (drive[1:] + drive[:-1]), left, resting, inhibition).nonzero()
-        return rows + 1, columns
 
 
 #: Afferents that ship.
@@ -245,7 +233,7 @@ def answering_models(
 ) -> dict[str, AfferentModel]:
     """Return those of the models that a history resolves whose receptors it records, with strain."""
     resolved = resolved_afferents(history, models)
-    check_kinds(history, models or (), "afferents")
+    signals.check_kinds(history, models or (), "afferents")
     recorded = dict.fromkeys(map(str, site_kinds(history))) if "strain" in history else {}
     return {kind: resolved[kind] for kind in recorded if kind in resolved}
 
@@ -267,11 +255,11 @@ def resolved_afferents(
     highest frequency, and a body with damping: without it, it chatters as no tissue does. :func:`spike_notes` names
     every type beyond the records.
     """
-    highest = _OF_BANDWIDTH * record_bandwidth(history) if _is_damped(history) else 0.0
+    highest = _OF_BANDWIDTH * signals.record_bandwidth(history) if _is_damped(history) else 0.0
     every = human_afferents() if models is None else models
     check_models(every)
     return {
         kind: model
         for kind, model in every.items()
-        if model.stimulus not in MOTIONS or model.highest_frequency <= highest
+        if model.stimulus not in signals.MOTIONS or model.highest_frequency <= highest
     }

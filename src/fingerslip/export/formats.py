@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import contextlib
 import io
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
+import xarray as xr
 from scipy.io import savemat
 
 from fingerslip.afferents.model import CAVEAT, answering_models, beyond_records, spike_notes
-from fingerslip.afferents.spikes import Spikes, available_spikes, spike_places
+from fingerslip.afferents.spikes import available_spikes, spike_places
 from fingerslip.errors import InputError, optional_module
 from fingerslip.export.paraview import write_paraview
 from fingerslip.export.spikes import slip_times, write_history_nwb
@@ -23,9 +24,6 @@ from fingerslip.storage import files
 from fingerslip.units import unit_suffix
 from fingerslip.version import __version__
 
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 def result_tables(history: xr.Dataset) -> dict[str, pd.DataFrame]:
     """Return tables of the times of slip, and of the spikes and afferents whose stimulus a history resolves."""
@@ -33,25 +31,19 @@ def result_tables(history: xr.Dataset) -> dict[str, pd.DataFrame]:
     tables = {"events": pd.DataFrame({"event": pd.Series(list(times), dtype=str), "time_s": list(times.values())})}
     if (spikes := available_spikes(history)) is not None:
         tables["spikes"] = spikes.to_dataframe().rename(columns={"time": "time_s"})
-        tables["afferents"] = _afferents(spikes, history)
-    for frame in tables.values():
-        frame.attrs["units"] = {column: column[-1] for column in map(str, frame) if column.endswith(("_s", "_m"))}
-    return tables
-
-
-def _afferents(spikes: Spikes, history: xr.Dataset) -> pd.DataFrame:
-    """Return a row for each afferent, silent ones too: where it is, how often it fires, and what that is not."""
-    beyond = {kind: spike_notes(spikes.kinds, {kind: highest}, history)[-1] for kind, highest in spikes.beyond.items()}
-    places = zip(history["component"].values, spike_places(spikes, history).T, strict=True)
-    return pd.DataFrame(
-        {
+        # Silent ones, too: where each is, how often it fires, and what that is not.
+        notes = {kind: spike_notes(spikes.kinds, {kind: hertz}, history)[-1] for kind, hertz in spikes.beyond.items()}
+        places = zip(history["component"].values, spike_places(spikes, history).T, strict=True)
+        tables["afferents"] = pd.DataFrame({
             "site": spikes.names,
             "kind": spikes.kinds,
             **{f"site_position_{axis}_m": values for axis, values in places},
             "spikes": [times.size for times in spikes.times],
-            "note": ["; ".join(filter(None, (beyond.get(kind), CAVEAT))) for kind in spikes.kinds],
-        }
-    )
+            "note": ["; ".join(filter(None, (notes.get(kind), CAVEAT))) for kind in spikes.kinds],
+        })  # fmt: skip
+    for frame in tables.values():
+        frame.attrs["units"] = {column: column[-1] for column in map(str, frame) if column.endswith(("_s", "_m"))}
+    return tables
 
 
 def write_history_mat(history: xr.Dataset, folder: Path) -> None:
@@ -170,28 +162,18 @@ def _table(history: xr.Dataset, n_rows: int, labels: list[str], variables: list[
     columns: dict[str, Any] = {"time_s": np.repeat(times, n_rows)}
     units = {"time_s": "s"}
     for name in (*labels, *variables):
-        for column, values in _columns(history, name).items():
-            # What labels a row is the same at all times.
-            columns[column] = np.tile(values, times.size) if name in labels else values
-            units[column] = _KNOWN[name].units
+        variable, values = _KNOWN[name], history[name].values
+        # What labels a row is the same at all times.
+        values = np.broadcast_to(values, (times.size, *values.shape)) if name in labels else values
+        suffix = f"_{unit_suffix(variable.units)}" if variable.units not in _UNITLESS else ""
+        # A column for each component, or one.
+        component = next((dim for dim in variable.dims if dim in _COMPONENTS), None)
+        axes = [""] if component is None else [f"_{axis}" for axis in history[component].values]
+        for axis, column in zip(axes, values.reshape(len(times) * n_rows, len(axes)).T, strict=True):
+            columns[f"{name}{axis}{suffix}"], units[f"{name}{axis}{suffix}"] = column, variable.units
     frame = pd.DataFrame(columns)
     frame.attrs["units"] = {column: unit for column, unit in units.items() if unit not in _UNITLESS}
     return frame
-
-
-def _columns(history: xr.Dataset, name: str) -> dict[str, Any]:
-    """Return the columns of a variable: one for each component, or one."""
-    variable, values = _KNOWN[name], history[name].values
-    suffix = f"_{unit_suffix(variable.units)}" if variable.units not in _UNITLESS else ""
-    component = next((dim for dim in variable.dims if dim in _COMPONENTS), None)
-    if component is None:
-        return {f"{name}{suffix}": values.ravel()}
-    axes = enumerate(history[component].values)
-    return {f"{name}_{axis}{suffix}": values[..., number].ravel() for number, axis in axes}
-
-
-def _write_csv(frame: pd.DataFrame, path: Path) -> None:
-    files.write_text(path, files.frame_csv(frame))
 
 
 def _write_parquet(frame: pd.DataFrame, path: Path) -> None:
@@ -206,9 +188,13 @@ def _write_json(frame: pd.DataFrame, path: Path) -> None:
     files.write_text(path, files.json_text({"units": frame.attrs["units"], "columns": columns}))
 
 
-# What writes a table into a file with the ending of its format.
-#: What writes tables, by the names of their formats.
-TABULAR = {"csv": _write_csv, "json": _write_json, "mat": write_table_mat, "parquet": _write_parquet}
+#: What writes tables, by the names of their formats, which are the endings of the files.
+TABULAR: Mapping[str, Callable[[pd.DataFrame, Path], None]] = {
+    "csv": lambda frame, path: files.write_text(path, files.frame_csv(frame)),
+    "json": _write_json,
+    "mat": write_table_mat,
+    "parquet": _write_parquet,
+}
 # What is more than tables: all arrays with their dimensions, the whole mesh, and spikes.
 _OF_HISTORIES = {"mat": write_history_mat, "nwb": write_history_nwb, "vtu": write_paraview}
 

@@ -6,9 +6,10 @@ import dataclasses
 import zlib
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.arrays import Floats
@@ -18,10 +19,6 @@ from fingerslip.mesh.mixed import vtk_cells
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.snapshot import Snapshot, faces_at, in_space, read_snapshot
 from fingerslip.storage.files import csv_text, write_text
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 _HEADER = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>\n'
 _FOOTER = "  </Collection>\n</VTKFile>\n"

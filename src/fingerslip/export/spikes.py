@@ -7,9 +7,10 @@ import datetime as dt
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 from pydantic.dataclasses import is_pydantic_dataclass
 
 from fingerslip.afferents.model import AFFERENTS, CAVEAT, AfferentModel, human_afferents, spike_notes
@@ -23,9 +24,6 @@ from fingerslip.snapshot import in_space
 from fingerslip.storage.files import digest, new_file
 from fingerslip.units import millimetres
 from fingerslip.version import __version__
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _NWB = ("neural", "spikes", "files of NWB need it")
 _KEYWORDS = "fingertip, slip, tactile afferents"
