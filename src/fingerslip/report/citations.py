@@ -53,12 +53,9 @@ def short_citation(key: str) -> str:
     """
     names = re.search(r"author\s*= \{(.+)\}", bibliography()[key])
     assert names is not None, key
-    authors = [_plain(name.partition(",")[0]) for name in names[1].split(" and ")]
+    # Without the braces and with the accents of BibTeX.
+    accented = re.sub(r"\{\\(['`\"])(\w)\}", lambda sign: sign[2] + _ACCENTS[sign[1]], names[1])
+    plain = unicodedata.normalize("NFC", re.sub(r"[{}]", "", accented))
+    authors = [name.partition(",")[0] for name in plain.split(" and ")]
     listed = f"{authors[0]} et al." if len(authors) > 2 else " & ".join(authors)
     return f"{listed} {key[-4:]}"
-
-
-def _plain(name: str) -> str:
-    """Return a name without the braces and with the accents of BibTeX."""
-    accented = re.sub(r"\{\\(['`\"])(\w)\}", lambda sign: sign[2] + _ACCENTS[sign[1]], name)
-    return unicodedata.normalize("NFC", re.sub(r"[{}]", "", accented))

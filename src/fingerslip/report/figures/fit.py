@@ -14,14 +14,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
 from fingerslip.report.colours import BLACK, BLUE, GREY, SKY
-from fingerslip.report.figures.style import (
-    add_legend,
-    columns_for,
-    figure_grid,
-    letter_panels,
-    name_panel,
-    with_style,
-)
+from fingerslip.report.figures import style
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -36,7 +29,7 @@ _SHOWN = {"m": ("mm", 1e3), "s": ("s", 1.0), "N": ("N", 1.0), "Pa": ("kPa", 1e-3
 _RUNS: Any = {"color": GREY, "alpha": 0.18, "linewidth": 0.0}
 
 
-@with_style
+@style.with_style
 def corner_figure(values: Array, labels: Sequence[str], units: Sequence[str], ranges: tuple[Array, Array]) -> Figure:
     """Draw samples (n, dim + 1), where they are: each value beside its prior, each pair with 68 and 95 % of them."""
     count = len(labels)
@@ -44,7 +37,7 @@ def corner_figure(values: Array, labels: Sequence[str], units: Sequence[str], ra
     margins = _MARGIN * np.ptp(ends, axis=0)
     limits = list(zip(np.maximum(ends[0] - margins, [*ranges[0], 0.0]), ends[1] + margins, strict=True))
     limits[:-1] = [(low, min(high, end)) for (low, high), end in zip(limits, ranges[1], strict=False)]
-    figure, panels = figure_grid(count**2, count, (1.9, 1.9), "Posterior", ("", ""), share="none", lettered=False)
+    figure, panels = style.figure_grid(count**2, count, (1.9, 1.9), "Posterior", ("", ""), share="none", lettered=False)
     for number, axes in enumerate(panels):
         row, column = divmod(number, count)
         axes.set_visible(row >= column)
@@ -65,7 +58,7 @@ def corner_figure(values: Array, labels: Sequence[str], units: Sequence[str], ra
             axes.set_ylabel(_with_unit(labels[row], units[row]))
     keys = {"posterior": Patch(color=SKY), "prior": Line2D([], [], color=GREY, linestyle="--")}
     keys |= {"68 %": Patch(color=BLUE, alpha=0.8), "95 %": Patch(color=BLUE, alpha=0.35)}
-    add_legend(figure, {**keys, "median": Line2D([], [], color=BLACK)})
+    style.add_legend(figure, {**keys, "median": Line2D([], [], color=BLACK)})
     return figure
 
 
@@ -88,7 +81,7 @@ def _draw_pair(
     axes.set_ylim(limits[1])
 
 
-@with_style
+@style.with_style
 def fit_figure(curves: pd.DataFrame) -> Figure:
     """Draw measured curves with those of the fitted model, and below them residuals in standard deviations.
 
@@ -99,15 +92,17 @@ def fit_figure(curves: pd.DataFrame) -> Figure:
     shown_unit, factor = _SHOWN[unit]
     columns = [values.sort_values(over) for _, values in curves.groupby("column", sort=False)]
     count = len(columns)
-    wide = columns_for(count)
+    wide = style.columns_for(count)
     rows = -(-count // wide)
     labels, ratios = (f"{label} [{shown_unit}]", ""), (3.0, 1.4) * rows
     title, panel = "Measured and fitted", (4.2, 1.8 if count == 1 else 2.5)
-    figure, panels = figure_grid(2 * rows * wide, wide, panel, title, labels, share="x", heights=ratios, lettered=False)
+    figure, panels = style.figure_grid(
+        2 * rows * wide, wide, panel, title, labels, share="x", heights=ratios, lettered=False
+    )
     pairs = [panels[2 * row * wide + column :: wide][:2] for row in range(rows) for column in range(wide)]
     for axes in (axes for pair in pairs[count:] for axes in pair):
         axes.set_visible(False)
-    letter_panels([above for above, _ in pairs] if count > 1 else ())
+    style.letter_panels([above for above, _ in pairs] if count > 1 else ())
     for number, (values, (above, below)) in enumerate(zip(columns, pairs, strict=False)):
         name, si = values.iloc[0, :2]
         unit, scale = _SHOWN.get(si, (si, 1.0))
@@ -116,14 +111,14 @@ def fit_figure(curves: pd.DataFrame) -> Figure:
         _draw_curves(above, positions, values, 0.0, 1.0 / scale)
         _draw_curves(below, positions, values, *values[["model 50 %", "deviation"]].to_numpy().T)
         site, _, quantity = name.rpartition(".")
-        name_panel(above, site)
+        style.name_panel(above, site)
         above.set_ylabel(_with_unit(quantity.replace("_", " "), unit, " "))
         if number % wide == 0:
             below.set_ylabel("residual [σ]")
         if number + wide >= count:
             below.tick_params(labelbottom=True)
             below.set_xlabel(labels[0])
-    add_legend(figure, {
+    style.add_legend(figure, {
         "measured ± σ": Line2D([], [], color=BLACK, marker="o", linestyle="", markersize=3.0),
         "fitted model": Line2D([], [], color=BLUE),
         "model, 90 %": Patch(color=BLUE, alpha=0.55),

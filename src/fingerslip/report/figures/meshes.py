@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal, NamedTuple, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 import skfem
@@ -30,18 +30,10 @@ _COLUMNS, _PANEL, _WINDOW = 3, 2.9, (1000, 900)  # inch, pixels
 _Vector: TypeAlias = tuple[float, float, float]
 
 
-class _View(NamedTuple):
-    """From where a solid is seen."""
-
-    up: _Vector
-    viewer: _Vector  # where that is
-    sides: tuple[_Vector, ...]  # that are seen: a cut takes the half before it away
-
-
-# By the axis that is up.
-_VIEWS = {
-    "y": _View((0.0, 1.0, 0.0), (0.9, 0.55, 1.0), ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))),
-    "z": _View((0.0, 0.0, 1.0), (0.9, -1.0, 0.55), ((0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))),
+# From where a solid is seen, and the sides that are, by the axis that is up: a cut takes the half before it away.
+_VIEWS: Mapping[str, tuple[_Vector, tuple[_Vector, ...]]] = {
+    "y": ((0.9, 0.55, 1.0), ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))),
+    "z": ((0.9, -1.0, 0.55), ((0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))),
 }
 _CELLS = {"show_edges": True}
 #: Surfaces of a mesh, each with how it looks.
@@ -52,7 +44,7 @@ _Scene: TypeAlias = list[tuple[Any, Mapping[str, Any]]]
 def mesh_figure(mesh: skfem.Mesh, title: str = "", up: Literal["y", "z"] = "z") -> Figure:
     """Draw the regions and boundaries of a mesh [m]: a section as it is; of a solid half of it, then each boundary."""
     heading = style.join_title("Regions and boundaries", title)
-    return _section(mesh, heading) if mesh.dim() == 2 else _solid(mesh, heading, _VIEWS[up])
+    return _section(mesh, heading) if mesh.dim() == 2 else _solid(mesh, heading, *_VIEWS[up])
 
 
 def _regions(mesh: skfem.Mesh) -> tuple[dict[str, Integers], dict[str, Integers]]:
@@ -97,18 +89,18 @@ def _section(mesh: skfem.Mesh, heading: str) -> Figure:
     return figure
 
 
-def _solid(mesh: skfem.Mesh, heading: str, view: _View) -> Figure:
+def _solid(mesh: skfem.Mesh, heading: str, viewer: _Vector, sides: Sequence[_Vector]) -> Figure:
     regions, above = _regions(mesh)
     groups = [(f"region {name}", _surface(mesh, cells)) for name, cells in above.items()]
     groups += [(name, np.asarray(facets)) for name, facets in (mesh.boundaries or {}).items()]
     everything = _surface(mesh, np.arange(mesh.nelements))
-    colours, layers = region_colours(tuple(regions)), _opened(mesh, regions, view.sides)
+    colours, layers = region_colours(tuple(regions)), _opened(mesh, regions, sides)
     scenes: list[_Scene] = [[(layer, {"color": colours[name], **_CELLS}) for name, layer in layers]]
     for _, facets in groups:
         others, chosen = (_polygons(mesh, which) for which in (np.setdiff1d(everything, facets), facets))
         scenes.append([(others, {"color": _BODY, "opacity": 0.3}), (chosen, {"color": BLUE, **_CELLS})])
     names = ["regions, cut open" if len(layers) > len(regions) else "regions", *(name for name, _ in groups)]
-    images = _render(mesh, scenes, view)
+    images = _render(mesh, scenes, viewer, sides[-1])
     height = _PANEL * images[0].shape[0] / images[0].shape[1] + 0.3
     figure, panels = style.figure_grid(len(names), _COLUMNS, (_PANEL, height), heading, ("", ""), share="none")
     for axes, name, image in zip(panels, names, images, strict=True):
@@ -146,7 +138,7 @@ def _opened(mesh: skfem.Mesh, regions: Mapping[str, Integers], sides: Sequence[_
     return list(whole.items())
 
 
-def _render(mesh: skfem.Mesh, scenes: Sequence[_Scene], view: _View) -> list[NDArray[np.uint8]]:
+def _render(mesh: skfem.Mesh, scenes: Sequence[_Scene], viewer: _Vector, up: _Vector) -> list[NDArray[np.uint8]]:
     """Return a picture of each scene with the same camera, without what is white in all of them."""
     pictures = []
     with off_screen(_WINDOW) as plotter:
@@ -156,7 +148,7 @@ def _render(mesh: skfem.Mesh, scenes: Sequence[_Scene], view: _View) -> list[NDA
             for surface, look in scene:
                 if surface.n_cells:
                     plotter.add_mesh(surface, edge_color=_EDGE, line_width=0.5, ambient=0.6, diffuse=0.45, **look)
-            plotter.view_vector(view.viewer, viewup=view.up)
+            plotter.view_vector(viewer, viewup=up)
             plotter.reset_camera(bounds=np.stack([mesh.p.min(axis=1), mesh.p.max(axis=1)], axis=1).ravel() * 1e3)
             pictures.append(picture_of(plotter))
     return style.crop(pictures)

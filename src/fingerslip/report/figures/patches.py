@@ -15,6 +15,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.tri import Triangulation
 
+from fingerslip import slip
 from fingerslip.arrays import Floats
 from fingerslip.contact.counterfaces import sliding_direction
 from fingerslip.contact.states import OPEN, SLIP, STICK
@@ -22,16 +23,6 @@ from fingerslip.history import nearest_record
 from fingerslip.report import colours as palette
 from fingerslip.report.figures import style, time_axis
 from fingerslip.report.scene.scene import contact_levels
-from fingerslip.slip import (
-    Events,
-    EventSettings,
-    contact_patch,
-    patch_series,
-    slide_window,
-    slipped_fraction,
-    surface_strain_rates,
-    surface_strains,
-)
 from fingerslip.slip.patch import Patch as ContactPatch
 from fingerslip.slip.patch import triangle_states
 from fingerslip.slip.windows import EVENTS, counterface_normal
@@ -42,15 +33,18 @@ _FRAMES = 9
 _STRAIN_FRAMES = 4
 _AROUND = 0.8  # mm
 #: What has slipped as the events count it, of which their lines are levels.
-HAS_SLIPPED = f"has slipped by more than {1e6 * EventSettings().slip_tolerance:g} \N{MICRO SIGN}m"
+HAS_SLIPPED = f"has slipped by more than {1e6 * slip.EventSettings().slip_tolerance:g} \N{MICRO SIGN}m"
 
 
 @style.with_style
 def slip_frames_figure(
-    history: xr.Dataset, events: Events = time_axis.NO_EVENTS, times: Sequence[float] | None = None, title: str = ""
+    history: xr.Dataset,
+    events: slip.Events = time_axis.NO_EVENTS,
+    times: Sequence[float] | None = None,
+    title: str = "",
 ) -> Figure:
     """Draw where the contact sticks and slips at times [s], and say how much of it has slipped, as events count it."""
-    patch, share = contact_patch(history), slipped_share(history)
+    patch, share = slip.contact_patch(history), slipped_share(history)
     moments = _moments_with_events(history, events) if times is None else times
     frames = time_axis.titles_at(history, dict.fromkeys(map(float, moments), ""), "time")
     heading = style.join_title("Stick and slip of the contact, seen from below", title)
@@ -69,16 +63,16 @@ def slip_frames_figure(
 
 
 @style.with_style
-def surface_strain_figure(history: xr.Dataset, events: Events = time_axis.NO_EVENTS, title: str = "") -> Figure:
+def surface_strain_figure(history: xr.Dataset, events: slip.Events = time_axis.NO_EVENTS, title: str = "") -> Figure:
     """Draw the Green-Lagrange strain of the skin along the slide and its rate over the contact at four times of it."""
-    patch, name = contact_patch(history), "strain along the slide"
-    strains = surface_strains(history, patch).sel(strain_component="along")
+    patch, name = slip.contact_patch(history), "strain along the slide"
+    strains = slip.surface_strains(history, patch).sel(strain_component="along")
     moments = slide_moments(history, events, _STRAIN_FRAMES)
     steps = [nearest_record(history, moment) for moment in moments]
     heading = style.join_title(f"Green-Lagrange {name}, and its rate, seen from below", title)
     size = _panel_size(history, patch, 2.5)
     figure, panels = style.figure_grid(2 * len(moments), len(moments), size, heading, _LABELS)
-    fields = ((strains, f"{name} [%]"), (surface_strain_rates(strains), "its rate [%/s]"))
+    fields = ((strains, f"{name} [%]"), (slip.surface_strain_rates(strains), "its rate [%/s]"))
     for row, (field, label) in enumerate(fields):
         row_panels = panels[row * len(moments) : (row + 1) * len(moments)]
         shares, touching = 100.0 * field.values, field["touching"].values
@@ -109,9 +103,9 @@ def fill_states(axes: Axes, patch: ContactPatch, history: xr.Dataset, step: int)
 
 def slipped_share(history: xr.Dataset) -> Floats:
     """Return the share of the contact (n_times,) that has slipped, of which events are levels; NaN before the slide."""
-    share, window = np.full(history.sizes["time"], np.nan), slide_window(history)
+    share, window = np.full(history.sizes["time"], np.nan), slip.slide_window(history)
     if window is not None:
-        share[window.records] = slipped_fraction(history, window, EventSettings().slip_tolerance).values
+        share[window.records] = slip.slipped_fraction(history, window, slip.EventSettings().slip_tolerance).values
     return share
 
 
@@ -139,10 +133,10 @@ def _panel_size(history: xr.Dataset, patch: ContactPatch, width: float) -> tuple
     return width, min(max((width - 0.4) * (high[1] - low[1]) / (high[0] - low[0]), 1.0), 3.0) + 0.5
 
 
-def slide_moments(history: xr.Dataset, events: Events, count: int) -> Floats:
+def slide_moments(history: xr.Dataset, events: slip.Events, count: int) -> Floats:
     """Return times of records from the start of the slide to shortly after overall slip, or all of a run without it."""
     times = history["time"].values
-    window = slide_window(history)
+    window = slip.slide_window(history)
     start, end = (window.start, window.end) if window else (float(times[0]), float(times[-1]))
     if events.overall is not None:
         end = min(end, events.overall + 0.1 * (events.overall - start))
@@ -150,7 +144,7 @@ def slide_moments(history: xr.Dataset, events: Events, count: int) -> Floats:
     return moments
 
 
-def _moments_with_events(history: xr.Dataset, events: Events) -> Floats:
+def _moments_with_events(history: xr.Dataset, events: slip.Events) -> Floats:
     """Return evenly spaced times, the nearest ones moved to the first records after the events."""
     moments, times = slide_moments(history, events, _FRAMES), history["time"].values
     free = np.arange(1, moments.size)
@@ -170,7 +164,7 @@ _ARROW = 0.3
 @style.with_style
 def slip_onset_figure(histories: Mapping[str, xr.Dataset]) -> Figure:
     """Draw when each part of the contact slips for good, a panel for each run, all in the same axes of the plate."""
-    patches = {title: contact_patch(history) for title, history in histories.items()}
+    patches = {title: slip.contact_patch(history) for title, history in histories.items()}
     onsets = {title: _onsets(history, patches[title]) for title, history in histories.items()}
     latest = max((float(np.nanmax(times, initial=0.0)) for times in onsets.values()), default=0.0)
     colours = ScalarMappable(Normalize(0.0, latest or 1.0), "viridis_r")
@@ -207,7 +201,7 @@ def _onsets(history: xr.Dataset, patch: ContactPatch) -> Floats:
 
     NaN where it sticks to the end, minus one where it never touches during the slide.
     """
-    window = slide_window(history)
+    window = slip.slide_window(history)
     times = history["time"].values
     records = np.arange(times.size)[window.records] if window else np.arange(times.size)
     states = np.stack([triangle_states(history, patch, int(record)) for record in records])
@@ -227,7 +221,7 @@ def stick_ratio_figure(histories: Mapping[str, xr.Dataset], title: str = "") -> 
     labels = ("tangential force / normal force", "sticking share of the contact area")
     figure, (axes,) = style.figure_grid(1, 1, (5.2, 3.4), heading, labels)
     for name, history in histories.items():
-        window, series = slide_window(history), patch_series(history)
+        window, series = slip.slide_window(history), slip.patch_series(history)
         chosen = series.isel(time=window.records) if window else series
         axes.plot(chosen["force_ratio"], chosen["stick_ratio"], label=name, linewidth=1.4)
     axes.set_ylim(-0.03, 1.03)

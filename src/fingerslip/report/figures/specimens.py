@@ -75,13 +75,9 @@ def _draw_fingertip_section(axes: Axes, fingertip: Fingertip) -> None:
     curve, layers = outline.outline_curve(fingertip), fingertip.layers
     depths = {"epidermis": 0.0, "dermis": layers.epidermis_thickness, "tissue": layers.skin_thickness}
     for name, mean in depths.items():
-        first, last = outline.arc_length_at_cut(fingertip, curve, mean)
-        arc_length = np.linspace(first, last, 2000)
-        depth = np.full(2000, mean)
-        if name == "epidermis":
-            depth = outline.surface_depth(fingertip, arc_length)
-        if name == "dermis":
-            depth = outline.interface_depth(fingertip, arc_length)
+        arc_length = np.linspace(*outline.arc_length_at_cut(fingertip, curve, mean), 2000)
+        depth_of = {"epidermis": outline.surface_depth, "dermis": outline.interface_depth}.get(name)
+        depth = depth_of(fingertip, arc_length) if depth_of else np.full(2000, mean)
         _fill(axes, [outline.at_depth(curve, arc_length, depth)], REGION_COLOURS[name])
     _fill(axes, [phalanx_contour(fingertip)], REGION_COLOURS["phalanx"])
     axes.axhline(-1e3 * fingertip.outline.half_height, color=BLACK, linewidth=1.6)

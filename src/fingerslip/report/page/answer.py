@@ -11,14 +11,9 @@ from fingerslip.history import is_solid, sites_of_kinds
 from fingerslip.published import PublishedSet, PublishedValue
 from fingerslip.report.content import ReportContent
 from fingerslip.report.labels import first_named, number_and_unit, of_runs, path_label, prose, run_title
+from fingerslip.report.tables import runs as run_tables
 from fingerslip.report.tables.compare import difference_from, span_of
 from fingerslip.report.tables.parameters import ASSUMED, NOT_USED
-from fingerslip.report.tables.runs import (
-    differing_paths,
-    latency_span,
-    run_caveats,
-    time_digits,
-)
 from fingerslip.results import RunResult, StudyResult
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import EventSettings
@@ -39,12 +34,12 @@ def answer(study: StudyResult, starts: Mapping[str, float], references: Sequence
     """
     sliding = [run for run in study.runs if run.name in starts]
     if not sliding:
-        return (*_answer_of_held(study.runs), *run_caveats(study.runs))
+        return (*_answer_of_held(study.runs), *run_tables.run_caveats(study.runs))
     whole = sliding
     sliding = [run for run in whole if not run.numbers.get(INVERTED)]
     slipped = [run for run in sliding if run.events.overall is not None]
     if not sliding:
-        return ("No time of slip is a result here.", *run_caveats(whole))
+        return ("No time of slip is a result here.", *run_tables.run_caveats(whole))
     if not slipped:
         many = f"any of the {len(sliding)} runs" if len(sliding) > 1 else "this run"
         first: tuple[str, ...] = (
@@ -56,7 +51,9 @@ def answer(study: StudyResult, starts: Mapping[str, float], references: Sequence
         first = _answer_of_many(study, sliding, slipped, starts)
     # What is too coarse, and how to learn how well the times are known where they have no error bars.
     bars = "" if study.ranges else _without_bars(sliding)
-    return tuple(filter(None, (*first, *published_rows_beside(sliding, references), *run_caveats(whole), bars)))
+    return tuple(
+        filter(None, (*first, *published_rows_beside(sliding, references), *run_tables.run_caveats(whole), bars))
+    )
 
 
 def _without_bars(runs: Sequence[RunResult]) -> str:
@@ -82,7 +79,7 @@ def _answer_of_one(run: RunResult, starts: Mapping[str, float]) -> tuple[str, ..
     overall, bar = run.events.overall or 0.0, _bar(run, "slip.overall")
     marks = [*[f"{bar} ms, numerical"] * bool(bar), *["doubtful"] * bool(run.doubts)]
     error = f" ({', '.join(marks)})" if marks else ""
-    digits, travels = time_digits([run]), _travels([run], "overall_travel_m")
+    digits, travels = run_tables.time_digits([run]), _travels([run], "overall_travel_m")
     travel = f"after {travels[0]:.2f} mm of travel, " if travels else ""
     since = f"{overall - starts[run.name]:.{digits}f} s after the slide begins"
     said = f"The whole contact slips {travel}{since}, {overall:.{digits}f} s after the start of the run{error}."
@@ -121,14 +118,14 @@ def _answer_of_many(
     since = {run.name: float(run.events.overall or 0.0) - starts[run.name] for run in slipped}
     ordered = sorted(slipped, key=lambda run: since[run.name])
     kind = "samples" if study.ranges else "runs"
-    digits, travels = time_digits(slipped), _travels(slipped, "overall_travel_m")
+    digits, travels = run_tables.time_digits(slipped), _travels(slipped, "overall_travel_m")
 
     def at(run: RunResult) -> str:
         bar = _bar(run, "slip.overall")
         marks = [run_title(run, run.name), *[f"{bar} ms"] * bool(bar), *["doubtful"] * bool(run.doubts)]
         return f"{since[run.name]:.{digits}f} s" + ("" if study.ranges else f" ({', '.join(marks)})")
 
-    labels = [path_label(path) for path in differing_paths(study.runs)]
+    labels = [path_label(path) for path in run_tables.differing_paths(study.runs)]
     listed = " and ".join([", ".join(labels[:-1]), labels[-1]] if len(labels) > 1 else labels)
     which = f" that differ in {listed}" if labels else ""
     which = f" of {len(study.ranges)} uncertain values" if study.ranges else which
@@ -144,7 +141,7 @@ def _answer_of_many(
 
 def _trend(runs: Sequence[RunResult], since: Mapping[str, float]) -> str:
     """Say whether overall slip moves one way with the only swept number; nothing where it does not."""
-    paths = differing_paths(runs)
+    paths = run_tables.differing_paths(runs)
     if len(paths) != 1 or len(runs) < 3:
         return ""
     numbers = {run.name: number for run in runs if (number := number_and_unit(run.swept.get(paths[0])))}
@@ -159,7 +156,7 @@ def _trend(runs: Sequence[RunResult], since: Mapping[str, float]) -> str:
 
 
 def _latencies(runs: Sequence[RunResult]) -> str:
-    time = latency_span(runs)
+    time = run_tables.latency_span(runs)
     if not time:
         return ""
     if travels := _travels(runs, "latency_travel_m"):
@@ -181,7 +178,7 @@ def published_rows_beside(runs: Sequence[RunResult], references: Sequence[Publis
     if early := _changes(incipient):
         than = "than published" if _are_off(early) else "with the published one"
         left.append(f"incipient slip {_off(early)} {than}")
-    if ours := latency_span([run for run, _ in latency]):
+    if ours := run_tables.latency_span([run for run, _ in latency]):
         theirs = [1e3 * end for run, value in latency if run.events.latency is not None for end in span_of(value)]
         left.append(f"{ours} are left to react, against {_span(theirs, 0, 'ms')} published")
     second = f"{', and '.join(left)}."

@@ -24,16 +24,8 @@ from fingerslip.report.figures.patches import HAS_SLIPPED, slipped_share
 from fingerslip.report.figures.signals import PRESSED, SLIPS
 from fingerslip.report.figures.time_axis import event_times
 from fingerslip.report.labels import of_histories
+from fingerslip.report.scene import scene
 from fingerslip.report.scene.options import SCALARS, SceneOptions
-from fingerslip.report.scene.scene import (
-    CORNERS,
-    field_limits,
-    one_scale,
-    region_names,
-    soft_regions,
-    upright,
-    vtk_grid,
-)
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import Events, contact_forces, receptor_signals, slide_tangent, slide_window, slipping_fraction
 from fingerslip.slip.windows import EVENTS, travel_direction
@@ -73,7 +65,7 @@ def run_motions(runs: Iterable[tuple[xr.Dataset, Events, str]]) -> tuple[dict[st
     """Return runs in motion, the first and as many more as keep the page small; their colours have one scale."""
     motions: list[dict[str, Any]] = []
     size, touched = 0, [run for run in runs if run[0].sizes.get("counterface", 0)]
-    with one_scale(history for history, *_ in touched if not is_solid(history)):
+    with scene.one_scale(history for history, *_ in touched if not is_solid(history)):
         for history, events, title in touched:
             motion = run_motion(history, events, title)
             size += len(motion["data"])
@@ -170,7 +162,7 @@ def _panels(history: xr.Dataset, records: NDArray[np.intp], arrays: Arrays) -> l
 
 def _common_body(history: xr.Dataset, frames: Sequence[int], top: float) -> dict[str, Any]:
     """Return what sections and solids share; the colours of their stress end at `top` [kPa]."""
-    names = region_names(history)
+    names = scene.region_names(history)
     colours = palette.region_colours(names)
     low, high = extent(history)
     half_side = 1e-3 * float((high - low).max()) * (_HALF_SQUARE if is_solid(history) else 1.0)
@@ -179,7 +171,7 @@ def _common_body(history: xr.Dataset, frames: Sequence[int], top: float) -> dict
         "high": high.tolist(),
         "frames": [float(history["snapshot_time"].values[number]) for number in frames],
         "regions": [
-            {"name": name, "colour": colours[name], "stiff": number not in soft_regions(history)}
+            {"name": name, "colour": colours[name], "stiff": number not in scene.soft_regions(history)}
             for number, name in enumerate(names)
         ],
         "field": SCALARS["von_mises"][0],
@@ -215,11 +207,11 @@ def _moving_arrays(body: dict[str, Any], points: Floats, displacements: Floats, 
 
 def _plane_body(history: xr.Dataset, frames: list[int]) -> tuple[dict[str, Any], Arrays]:
     """Return the section: its corners, how they move, the stress in its cells, contact nodes and receptors."""
-    cells = history["cell_nodes"].values[:, : CORNERS[history.attrs["element"]]]
+    cells = history["cell_nodes"].values[:, : scene.CORNERS[history.attrs["element"]]]
     used, corners = np.unique(cells, return_inverse=True)
     points = history["node_position"].values[used]
     displacements = history["snapshot_displacement"].values[frames][:, used]
-    top, stress = field_limits(history, SceneOptions())[1], history["snapshot_von_mises"].values[frames]
+    top, stress = scene.field_limits(history, SceneOptions())[1], history["snapshot_von_mises"].values[frames]
     body = _common_body(history, frames, top)
     arrays = _moving_arrays(body, points, displacements, stress)
     contact_node, tangent = history["contact_node"].values, slide_tangent(history)
@@ -243,13 +235,13 @@ def _plane_body(history: xr.Dataset, frames: list[int]) -> tuple[dict[str, Any],
 
 def _solid_body(history: xr.Dataset, frames: list[int]) -> tuple[dict[str, Any], Arrays]:
     """Return the surfaces of all layers and the cut through them: how they move, their stress, the contact's states."""
-    history = upright(history)
+    history = scene.upright(history)
     surface, cut_at = solid_surface(history, frames)
     triangles, layers = triangles_of(surface), surface.cell_data["layer"]
     stress, states = (surface.point_data[name].reshape(-1, len(frames)).T for name in ("stress", "state"))
     displacements = surface.point_data["displacement"].reshape(-1, len(frames), 3).swapaxes(0, 1)
     # Means over cells are smaller than what cells have: the colours are those of what is drawn.
-    soft = np.unique(triangles[np.isin(layers, soft_regions(history))])
+    soft = np.unique(triangles[np.isin(layers, scene.soft_regions(history))])
     top = 1e-3 * float(np.quantile(stress[:, soft], 0.999)) if soft.size else 0.0
     body = _common_body(history, frames, top or 1.0) | {"cutAt": 1e3 * cut_at, "receptors": []}
     return body, _moving_arrays(body, surface.points, displacements, stress) | {
@@ -327,11 +319,11 @@ def _layers(history: xr.Dataset, frames: list[int]) -> Iterator[tuple[int, Any]]
     """Yield the number and the mesh of each layer, with displacements and stress at frames for its nodes."""
     element, corners = ("H8", 8) if history.attrs["element"] == "H8" else ("T4", 4)
     cells = history["cell_nodes"].values[:, :corners]
-    grid = vtk_grid(cells, CELL_TYPES[element], history["node_position"].values)
+    grid = scene.vtk_grid(cells, CELL_TYPES[element], history["node_position"].values)
     grid.point_data["displacement"] = np.concatenate(list(history["snapshot_displacement"].values[frames]), axis=1)
     grid.point_data["node"] = np.arange(grid.n_points)
     grid.cell_data["stress"] = history["snapshot_von_mises"].values[frames].T
-    for number in range(max(len(region_names(history)), 1)):
+    for number in range(max(len(scene.region_names(history)), 1)):
         layer = grid.extract_cells(history["cell_region"].values == number)
         if layer.n_cells:
             yield number, layer.cell_data_to_point_data()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import xarray as xr
@@ -56,13 +56,7 @@ _DRAW_STUDIES: Mapping[str, Callable[[StudySubject], Figure]] = {
 }
 _DRAW_RUNS: Mapping[str, Callable[[RunSubject], Figure]] = {
     "composed": lambda r: composed_figure(
-        r.history,
-        r.events,
-        available_spikes(r.history, r.afferents),
-        r.title,
-        r.times,
-        assumed=r.afferents is None,
-        recorded=r.recorded,
+        r.history, r.events, available_spikes(r.history, r.afferents), r.title, r.times, **_of_spikes(r)
     ),
     "deformed": lambda r: bodies.deformed_figure(r.history, r.events, r.options, r.times or None),
     "slip-map": lambda r: signals.slip_maps_figure({r.title: r.history}, {r.title: r.events}),
@@ -78,15 +72,14 @@ _DRAW_RUNS: Mapping[str, Callable[[RunSubject], Figure]] = {
     "strain-energy-density": lambda r: signals.strain_energy_density_figure(r.history, r.events, r.title),
     "energy": lambda r: signals.energy_figure(r.history, r.title),
     "spikes": lambda r: spike_figure(
-        resolved_spikes(r.history, r.afferents),
-        r.history,
-        r.events,
-        r.title,
-        assumed=r.afferents is None,
-        recorded=r.recorded,
+        resolved_spikes(r.history, r.afferents), r.history, r.events, r.title, **_of_spikes(r)
     ),
     "mesh": lambda r: (bodies.scene_figure if is_solid(r.history) else mesh_figure)(r.history, r.title),
 }
+
+
+def _of_spikes(run: RunSubject) -> dict[str, Any]:
+    return {"assumed": run.afferents is None, "recorded": run.recorded}
 
 
 def _is_on_page(kind: FigureKind, histories: Iterable[xr.Dataset]) -> bool:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.errors import FingerslipError
@@ -25,9 +25,6 @@ from fingerslip.vision.overlay import SHOWN_FIELDS, field_frames, overlay_frames
 from fingerslip.vision.tracking.track import jumps, lost_intervals, noise_at_rest, seen_count, seen_share
 from fingerslip.vision.tracks import read_tracks, write_tracks, write_tracks_csv
 from fingerslip.vision.video import STATES, Frames, write_video
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 def cameras_section(content: ReportContent) -> ReportSection:

@@ -10,11 +10,12 @@ import re
 import socket
 import subprocess
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
@@ -24,24 +25,12 @@ from fingerslip.errors import InputError, ResultError
 from fingerslip.history import nearest_snapshot, site_kinds
 from fingerslip.report import colours as palette
 from fingerslip.report.figures import style, time_axis
+from fingerslip.report.scene import scene
 from fingerslip.report.scene.names import CUTS
 from fingerslip.report.scene.options import SCALARS, SceneOptions
-from fingerslip.report.scene.scene import (
-    aim,
-    check_options,
-    draw_scale,
-    draw_scene,
-    fields_of,
-    region_names,
-    snapshot_grid,
-)
 from fingerslip.slip import Events, slide_window
 from fingerslip.slip.windows import EVENTS
 from fingerslip.storage.files import write_bytes
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 #: What can be shown or hidden beside the layers.
 EXTRAS = ("plate", "receptors", "contact")
@@ -61,11 +50,11 @@ class SceneControl:
         self.number = nearest_snapshot(history, time)
         self.plotter.set_background("white")
         self.draw()
-        aim(plotter, history, options)
+        scene.aim(plotter, history, options)
 
     def draw(self) -> None:
         """Draw the snapshot."""
-        draw_scene(self.plotter, self.history, self.number, self.options)
+        scene.draw_scene(self.plotter, self.history, self.number, self.options)
 
     def show(self, time: float) -> None:
         """Show the snapshot nearest to a time [s]."""
@@ -83,7 +72,7 @@ class SceneControl:
             self.plotter.remove_scalar_bar(title, render=False)
         self.draw()
         if "camera" in values:
-            aim(self.plotter, self.history, self.options)
+            scene.aim(self.plotter, self.history, self.options)
 
     def switch(self, extra: str, visible: bool) -> None:
         """Show or hide one of :data:`EXTRAS`."""
@@ -92,7 +81,7 @@ class SceneControl:
     def toggle(self, region: str, visible: bool) -> None:
         """Show or hide a layer; at least one stays."""
         hidden = {*self.options.hidden} - {region} if visible else {*self.options.hidden, region}
-        if not {*region_names(self.history)} <= hidden:
+        if not {*scene.region_names(self.history)} <= hidden:
             self.choose(hidden=tuple(sorted(hidden)))
 
 
@@ -143,7 +132,7 @@ def still(
 ) -> NDArray[np.uint8]:
     """Render the snapshot nearest to a time [s] as a picture (height, width, 3), with or without a display."""
     options = options or SceneOptions()
-    check_options(history, options)
+    scene.check_options(history, options)
     return next(stills(history, [nearest_snapshot(history, time)], options, size))
 
 
@@ -155,13 +144,13 @@ def stills(
     letters: float = 1.0,
 ) -> Iterator[NDArray[np.uint8]]:
     """Render snapshots with one camera, see :func:`still`; `letters` is a factor on those of the scale."""
-    check_options(history, options)
+    scene.check_options(history, options)
     with off_screen(size) as plotter:
         for index, number in enumerate(numbers):
-            draw_scene(plotter, history, number, options)
+            scene.draw_scene(plotter, history, number, options)
             if index == 0:
-                aim(plotter, history, options, numbers)
-                draw_scale(plotter, snapshot_grid(history, number).points, letters)
+                scene.aim(plotter, history, options, numbers)
+                scene.draw_scale(plotter, scene.snapshot_grid(history, number).points, letters)
                 if options.written:
                     _add_names(plotter, history, options)
             plotter.reset_camera_clipping_range()
@@ -189,7 +178,7 @@ def picture_of(plotter: Any) -> NDArray[np.uint8]:
 
 def _add_names(plotter: Any, history: xr.Dataset, options: SceneOptions) -> None:
     """Say what the colours of a picture stand for beside its field."""
-    regions = palette.region_colours(region_names(history)) if options.scalar == "region" else {}
+    regions = palette.region_colours(scene.region_names(history)) if options.scalar == "region" else {}
     names = regions | {
         palette.STATE_NAMES[state]: palette.STATE_COLOURS[state] for state in (STICK, SLIP) if options.contact
     }
@@ -207,21 +196,20 @@ def save_still(
     history: xr.Dataset, path: str | Path, time: float | None = None, options: SceneOptions | None = None
 ) -> None:
     """Write a picture of the snapshot nearest to a time [s]."""
-    path = _check_path(path, PICTURES)
-    write_bytes(path, style.picture_bytes([still(history, time, options)], path.suffix))
+    _save(path, PICTURES, lambda: [still(history, time, options)])
 
 
 def save_movie(history: xr.Dataset, path: str | Path, options: SceneOptions | None = None) -> None:
     """Write a film of all snapshots."""
-    path, numbers = _check_path(path, FILMS), range(history.sizes.get("snapshot_time", 0))
-    write_bytes(path, style.picture_bytes(stills(history, numbers, options or SceneOptions(), (800, 600)), path.suffix))
+    numbers = range(history.sizes.get("snapshot_time", 0))
+    _save(path, FILMS, lambda: stills(history, numbers, options or SceneOptions(), (800, 600)))
 
 
-def _check_path(path: str | Path, endings: tuple[str, ...]) -> Path:
+def _save(path: str | Path, endings: tuple[str, ...], draw: Callable[[], Iterable[NDArray[np.uint8]]]) -> None:
     path = Path(path)
     if path.suffix.lower() not in endings:
         raise InputError(str(path), f"ends in '{path.suffix}'", f"needs one of {', '.join(endings)}")
-    return path
+    write_bytes(path, style.picture_bytes(draw(), path.suffix))
 
 
 def open_window(history: xr.Dataset, options: SceneOptions, title: str, events: Events) -> None:
@@ -231,7 +219,7 @@ def open_window(history: xr.Dataset, options: SceneOptions, title: str, events: 
     """
     import pyvista
 
-    check_options(history, options)
+    scene.check_options(history, options)
     if not has_display():
         repair = "write --web for a browser, --screenshot FILE for a picture or --movie FILE for a film"
         raise InputError("view", "found no display to open a window on", "needs one that answers", repair)
@@ -248,7 +236,7 @@ def _add_controls(control: SceneControl, events: Events) -> None:
         plotter.add_slider_widget(control.show, ends, value=first, title="time [s]", color="black")
     boxes: dict[str, tuple[bool, Callable[[bool], None]]] = {
         name: (name not in control.options.hidden, functools.partial(control.toggle, name))
-        for name in region_names(control.history)
+        for name in scene.region_names(control.history)
     }
     for extra in EXTRAS:
         boxes[extra] = getattr(control.options, extra), functools.partial(control.switch, extra)
@@ -259,7 +247,9 @@ def _add_controls(control: SceneControl, events: Events) -> None:
     for row, (words, time, colour) in enumerate(event_legend(control.history, events)):
         where, look = (0.8, 0.8 - 0.035 * row), {"font_size": 9, "color": colour, "name": f"event {words}"}
         plotter.add_text(f"{words} {time:.3f} s", position=where, viewport=True, **look)
-    plotter.add_key_event("f", lambda: control.choose(scalar=_next(fields_of(control.history), control.options.scalar)))
+    plotter.add_key_event(
+        "f", lambda: control.choose(scalar=_next(scene.fields_of(control.history), control.options.scalar))
+    )
     plotter.add_key_event("x", lambda: control.choose(cut=_next(CUTS, control.options.cut)))
     plotter.enable_point_picking(lambda point: _draw_picked_node(control, point), show_message=False, show_point=False)
 

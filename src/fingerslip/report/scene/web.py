@@ -5,9 +5,10 @@ from __future__ import annotations
 import base64
 import threading
 import webbrowser
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 from vtkmodules.vtkRenderingCore import vtkCellPicker
 
 from fingerslip.errors import ResultError
@@ -18,9 +19,6 @@ from fingerslip.report.scene.names import CAMERAS, CUTS
 from fingerslip.report.scene.options import SCALARS, SceneOptions, Served
 from fingerslip.report.scene.scene import check_options, fields_of, region_names
 from fingerslip.slip import Events, slide_window
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _SIZE = (1100, 800)
 

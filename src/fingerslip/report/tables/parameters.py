@@ -21,17 +21,7 @@ ASSUMED, NOT_USED, DEFAULT = "assumed", "not used", "default"
 #: The columns of a table of values.
 COLUMNS = (Column("parameter"), Column("value"), Column("source"), Column("note"))
 #: The groups in the order of tables, with the leading parts of the dotted paths of their values.
-GROUPS: dict[str, tuple[str, ...]] = {
-    "Materials and damping": ("fingertip.materials", "materials", "damping"),
-    "Specimen": ("fingertip",),
-    "Mesh and formulation": ("mesh", "formulation", "depth", "integration", "kinematics"),
-    "Contact and friction": ("contact", "contacts"),
-    "Programme": ("programme",),
-    "Supports and loads": ("supports", "tractions", "gravity", "initial_velocity"),
-    "Time": ("time", "dynamics"),
-    "Recording": ("record",),
-    "Other values": (),
-}
+GROUPS: Mapping[str, Sequence[str]] = groups()["value_groups"]
 
 
 @dataclass(frozen=True)
