@@ -15,7 +15,7 @@ import numpy as np
 
 from fingerslip.arrays import Flags, Floats, Integers
 from fingerslip.contact.solve.compliance import Compliance
-from fingerslip.contact.solve.krylov import Start, newton_krylov
+from fingerslip.contact.solve.krylov import newton_krylov
 from fingerslip.contact.solve.newton import ContactSolution, solve_friction
 from fingerslip.contact.solve.partition import Partition, first_partition, solve_in_partitions
 from fingerslip.contact.solve.projection import project, step_lengths
@@ -129,8 +129,9 @@ def _solve_on_working_set(
         roughest = _ROUGH if round_number == 0 else min(_FINE, max(wanted, _FINEST))
         # Newton's method on the working set; the other nodes have no force.
         nodes = working_set.nodes
-        start = Start(check.forces[nodes], check.trial[nodes], _FINER * tolerance, problem.least, roughest)
-        forces, solved, used = newton_krylov(working_set, problem.friction[nodes], start)
+        problem_here = working_set, problem.friction[nodes], check.forces[nodes], check.trial[nodes]
+        limits = {"goal": _FINER * tolerance, "least": problem.least, "rough": roughest}
+        forces, solved, used = newton_krylov(*problem_here, **limits)
         check = problem.check(_scatter(forces, nodes, check.forces))
         iterations += used
         if check.relative_residual <= tolerance:

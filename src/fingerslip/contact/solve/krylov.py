@@ -34,17 +34,6 @@ _SAFETY = 0.3
 
 
 @dataclass(frozen=True)
-class Start:
-    """Where Newton's method begins and when it ends."""
-
-    forces: Floats  # (k, dim), first guess of the contact forces [N]
-    trial: Floats  # (k, dim), trial forces z = r - rho y of that guess [N]
-    goal: float  # residual at which to stop, relative to the largest force [-]
-    least: float = 0.0  # lower bound of the largest force in that ratio [N]
-    roughest: float = _ROUGHEST  # relative residual of the first direction [-]
-
-
-@dataclass(frozen=True)
 class _Iterate:
     """Forces on the way to the solution, all of shape (k, dim) [N]."""
 
@@ -64,23 +53,22 @@ class _Iterate:
         """Sum of the squared residuals [N^2]."""
         return float(np.vdot(self.residual, self.residual))
 
-    @cached_property
-    def is_known(self) -> bool:
-        """Whether the residual is larger than what single precision leaves open."""
-        owed = _largest(self.owed)
-        return owed == 0.0 or _largest(self.residual) > _KNOWN * owed
 
-
-def newton_krylov(working_set: WorkingSet, friction: Floats, start: Start) -> tuple[Floats, bool, int]:
+def newton_krylov(
+    working_set: WorkingSet, friction: Floats, forces: Floats, trial: Floats, *, goal: float, least: float, rough: float
+) -> tuple[Floats, bool, int]:
     """Iterate until the residual is small enough, single precision allows no more, or the line search stalls.
 
-    Returns forces (k, dim) [N], whether they solve the problem with friction (k,) [-], and iterations; the rows of the
-    inverse are renewed in place.
+    It begins with forces and their trial forces z = r - rho y (k, dim) [N], and with a direction as `rough` [-]; the
+    goal counts relative to the largest force, but to the least [N] at least. Returns forces (k, dim) [N], whether they
+    solve the problem with friction (k,) [-], and iterations; the rows of the inverse are renewed in place.
     """
-    iterate, exactness = _at(friction, start.forces, start.trial), start.roughest
+    iterate, exactness = _at(friction, forces, trial), rough
     for iteration in range(NEWTON_LIMIT):
-        enough = start.goal * max(_largest(iterate.forces), start.least)
-        if not iterate.is_known:
+        enough = goal * max(_largest(iterate.forces), least)
+        # Whether the residual is larger than what single precision leaves open.
+        owed = _largest(iterate.owed)
+        if owed and not _largest(iterate.residual) > _KNOWN * owed:
             if not working_set.is_exact:
                 return iterate.on_cone, True, iteration
             iterate = _in_double_precision(working_set, friction, iterate)
@@ -149,7 +137,7 @@ def _direction(
     derivatives, scaled = slopes[:count].astype(np.float32), working_set.compliance_in(count, np.float32)
     size = float(np.linalg.norm(residual))
     right = (-residual[:count].ravel() / size).astype(np.float32)
-    preconditioner = Preconditioner.of(derivatives, working_set.coarse, inverse)
+    preconditioner = Preconditioner.of(derivatives, *working_set.coarse, inverse)
     shares, ready, moved = _gmres(derivatives, scaled, preconditioner, right, exactness, _KRYLOV_LIMIT)
     direction, response = np.zeros_like(residual), np.zeros_like(residual)
     direction[:count] = size * (shares @ ready).reshape(count, -1)

@@ -158,14 +158,6 @@ def _add_response(system, a, b, left, local, frame, turned):  # type: ignore[no-
                 system[b * dim + m, a * dim + k] += turned[k, y] * frame[m, y]
 
 
-@dataclass(frozen=True)
-class CoarseSpace:
-    """Forces on groups of k nodes, and what the compliance does to them, in single precision."""
-
-    forces: Singles  # (k * dim, q), q unit forces Z
-    moved: Singles  # (k * dim, q), rho W Z
-
-
 def groups(body: Reals, nodes: Integers, dim: int) -> Integers:
     """Divide nodes (k,) into groups that a compliance couples closely; return the group of each, shape (k,).
 
@@ -199,10 +191,10 @@ class Preconditioner(NamedTuple):
     rows: Singles  # (n, dim, m * dim), rows of the local inverses
 
     @classmethod
-    def of(cls, slopes: Singles, coarse: CoarseSpace, local: LocalInverse) -> Preconditioner:
-        """Return the preconditioner for slopes G (n, dim, dim) [-]."""
+    def of(cls, slopes: Singles, forces: Singles, moved: Singles, local: LocalInverse) -> Preconditioner:
+        """Return the preconditioner for slopes G (n, dim, dim) [-], unit forces Z and rho W Z, (>= n * dim, q)."""
         count, dim = slopes.shape[:2]
-        forces, moved = coarse.forces[: count * dim], coarse.moved[: count * dim]
+        forces, moved = forces[: count * dim], moved[: count * dim]
         images = forces - (slopes @ (forces - moved).reshape(count, dim, -1)).reshape(forces.shape)
         return cls(forces, images, _inverse(forces.T @ images), local.near[:count], local.rows[:count])
 

@@ -16,7 +16,7 @@ from scipy.linalg import blas
 
 from fingerslip.arrays import Floats, Integers, Reals, Singles
 from fingerslip.contact.solve.compliance import Compliance
-from fingerslip.contact.solve.preconditioner import CoarseSpace, Coupled, LocalInverse, groups, unit_forces
+from fingerslip.contact.solve.preconditioner import Coupled, LocalInverse, groups, unit_forces
 from fingerslip.linear.symmetric import write_symmetric_product
 
 
@@ -78,7 +78,7 @@ class WorkingSet:
     factor: float  # what makes a compliance of `body`
     coupling: Coupled  # for all candidates those to which the body couples them most
     inverse: LocalInverse  # preconditioner
-    coarse: CoarseSpace  # what the preconditioner has beside it
+    coarse: tuple[Singles, Singles]  # (k * dim, q), unit forces Z on groups of nodes, and rho W Z
     warm_start: WarmStart | None = None  # the forces that were found last
     edition: tuple[float, ...] = ()  # of the compliance that `body` was taken from
     is_exact: bool = False  # whether the entries of that compliance are of single precision themselves
@@ -179,12 +179,12 @@ def gather(compliance: Compliance, scale: Floats, nodes: Integers, old: WorkingS
         factor=compliance.factor,
         coupling=coupling,
         inverse=inverse,
-        coarse=CoarseSpace(forces, forces),
+        coarse=(forces, forces),
         warm_start=None if old is None else old.warm_start,
         edition=compliance.edition,
         is_exact=compliance.is_single,
     )
-    return replace(working_set, coarse=CoarseSpace(forces, working_set.motions(forces)))
+    return replace(working_set, coarse=(forces, working_set.motions(forces)))
 
 
 @numba.njit(cache=True, nogil=True)

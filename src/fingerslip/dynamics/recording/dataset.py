@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.arrays import Floats
-from fingerslip.contact.outlines import counterface_outlines
+from fingerslip.contact.candidates import counterface_outlines
 from fingerslip.contact.states import OPEN
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
 from fingerslip.dynamics.system.bodies import body_centres, phase_table

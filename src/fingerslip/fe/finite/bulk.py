@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import sparse
 
 from fingerslip.arrays import Floats, Integers
@@ -24,6 +25,7 @@ from fingerslip.fe.finite.history import (
 )
 from fingerslip.fe.finite.history_kernels import add_forces, add_stiffness, add_thickness, push_forward
 from fingerslip.fe.finite.kernels import (
+    add_blocks,
     nodal_forces,
     nodal_forces_2d,
     stiffness_of_cells,
@@ -31,7 +33,6 @@ from fingerslip.fe.finite.kernels import (
     strains_2d,
     volume_slopes,
 )
-from fingerslip.fe.finite.pattern import Pattern, pattern_of_cells
 from fingerslip.fe.finite.powers import PointLaws, laws_of_points
 from fingerslip.fe.finite.thickness import Pulled, thickness_strain
 from fingerslip.fe.finite.volumes import Volumes, mean_volumes, selective_energy
@@ -174,7 +175,7 @@ class LargeStrain:
         stiffness_of_cells(self.gradients, self.weights.ravel(), *fields, moduli, positive, matrices)
         if state.pulled is not None and not positive:
             self._add_start_part(state, state.pulled, matrices)
-        total = self._pattern.assemble(matrices)
+        total = self._assemble(matrices)
         if self.volumes is not None and state.mean_volume is not None:
             of_points = np.empty((self.weights.size, *self.gradients.shape[2:]))
             volume_slopes(self.gradients, state.deformation, state.squared, state.directions, of_points)
@@ -188,16 +189,29 @@ class LargeStrain:
     def _everywhere(self) -> sparse.csr_matrix:
         """What rounding swallows, in all entries of a tangent: sums drop zeros, and a new pattern is analysed again."""
         corners = self.nodes.shape[1] * self.space.dim
-        total = self._pattern.assemble(np.ones((len(self.nodes), corners, corners)))
+        total = self._assemble(np.ones((len(self.nodes), corners, corners)))
         if self.volumes is not None:
             slopes = self._of_volumes(np.ones((*self.gradients.shape[:3], self.space.dim)))
             total = total + abs(slopes).T @ abs(slopes)
         total.data[:] = _SWALLOWED
         return sparse.csr_matrix(total)
 
+    def _assemble(self, matrices: Floats) -> sparse.csr_matrix:
+        """Return the sum of the matrices of cells (n_cells, n_local, n_local), shape (n_dofs, n_dofs); zeros stay."""
+        dim, size, (pairs, neighbours, starts) = self.space.dim, self.space.n_dofs, self._pattern
+        blocks = np.zeros((neighbours.size, dim, dim))
+        add_blocks(matrices, pairs, blocks)
+        return sparse.csr_matrix(sparse.bsr_matrix((blocks, neighbours, starts), shape=(size, size)))
+
     @cached_property
-    def _pattern(self) -> Pattern:
-        return pattern_of_cells(self.nodes, len(self.space.positions), self.space.dim)
+    def _pattern(self) -> tuple[NDArray[np.int32], ...]:
+        """The numbers of the pairs of nodes of cells, (n_cells, n_nodes, n_nodes), and these pairs by rows."""
+        count, (cells, corners) = len(self.space.positions), self.nodes.shape
+        first, second = np.repeat(self.nodes, corners, axis=1).ravel(), np.tile(self.nodes, (1, corners)).ravel()
+        pairs, number = np.unique(first * count + second, return_inverse=True)
+        starts = np.searchsorted(pairs, np.arange(count + 1) * count)
+        numbers, neighbours, starts = (each.astype(np.int32) for each in (number, pairs % count, starts))
+        return numbers.reshape(cells, corners, corners), neighbours, starts
 
     def _with_stresses(self, state: Deformed) -> Deformed:
         """Return a state with its stresses, and in plane stress its thickness."""

@@ -308,6 +308,19 @@ def _add_product(local, moduli, product, matrix):  # type: ignore[no-untyped-def
 
 
 @numba.njit(cache=True, nogil=True)
+def add_blocks(matrices, pairs, blocks):  # type: ignore[no-untyped-def]
+    """Add the matrices of cells (n_cells, n_local, n_local) to the blocks (n_pairs, dim, dim) of pairs of nodes."""
+    cells, corners = pairs.shape[:2]
+    dim = blocks.shape[1]
+    for c in range(cells):
+        for a in range(corners):
+            for b in range(corners):
+                for i in range(dim):
+                    for j in range(dim):
+                        blocks[pairs[c, a, b], i, j] += matrices[c, a * dim + i, b * dim + j]
+
+
+@numba.njit(cache=True, nogil=True)
 def _moduli(stretch, nominal, stress, tangent, positive, normal, moduli):  # type: ignore[no-untyped-def]  # noqa: C901, PLR0912, PLR0917
     """Fill in the derivative of the first Piola-Kirchhoff stress in principal directions, row i * dim + j for ij."""
     dim = len(stretch)
