@@ -129,9 +129,9 @@ def _solve_on_working_set(
         roughest = _ROUGH if round_number == 0 else min(_FINE, max(wanted, _FINEST))
         # Newton's method on the working set; the other nodes have no force.
         nodes = working_set.nodes
-        problem_here = working_set, problem.friction[nodes], check.forces[nodes], check.trial[nodes]
-        limits = {"goal": _FINER * tolerance, "least": problem.least, "rough": roughest}
-        forces, solved, used = newton_krylov(*problem_here, **limits)
+        local = problem.friction[nodes], check.forces[nodes], check.trial[nodes]
+        goal, least = _FINER * tolerance, problem.least
+        forces, solved, used = newton_krylov(working_set, *local, goal=goal, least=least, rough=roughest)
         check = problem.check(_scatter(forces, nodes, check.forces))
         iterations += used
         if check.relative_residual <= tolerance:

@@ -37,53 +37,11 @@ from fingerslip.dynamics.system.bodies import Motion, counterface_motion, larges
 from fingerslip.errors import InputError
 from fingerslip.fe.space import vector_dofs
 from fingerslip.model.model import Contact
-from fingerslip.model.programme import Phase, Press, Ramp, phase_duration
+from fingerslip.model.programme import Phase, Press, phase_duration
 from fingerslip.model.rigid_bodies import DIRECTIONS, Direction, RigidBody
 
 # Share of the largest displacement that a programme may prescribe along a free axis by rounding.
 _ZERO = 1e-9
-
-
-@dataclass(frozen=True)
-class FreePlate:
-    """The free axes of a plate, for steps of one length."""
-
-    axes: Floats  # (k, dim), unit vectors [-]
-    compliance: Floats  # (k,), y, what a force on the plate moves it by in a step [m/N]
-    drag: Floats  # (k,), c / h [N/m]
-    loads: tuple[tuple[tuple[float, Ramp], ...], ...]  # forces along each axis [N] with their factors
-
-    def free_displacements(self, time: float, before: Floats) -> Floats:
-        """Return the displacements (k,) [m] at the end of a step without contact, from those before it (k,) [m]."""
-        force = [sum(value * ramp.at(time) for value, ramp in load) for load in self.loads]
-        return np.asarray(self.compliance * (np.array(force) + self.drag * before))
-
-    def displacements(self, unheld: Floats, force: Floats) -> Floats:
-        """Return the displacements (k,) [m] with a contact force (dim,) on the body [N]."""
-        return np.asarray(unheld - self.compliance * (self.axes @ force))
-
-    def shift(self, displacements: Floats) -> Floats:
-        """Return the displacement of the plate (dim,) [m] for those along its axes (k,)."""
-        return np.asarray(displacements @ self.axes)
-
-    def add_to(self, compliance: Floats) -> Floats:
-        """Return the compliance of contact nodes (n_c * dim, n_c * dim) with that of the plate [m/N]."""
-        along = np.tile(self.axes, len(compliance) // self.axes.shape[1])
-        return compliance + along.T @ (self.compliance[:, None] * along)
-
-
-def free_plate(plate: RigidBody, motion: Motion, step: float) -> FreePlate:
-    """Return the free axes of a plate, for steps of a length [s]."""
-    for number, direction in enumerate(plate.free):
-        _check(f"bodies.free.{number}", plate, direction, motion)
-    drag, dim = np.array([plate.damping(direction) / step for direction in plate.free]), motion.positions.shape[1]
-    stiffness = np.array([plate.stiffness(direction) for direction in plate.free])
-    return FreePlate(
-        np.array([np.eye(dim)[DIRECTIONS.index(direction)] for direction in plate.free]).reshape(-1, dim),
-        1.0 / (drag + stiffness),
-        drag,
-        tuple(tuple((getattr(load, direction), load.ramp) for load in plate.loads) for direction in plate.free),
-    )
 
 
 def _check(where: str, plate: RigidBody, direction: Direction, motion: Motion) -> None:
@@ -171,7 +129,13 @@ class _Steps(Integrator[_State]):
         if not plane.is_flat:
             raise InputError("contact.counterface", "is curved", "needs a plane", REPAIR)
         self.body, self._step, self.motion = body, step, counterface_motion(programme, plane)
-        self._plate = free_plate(plate, self.motion, step)
+        for number, direction in enumerate(plate.free):
+            _check(f"bodies.free.{number}", plate, direction, self.motion)
+        # Of the free axes of the plate (k, dim) its drag c / h [N/m], and y, what a force moves it by in a step [m/N].
+        self._plate = plate
+        self._axes = np.reshape([np.eye(plane.dim)[DIRECTIONS.index(along)] for along in plate.free], (-1, plane.dim))
+        self._drag = np.array([plate.damping(along) / step for along in plate.free])
+        self._give = 1.0 / (self._drag + np.array([plate.stiffness(along) for along in plate.free]))
         reach = _NEAR * largest_approach(self.motion, plane)
         # The contact nodes among those of the body.
         self.rows = np.flatnonzero((plane.gap(body.positions) <= reach) | body.is_pressed)
@@ -203,7 +167,8 @@ class _Steps(Integrator[_State]):
         """Return the compliance of the contact nodes by a state of the body, with that of a free plate."""
         if state not in self._compliances:
             of_body = np.ascontiguousarray(self.body.compliance[state][np.ix_(self._dofs, self._dofs)])
-            in_frames = rotate_compliance(self._plate.add_to(of_body), self._frames)
+            along = np.tile(self._axes, self.rows.size)
+            in_frames = rotate_compliance(of_body + along.T @ (self._give[:, None] * along), self._frames)
             flexible = penalty_compliance(self.candidates)
             self._compliances[state] = Compliance(in_frames, flexible, edition=(float(state),))
         return self._compliances[state]
@@ -228,16 +193,19 @@ class _Steps(Integrator[_State]):
         interface = replace(rest_state(nodes, relative[:, 0]), forces=in_frames, relative=relative)
         if body.is_pressed:
             interface = replace(interface, state=np.where(in_frames[:, 0] > 0.0, STICK, OPEN).astype(np.int8))
-        return {0: _State(self.begin, 0.0, interface, forces, np.zeros(len(self._plate.axes)), shift)}
+        return {0: _State(self.begin, 0.0, interface, forces, np.zeros(len(self._axes)), shift)}
 
     def advance(self, states: Mapping[int, _State], ends: Floats) -> dict[int, list[_State]]:
         """Take the next step."""
         before, time, nodes = states[0], float(ends[0]), self.candidates
         prescribed = self.motion.displacement(ends[:1])[0]
-        unheld = self._plate.free_displacements(time, before.plate)
+        force = np.zeros(len(self._axes))
+        for load in self._plate.loads:
+            force += load.ramp.at(time) * np.array([getattr(load, along) for along in self._plate.free])
+        unheld = self._give * (force + self._drag * before.plate)
         nearest, interface = self._nearest(before), before.interface
         unloaded = self.body.unloaded_displacement[nearest, self._dofs].reshape(nodes.positions.shape)
-        moved = unloaded - prescribed - self._plate.shift(unheld)
+        moved = unloaded - prescribed - unheld @ self._axes
         free: Floats = np.einsum("cij,cj->ci", self._frames, moved)
         free[:, 0] = self.counterfaces.gaps(nodes.positions + moved, nodes.counterface)
         # What the contact solver keeps belongs to one compliance.
@@ -253,8 +221,8 @@ class _Steps(Integrator[_State]):
             stretch=np.ones((len(free), nodes.dim - 1)),
             work=0.0,
         )
-        plate = self._plate.displacements(unheld, contact.forces.sum(axis=0))
-        shift, solved = prescribed + self._plate.shift(plate), (contact.working_set, contact.solution.iterations)
+        plate: Floats = unheld - self._give * (self._axes @ contact.forces.sum(axis=0))
+        shift, solved = prescribed + plate @ self._axes, (contact.working_set, contact.solution.iterations)
         return {0: [_State(time, self._step, settled.state, contact.forces, plate, shift, nearest, *solved)]}
 
     def _nearest(self, state: _State) -> int:

@@ -9,6 +9,8 @@ resists the motion, which is little where a body rolls, so that passes are mixed
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from fingerslip.arrays import Floats
@@ -67,7 +69,9 @@ class Anchor:
         beyond = self._next(unknown, start.anchor_force(stepper, unknown)) - unknown
         # No farther at once than the body is large: where nothing holds it, mixing would lead to where all is rounding.
         far = float(np.abs(stepper.system.relative @ beyond).max(initial=0.0)) / stepper.system.size
-        return start.with_anchor(stepper, unknown + beyond / max(far, 1.0))
+        anchor = unknown + beyond / max(far, 1.0)
+        moved = anchor if start.anchor is None else anchor - start.anchor
+        return replace(start, anchor=anchor, right_hand_side=start.right_hand_side + stepper.anchor_force(moved))
 
     def _next(self, end: Floats, pull: Floats) -> Floats:
         """Return where the anchor goes (n,) [m] after a pass that ended at `end` (n,) [m] with spring forces (n,) [N].

@@ -186,12 +186,6 @@ class Prediction:
             return 0.0
         return float(np.abs(self.pose.points - pose.points).max()) / stepper.system.size
 
-    def with_anchor(self, stepper: Stepper, anchor: Floats) -> Prediction:
-        """Return the step with the anchor (n,) [m] of a body that only contact holds, relative to `displacement`."""
-        moved = anchor if self.anchor is None else anchor - self.anchor
-        right_hand_side = self.right_hand_side + stepper.anchor_force(moved)
-        return replace(self, anchor=anchor, right_hand_side=right_hand_side)
-
     def anchor_force(self, stepper: Stepper, unknown: Floats) -> Floats:
         """Return the force that the anchor exerts on the body at the end of the step, shape (n,) [N]."""
         return stepper.anchor_force((0.0 if self.anchor is None else self.anchor) - unknown)

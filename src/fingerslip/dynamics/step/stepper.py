@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
-from fingerslip.arrays import Floats, Integers, Reals
+from fingerslip.arrays import Floats, Integers
 from fingerslip.contact.candidates import Candidates
 from fingerslip.contact.solve.compliance import Compliance
 from fingerslip.dynamics.step.condensation import Condensed
@@ -148,7 +148,12 @@ def factorised(
     # A force at the end of the step has the end weight, a unit of the unknown the displacement factor.
     factor = scheme.end_weight * scheme.displacement_factor
     first = first_alike(systems, same_compliance)
-    compliances = {kind: _own_compliance(systems[kind], compliance, rows[kind], factor) for kind in set(first)}
+    compliances = {}
+    for kind in set(first):
+        shared, candidates = rows[kind], systems[kind].candidates
+        block = compliance if shared.size == len(compliance) else compliance[np.ix_(shared, shared)]
+        frames = systems[kind].constant_frames()
+        compliances[kind] = Compliance(block, penalty_compliance(candidates), frames, factor)
     alike = scheme, damping, solver, condensed
     return [
         Stepper(each, *alike, rows[number], compliances[first[number]], turning, anchoring, viscous)
@@ -217,12 +222,6 @@ def _joint_rows(systems: Sequence[System]) -> tuple[sparse.csr_matrix, list[Inte
         return systems[0].relative, rows
     stacked = sparse.vstack([system.relative for system in systems], format="csr")
     return stacked[vector_dofs(first, dim).ravel()], rows
-
-
-def _own_compliance(system: System, joint: Reals, rows: Integers, factor: float) -> Compliance:
-    """Return the compliance of a system's candidates, in their frames where these stay."""
-    block = joint if rows.size == len(joint) else joint[np.ix_(rows, rows)]
-    return Compliance(block, penalty_compliance(system.candidates), system.constant_frames(), factor)
 
 
 def penalty_compliance(candidates: Candidates) -> Floats:

@@ -210,8 +210,8 @@ class LargeStrain:
         first, second = np.repeat(self.nodes, corners, axis=1).ravel(), np.tile(self.nodes, (1, corners)).ravel()
         pairs, number = np.unique(first * count + second, return_inverse=True)
         starts = np.searchsorted(pairs, np.arange(count + 1) * count)
-        numbers, neighbours, starts = (each.astype(np.int32) for each in (number, pairs % count, starts))
-        return numbers.reshape(cells, corners, corners), neighbours, starts
+        number = number.reshape(cells, corners, corners)
+        return number.astype(np.int32), (pairs % count).astype(np.int32), starts.astype(np.int32)
 
     def _with_stresses(self, state: Deformed) -> Deformed:
         """Return a state with its stresses, and in plane stress its thickness."""
