@@ -175,12 +175,6 @@ def groups(body: Reals, nodes: Integers, dim: int) -> Integers:
     return group
 
 
-def unit_forces(group: Integers, dim: int) -> Singles:
-    """Return the q unit forces Z on the nodes of groups (k,), one for each axis, shape (k * dim, q)."""
-    forces: Singles = np.kron(np.eye(group.max(initial=-1) + 1, dtype=np.float32)[group], np.eye(dim, dtype=np.float32))
-    return forces
-
-
 class Preconditioner(NamedTuple):
     """What solves roughly with J, for the first n nodes."""
 

@@ -16,7 +16,7 @@ from scipy.linalg import blas
 
 from fingerslip.arrays import Floats, Integers, Reals, Singles
 from fingerslip.contact.solve.compliance import Compliance
-from fingerslip.contact.solve.preconditioner import Coupled, LocalInverse, groups, unit_forces
+from fingerslip.contact.solve.preconditioner import Coupled, LocalInverse, groups
 from fingerslip.linear.symmetric import write_symmetric_product
 
 
@@ -97,10 +97,12 @@ class WorkingSet:
 
     def warm_start_under(self, compliance: Compliance) -> WarmStart | None:
         """Return the warm start, without the responses where the compliance or its frames are others."""
-        last = self.warm_start
-        if last is None or (compliance.edition == self.edition and _are_same(last.frames, compliance.frames)):
-            return last
-        return replace(last, response=None, response_before=None)
+        if (last := self.warm_start) is None:
+            return None
+        frames, others = last.frames, compliance.frames
+        stay = frames is others or (frames is not None and others is not None and np.array_equal(frames, others))
+        is_same = stay and compliance.edition == self.edition
+        return last if is_same else replace(last, response=None, response_before=None)
 
     @property
     def weights(self) -> tuple[Floats, Floats]:
@@ -126,10 +128,6 @@ class WorkingSet:
         moved = blas.ssymm(1.0, self.body.T, np.asfortranarray(turned)).reshape(components.shape)
         result = of_body[..., None] * np.einsum("ikm,imq->ikq", frames, moved) + of_penalty[..., None] * components
         return np.asarray(result.reshape(vectors.shape))
-
-
-def _are_same(frames: Floats | None, others: Floats | None) -> bool:
-    return frames is others or (frames is not None and others is not None and np.array_equal(frames, others))
 
 
 @numba.njit(cache=True, nogil=True, fastmath={"reassoc", "contract"})
@@ -169,7 +167,9 @@ def gather(compliance: Compliance, scale: Floats, nodes: Integers, old: WorkingS
         places = position[old.nodes]
         stay = places < nodes.size
         inverse.rows[places[stay]], inverse.marks[places[stay]] = old.inverse.rows[stay], old.inverse.marks[stay]
-    forces = unit_forces(groups(compliance.body, nodes, dim), dim)
+    group = groups(compliance.body, nodes, dim)
+    of_groups, axes = np.eye(group.max(initial=-1) + 1, dtype=np.float32)[group], np.eye(dim, dtype=np.float32)
+    forces: Singles = np.kron(of_groups, axes)
     working_set = WorkingSet(
         nodes=nodes,
         scale=scale[nodes],

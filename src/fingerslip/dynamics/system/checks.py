@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
 from itertools import repeat
 
 import numpy as np
@@ -100,9 +99,7 @@ def inspect_model(model: Model, space: Space | None = None) -> CheckedModel:
     mistakes, numbers = Mistakes(), range(len(model.contacts))
     with mistakes.collect():
         materials = cell_materials(space, model.materials, model.formulation)
-    for check in _independent_checks(model, space):
-        with mistakes.collect():
-            check()
+    held = _check_independently(model, space, mistakes)
     mistakes.raise_all()
     finite = finite_cell_materials(space, model.materials, model.formulation) if model.is_finite else None
     for name, material in model.materials.items():
@@ -119,7 +116,6 @@ def inspect_model(model: Model, space: Space | None = None) -> CheckedModel:
     require_record_memory(
         model, record_bytes(model, len(space.positions), sum(len(candidate.nodes) for candidate in candidates))
     )
-    held = _held_dofs(model, space)
     free = np.delete(np.arange(space.n_dofs), np.concatenate([np.empty(0, dtype=np.int64), *held.values()]))
     if not free.size:
         raise InputError("supports", "fix every degree of freedom", "something has to be free to move")
@@ -148,20 +144,6 @@ def inspect_model(model: Model, space: Space | None = None) -> CheckedModel:
         candidates=candidates,
         site_nodes=space.nodes_by_sites[sites],
     )
-
-
-def _independent_checks(model: Model, space: Space) -> Iterator[Callable[[], object]]:
-    """Yield the checks of which none needs what another one checks."""
-    for number in range(len(model.contacts)):
-        yield partial(_require_outside, model, space, number)
-        yield partial(_check_contact, model, space, number)
-    for name, components in model.supports.items():
-        yield partial(_supported_nodes, space, name)
-        yield partial(_require_axes, name, components, space.dim)
-    for name in model.tractions:
-        yield partial(boundary_nodes, space, name, f"tractions.{name}")
-    yield partial(_check_initial_velocity, model, space.dim)
-    yield partial(_check_support_motions, model, space.dim)
 
 
 def _require_outside(model: Model, space: Space, number: int) -> None:
@@ -224,27 +206,33 @@ def _check_initial_velocity(model: Model, dim: int) -> None:
             raise InputError("initial_velocity", fault, "needs steps with inertia", repair)
 
 
-def _held_dofs(model: Model, space: Space) -> dict[str, Integers]:
-    """Return the degrees of freedom that each support holds, (k,)."""
-    held, known_axes = {}, "xyz"[: space.dim]
+def _check_independently(model: Model, space: Space, mistakes: Mistakes) -> dict[str, Integers]:
+    """Check what needs nothing that another one checks; return the degrees of freedom that each support holds, (k,).
+
+    A support is a boundary, or a region where no boundary has the name.
+    """
+    for number in range(len(model.contacts)):
+        for check_contact in (_require_outside, _check_contact):
+            with mistakes.collect():
+                check_contact(model, space, number)
+    held, axes = {}, "xyz"[: space.dim]
     for name, components in model.supports.items():
-        axes = [known_axes.index(component) for component in components]
-        held[name] = vector_dofs(_supported_nodes(space, name), space.dim)[:, axes].ravel()
+        where, beyond = f"supports.{name}", [component for component in components if component not in axes]
+        is_region = name not in (space.mesh.boundaries or {}) and name in (space.mesh.subdomains or {})
+        with mistakes.collect():
+            nodes = region_nodes(space, name) if is_region else boundary_nodes(space, name, where)
+            held[name] = vector_dofs(nodes, space.dim)[:, [axes.find(component) for component in components]].ravel()
+        with mistakes.collect():
+            if beyond:
+                allowed = f"needs {'x or y' if space.dim == 2 else 'x, y or z'}"
+                raise InputError(where, f"got component '{beyond[0]}'", allowed)
+    for name in model.tractions:
+        with mistakes.collect():
+            boundary_nodes(space, name, f"tractions.{name}")
+    for check in (_check_initial_velocity, _check_support_motions):
+        with mistakes.collect():
+            check(model, space.dim)
     return held
-
-
-def _require_axes(name: str, components: Sequence[str], dim: int) -> None:
-    """Refuse a support along an axis that the mesh has not."""
-    beyond = [component for component in components if component not in "xyz"[:dim]]
-    if beyond:
-        allowed = f"needs {'x or y' if dim == 2 else 'x, y or z'}"
-        raise InputError(f"supports.{name}", f"got component '{beyond[0]}'", allowed)
-
-
-def _supported_nodes(space: Space, name: str) -> Integers:
-    """Return the nodes of a boundary, or of a region where no boundary has the name, shape (k,)."""
-    is_region = name not in (space.mesh.boundaries or {}) and name in (space.mesh.subdomains or {})
-    return region_nodes(space, name) if is_region else boundary_nodes(space, name, f"supports.{name}")
 
 
 def _check_support_motions(model: Model, dim: int) -> None:

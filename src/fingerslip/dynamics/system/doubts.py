@@ -38,7 +38,7 @@ class Doubt(NamedTuple):
 
 def doubts(model: Model, checked_model: CheckedModel) -> tuple[Doubt, ...]:
     """Return what is doubtful in a model that can be computed."""
-    each = chain(_steps(model), _contacts(model, checked_model), _friction(model), _supports(model), _materials(model))
+    each = chain(_steps(model), _contacts(model, checked_model), _friction(model), _supports_and_materials(model))
     return tuple(dict.fromkeys(each))
 
 
@@ -149,13 +149,10 @@ def _friction(model: Model) -> Iterator[Doubt]:
             )
 
 
-def _supports(model: Model) -> Iterator[Doubt]:
+def _supports_and_materials(model: Model) -> Iterator[Doubt]:
     if model.contacts and not (model.supports or model.gravity or model.initial_velocity):
         text = "there are none, so the counterface pushes the whole body away: support a boundary or a region"
         yield Doubt(f"supports: {text}")
-
-
-def _materials(model: Model) -> Iterator[Doubt]:
     for name, material in model.materials.items():
         if _PURE <= material.stiffness < _SOFTEST:
             value = material.stiffness

@@ -19,7 +19,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -74,11 +73,6 @@ class Relaxation:
         """Number of components of a packed tensor."""
         return PACKED[3 if self.formulation == "solid" else 2]
 
-    @cached_property
-    def shear_moduli(self) -> Floats:
-        """Shear moduli at once, shape (n_materials,) [Pa]."""
-        return np.array([constant.shear_modulus for constant in self.constants])
-
     def at_rest(self) -> History:
         """Return what a body remembers that has never moved."""
         count = 1 + max(len(constant.prony) for constant in self.constants)
@@ -95,7 +89,8 @@ class Relaxation:
 
     def _selective(self, terms: Sequence[Recurrence]) -> tuple[Floats, Floats]:
         """Return what the step adds to the selective modulus, (n_materials,), and its derivatives by what is left."""
-        twice, taken = 2.0 * self.shear_moduli, np.array([follows.taken_share for follows in terms])
+        twice = 2.0 * np.array([constant.shear_modulus for constant in self.constants])
+        taken = np.array([follows.taken_share for follows in terms])
         if self.formulation != "plane_stress":
             return twice / 3.0 * taken, twice[:, None] * [1.0 / 3.0, 0.0]
         now, earlier = self.thickness_shares(terms).T

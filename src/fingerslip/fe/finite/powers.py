@@ -36,7 +36,9 @@ class PointLaws:
     def stress(self, log_strain: Floats) -> Floats:
         """Return the principal Kirchhoff stresses (n, 3) [Pa] at logarithmic strains (n, 3)."""
         total: Floats = reduce(np.add, (power for power, _ in self._powers(log_strain)))
-        _add_volume_stress(log_strain, self.moduli, self._offset, self.isochoric, total)
+        pressure = self.moduli * log_volume_of(log_strain) - self._offset
+        pressure -= self.isochoric * (total[:, 0] + total[:, 1] + total[:, 2]) / 3.0
+        total += pressure[:, None]
         return total
 
     def thickness(self, log_strain: Floats) -> Floats | None:
@@ -98,16 +100,6 @@ def _corrected(total, rates, moduli, offset, isochoric, trial):  # type: ignore[
         trial[p, 2] -= change
         right &= np.abs(change) <= _LAST
     return right
-
-
-@numba.njit(cache=True, nogil=True)
-def _add_volume_stress(log_strain, moduli, offset, isochoric, total):  # type: ignore[no-untyped-def]
-    """Add to powers (n, 3) [Pa] what strains (n, 3) make of the volume."""
-    for p in range(len(total)):
-        stress = moduli[p] * (log_strain[p, 0] + log_strain[p, 1] + log_strain[p, 2]) - offset[p]
-        stress -= isochoric[p] * (total[p, 0] + total[p, 1] + total[p, 2]) / 3.0
-        for k in range(3):
-            total[p, k] += stress
 
 
 @numba.njit(cache=True, nogil=True)
