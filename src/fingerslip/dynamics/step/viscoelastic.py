@@ -89,11 +89,6 @@ class Viscous:
         bulk = law.bulk if np.isfinite(law.bulk) else 0.0
         return float(w @ thinned + (bulk - 1.0 / 3.0) * ((u - w) @ (thick - thinned)) - law.along * (u @ thick))
 
-    def elastic_force(self, variables: HistoryVariables) -> tuple[Floats, Floats | None]:
-        """Return y and, in plane stress, what T is to be multiplied with: the force is K u - S y + T of that."""
-        field, relaxed, law = variables.fields[0], variables.relaxed, self.layers.across
-        return relaxed[0], None if law is None else field[2] - law.along * field[0] - relaxed[2]
-
 
 def _product(field: Floats, other: Floats) -> float:
     """Return the product u.D u' of two fields (r, n) [J], in plane stress u.S u' + w.T w' - (u - w).T (u' - w')/3."""
@@ -111,13 +106,16 @@ def viscous_steps(layers: Sequence[ViscoelasticLayers], step: float) -> tuple[Vi
 def relaxed_force(
     rows: Sequence[ViscoelasticLayers], viscous: Sequence[Viscous], history_variables: Sequence[HistoryVariables]
 ) -> Floats | float:
-    """Return by how much forces are less than those of the elastic stiffness, shape (k,) [N]; 0 without layers."""
+    """Return by how much forces are less than those of the elastic stiffness, shape (k,) [N]; 0 without layers.
+
+    The force is K u - S y, and in plane stress T times w - c u - sum s_i q_i on top.
+    """
     total: Floats | float = 0.0
     for row, layer, variables in zip(rows, viscous, history_variables, strict=True):
-        relaxed, thinned = layer.elastic_force(variables)
-        total = total + row.shape @ relaxed
-        if thinned is not None and row.thickness is not None:
-            total = total - row.thickness @ thinned
+        field, relaxed, law = variables.fields[0], variables.relaxed, layer.layers.across
+        total = total + row.shape @ relaxed[0]
+        if law is not None and row.thickness is not None:
+            total = total - row.thickness @ (field[2] - law.along * field[0] - relaxed[2])
     return total
 
 

@@ -191,7 +191,12 @@ def _cut(graph: sparse.csr_matrix, vertices: Integers) -> list[Integers]:
     count, label = csgraph.connected_components(subgraph, directed=False)
     if count > 1:
         return [*(vertices[label == number] for number in range(count)), vertices[:0]]
-    level = _levels(subgraph)
+    # Distances from a vertex at an end.
+    start, distance = 0, np.zeros(0)
+    for _ in range(3):
+        distance = csgraph.dijkstra(subgraph, directed=False, indices=start, unweighted=True)
+        start = int(np.argmax(distance))
+    level = distance.astype(np.int64)
     if level.max() < 2:
         return [vertices]
     middle = int(np.clip(np.searchsorted(np.cumsum(np.bincount(level)), 0.5 * level.size), 1, level.max() - 1))
@@ -199,12 +204,3 @@ def _cut(graph: sparse.csr_matrix, vertices: Integers) -> list[Integers]:
     # Only the vertices of the middle level with neighbours above are needed to separate the halves.
     needed = cut & (subgraph @ above.astype(float) > 0.0)
     return [vertices[below | (cut & ~needed)], vertices[above], vertices[needed]]
-
-
-def _levels(graph: sparse.csr_matrix) -> Integers:
-    """Return the distances from a vertex at an end of a connected graph."""
-    start, level = 0, np.zeros(0)
-    for _ in range(3):
-        level = csgraph.dijkstra(graph, directed=False, indices=start, unweighted=True)
-        start = int(np.argmax(level))
-    return level.astype(np.int64)
