@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable
-from typing import Literal, get_args
+from typing import Annotated, Literal, get_args
 
 from fingerslip.parameters import Length, parameters
 
@@ -18,23 +18,14 @@ class Site:
     """A point of a body whose signals are recorded.
 
     See :class:`Model`.
-
-    Parameters
-    ----------
-    name : str
-        Name in results, such as ``FA-I-07``.
-    kind : str
-        Receptor type, or any word for a site of one's own.
-    position : tuple of float
-        Coordinates x, y and in 3D z [m].
-    region : str, optional
-        Region on whose side of an interface stresses are taken; any where not given.
     """
 
-    name: str
-    kind: str
-    position: tuple[Length, ...]
-    region: str | None = None
+    name: Annotated[str, "Name in results, such as ``FA-I-07``."]
+    kind: Annotated[str, "Receptor type, or any word for a site of one's own."]
+    position: Annotated[tuple[Length, ...], "Coordinates x, y and in 3D z [m]."]
+    region: Annotated[str | None, "Region on whose side of an interface stresses are taken; any where not given."] = (
+        None
+    )
 
 
 def ring_sites(kind: str, rings: Iterable[int], points: Iterable[Iterable[float]], region: str) -> tuple[Site, ...]:

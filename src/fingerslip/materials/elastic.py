@@ -24,13 +24,6 @@ from fingerslip.parameters import Density, Duration, Number, Pressure, Rate, par
 class RayleighDamping:
     """Damping matrix as `mass` times the mass matrix plus `stiffness` times the stiffness matrix.
 
-    Parameters
-    ----------
-    mass : float
-        Mass-proportional coefficient [1/s].
-    stiffness : float
-        Stiffness-proportional coefficient [s].
-
     Examples
     --------
     Damping of 5 % of the critical one at 20 Hz, by the stiffness matrix alone:
@@ -42,8 +35,8 @@ class RayleighDamping:
     '0.80 ms'
     """
 
-    mass: Rate = 0.0
-    stiffness: Duration = 0.0
+    mass: Annotated[Rate, "Mass-proportional coefficient [1/s]."] = 0.0
+    stiffness: Annotated[Duration, "Stiffness-proportional coefficient [s]."] = 0.0
 
 
 _DIMENSIONS = {components: dim for dim, components in STRAIN_COMPONENTS.items()}
@@ -75,19 +68,6 @@ class ByYoungsModulus:
 class Elastic(ByYoungsModulus):
     """Isotropic linear elasticity at small strain.
 
-    Parameters
-    ----------
-    youngs_modulus : float
-        Young's modulus [Pa].
-    poisson_ratio : float
-        Poisson's ratio [-], from 0 to 0.5.
-    density : float
-        Mass density [kg/m^3].
-    prony : tuple of PronyTerm
-        Terms by which the shear modulus relaxes; without them the material is elastic.
-    law : {'elastic'}
-        The law, as study files name it.
-
     Examples
     --------
     >>> import fingerslip as fs
@@ -96,11 +76,13 @@ class Elastic(ByYoungsModulus):
     'shear modulus 11486 Pa, bulk modulus 283333 Pa'
     """
 
-    youngs_modulus: Pressure
-    poisson_ratio: Annotated[Number, pydantic.Field(ge=0, le=0.5)]
-    density: Density
+    youngs_modulus: Annotated[Pressure, "Young's modulus [Pa]."]
+    poisson_ratio: Annotated[Number, pydantic.Field(ge=0, le=0.5), "Poisson's ratio [-], from 0 to 0.5."]
+    density: Annotated[Density, "Mass density [kg/m^3]."]
     prony: Prony = field(default=(), kw_only=True)
-    law: Literal["elastic"] = field(default="elastic", kw_only=True, repr=False)
+    law: Annotated[Literal["elastic"], "The law, as study files name it."] = field(
+        default="elastic", kw_only=True, repr=False
+    )
 
     @property
     def bulk_modulus(self) -> float:

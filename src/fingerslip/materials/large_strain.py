@@ -23,14 +23,16 @@ from collections.abc import Callable, Sequence
 from functools import cached_property
 from itertools import product
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Protocol, TypeAlias, runtime_checkable
+from typing import TYPE_CHECKING, Annotated, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
+import pydantic
 
 from fingerslip.arrays import Floats
 from fingerslip.errors import InputError
 from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.prony import Prony, check_prony
+from fingerslip.parameters import Number, Pressure
 
 
 def log_volume_of(log_strain: Floats) -> Floats:
@@ -127,6 +129,17 @@ def check_stability(tangent: Callable[[Floats], Floats], stretches: tuple[float,
 Power: TypeAlias = tuple[float, float]
 #: Powers of a law, the factor of (ln J)^2/2 [Pa], and whether the powers are those of isochoric stretches.
 SumOfPowers: TypeAlias = tuple[Sequence[Power], float, bool]
+
+
+#: What of its parameters several laws share.
+BulkModulus: TypeAlias = Annotated[Pressure | None, "Bulk modulus [Pa]."]
+PoissonRatio: TypeAlias = Annotated[
+    Annotated[Number, pydantic.Field(ge=0, lt=0.5)] | None,
+    "Poisson's ratio at rest [-], from 0 to below 0.5; exactly one of the two is needed.",
+]
+StableBetween: TypeAlias = Annotated[
+    tuple[Number, Number], "Lowest and highest stretch [-] within which the law is held to be stable."
+]
 
 
 class PowersOfStretches:

@@ -14,36 +14,15 @@ from __future__ import annotations
 from dataclasses import field
 from typing import Annotated, Literal
 
-import pydantic
-
 from fingerslip.errors import InputError
-from fingerslip.materials.large_strain import Power, PowersOfStretches
+from fingerslip.materials.large_strain import BulkModulus, PoissonRatio, Power, PowersOfStretches, StableBetween
 from fingerslip.materials.prony import Prony
-from fingerslip.parameters import Density, Number, Pressure, SignedPressure, parameters
+from fingerslip.parameters import Density, SignedPressure, parameters
 
 
 @parameters
 class MooneyRivlin(PowersOfStretches):
     """Mooney-Rivlin elasticity, nearly incompressible; the neo-Hookean law without `c01`.
-
-    Parameters
-    ----------
-    c10 : float
-        Factor of the first invariant [Pa].
-    density : float
-        Mass density in the reference state [kg/m^3].
-    c01 : float
-        Factor of the second invariant [Pa].
-    bulk_modulus : float, optional
-        Bulk modulus [Pa].
-    poisson_ratio : float, optional
-        Poisson's ratio at rest [-], from 0 to below 0.5; exactly one of the two is needed.
-    stable_between : tuple of float
-        Lowest and highest stretch [-] within which the law is held to be stable.
-    prony : tuple of PronyTerm
-        Terms by which the shear modulus relaxes; without them the material is elastic.
-    law : {'mooney_rivlin'}
-        The law, as study files name it.
 
     Examples
     --------
@@ -53,14 +32,16 @@ class MooneyRivlin(PowersOfStretches):
     10000.0
     """
 
-    c10: SignedPressure
-    density: Density
-    c01: SignedPressure = 0.0
-    bulk_modulus: Pressure | None = None
-    poisson_ratio: Annotated[Number, pydantic.Field(ge=0, lt=0.5)] | None = None
-    stable_between: tuple[Number, Number] = (0.5, 2.0)
+    c10: Annotated[SignedPressure, "Factor of the first invariant [Pa]."]
+    density: Annotated[Density, "Mass density in the reference state [kg/m^3]."]
+    c01: Annotated[SignedPressure, "Factor of the second invariant [Pa]."] = 0.0
+    bulk_modulus: BulkModulus = None
+    poisson_ratio: PoissonRatio = None
+    stable_between: StableBetween = (0.5, 2.0)
     prony: Prony = field(default=(), kw_only=True)
-    law: Literal["mooney_rivlin"] = field(default="mooney_rivlin", kw_only=True, repr=False)
+    law: Annotated[Literal["mooney_rivlin"], "The law, as study files name it."] = field(
+        default="mooney_rivlin", kw_only=True, repr=False
+    )
 
     def __post_init__(self) -> None:
         if self.shear_modulus <= 0.0:

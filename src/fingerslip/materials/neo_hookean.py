@@ -28,19 +28,6 @@ from fingerslip.parameters import Density, Number, Pressure, parameters
 class NeoHookean(ByYoungsModulus):
     """Compressible neo-Hookean elasticity.
 
-    Parameters
-    ----------
-    youngs_modulus : float
-        Young's modulus at rest [Pa].
-    poisson_ratio : float
-        Poisson's ratio at rest [-], from 0 to below 0.5.
-    density : float
-        Mass density in the reference state [kg/m^3].
-    prony : tuple of PronyTerm
-        Terms by which the shear modulus relaxes; without them the material is elastic.
-    law : {'neo_hookean'}
-        The law, as study files name it.
-
     Examples
     --------
     Tension that stretches it by half at constant volume, beside that of Hooke's law:
@@ -53,11 +40,13 @@ class NeoHookean(ByYoungsModulus):
     '15940 Pa, 15000 Pa'
     """
 
-    youngs_modulus: Pressure
-    poisson_ratio: Annotated[Number, pydantic.Field(ge=0, lt=0.5)]
-    density: Density
+    youngs_modulus: Annotated[Pressure, "Young's modulus at rest [Pa]."]
+    poisson_ratio: Annotated[Number, pydantic.Field(ge=0, lt=0.5), "Poisson's ratio at rest [-], from 0 to below 0.5."]
+    density: Annotated[Density, "Mass density in the reference state [kg/m^3]."]
     prony: Prony = field(default=(), kw_only=True)
-    law: Literal["neo_hookean"] = field(default="neo_hookean", kw_only=True, repr=False)
+    law: Annotated[Literal["neo_hookean"], "The law, as study files name it."] = field(
+        default="neo_hookean", kw_only=True, repr=False
+    )
 
     @cached_property
     def first_lame(self) -> float:

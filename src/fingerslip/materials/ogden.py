@@ -14,28 +14,18 @@ from __future__ import annotations
 from dataclasses import field
 from typing import Annotated, Literal
 
-import pydantic
-
 from fingerslip.errors import InputError
-from fingerslip.materials.large_strain import Power, PowersOfStretches
+from fingerslip.materials.large_strain import BulkModulus, PoissonRatio, Power, PowersOfStretches, StableBetween
 from fingerslip.materials.prony import Prony
-from fingerslip.parameters import Density, Number, Pressure, SignedPressure, parameters
+from fingerslip.parameters import Density, Number, SignedPressure, parameters
 
 
 @parameters
 class OgdenTerm:
-    """One power of the stretches in Ogden's law.
+    """One power of the stretches in Ogden's law."""
 
-    Parameters
-    ----------
-    modulus : float
-        The factor mu [Pa], of the sign of the exponent in most materials.
-    exponent : float
-        The exponent alpha of the stretches [-], not 0.
-    """
-
-    modulus: SignedPressure
-    exponent: Number
+    modulus: Annotated[SignedPressure, "The factor mu [Pa], of the sign of the exponent in most materials."]
+    exponent: Annotated[Number, "The exponent alpha of the stretches [-], not 0."]
 
     def __post_init__(self) -> None:
         if self.exponent == 0.0:
@@ -45,23 +35,6 @@ class OgdenTerm:
 @parameters
 class Ogden(PowersOfStretches):
     """Ogden elasticity, nearly incompressible.
-
-    Parameters
-    ----------
-    terms : tuple of OgdenTerm
-        The powers of the stretches.
-    density : float
-        Mass density in the reference state [kg/m^3].
-    bulk_modulus : float, optional
-        Bulk modulus [Pa].
-    poisson_ratio : float, optional
-        Poisson's ratio at rest [-], from 0 to below 0.5; exactly one of the two is needed.
-    stable_between : tuple of float
-        Lowest and highest stretch [-] within which the law is held to be stable.
-    prony : tuple of PronyTerm
-        Terms by which the shear modulus relaxes; without them the material is elastic.
-    law : {'ogden'}
-        The law, as study files name it.
 
     Examples
     --------
@@ -73,13 +46,15 @@ class Ogden(PowersOfStretches):
     10000.0
     """
 
-    terms: tuple[OgdenTerm, ...]
-    density: Density
-    bulk_modulus: Pressure | None = None
-    poisson_ratio: Annotated[Number, pydantic.Field(ge=0, lt=0.5)] | None = None
-    stable_between: tuple[Number, Number] = (0.5, 2.0)
+    terms: Annotated[tuple[OgdenTerm, ...], "The powers of the stretches."]
+    density: Annotated[Density, "Mass density in the reference state [kg/m^3]."]
+    bulk_modulus: BulkModulus = None
+    poisson_ratio: PoissonRatio = None
+    stable_between: StableBetween = (0.5, 2.0)
     prony: Prony = field(default=(), kw_only=True)
-    law: Literal["ogden"] = field(default="ogden", kw_only=True, repr=False)
+    law: Annotated[Literal["ogden"], "The law, as study files name it."] = field(
+        default="ogden", kw_only=True, repr=False
+    )
 
     def __post_init__(self) -> None:
         if not self.terms:

@@ -57,7 +57,9 @@ class PronyTerm:
 
 
 #: The terms of a material; none where it is elastic.
-Prony = tuple[PronyTerm, ...]
+Prony = Annotated[
+    tuple[PronyTerm, ...], "Terms by which the shear modulus relaxes; without them the material is elastic."
+]
 
 
 @dataclass(frozen=True)

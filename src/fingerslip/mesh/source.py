@@ -10,7 +10,18 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol, Self, get_args, get_origin, get_type_hints
+from typing import (
+    TYPE_CHECKING,
+    Annotated,
+    Any,
+    ClassVar,
+    Literal,
+    Protocol,
+    Self,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
 
 import numpy as np
 
@@ -18,7 +29,7 @@ from fingerslip.arrays import Floats
 from fingerslip.errors import InputError
 from fingerslip.mesh.facets import inner_facets
 from fingerslip.mesh.quality import quality_table
-from fingerslip.parameters import FileName, as_mapping, parameters
+from fingerslip.parameters import FileName, PositiveLength, as_mapping, parameters
 from fingerslip.storage.files import digest, file_digest
 from fingerslip.units import LengthUnit, millimetres
 
@@ -254,6 +265,11 @@ GROWTH = 0.2
 """Growth of the element size per length of distance from the finer elements [-]."""
 
 
+ContactReach = Annotated[
+    PositiveLength, "Height above the lowest point up to which the skin is meshed at `contact_size` [m]."
+]
+
+
 class GradedMesh(MeshSource):
     """A source whose mesh of a specimen is finer where it can touch; classes that derive from it have these values."""
 
@@ -263,7 +279,7 @@ class GradedMesh(MeshSource):
     element: str  # kind of cell, such as ``Q4``
     contact_size: float  # size along the skin that can touch [m]
     bulk_size: float  # largest size, far from the contact [m]
-    contact_reach: float  # height above the lowest point up to which the skin is meshed at `contact_size` [m]
+    contact_reach: ContactReach
 
     def __post_init__(self) -> None:
         check_sizes(self.contact_size, self.bulk_size)

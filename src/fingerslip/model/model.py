@@ -111,21 +111,11 @@ class SupportMotion:
 
 @parameters
 class Drive:
-    """A force on a counterface of its own mass, along the counterface's normal.
+    """A force on a counterface of its own mass, along the counterface's normal."""
 
-    Parameters
-    ----------
-    mass : float
-        Mass of the counterface [kg].
-    force : float
-        Force along its normal, towards the deformable body [N].
-    ramp : Ramp, optional
-        Factor of the force over time; 1 without it.
-    """
-
-    mass: Mass
-    force: Force
-    ramp: Ramp = CONSTANT
+    mass: Annotated[Mass, "Mass of the counterface [kg]."]
+    force: Annotated[Force, "Force along its normal, towards the deformable body [N]."]
+    ramp: Annotated[Ramp, "Factor of the force over time; 1 without it."] = CONSTANT
 
 
 @parameters

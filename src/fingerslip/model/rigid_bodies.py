@@ -21,13 +21,17 @@ Direction = Literal["x", "y", "z", "rx", "ry", "rz"]
 #: All directions: translations along the axes, then rotations about them.
 DIRECTIONS: tuple[Direction, ...] = ("x", "y", "z", "rx", "ry", "rz")
 
-_Moment = Annotated[float, Unit("N m")]
-_AngularSpeed = Annotated[float, Unit("rad/s")]
+_Force = Annotated[Force, "Force [N]."]
+_Velocity = Annotated[SignedSpeed, "Velocity of its centre [m/s]."]
+_Moment = Annotated[float, Unit("N m"), "Moment about the centre [N m]."]
+_AngularSpeed = Annotated[float, Unit("rad/s"), "Angular velocity [rad/s]."]
 _Inertia = Annotated[float, Unit("kg m^2"), pydantic.Field(gt=0)]
-_SpringStiffness = Annotated[float, Unit("N/m"), pydantic.Field(ge=0)]
-_TorsionStiffness = Annotated[float, Unit("N m"), pydantic.Field(ge=0)]
-_DamperCoefficient = Annotated[float, Unit("N s/m"), pydantic.Field(ge=0)]
-_TorsionDamping = Annotated[float, Unit("N m s"), pydantic.Field(ge=0)]
+_SpringStiffness = Annotated[float, Unit("N/m"), pydantic.Field(ge=0), "Stiffness along each axis [N/m]."]
+_TorsionStiffness = Annotated[float, Unit("N m"), pydantic.Field(ge=0), "Stiffness about each axis [N m, per radian]."]
+_DamperCoefficient = Annotated[float, Unit("N s/m"), pydantic.Field(ge=0), "Coefficient along each axis [N s/m]."]
+_TorsionDamping = Annotated[
+    float, Unit("N m s"), pydantic.Field(ge=0), "Coefficient about each axis [N m s, per radian]."
+]
 
 
 @parameters
@@ -35,13 +39,6 @@ class Springs:
     """Springs between a rigid body and the ground, without force at the start.
 
     See :class:`RigidBody`.
-
-    Parameters
-    ----------
-    x, y, z : float
-        Stiffness along each axis [N/m].
-    rx, ry, rz : float
-        Stiffness about each axis [N m, per radian].
     """
 
     x: _SpringStiffness = 0.0
@@ -57,13 +54,6 @@ class Dampers:
     """Viscous dampers between a rigid body and the ground.
 
     See :class:`RigidBody`.
-
-    Parameters
-    ----------
-    x, y, z : float
-        Coefficient along each axis [N s/m].
-    rx, ry, rz : float
-        Coefficient about each axis [N m s, per radian].
     """
 
     x: _DamperCoefficient = 0.0
@@ -79,18 +69,11 @@ class BodyVelocity:
     """The velocity of a rigid body at the start, in its free directions.
 
     See :class:`RigidBody`.
-
-    Parameters
-    ----------
-    x, y, z : float
-        Velocity of its centre [m/s].
-    rx, ry, rz : float
-        Angular velocity [rad/s].
     """
 
-    x: SignedSpeed = 0.0
-    y: SignedSpeed = 0.0
-    z: SignedSpeed = 0.0
+    x: _Velocity = 0.0
+    y: _Velocity = 0.0
+    z: _Velocity = 0.0
     rx: _AngularSpeed = 0.0
     ry: _AngularSpeed = 0.0
     rz: _AngularSpeed = 0.0
@@ -101,24 +84,15 @@ class BodyLoad:
     """A force at the centre of a rigid body, and a moment, with a factor over time.
 
     See :class:`RigidBody`.
-
-    Parameters
-    ----------
-    x, y, z : float
-        Force [N].
-    rx, ry, rz : float
-        Moment about the centre [N m].
-    ramp : Ramp, optional
-        Their factor over time; 1 without it.
     """
 
-    x: Force = 0.0
-    y: Force = 0.0
-    z: Force = 0.0
+    x: _Force = 0.0
+    y: _Force = 0.0
+    z: _Force = 0.0
     rx: _Moment = 0.0
     ry: _Moment = 0.0
     rz: _Moment = 0.0
-    ramp: Ramp = CONSTANT
+    ramp: Annotated[Ramp, "Their factor over time; 1 without it."] = CONSTANT
 
 
 @parameters

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 import numpy as np
 
@@ -75,42 +75,26 @@ class ScanMesh:
 
 @parameters
 class SurfaceMesh(MeshSource):
-    """A mesh that is built from the surfaces of a scan.
-
-    Parameters
-    ----------
-    skin : str
-        File of the skin's surface: STL, PLY, OBJ.
-    tip : tuple of float
-        Rough direction from the palm to the tip, in the scan's axes.
-    pad : tuple of float
-        Rough direction in which the pad faces, in the scan's axes.
-    phalanx : str, optional
-        File of the phalanx's surface, in the same axes.
-    unit : {'mm', 'm', 'cm', 'um'}
-        Unit of the lengths in both files.
-    plate_angle : float
-        Angle between the finger's axis and the plate [rad]; positive with the tip down.
-    largest_hole : float
-        Diameter up to which holes are closed [m].
-    edge_length : float, optional
-        Edge to which the triangles are decimated [m]; without it the contact size.
-    layers : LayerSizes
-        Thickness of the skin, element sizes, and what of the finger is meshed.
-    """
+    """A mesh that is built from the surfaces of a scan."""
 
     dim: ClassVar[int] = 3
     element: ClassVar[str] = "T4"
 
-    skin: FileName
-    tip: tuple[float, float, float]
-    pad: tuple[float, float, float]
-    phalanx: FileName | None = None
-    unit: LengthUnit = "mm"
-    plate_angle: Angle = 0.0
-    largest_hole: PositiveLength = 5e-3
-    edge_length: PositiveLength | None = None
-    layers: LayerSizes = LayerSizes()
+    skin: Annotated[FileName, "File of the skin's surface: STL, PLY, OBJ."]
+    tip: Annotated[tuple[float, float, float], "Rough direction from the palm to the tip, in the scan's axes."]
+    pad: Annotated[tuple[float, float, float], "Rough direction in which the pad faces, in the scan's axes."]
+    phalanx: Annotated[FileName | None, "File of the phalanx's surface, in the same axes."] = None
+    unit: Annotated[LengthUnit, "Unit of the lengths in both files."] = "mm"
+    plate_angle: Annotated[
+        Angle, "Angle between the finger's axis and the plate [rad]; positive with the tip down."
+    ] = 0.0
+    largest_hole: Annotated[PositiveLength, "Diameter up to which holes are closed [m]."] = 5e-3
+    edge_length: Annotated[
+        PositiveLength | None, "Edge to which the triangles are decimated [m]; without it the contact size."
+    ] = None
+    layers: Annotated[LayerSizes, "Thickness of the skin, element sizes, and what of the finger is meshed."] = (
+        LayerSizes()
+    )
 
     def build(self, _specimen: Any = None, /) -> skfem.MeshTet1:
         """Return the mesh of the scan [m]; see :func:`mesh_scan`."""

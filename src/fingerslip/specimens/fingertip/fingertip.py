@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from fingerslip.errors import InputError, did_you_mean
 from fingerslip.materials.choice import kept_values
-from fingerslip.mesh.source import GradedMesh, MeshSource
+from fingerslip.mesh.source import ContactReach, GradedMesh, MeshSource
 from fingerslip.parameters import PositiveLength, as_mapping, parameters
 from fingerslip.parameters.presets import Presets, PresetValue
 from fingerslip.parameters.schema import require_kind
@@ -37,9 +37,7 @@ class MeshSizes(GradedMesh):
 
     contact_size: Annotated[PositiveLength, "Size along the skin that can touch [m]."] = 0.12e-3
     bulk_size: Annotated[PositiveLength, "Largest size, far from the contact [m]."] = 0.28e-3
-    contact_reach: Annotated[
-        PositiveLength, "Height above the lowest point up to which the skin is meshed at `contact_size` [m]."
-    ] = 2e-3
+    contact_reach: ContactReach = 2e-3
     element: Annotated[_InPlane, "Bilinear quadrilateral, linear or quadratic triangle."] = "Q4"
 
     def build(self, specimen: FingertipNumbers, /) -> skfem.Mesh2D:
@@ -74,9 +72,7 @@ class SolidSizes(GradedMesh):
     element: Annotated[_Solid, "Linear or quadratic tetrahedra."] = "T10"
     contact_size: Annotated[PositiveLength, "Size along the skin that can touch [m]."] = 0.8e-3
     bulk_size: Annotated[PositiveLength, "Largest size, far from the contact [m]."] = 1.3e-3
-    contact_reach: Annotated[
-        PositiveLength, "Height above the lowest point up to which the skin is meshed at `contact_size` [m]."
-    ] = 1.5e-3
+    contact_reach: ContactReach = 1.5e-3
 
     def build(self, specimen: FingertipNumbers, /) -> skfem.Mesh3D:
         """Build the mesh [m]; see :func:`build_solid`."""
@@ -196,32 +192,6 @@ class Fingertip(FingertipNumbers):
     """Everything that describes one fingertip, and what a model takes from it.
 
     See :func:`preset` and :func:`fingertip_from`.
-
-    Parameters
-    ----------
-    section : {'sagittal', 'transverse'}
-        The plane of the 2D model: along or across the finger.
-    sagittal, transverse : SagittalOutline, TransverseOutline
-        Outline of the skin in either section.
-    layers : Layers
-        Thickness of the skin and the epidermis.
-    phalanx : Phalanx
-        The distal phalanx.
-    ridges : Ridges
-        Intermediate and limiting ridges.
-    fingerprint : Fingerprint
-        Ripples of the outer surface.
-    receptors : Receptors
-        Depths of the receptors.
-    materials : dict of str to Elastic, NeoHookean, MooneyRivlin or Ogden
-        Material of each of `epidermis`, `dermis`, `tissue` and `phalanx`, and of the `nail` where there is one.
-    formulation : {'plane_strain', 'plane_stress'}
-        Out-of-plane behaviour of the 2D model.
-    depth : float
-        Out-of-plane thickness of the 2D model [m].
-    solid : SolidShape, optional
-        What the fingertip in 3D has beyond its sections. With it the transverse section is the cut x = 0 of the
-        fingertip in 3D, as the sagittal section is the cut z = 0; without it there are only the sections.
     """
 
     mesh_sources: ClassVar[tuple[type[MeshSource], ...]] = (MeshSizes, SolidSizes)

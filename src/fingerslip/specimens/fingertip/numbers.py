@@ -21,19 +21,11 @@ def _check_below(name: str, value: float, limit: float, reason: str) -> None:
 
 @parameters
 class RidgeZone:
-    """The part of the palmar skin that carries ridges, fingerprint and receptors.
+    """The part of the palmar skin that carries ridges, fingerprint and receptors."""
 
-    Parameters
-    ----------
-    start, end : float
-        Arc length along the skin from its lowest point [m], `end` towards +x.
-    fade : float
-        Length over which ridges and ripples fade to nothing inside either end [m].
-    """
-
-    start: Length
-    end: Length
-    fade: PositiveLength
+    start: Annotated[Length, "Arc length along the skin from its lowest point [m], `end` towards +x."]
+    end: Annotated[Length, "Arc length along the skin from its lowest point [m], `end` towards +x."]
+    fade: Annotated[PositiveLength, "Length over which ridges and ripples fade to nothing inside either end [m]."]
 
     def __post_init__(self) -> None:
         if self.end - self.start <= 2 * self.fade:
@@ -61,19 +53,11 @@ class SagittalOutline:
 
 @parameters
 class TransverseOutline:
-    """Outline of the section across the finger: an ellipse.
+    """Outline of the section across the finger: an ellipse."""
 
-    Parameters
-    ----------
-    half_width, half_height : float
-        Semi-axes along x and y [m].
-    zone : RidgeZone
-        Where ridges, fingerprint and receptors are.
-    """
-
-    half_width: PositiveLength
-    half_height: PositiveLength
-    zone: RidgeZone
+    half_width: Annotated[PositiveLength, "Semi-axes along x and y [m]."]
+    half_height: Annotated[PositiveLength, "Semi-axes along x and y [m]."]
+    zone: Annotated[RidgeZone, "Where ridges, fingerprint and receptors are."]
 
     def __post_init__(self) -> None:
         _check_lengths(self, "half_width", "half_height")
@@ -109,21 +93,12 @@ class Ridges:
 
     Intermediate ridges are at arc lengths k `pitch`, limiting ridges at (k + 1/2) `pitch`, each shaped as a squared
     cosine half a pitch wide.
-
-    Parameters
-    ----------
-    enabled : bool
-        Whether the epidermis-dermis interface has ridges.
-    pitch : float
-        Distance between two intermediate ridges [m].
-    intermediate_height, limiting_height : float
-        Heights from foot to tip [m].
     """
 
-    enabled: bool
-    pitch: PositiveLength
-    intermediate_height: NonNegativeLength
-    limiting_height: NonNegativeLength
+    enabled: Annotated[bool, "Whether the epidermis-dermis interface has ridges."]
+    pitch: Annotated[PositiveLength, "Distance between two intermediate ridges [m]."]
+    intermediate_height: Annotated[NonNegativeLength, "Heights from foot to tip [m]."]
+    limiting_height: Annotated[NonNegativeLength, "Heights from foot to tip [m]."]
 
     @property
     def mean_height(self) -> float:
@@ -155,26 +130,15 @@ class SagittalPhalanx:
 
     The palmar face of the `original` is y = `palmar_level` + `concavity_depth` exp(-((x - `concavity_position`)/
     `concavity_width`)^2), nowhere nearer to the dermis than `minimum_tissue`; that of the `flattened` has no concavity.
-
-    Parameters
-    ----------
-    palmar_level, dorsal_level : float
-        Height y of the palmar and the dorsal face [m].
-    distal_end : float
-        Position x of the distal end [m].
-    concavity_depth, concavity_width, concavity_position : float
-        Shape of the hollow of the palmar face [m].
-    minimum_tissue : float
-        Least thickness of the tissue under the palmar face [m].
     """
 
-    palmar_level: Length
-    dorsal_level: Length
-    distal_end: Length
-    concavity_depth: NonNegativeLength
-    concavity_width: PositiveLength
-    concavity_position: Length
-    minimum_tissue: PositiveLength
+    palmar_level: Annotated[Length, "Height y of the palmar and the dorsal face [m]."]
+    dorsal_level: Annotated[Length, "Height y of the palmar and the dorsal face [m]."]
+    distal_end: Annotated[Length, "Position x of the distal end [m]."]
+    concavity_depth: Annotated[NonNegativeLength, "Shape of the hollow of the palmar face [m]."]
+    concavity_width: Annotated[PositiveLength, "Shape of the hollow of the palmar face [m]."]
+    concavity_position: Annotated[Length, "Shape of the hollow of the palmar face [m]."]
+    minimum_tissue: Annotated[PositiveLength, "Least thickness of the tissue under the palmar face [m]."]
 
     def __post_init__(self) -> None:
         height = self.dorsal_level - self.palmar_level
@@ -187,22 +151,13 @@ class TransversePhalanx:
 
     The palmar face of the `original` is the ellipse raised by `concavity_depth` exp(-(x/`concavity_width`)^2); that of
     the `flattened` is the ellipse cut off at `palmar_level`.
-
-    Parameters
-    ----------
-    half_width, half_height : float
-        Semi-axes along x and y [m].
-    palmar_level : float
-        Height y of the flat palmar face [m].
-    concavity_depth, concavity_width : float
-        Shape of the hollow of the palmar face [m].
     """
 
-    half_width: PositiveLength
-    half_height: PositiveLength
-    palmar_level: Length
-    concavity_depth: NonNegativeLength
-    concavity_width: PositiveLength
+    half_width: Annotated[PositiveLength, "Semi-axes along x and y [m]."]
+    half_height: Annotated[PositiveLength, "Semi-axes along x and y [m]."]
+    palmar_level: Annotated[Length, "Height y of the flat palmar face [m]."]
+    concavity_depth: Annotated[NonNegativeLength, "Shape of the hollow of the palmar face [m]."]
+    concavity_width: Annotated[PositiveLength, "Shape of the hollow of the palmar face [m]."]
 
     def __post_init__(self) -> None:
         if abs(self.palmar_level) >= self.half_height:
@@ -274,22 +229,12 @@ class SolidPhalanx:
 
 @parameters
 class Nail:
-    """The nail: the outermost part of the dorsal skin.
+    """The nail: the outermost part of the dorsal skin."""
 
-    Parameters
-    ----------
-    start, end : float
-        Positions x of its proximal and its distal edge [m].
-    half_width : float
-        Half its width across the finger [m].
-    thickness : float
-        Thickness [m].
-    """
-
-    start: Length
-    end: Length
-    half_width: PositiveLength
-    thickness: PositiveLength
+    start: Annotated[Length, "Positions x of its proximal and its distal edge [m]."]
+    end: Annotated[Length, "Positions x of its proximal and its distal edge [m]."]
+    half_width: Annotated[PositiveLength, "Half its width across the finger [m]."]
+    thickness: Annotated[PositiveLength, "Thickness [m]."]
 
     def __post_init__(self) -> None:
         if self.end <= self.start:
@@ -324,23 +269,28 @@ REGIONS = ("epidermis", "dermis", "tissue", "phalanx")
 
 @parameters
 class FingertipNumbers:
-    """The numbers of a fingertip, held to fit together.
+    """The numbers of a fingertip, held to fit together."""
 
-    :class:`~fingerslip.specimens.fingertip.fingertip.Fingertip` explains them.
-    """
-
-    section: Section
-    sagittal: SagittalOutline
-    transverse: TransverseOutline
-    layers: Layers
-    phalanx: Phalanx
-    ridges: Ridges
-    fingerprint: Fingerprint
-    receptors: Receptors
-    materials: dict[str, MaterialChoice]
-    formulation: Literal["plane_strain", "plane_stress"]
-    depth: PositiveLength
-    solid: SolidShape | None = None
+    section: Annotated[Section, "The plane of the 2D model: along or across the finger."]
+    sagittal: Annotated[SagittalOutline, "Outline of the skin in either section."]
+    transverse: Annotated[TransverseOutline, "Outline of the skin in either section."]
+    layers: Annotated[Layers, "Thickness of the skin and the epidermis."]
+    phalanx: Annotated[Phalanx, "The distal phalanx."]
+    ridges: Annotated[Ridges, "Intermediate and limiting ridges."]
+    fingerprint: Annotated[Fingerprint, "Ripples of the outer surface."]
+    receptors: Annotated[Receptors, "Depths of the receptors."]
+    materials: Annotated[
+        dict[str, MaterialChoice],
+        "dict of str to Elastic, NeoHookean, MooneyRivlin or Ogden : Material of each of `epidermis`, `dermis`, "
+        "`tissue` and `phalanx`, and of the `nail` where there is one.",
+    ]
+    formulation: Annotated[Literal["plane_strain", "plane_stress"], "Out-of-plane behaviour of the 2D model."]
+    depth: Annotated[PositiveLength, "Out-of-plane thickness of the 2D model [m]."]
+    solid: Annotated[
+        SolidShape | None,
+        "What the fingertip in 3D has beyond its sections. With it the transverse section is the cut x = 0 of the "
+        "fingertip in 3D, as the sagittal section is the cut z = 0; without it there are only the sections.",
+    ] = None
 
     def __post_init__(self) -> None:
         has_nail = self.solid is not None and self.solid.nail is not None

@@ -32,19 +32,11 @@ _Count = Annotated[int, pydantic.Field(ge=1, le=100)]
 
 @parameters
 class Markers:
-    """A grid of markers on the touched surface of the gel, about its middle.
+    """A grid of markers on the touched surface of the gel, about its middle."""
 
-    Parameters
-    ----------
-    rows, columns : int
-        Markers along z and along x.
-    spacing : float
-        Distance of neighbours [m].
-    """
-
-    rows: _Count
-    columns: _Count
-    spacing: PositiveLength
+    rows: Annotated[_Count, "Markers along z and along x."]
+    columns: Annotated[_Count, "Markers along z and along x."]
+    spacing: Annotated[PositiveLength, "Distance of neighbours [m]."]
 
 
 @parameters
@@ -99,34 +91,21 @@ class GelPad:
     """A flat gel on a rigid window, with a grid of markers on the surface that is touched.
 
     Its touched surface is y = 0, the gel above it.
-
-    Parameters
-    ----------
-    part : {'section', 'whole'}
-        What is modelled: the section z = 0, or the gel in 3D.
-    length, width, thickness : float
-        Sides of the gel along x, z and y [m].
-    markers : Markers
-        Grid of markers.
-    materials : dict of str to Elastic, NeoHookean, MooneyRivlin or Ogden
-        Material of `gel`.
-    formulation : {'plane_strain', 'plane_stress'}
-        Out-of-plane behaviour of the section.
-    depth : float
-        Out-of-plane thickness of the section [m].
     """
 
     mesh_sources: ClassVar[tuple[type[MeshSource], ...]] = (PadSizes,)
     largest_extent: ClassVar[float] = 0.2
 
-    part: Literal["section", "whole"]
-    length: PositiveLength
-    width: PositiveLength
-    thickness: PositiveLength
-    markers: Markers
-    materials: dict[str, MaterialChoice]
-    formulation: Literal["plane_strain", "plane_stress"]
-    depth: PositiveLength
+    part: Annotated[Literal["section", "whole"], "What is modelled: the section z = 0, or the gel in 3D."]
+    length: Annotated[PositiveLength, "Sides of the gel along x, z and y [m]."]
+    width: Annotated[PositiveLength, "Sides of the gel along x, z and y [m]."]
+    thickness: Annotated[PositiveLength, "Sides of the gel along x, z and y [m]."]
+    markers: Annotated[Markers, "Grid of markers."]
+    materials: Annotated[
+        dict[str, MaterialChoice], "dict of str to Elastic, NeoHookean, MooneyRivlin or Ogden : Material of `gel`."
+    ]
+    formulation: Annotated[Literal["plane_strain", "plane_stress"], "Out-of-plane behaviour of the section."]
+    depth: Annotated[PositiveLength, "Out-of-plane thickness of the section [m]."]
 
     def __post_init__(self) -> None:
         check_regions(self.materials, ("gel",))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 
@@ -34,20 +34,21 @@ REGIONS = ("skin", "gel", "rods", "window")
 
 @parameters
 class TacTipNumbers:
-    """The numbers of a TacTip, held to fit together.
+    """The numbers of a TacTip, held to fit together."""
 
-    :class:`~fingerslip.specimens.tactip.tactip.TacTip` explains them.
-    """
-
-    part: Part
-    dome: Dome
-    skin: Skin
-    rods: Rods
-    markers: Markers
-    window: Window
-    materials: dict[str, MaterialChoice]
-    formulation: Literal["plane_strain", "plane_stress"]
-    depth: PositiveLength
+    part: Annotated[Part, "What is modelled: the section through the axis, the half z >= 0, or the whole sensor in 3D."]
+    dome: Annotated[Dome, "The surface on which the crowns of the skin lie."]
+    skin: Annotated[Skin, "Thickness and ridges."]
+    rods: Annotated[Rods, "Rigid rods from each ridge to its internal markers."]
+    markers: Annotated[Markers, "Layout of the internal markers."]
+    window: Annotated[Window, "Rigid window above the gel."]
+    materials: Annotated[
+        dict[str, MaterialChoice],
+        "dict of str to Elastic, NeoHookean, MooneyRivlin or Ogden : Material of each of `skin`, `gel`, `rods` and "
+        "`window`.",
+    ]
+    formulation: Annotated[Literal["plane_strain", "plane_stress"], "Out-of-plane behaviour of the section."]
+    depth: Annotated[PositiveLength, "Out-of-plane thickness of the section [m]."]
 
     def __post_init__(self) -> None:
         check_regions(self.materials, REGIONS)

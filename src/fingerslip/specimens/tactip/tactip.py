@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from fingerslip.errors import InputError
 from fingerslip.materials.choice import kept_values
-from fingerslip.mesh.source import GradedMesh, MeshSource
+from fingerslip.mesh.source import ContactReach, GradedMesh, MeshSource
 from fingerslip.parameters import PositiveLength, as_mapping, parameters
 from fingerslip.parameters.presets import Presets
 from fingerslip.sites import Site
@@ -26,9 +26,7 @@ class SensorSectionSizes(GradedMesh):
 
     contact_size: Annotated[PositiveLength, "Size in the skin that can touch, and at the rods [m]."] = 0.3e-3
     bulk_size: Annotated[PositiveLength, "Largest size [m]."] = 1.2e-3
-    contact_reach: Annotated[
-        PositiveLength, "Height above the lowest point up to which the skin is meshed at `contact_size` [m]."
-    ] = 8e-3
+    contact_reach: ContactReach = 8e-3
     element: Annotated[Literal["Q4", "T3", "T6"], "Bilinear quadrilateral, linear or quadratic triangle."] = "Q4"
     body: Annotated[Literal["tactip"], "What is meshed."] = "tactip"
 
@@ -49,9 +47,7 @@ class SensorSolidSizes(GradedMesh):
 
     contact_size: Annotated[PositiveLength, "Size in the skin that can touch [m]."] = 1e-3
     bulk_size: Annotated[PositiveLength, "Largest size [m]."] = 3e-3
-    contact_reach: Annotated[
-        PositiveLength, "Height above the lowest point up to which the skin is meshed at `contact_size` [m]."
-    ] = 6e-3
+    contact_reach: ContactReach = 6e-3
     rod_size: Annotated[
         PositiveLength,
         "Largest size at the rods; bends of ridges get finer with it, eight edges in a circle at 0.35 mm [m].",
@@ -74,34 +70,11 @@ def _check_part(specimen: TacTipNumbers, allowed: tuple[str, ...], element: str)
 
 _SHAPE = ("part", "dome", "skin", "rods", "markers", "window")
 _OF_SECTIONS = ("formulation", "depth")
-_OF_NO_EFFECT = frozenset({"materials", "formulation", "depth"})
 
 
 @parameters
 class TacTip(TacTipNumbers):
-    """Everything that describes one optical sensor of the TacTip kind, and what a model takes from it.
-
-    Parameters
-    ----------
-    part : {'section', 'half', 'whole'}
-        What is modelled: the section through the axis, the half z >= 0, or the whole sensor in 3D.
-    dome : Dome
-        The surface on which the crowns of the skin lie.
-    skin : Skin
-        Thickness and ridges.
-    rods : Rods
-        Rigid rods from each ridge to its internal markers.
-    markers : Markers
-        Layout of the internal markers.
-    window : Window
-        Rigid window above the gel.
-    materials : dict of str to Elastic, NeoHookean, MooneyRivlin or Ogden
-        Material of each of `skin`, `gel`, `rods` and `window`.
-    formulation : {'plane_strain', 'plane_stress'}
-        Out-of-plane behaviour of the section.
-    depth : float
-        Out-of-plane thickness of the section [m].
-    """
+    """Everything that describes one optical sensor of the TacTip kind, and what a model takes from it."""
 
     mesh_sources: ClassVar[tuple[type[MeshSource], ...]] = (SensorSectionSizes, SensorSolidSizes)
     largest_extent: ClassVar[float] = 0.2
@@ -114,7 +87,7 @@ class TacTip(TacTipNumbers):
     @property
     def shape(self) -> Mapping[str, Any]:
         """All values but materials and what of a section is not seen in its plane."""
-        return {name: value for name, value in as_mapping(self).items() if name not in _OF_NO_EFFECT}
+        return {name: value for name, value in as_mapping(self).items() if name in _SHAPE}
 
     def supports(self, dim: int, /) -> Mapping[str, tuple[str, ...]]:
         """Return what is held: the window, and the plane z = 0 of a half across itself."""
