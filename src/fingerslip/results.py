@@ -13,6 +13,7 @@ import pydantic
 from typing_extensions import TypedDict
 
 from fingerslip.errors import DamagedError, ResultError
+from fingerslip.parameters.words import describe_fields
 from fingerslip.slip import measures
 from fingerslip.slip.events import Events, events_from_mapping, events_mapping, find_slip
 from fingerslip.slip.front import EdgeContact, edge_contact
@@ -91,28 +92,10 @@ class RefusedRun:
     reason: str  # what is wrong
 
 
+@describe_fields
 @dataclass(frozen=True)
 class StudyResult:
     """The results of a study.
-
-    Parameters
-    ----------
-    folder : Path
-        The folder of the results.
-    compare : tuple of str
-        Names of the published sets that they are shown beside.
-    runs : tuple of RunResult
-        The finished runs.
-    computed, unchanged : tuple of str
-        Names of the runs that were computed, and of those that were there already.
-    title, description : str
-        What the study shows, and the question that it answers.
-    ranges : mapping of str to tuple
-        Smallest and largest value of what was sampled, by dotted path; empty in a study without samples.
-    refused : tuple of RefusedRun
-        Samples that were not computed.
-    design : mapping of str to object
-        How the samples were drawn: `method`, `count`, `seed` and `paths`; empty in a study without samples.
 
     Examples
     --------
@@ -122,16 +105,21 @@ class StudyResult:
             print(run.name, run.events.slip.overall)
     """
 
-    folder: Path
-    compare: tuple[str, ...]
-    runs: tuple[RunResult, ...]
-    computed: tuple[str, ...] = ()
-    unchanged: tuple[str, ...] = ()
-    title: str = ""
-    description: str = ""
-    ranges: Mapping[str, tuple[Any, ...]] = field(default_factory=lambda: _EMPTY)
-    refused: tuple[RefusedRun, ...] = ()
-    design: Mapping[str, Any] = field(default_factory=lambda: _EMPTY)
+    folder: Annotated[Path, "The folder of the results."]
+    compare: Annotated[tuple[str, ...], "Names of the published sets that they are shown beside."]
+    runs: Annotated[tuple[RunResult, ...], "The finished runs."]
+    computed: Annotated[tuple[str, ...], "Names of the runs that were computed."] = ()
+    unchanged: Annotated[tuple[str, ...], "Names of the runs that were there already."] = ()
+    title: Annotated[str, "What the study shows."] = ""
+    description: Annotated[str, "The question that it answers."] = ""
+    ranges: Annotated[
+        Mapping[str, tuple[Any, ...]],
+        "Smallest and largest value of what was sampled, by dotted path, if anything was.",
+    ] = field(default_factory=lambda: _EMPTY)
+    refused: Annotated[tuple[RefusedRun, ...], "Samples that were not computed."] = ()
+    design: Annotated[
+        Mapping[str, Any], "How samples were drawn, if they were: `method`, `count`, `seed` and `paths`."
+    ] = field(default_factory=lambda: _EMPTY)
 
 
 @dataclass(frozen=True)

@@ -216,18 +216,10 @@ def coordinates(position: Iterable[float], digits: int = 4) -> str:
 
 @dataclass(frozen=True)
 class Unit:
-    """The unit mark of a field: parses text, refuses bare numbers from files, feeds tables and schema.
+    """The unit mark of a field: parses text, refuses bare numbers from files, feeds tables and schema."""
 
-    Parameters
-    ----------
-    si : str
-        SI unit in which the program holds the value.
-    display : str
-        Unit in which tables and errors show it.
-    """
-
-    si: str
-    display: str = ""
+    si: str  # SI unit in which the program holds the value
+    display: str = ""  # unit in which tables and errors show it
 
     @property
     def shown(self) -> str:

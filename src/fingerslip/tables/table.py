@@ -130,27 +130,13 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """A table as data.
+    """A table as data, with a cell for each column: None for an empty one, :class:`Missing` for one without a value."""
 
-    Parameters
-    ----------
-    title : str
-        What it shows.
-    columns : tuple of Column
-        Its columns.
-    rows : tuple of tuple
-        A cell for each column; None for an empty cell, :class:`Missing` where a value is missing for a reason.
-    note : str
-        What a reader has to know.
-    marked : tuple of int
-        Numbers of the rows that stand out.
-    """
-
-    title: str
+    title: str  # what it shows
     columns: tuple[Column, ...]
     rows: tuple[tuple[Cell, ...], ...]
-    note: str = ""
-    marked: tuple[int, ...] = ()
+    note: str = ""  # what a reader has to know
+    marked: tuple[int, ...] = ()  # numbers of the rows that stand out
 
     @property
     def legend(self) -> str:
