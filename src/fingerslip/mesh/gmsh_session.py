@@ -118,8 +118,13 @@ def fragment(shapes: Mapping[str, Sequence[int]], points: Floats, dim: int) -> d
     nodes = [(0, gmsh.model.occ.addPoint(*point * MILLIMETRES, *[0.0] * (3 - dim))) for point in points]
     drawn = {name: [(dim, tag) for tag in tags] for name, tags in shapes.items()}
     with gmsh_errors("shapes", "needs shapes that can be cut"):
-        # In 3D cutting first takes many times as long; the faces inside covered solids are taken out afterwards.
-        separate = _without_overlap(drawn) if dim == _PLANE else drawn
+        # Later regions keep no lines of what they cover. In 3D cutting first takes many times as long; there the faces
+        # inside covered solids are taken out afterwards.
+        separate: dict[str, list[_Entity]] = {}
+        for name, shape in reversed(drawn.items()):
+            over = [piece for pieces in separate.values() for piece in pieces] if dim == _PLANE else []
+            separate[name] = list(gmsh.model.occ.cut(shape, over, removeTool=False)[0]) if over and shape else shape
+        separate = {name: separate[name] for name in drawn}
         every = [piece for pieces in separate.values() for piece in pieces]
         _, pieces = gmsh.model.occ.fragment(every[:1], [*every[1:], *nodes])
     gmsh.model.occ.synchronize()
@@ -130,17 +135,6 @@ def fragment(shapes: Mapping[str, Sequence[int]], points: Floats, dim: int) -> d
     if empty is not None:
         raise MeshError(empty, "is covered by other regions", "needs some room of its own")
     return result if dim == _PLANE else {name: _without_inner_faces(tags) for name, tags in result.items()}
-
-
-def _without_overlap(shapes: Mapping[str, list[_Entity]]) -> dict[str, list[_Entity]]:
-    """Cut from every region what later ones cover, so that these keep no lines of what they cover."""
-    separate: dict[str, list[_Entity]] = {}
-    later: list[_Entity] = []
-    for name, shape in reversed(list(shapes.items())):
-        remainder = gmsh.model.occ.cut(shape, later, removeTool=False)[0] if later and shape else shape
-        separate[name] = list(remainder)
-        later += separate[name]
-    return dict(reversed(list(separate.items())))
 
 
 def _without_inner_faces(volumes: Sequence[int]) -> list[int]:

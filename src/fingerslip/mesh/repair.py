@@ -109,25 +109,19 @@ def _changes(state: _Cells, cell: int, stay: set[int]) -> Iterator[_Change]:
     for node in nodes:
         if node in stay:
             continue
-        around = state.around(node)
-        before = float(state.margins(around).min())
-        for onto, target in _targets(state, node, nodes, around):
+        around, borders = state.around(node), int(state.borders[node])
+        before, others = float(state.margins(around).min()), [other for other in nodes if other != node]
+        targets = [
+            (onto, state.points[onto].copy()) for onto in others if borders & int(state.borders[onto]) == borders
+        ]
+        if borders & (borders - 1) == 0:
+            beside, at = np.unique(state.cells[around]), state.points[node]
+            aims = [state.points[beside[beside != node]].mean(axis=0), *state.points[others]]
+            targets += [(node, at + share * (aim - at)) for aim, share in itertools.product(aims, _MOVES)]
+        for onto, target in targets:
             margin = _margin_after(state, node, onto, target, around)
             if margin > _BETTER * before:
                 yield node, onto, target, margin
-
-
-def _targets(state: _Cells, node: int, nodes: list[int], around: Integers) -> Iterator[tuple[int, Floats]]:
-    """Yield what a node may become, itself where it only moves, and where."""
-    borders, others = int(state.borders[node]), [other for other in nodes if other != node]
-    for onto in others:
-        if borders & int(state.borders[onto]) == borders:
-            yield onto, state.points[onto].copy()
-    if borders & (borders - 1) == 0:
-        beside = np.unique(state.cells[around])
-        aims = [state.points[beside[beside != node]].mean(axis=0), *state.points[others]]
-        for aim, share in itertools.product(aims, _MOVES):
-            yield node, state.points[node] + share * (aim - state.points[node])
 
 
 def _margin_after(state: _Cells, node: int, onto: int, position: Floats, around: Integers) -> float:

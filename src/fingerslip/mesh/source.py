@@ -321,8 +321,13 @@ def subdivide(curve: Floats, sizes: Floats, turn: float) -> Floats:
     limited[1:-1] = np.minimum(sizes[1:-1], turn * around / np.maximum(np.where(corner, 0.0, angle), 1e-12))
     wanted = _graded_along(step, limited)
     limits = np.concatenate([[0], np.flatnonzero(corner) + 1, [len(curve) - 1]])
-    pieces = [_divide(curve[a : b + 1], wanted[a : b + 1]) for a, b in itertools.pairwise(limits)]
-    return np.vstack([piece[:-1] for piece in pieces] + [curve[-1:]])
+    pieces = []
+    for a, b in itertools.pairwise(limits):
+        density = 1 / wanted[a : b + 1]
+        count = np.concatenate([[0.0], np.cumsum(step[a:b] * (density[1:] + density[:-1]) / 2)])
+        ends = np.linspace(0.0, count[-1], int(np.ceil(count[-1])) + 1)[:-1]
+        pieces.append(np.column_stack([np.interp(ends, count, curve[a : b + 1, k]) for k in (0, 1)]))
+    return np.vstack([*pieces, curve[-1:]])
 
 
 def _graded_along(step: Floats, sizes: Floats) -> Floats:
@@ -331,10 +336,3 @@ def _graded_along(step: Floats, sizes: Floats) -> Floats:
     forward = np.minimum.accumulate(sizes - along) + along
     backward = np.minimum.accumulate((sizes + along)[::-1])[::-1] - along
     return np.minimum(forward, backward)
-
-
-def _divide(curve: Floats, sizes: Floats) -> Floats:
-    step = np.linalg.norm(np.diff(curve, axis=0), axis=1)
-    count = np.concatenate([[0.0], np.cumsum(step * (1 / sizes[1:] + 1 / sizes[:-1]) / 2)])
-    wanted = np.linspace(0.0, count[-1], int(np.ceil(count[-1])) + 1)
-    return np.column_stack([np.interp(wanted, count, curve[:, k]) for k in (0, 1)])

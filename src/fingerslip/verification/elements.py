@@ -111,15 +111,10 @@ def _exact(x: Floats) -> Floats:
     return np.stack([wave, -0.5 * wave, *([0.0 * wave] * (len(x) - 2))])
 
 
-def _slopes(x: Floats) -> Floats:
-    """Return the gradient of the bubble."""
+def _exact_gradient(x: Floats) -> Floats:
     sines, cosines = np.sin(np.pi * x), np.cos(np.pi * x)
     rows = [np.pi * np.prod([cosines[j] if j == i else sines[j] for j in range(len(x))], axis=0) for i in range(len(x))]
-    return np.stack(rows)
-
-
-def _exact_gradient(x: Floats) -> Floats:
-    slopes = _slopes(x)
+    slopes = np.stack(rows)
     return np.stack([slopes, -0.5 * slopes, *([0.0 * slopes] * (len(x) - 2))])
 
 

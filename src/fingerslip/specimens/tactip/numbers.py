@@ -56,9 +56,15 @@ class TacTipNumbers:
         if deepest >= room:
             allowed = f"needs < {millimetres(room)} (dome.radius, dome.height)"
             raise InputError("skin", f"got {millimetres(deepest)} from crowns to its inside", allowed)
-        _check_rods(self)
+        rods, thickness, ridges = self.rods, self.skin.thickness, self.skin.ridges
+        if rods.embedding >= thickness:
+            allowed = f"needs < {millimetres(thickness)} (skin.thickness)"
+            raise InputError("rods.embedding", f"got {millimetres(rods.embedding)}", allowed)
+        if ridges.enabled and rods.radius >= 0.9 * (ridges.bend_radius + thickness / 2):
+            allowed = f"needs < {millimetres(0.9 * (ridges.bend_radius + thickness / 2))}, inside its ridge"
+            raise InputError("rods.radius", f"got {millimetres(rods.radius)}", allowed)
         _check_ends(self)
-        if self.skin.ridges.enabled:
+        if ridges.enabled:
             _check_layout(self)
 
     @property
@@ -70,17 +76,6 @@ class TacTipNumbers:
     def rod_depth(self) -> float:
         """Depth at which rods begin below the outermost surface [m]."""
         return self.skin.thickness - self.rods.embedding
-
-
-def _check_rods(sensor: TacTipNumbers) -> None:
-    rods, thickness = sensor.rods, sensor.skin.thickness
-    if rods.embedding >= thickness:
-        allowed = f"needs < {millimetres(thickness)} (skin.thickness)"
-        raise InputError("rods.embedding", f"got {millimetres(rods.embedding)}", allowed)
-    ridges = sensor.skin.ridges
-    if ridges.enabled and rods.radius >= 0.9 * (ridges.bend_radius + thickness / 2):
-        allowed = f"needs < {millimetres(0.9 * (ridges.bend_radius + thickness / 2))}, inside its ridge"
-        raise InputError("rods.radius", f"got {millimetres(rods.radius)}", allowed)
 
 
 def _check_ends(sensor: TacTipNumbers) -> None:

@@ -22,7 +22,7 @@ from fingerslip.mesh.gmsh_session import (
     node_positions,
 )
 from fingerslip.mesh.quality import check_quality
-from fingerslip.mesh.scan.surfaces import Surface
+from fingerslip.mesh.scan.surfaces import Surface, boundary_loops
 from fingerslip.mesh.source import GROWTH, GradedMesh
 from fingerslip.specimens.fingertip.meshing.section import (
     BLEND,
@@ -129,16 +129,8 @@ def mesh_solid_core(skin: Surface, phalanx: Surface, largest: float) -> CoreMesh
 
 def rim(surface: Surface) -> Integers:
     """Return the nodes of the rim of a surface in turn, the surface on their left; none where it is closed."""
-    edges = np.concatenate([surface.triangles[:, [0, 1]], surface.triangles[:, [1, 2]], surface.triangles[:, [2, 0]]])
-    _, first, count = np.unique(np.sort(edges, axis=1), axis=0, return_index=True, return_counts=True)
-    outer = edges[first[count == 1]]
-    if len(outer) == 0:
-        return np.empty(0, dtype=np.int64)
-    following = dict(outer.tolist())
-    ring = [int(outer[0, 0])]
-    while following[ring[-1]] != ring[0]:
-        ring.append(following[ring[-1]])
-    return np.array(ring)
+    loops = boundary_loops(surface)
+    return np.roll(loops[0][::-1], 2) if loops else np.empty(0, dtype=np.int64)
 
 
 def _hull(skin: Surface, phalanx: Surface, largest: float) -> tuple[Floats, dict[str, Integers]]:
