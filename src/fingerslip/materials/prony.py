@@ -34,13 +34,6 @@ _SHORTEST = 0.5  # relaxation time in steps, at least
 class PronyTerm:
     """A share of the shear modulus that relaxes.
 
-    Parameters
-    ----------
-    share : float
-        Share of the shear modulus at once, between 0 and 1 [-]; the shares of all terms have a sum below 1.
-    time : float
-        Relaxation time [s].
-
     Examples
     --------
     The shear modulus of tissue at once, and in the end:
@@ -52,8 +45,12 @@ class PronyTerm:
     '11486 Pa, 5743 Pa'
     """
 
-    share: Annotated[Number, pydantic.Field(gt=0, lt=1)]
-    time: PositiveDuration
+    share: Annotated[
+        Number,
+        pydantic.Field(gt=0, lt=1),
+        "Share of the shear modulus at once, between 0 and 1 [-]; the shares of all terms have a sum below 1.",
+    ]
+    time: Annotated[PositiveDuration, "Relaxation time [s]."]
 
 
 #: The terms of a material; none where it is elastic.
