@@ -125,7 +125,7 @@ def test_the_smoother_has_the_times_of_the_training_trials_and_starts_anew(sampl
 def test_a_classifier_takes_other_features_than_its_own_and_a_detector_no_other_markers(detector, trials):
     one = training.candidate_of_name("logistic:displacement+strain")
     assert (one.name, one.sets) == ("logistic:displacement+strain", ("displacement", "strain"))
-    assert one.make is training.candidate_of_name("logistic").make
+    assert one.steps is training.candidate_of_name("logistic").steps
     for name, message in (
         ("magic", "classifier: got 'magic', needs one of forest, svm,"),
         ("forest:touch", "features: got touch, needs some of displacement"),
@@ -332,11 +332,8 @@ def test_frames_that_could_not_be_classified_change_little_and_thresholds_delay_
     assert onsets_from(np.arange(4.0), scores, Thresholds(slip=3.0)) == Onsets(2.0, 3.0)
 
 
-def hurried(seed):
-    return CLASSIFIERS["logistic"].make(seed).set_params(logisticregression__max_iter=1)
-
-
-FOREST, HURRIED = CLASSIFIERS["forest"], dataclasses.replace(CLASSIFIERS["logistic"], make=hurried)
+FOREST, SCALED = CLASSIFIERS["forest"], CLASSIFIERS["logistic"]
+HURRIED = dataclasses.replace(SCALED, steps=(SCALED.steps[0], ("linear_model.LogisticRegression", {"max_iter": 1})))
 
 
 @pytest.mark.parametrize(
