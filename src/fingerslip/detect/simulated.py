@@ -43,69 +43,54 @@ def trial_cameras(seed: int = 0) -> CameraPair:
     return CameraPair(inside, external_camera(60e-3, 60e-3, frame_rate=rate), seed=seed % 2**61)
 
 
-def slide_trial(name: str, history: xr.Dataset, *, seed: int = 0, conditions: Mapping[str, Any] | None = None) -> Trial:
-    """Return the trial of a plate that slides as prescribed.
-
-    Labels are those of the external markers that touch the plate at rest, of all external markers (the paper does not
-    say which of the two it takes), and of the contact.
-    """
-    markers, plate = _after_press(history)
-    tracks = pair_tracks(trial_cameras(seed), seen_with_plate(markers, plate))
-    # y is the normal of the plate.
-    height = markers["position"].values[0, :, 1] - plate[0, 1]
-    touching = np.flatnonzero((markers["kind"].values == "external") & (height < _TOUCHING))
-    labels = {
-        "external_markers": labels_from_external_markers(tracks.isel(marker=touching)),
-        "all_external_markers": labels_from_external_markers(tracks),
-        "contact": _contact_labels(history, markers),
-    }
-    direction = float(np.mod(np.arctan2(0.0, plate[-1, 0] - plate[0, 0]), 2.0 * np.pi))
-    slide = {"task": "slide", "direction": direction, "indentation": round(float(plate[0, 1]), 9), "seed": seed}
-    return Trial(name, tracks, labels, {**slide, **(conditions or {})}, _origin(history))
-
-
-def pouring_trial(
+def simulated_trial(
     name: str, history: xr.Dataset, *, seed: int = 0, conditions: Mapping[str, Any] | None = None
 ) -> Trial:
-    """Return the trial of a plate that hangs on the sensor until it slides down.
+    """Return the trial of a run: of pouring where its plate hangs on the sensor as a rigid body, else of a slide.
 
-    Labels are those of a marker on the plate beside the central external marker, and of the contact. The trial ends
-    once the plate has fallen far enough.
+    Labels of a slide are those of the external markers that touch the plate at rest, of all external markers (the paper
+    does not say which of the two it takes), and of the contact. Those of pouring are of a marker on the plate beside
+    the central external marker, and of the contact; the trial ends once the plate has fallen far enough.
     """
-    if not history.sizes.get("rigid_body", 0):
-        raise InputError("history", "has no rigid body", "needs a plate that is free to fall", "see bodies in studies")
     markers, plate = _after_press(history)
-    fallen = np.linalg.norm(plate - plate[0], axis=1) > _TRAVEL
-    last = int(np.argmax(fallen)) + 1 if fallen.any() else len(plate)
-    markers, plate = markers.isel(time=slice(0, last)), plate[:last]
-    cameras = trial_cameras(seed)
-    height, fall = np.where(np.arange(plate.shape[1]) == 1, plate, 0.0), np.zeros((len(plate), 3))
-    fall[:, 0] = plate[:, 0] - plate[0, 0]
-    tracks = pair_tracks(cameras, seen_with_plate(markers, height))
-    labels = {
-        "plate": labels_from_plate(tracks, plate_mark(cameras, fall, markers["time"].values)),
-        "contact": _contact_labels(history, markers),
-    }
-    pour = {"task": "pour", "indentation": round(float(plate[0, 1]), 9), "seed": seed}
-    return Trial(name, tracks, labels, {**pour, **(conditions or {})}, _origin(history))
-
-
-def _origin(history: xr.Dataset) -> dict[str, Any]:
-    names = ("fingerslip_version", "kinematics")
-    return {"source": "simulation", **{name: str(history.attrs[name]) for name in names if name in history.attrs}}
+    cameras, labels = trial_cameras(seed), dict[str, Onsets]()
+    if history.sizes.get("rigid_body", 0):
+        fallen = np.linalg.norm(plate - plate[0], axis=1) > _TRAVEL
+        last = int(np.argmax(fallen)) + 1 if fallen.any() else len(plate)
+        markers, plate = markers.isel(time=slice(0, last)), plate[:last]
+        height, fall = np.where(np.arange(plate.shape[1]) == 1, plate, 0.0), np.zeros((len(plate), 3))
+        fall[:, 0] = plate[:, 0] - plate[0, 0]
+        tracks = pair_tracks(cameras, seen_with_plate(markers, height))
+        labels["plate"] = labels_from_plate(tracks, plate_mark(cameras, fall, markers["time"].values))
+        task: dict[str, Any] = {"task": "pour"}
+    else:
+        tracks = pair_tracks(cameras, seen_with_plate(markers, plate))
+        # y is the normal of the plate.
+        height = markers["position"].values[0, :, 1] - plate[0, 1]
+        touching = np.flatnonzero((markers["kind"].values == "external") & (height < _TOUCHING))
+        labels["external_markers"] = labels_from_external_markers(tracks.isel(marker=touching))
+        labels["all_external_markers"] = labels_from_external_markers(tracks)
+        direction = float(np.mod(np.arctan2(0.0, plate[-1, 0] - plate[0, 0]), 2.0 * np.pi))
+        task = {"task": "slide", "direction": direction}
+    start = float(markers.attrs["start"])
+    ratio = stick_ratio(history).sel(time=slice(start - 1e-9, start + float(markers["time"][-1]) + 1e-9))
+    # Rounding leaves shares of 1 + 1e-16.
+    labels["contact"] = labels_from_contact(ratio["time"].values - start, np.clip(ratio.values, 0.0, 1.0))
+    task |= {"indentation": round(float(plate[0, 1]), 9), "seed": seed, **(conditions or {})}
+    origin = {name: str(history.attrs[name]) for name in ("fingerslip_version", "kinematics") if name in history.attrs}
+    return Trial(name, tracks, labels, task, {"source": "simulation", **origin})
 
 
 def film_results(folder: str | Path, *, seed: int = 0) -> Iterator[Trial]:
-    """Yield the trial of every finished run of a study: of pouring where it has a rigid body, else of a slide."""
+    """Yield the trial of every finished run of a study."""
     folders = sorted(path.parent for path in Path(folder).glob(f"*/{RESULT}"))
     if not folders:
         repair = "fingerslip run computes them"
         raise InputError(str(folder), "has no finished runs", "needs the folder of the results of a study", repair)
     for path in folders:
         result, history = stored_result(path), read_history(path / HISTORY)
-        make = pouring_trial if history.sizes.get("rigid_body", 0) else slide_trial
         conditions = _conditions({**result.swept, **result.sampled})
-        yield make(path.name, history, seed=seed + zlib.crc32(path.name.encode()), conditions=conditions)
+        yield simulated_trial(path.name, history, seed=seed + zlib.crc32(path.name.encode()), conditions=conditions)
 
 
 def _conditions(values: Mapping[str, Any]) -> dict[str, Any]:
@@ -147,10 +132,3 @@ def _after_press(history: xr.Dataset) -> tuple[xr.Dataset, Floats]:
     first = float(sliding["time"][0])
     plate: Floats = history["counterface_displacement"].values[rows, 0]
     return sliding.assign_coords(time=sliding["time"] - first).assign_attrs(start=first), plate
-
-
-def _contact_labels(history: xr.Dataset, tracks: xr.Dataset) -> Onsets:
-    start = float(tracks.attrs["start"])
-    ratio = stick_ratio(history).sel(time=slice(start - 1e-9, start + float(tracks["time"][-1]) + 1e-9))
-    # Rounding leaves shares of 1 + 1e-16.
-    return labels_from_contact(ratio["time"].values - start, np.clip(ratio.values, 0.0, 1.0))
