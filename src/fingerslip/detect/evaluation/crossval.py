@@ -235,8 +235,8 @@ class Evaluation:
         """Return what a classifier says of the trials of each group after it has learned from those of the others."""
 
         def part(test: Sequence[str]) -> Arrays:
-            name, inputs = f"{candidate.name}-frames", self._inputs(candidate, test)
-            return self.parts.part(name, inputs, lambda: vars(self.fit(candidate, test).frames))
+            inputs = [*describe(candidate, self.seed), list(test)]
+            return self.parts.part(f"{candidate.name}-frames", inputs, lambda: vars(self.fit(candidate, test).frames))
 
         return [FoldFrames(**part(test)) for test in groups]
 
@@ -250,7 +250,8 @@ class Evaluation:
         frames: dict[str, list[FoldFrames]] = {candidate.name: [] for candidate in candidates}
         events: dict[str, dict[str, Onsets]] = {candidate.name: {} for candidate in candidates}
         for test in tests:
-            keys = {entry.name: (f"{entry.name}-fold", self._inputs(entry, test)) for entry in candidates}
+            inputs = {entry.name: [*describe(entry, self.seed), list(test)] for entry in candidates}
+            keys = {name: (f"{name}-fold", values) for name, values in inputs.items()}
             stored = {name: arrays for name, key in keys.items() if (arrays := self.parts.read(*key)) is not None}
             folds = [self.fit(candidate, test) for candidate in candidates if candidate.name not in stored]
             for fold, onsets in zip(folds, self.events(folds) if folds else [], strict=True):
@@ -260,10 +261,6 @@ class Evaluation:
                 frames[name].append(FoldFrames(arrays["rows"], arrays["chances"]))
                 events[name] |= zip(test, onsets_of(arrays["onsets"]), strict=True)
         return frames, {name: {trial: onsets[trial] for trial in self.trials.names} for name, onsets in events.items()}
-
-    def _inputs(self, candidate: Candidate, test: Sequence[str]) -> list[Any]:
-        """Return what a part is computed from, beside what all share: the classifier and the trials left out."""
-        return [*describe(candidate, self.seed), list(test)]
 
 
 def begin_evaluation(

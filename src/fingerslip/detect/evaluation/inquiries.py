@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,6 @@ from threadpoolctl import threadpool_limits
 
 from fingerslip.arrays import Floats, Singles
 from fingerslip.detect.classifiers import Candidate, describe, probabilities, union_of_sets
-from fingerslip.detect.evaluation.assumptions import Assumption, each_alone, likely_assumptions
 from fingerslip.detect.evaluation.crossval import Evaluation, begin_evaluation, parts_beside
 from fingerslip.detect.evaluation.figures import (
     assumption_figure,
@@ -33,8 +32,8 @@ from fingerslip.detect.evaluation.scores import (
     table_of,
     write_tables,
 )
-from fingerslip.detect.features import FeatureSettings, features_of, motion_of, ring_of_features
-from fingerslip.detect.labels import Onsets, classes_at, labels_from_external_markers, times_of
+from fingerslip.detect.features import FeatureSettings, MotionSettings, features_of, motion_of, ring_of_features
+from fingerslip.detect.labels import LabelSettings, Onsets, classes_at, labels_from_external_markers, times_of
 from fingerslip.detect.samples import (
     Samples,
     Sampling,
@@ -58,23 +57,17 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def curve_sizes(count: int) -> tuple[int, ...]:
-    """Return the numbers of trials of a learning curve: all of them, and halves of that down to three."""
-    sizes = [count]
-    while sizes[-1] // 2 >= 3:
-        sizes.append(sizes[-1] // 2)
-    return tuple(reversed(sizes))
-
-
 def learning_curve(run: Evaluation, candidate: Candidate, tests: Sequence[str]) -> dict[int, FrameScores]:
-    """Return how well a classifier does on test trials after it learned from more and more others, by their number."""
+    """Return how well a classifier does on test trials after it learned from more and more others, by their number.
+
+    The last number is that of all others, each one before half of the next, down to three.
+    """
     rest, rows = run.samples.trials_without(tests), run.samples.rows
-    order = held_out(rest, len(rest), run.seed)
+    order, sizes = held_out(rest, len(rest), run.seed), [len(rest)]
+    while sizes[0] // 2 >= 3:
+        sizes.insert(0, sizes[0] // 2)
     # One fitted classifier at a time.
-    return {
-        size: run.scores([run.fit_rows(candidate, rows(order[:size]), rows(tests))[1]])
-        for size in curve_sizes(len(rest))
-    }
+    return {size: run.scores([run.fit_rows(candidate, rows(order[:size]), rows(tests))[1]]) for size in sizes}
 
 
 def importance_by_ring(
@@ -140,15 +133,6 @@ def disturb(tracks: xr.Dataset, disturbance: str, amount: float, seed: int = 0) 
     )
 
 
-class Robustness(NamedTuple):
-    """How many frames are right under a disturbance."""
-
-    disturbance: str  # its name in :data:`DISTURBANCES`
-    amount: float
-    accuracy: Estimate  # share of the frames that could be classified and are right, with its interval over trials
-    unusable: float  # share of the frames with too few markers
-
-
 def robustness_of(
     detector: Detector,
     trials: TrialSet,
@@ -157,10 +141,12 @@ def robustness_of(
     levels: Sequence[tuple[str, float]],
     *,
     seed: int = 0,
-) -> list[Robustness]:
+) -> list[tuple[str, float, Estimate, float]]:
     """Return how many frames of test trials a detector gets right at each level of disturbance.
 
-    With every so manieth frame, the frames at rest and those of a velocity are fewer too, so that they last as long.
+    Rows are the disturbance, its amount, the share of the frames that could be classified and are right, and that of
+    those with too few markers. With every so manieth frame, the frames at rest and those of a velocity are fewer too,
+    so that they last as long.
     """
     results = []
     for disturbance, amount in levels:
@@ -176,8 +162,78 @@ def robustness_of(
             counts.append((right, moved.usable.sum(), len(moved.time)))
         rights, usable, frames = np.array(counts, dtype=float).reshape(-1, 3).T
         unusable = float(1.0 - usable.sum() / max(frames.sum(), 1.0))
-        results.append(Robustness(disturbance, amount, ratio_estimate(rights, usable, seed), unusable))
+        results.append((disturbance, amount, ratio_estimate(rights, usable, seed), unusable))
     return results
+
+
+@dataclass(frozen=True)
+class Assumption:
+    """Values that a paper does not print, as they may be."""
+
+    quantity: str  # what is assumed, in words
+    value: str
+    labels: LabelSettings | str = field(default_factory=LabelSettings)
+    motion: MotionSettings = field(default_factory=MotionSettings)
+    noise: float = 0.0  # standard deviation of noise that is added to all positions, in the unit of the tracks
+    trials: tuple[str, ...] = ()  # names of the trials that it is about, as others are not like them
+
+    @property
+    def inputs(self) -> dict[str, object]:
+        """Its values without its words."""
+        return {name: value for name, value in asdict(self).items() if name not in ("quantity", "value")}
+
+
+#: Sizes of a pixel that are likely, too [m].
+_PIXELS = (0.045e-3, 0.09e-3)
+
+
+def likely_assumptions(
+    metres_per_pixel: float, motion: MotionSettings, stored: Sequence[str] = ()
+) -> tuple[Assumption, ...]:
+    """Return what may be assumed of the trials of Cordova Bulens et al. 2023: first as they are, then one change each.
+
+    A pixel of another size [m] makes the printed thresholds, 2 and 1 px, other lengths; that is all it does here. The
+    noise stays as it is in metres.
+    """
+    default = LabelSettings(rest_frames=motion.rest_frames)
+    base = Assumption("as in the data set", f"{1e3 * metres_per_pixel:.3g} mm a pixel", default, motion)
+
+    def changed(quantity: str, value: str, **values: Any) -> Assumption:
+        return replace(base, quantity=quantity, value=value, **values)
+
+    def thresholds(share: float, *names: str) -> LabelSettings:
+        return replace(default, **{name: share * getattr(default, name) for name in names})
+
+    sizes = {f"{1e3 * size:.3g} mm": thresholds(size / metres_per_pixel, "incipient", "gross") for size in _PIXELS}
+    windows = (max(2, motion.window // 3), 3 * motion.window)
+    return (
+        base,
+        *(changed("size of a pixel", words, labels=labels) for words, labels in sizes.items()),
+        *(
+            changed(f"threshold of {name} slip", f"{share * value:g} px", labels=thresholds(share, name))
+            for name, value in (("incipient", default.incipient), ("gross", default.gross))
+            for share in (0.5, 2.0)
+        ),
+        *(changed("labels", name.replace("_", " "), labels=name) for name in stored),
+        *(changed("frames in a speed", f"{frames}", motion=replace(motion, window=frames)) for frames in windows),
+        changed("noise of positions", "0.1 px more", noise=0.1),
+    )
+
+
+def each_alone(trials: TrialSet, conditions: Sequence[str], base: Assumption) -> tuple[Assumption, ...]:
+    """Return an assumption for each combination of the values of conditions: trials of these alone are there.
+
+    Where a condition is a value of the sensor that a paper does not print, such as the stiffness of its skin, each is
+    another sensor: to learn from all of them together would ask something else.
+    """
+    groups = [left_out(trials.conditions, condition) for condition in conditions]
+    assumptions = []
+    for values in itertools.product(*groups) if groups else ():
+        inside = set(trials.names).intersection(*(group[value] for group, value in zip(groups, values, strict=True)))
+        names = tuple(name for name in trials.names if name in inside)
+        words = ", ".join(condition_text(key, value) for key, value in zip(conditions, values, strict=True))
+        assumptions += [replace(base, quantity="trials alone of", value=words, trials=names)] if names else []
+    return tuple(assumptions)
 
 
 @dataclass(frozen=True)

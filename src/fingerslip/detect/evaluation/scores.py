@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -113,21 +112,18 @@ def frame_scores_of(matrices: NDArray[np.intp], *, seed: int = 0) -> FrameScores
     return FrameScores(matrices.sum(axis=0), accuracy, f1_mean, two_class, *of_classes)
 
 
-class Reliability(NamedTuple):
-    """How often frames slip that are said to slip with some probability."""
+def reliability_of(chances: Floats, classes: NDArray[np.int8]) -> tuple[float, float]:
+    """Return how far probabilities (n_samples, 3) of classes (n_samples,) are from how often frames slip.
 
-    error: float  # expected calibration error: mean difference, weighted by frames (Guo et al. 2017)
-    brier: float  # Brier score over all classes (Brier 1950): 0 is perfect, 2 the worst
-
-
-def reliability_of(chances: Floats, classes: NDArray[np.int8]) -> Reliability:
-    """Return the reliability of probabilities (n_samples, 3) of classes (n_samples,)."""
+    First the expected calibration error, the mean difference weighted by frames (Guo et al. 2017), then the Brier score
+    over all classes (Brier 1950): 0 is perfect, 2 the worst.
+    """
     slip, slips = 1.0 - chances[:, 0], classes > 0
     number = np.clip((slip * _BINS).astype(np.intp), 0, _BINS - 1)
     excess = np.bincount(number, weights=slip - slips, minlength=_BINS)
     truth = classes[:, None] == np.arange(chances.shape[1])
     brier = ((chances - truth) ** 2).sum(axis=1).mean()
-    return Reliability(float(np.abs(excess).sum() / max(len(classes), 1)), float(brier))
+    return float(np.abs(excess).sum() / max(len(classes), 1)), float(brier)
 
 
 @dataclass(frozen=True)
@@ -256,22 +252,21 @@ INTERVALS = "Brackets: the middle 95 % over trials drawn anew."
 _THREE_DIGITS = ("leakage", "calibration error", "Brier score", "unusable")
 
 
-def _cell(value: object) -> Cell:
-    """Return a value as a cell, an estimate with its interval."""
-    if isinstance(value, Estimate):
-        return Missing.NOT_DEFINED if value.value is None else Interval(value.value, value.low, value.high)
-    return Missing.NOT_DEFINED if value is None else value  # type: ignore[return-value]
-
-
 def table_of(
     title: str, names: Sequence[str | Column], rows: Sequence[Sequence[object]], note: str = INTERVALS
 ) -> Table:
     """Return a table of estimates with their intervals, and other values."""
+
+    def cell(value: object) -> Cell:
+        if isinstance(value, Estimate) and value.value is not None:
+            return Interval(value.value, value.low, value.high)
+        return Missing.NOT_DEFINED if value is None or isinstance(value, Estimate) else value  # type: ignore[return-value]
+
     columns = tuple(
         name if isinstance(name, Column) else Column(name, digits=3) if name in _THREE_DIGITS else Column(name)
         for name in names
     )
-    return Table(title, columns, tuple(tuple(map(_cell, row)) for row in rows), note)
+    return Table(title, columns, tuple(tuple(map(cell, row)) for row in rows), note)
 
 
 def accuracy_table(by_trial: Mapping[str, FrameScores], by_sample: Mapping[str, Estimate], note: str) -> Table:
