@@ -13,9 +13,10 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import numpy as np
+import xarray as xr
 
 from fingerslip.arrays import Floats
 from fingerslip.dynamics.reduced.basis import BasisStore
@@ -27,10 +28,6 @@ from fingerslip.parameters.words import describe_fields
 from fingerslip.react.moment import Alarm, Detector, Moment, require_sites
 from fingerslip.react.reflex import Reaction, Response, require_whole_step
 from fingerslip.react.scenario import HeldObject, held_model
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 _LOOKS_AHEAD = 64  # times at which a load between its knots and a grip are compared
 
@@ -61,38 +58,22 @@ class MemoryBases:
         return contextlib.nullcontext()
 
 
+@describe_fields
 @dataclass(frozen=True)
 class OpenLoop:
     """What happens where nothing reacts.
 
     See :class:`Grasp`.
-
-    Parameters
-    ----------
-    times : (n,) array
-        Times since the load began [s].
-    travel, speed : (n,) array
-        Travel [m] and speed [m/s] of the object along the load.
-    slipped : (n,) array
-        Share of the contact area that has slipped [-].
-    alarms : mapping of str to Alarm or None
-        What each detector says.
-    gross : float or None
-        From when on nothing sticks, up to the loss [s].
-    lost : float or None
-        When the travel exceeds its limit [s].
-    history : Dataset
-        All that was recorded.
     """
 
-    times: Floats
-    travel: Floats
-    speed: Floats
-    slipped: Floats
-    alarms: Mapping[str, Alarm | None]
-    gross: float | None
-    lost: float | None
-    history: xr.Dataset
+    times: Annotated[Floats, "(n,) array : Times since the load began [s]."]
+    travel: Annotated[Floats, "(n,) array : Travel of the object along the load [m]."]
+    speed: Annotated[Floats, "(n,) array : Its speed [m/s]."]
+    slipped: Annotated[Floats, "(n,) array : Share of the contact area that has slipped [-]."]
+    alarms: Annotated[Mapping[str, Alarm | None], "What each detector says."]
+    gross: Annotated[float | None, "From when on nothing sticks, up to the loss [s]."]
+    lost: Annotated[float | None, "When the travel exceeds its limit [s]."]
+    history: Annotated[xr.Dataset, "All that was recorded."]
 
     def lead(self, name: str) -> float | None:
         """Return the time from a detector's alarm to gross slip [s]; None where one of them is."""

@@ -43,12 +43,12 @@ _STEPS, _HALVINGS, _EXACT = 200, 60, 1e-9
 class _Lens:
     """Focal lengths, a principal point and coefficients of distortion."""
 
-    width: PixelCount
-    height: PixelCount
-    focal_x: PositiveNumber
-    focal_y: PositiveNumber
-    centre_x: Number
-    centre_y: Number
+    width: Annotated[PixelCount, "Size of the image [px]."]
+    height: Annotated[PixelCount, "Size of the image [px]."]
+    focal_x: Annotated[PositiveNumber, "Focal lengths [px]."]
+    focal_y: Annotated[PositiveNumber, "Focal lengths [px]."]
+    centre_x: Annotated[Number, "Principal point [px]."]
+    centre_y: Annotated[Number, "Principal point [px]."]
     distortion: tuple[Number, ...] = ()
     coefficient_counts: ClassVar[tuple[int, ...]]  # how many coefficients there may be
 
@@ -76,17 +76,6 @@ class _Lens:
 class Pinhole(_Lens):
     """A pinhole with OpenCV's lens distortion.
 
-    Parameters
-    ----------
-    width, height : int
-        Size of the image [px].
-    focal_x, focal_y : float
-        Focal lengths [px].
-    centre_x, centre_y : float
-        Principal point [px].
-    distortion : tuple of float
-        None, 4, 5, 8 or 12 coefficients k1, k2, p1, p2, k3, k4, k5, k6, s1 to s4 in OpenCV's order.
-
     Examples
     --------
     >>> import numpy as np
@@ -95,6 +84,10 @@ class Pinhole(_Lens):
     [319.5, 289.5]
     """
 
+    distortion: Annotated[
+        tuple[Number, ...],
+        "None, 4, 5, 8 or 12 coefficients k1, k2, p1, p2, k3, k4, k5, k6, s1 to s4 in OpenCV's order.",
+    ] = ()
     coefficient_counts = (0, 4, 5, 8, 12)
 
     def project(self, points: Floats) -> Floats:
@@ -133,17 +126,6 @@ class Pinhole(_Lens):
 class Fisheye(_Lens):
     """A fisheye camera of OpenCV's model (Kannala & Brandt 2006), without skew.
 
-    Parameters
-    ----------
-    width, height : int
-        Size of the image [px].
-    focal_x, focal_y : float
-        Focal lengths [px].
-    centre_x, centre_y : float
-        Principal point [px].
-    distortion : tuple of float
-        None or four coefficients k1 to k4.
-
     Examples
     --------
     A ray at 45 degrees to the axis:
@@ -155,6 +137,7 @@ class Fisheye(_Lens):
     [555.12, 239.5]
     """
 
+    distortion: Annotated[tuple[Number, ...], "None or four coefficients k1 to k4."] = ()
     coefficient_counts = (0, 4)
 
     def project(self, points: Floats) -> Floats:
@@ -303,10 +286,14 @@ def read_calibration(
         allowed = f"needs one of {', '.join(MODELS)}"
         raise InputError(f"{where}: distortion_model", f"got {shorten(repr(name))}", allowed)
     lens, coefficients = MODELS[name], _array(values, _DISTORTION, where)
+    numbers: list[float] = [] if coefficients is None else coefficients.ravel().tolist()
+    # Zeros at the end are left out, as far as the lens may have so few coefficients.
+    last = max((count for count, number in enumerate(numbers, start=1) if number), default=0)
+    count = next((count for count in lens.coefficient_counts if count >= last), last)
     focal_x, focal_y, centre_x, centre_y = matrix[[0, 1, 0, 1], [0, 1, 2, 2]].tolist()
     try:
-        size_and_focus = int(width), int(height), focal_x, focal_y, centre_x, centre_y
-        return lens(*size_and_focus, _without_zeros(coefficients, lens.coefficient_counts))
+        distortion = (*numbers, *[0.0] * count)[:count]
+        return lens(int(width), int(height), focal_x, focal_y, centre_x, centre_y, distortion)
     except InputError as error:
         raise error.moved(lambda place: f"{where}: {place}") from None
 
@@ -347,15 +334,6 @@ def _array(values: Mapping[str, Any], names: Sequence[str], where: str) -> Float
         allowed = "needs rows, cols and data, or lists of numbers"
         raise InputError(f"{where}: {name}", f"got {shorten(repr(content))}", allowed) from None
     return array.reshape(3, 3) if name in _MATRIX and array.size == 9 else array
-
-
-def _without_zeros(distortion: Floats | None, counts: Sequence[int]) -> tuple[float, ...]:
-    """Return coefficients without zeros at the end, as many as a lens may have; none where there are none."""
-    if distortion is None or not distortion.any():
-        return ()
-    last = int(np.flatnonzero(distortion)[-1]) + 1
-    count = next((count for count in counts if count >= last), last)
-    return (*distortion.ravel().tolist(), *[0.0] * count)[:count]
 
 
 def write_calibration(intrinsics: Pinhole | Fisheye, path: str | Path) -> None:

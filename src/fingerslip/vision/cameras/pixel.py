@@ -41,30 +41,25 @@ class MarkerLook:
     """What markers look like: round spots of one grey level on a background of another, with soft edges.
 
     See :func:`film`.
-
-    Parameters
-    ----------
-    radius : float
-        Radius of a marker [m]; 0.6 mm, assumed.
-    marker, background : float
-        Grey levels from 0 to 255 in full light; 200 on 40, assumed.
-    softness : float
-        Standard deviation of the blur by the lens and the area of a pixel together [px]; 0.7, assumed. At least 0.5:
-        with it the middle of a drawn spot is off by up to 0.0025 px, with 0.7 by up to 0.0002 px, if its radius is
-        above 2 px; a radius of 0.5 px is off by 0.01 px.
-    dome : float, optional
-        Radius of the dome that the markers stand on [m], its axis that of the camera: towards the rim they are seen
-        from the side. Without it all are seen from the front.
-    glue : float
-        Share of the markers beside which a spot of glue, as bright as they are, touches them [-].
     """
 
-    radius: PositiveLength = 0.6e-3
-    marker: GreyLevel = 200.0
-    background: GreyLevel = 40.0
-    softness: Softness = 0.7
-    dome: PositiveLength | None = None
-    glue: Fraction = 0.0
+    radius: Annotated[PositiveLength, "Radius of a marker [m]; 0.6 mm, assumed."] = 0.6e-3
+    marker: Annotated[GreyLevel, "Grey levels from 0 to 255 in full light; 200 on 40, assumed."] = 200.0
+    background: Annotated[GreyLevel, "Grey levels from 0 to 255 in full light; 200 on 40, assumed."] = 40.0
+    softness: Annotated[
+        Softness,
+        "Standard deviation of the blur by the lens and the area of a pixel together [px]; 0.7, assumed. At least 0.5: "
+        "with it the middle of a drawn spot is off by up to 0.0025 px, with 0.7 by up to 0.0002 px, if its radius is "
+        "above 2 px; a radius of 0.5 px is off by 0.01 px.",
+    ] = 0.7
+    dome: Annotated[
+        PositiveLength | None,
+        "Radius of the dome that the markers stand on [m], its axis that of the camera: towards the rim they are seen "
+        "from the side. Without it all are seen from the front.",
+    ] = None
+    glue: Annotated[
+        Fraction, "Share of the markers beside which a spot of glue, as bright as they are, touches them [-]."
+    ] = 0.0
 
 
 BRIGHT_ON_DARK = MarkerLook()
@@ -78,21 +73,15 @@ class Glare:
     """A round spot of reflected light that stays where it is.
 
     See :func:`film`.
-
-    Parameters
-    ----------
-    x, y : float
-        Its middle, as shares of the width and the height of the image [-].
-    radius : float
-        Distance at which it falls to 61 % (a Gaussian's standard deviation), as a share of the width [-].
-    level : float
-        Grey levels that it adds in its middle.
     """
 
-    x: Fraction
-    y: Fraction
-    radius: PositiveNumber = 0.02
-    level: NonNegativeNumber = 150.0
+    x: Annotated[Fraction, "Its middle, as shares of the width and the height of the image [-]."]
+    y: Annotated[Fraction, "Its middle, as shares of the width and the height of the image [-]."]
+    radius: Annotated[
+        PositiveNumber,
+        "Distance at which it falls to 61 % (a Gaussian's standard deviation), as a share of the width [-].",
+    ] = 0.02
+    level: Annotated[NonNegativeNumber, "Grey levels that it adds in its middle."] = 150.0
 
 
 @parameters
