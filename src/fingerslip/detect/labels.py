@@ -48,8 +48,7 @@ class Onsets:
     @property
     def first(self) -> float | None:
         """The earlier of the two [s]; None where there is no slip."""
-        times = [time for time in (self.incipient, self.gross) if time is not None]
-        return min(times) if times else None
+        return min((time for time in (self.incipient, self.gross) if time is not None), default=None)
 
 
 def classes_at(onsets: Onsets, time: Floats) -> NDArray[np.int8]:
@@ -110,21 +109,18 @@ def read_onsets(path: str | Path, key: str = "trial") -> dict[str, Onsets]:
         if not name or name in onsets:
             problem = f"{key} {name!r} stands twice" if name else f"a row has no {key}"
             raise InputError(str(path), problem, f"needs each {key} once", line=line)
-        onsets[name] = Onsets(*(_seconds(row.get(column), f"{path}: {column}", line) for column in _COLUMNS))
+        times = []
+        for column in _COLUMNS:
+            text = row.get(column) or ""
+            try:
+                times.append(float(text) if text.strip() else None)
+            except ValueError:
+                times.append(math.nan)
+            if times[-1] is not None and not math.isfinite(times[-1]):
+                allowed = "needs seconds, or nothing where none is"
+                raise InputError(f"{path}: {column}", f"got {shorten(repr(text))}", allowed, line=line)
+        onsets[name] = Onsets(*times)
     return onsets
-
-
-def _seconds(text: str | None, where: str, line: int) -> float | None:
-    """Return a time that a cell holds [s]; None where the cell is empty."""
-    if text is None or not text.strip():
-        return None
-    try:
-        time = float(text)
-    except ValueError:
-        time = math.nan
-    if not math.isfinite(time):
-        raise InputError(where, f"got {shorten(repr(text))}", "needs seconds, or nothing where none is", line=line)
-    return time
 
 
 @parameters

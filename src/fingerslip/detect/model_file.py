@@ -51,7 +51,9 @@ def write_detector(detector: Detector, folder: str | Path) -> None:
         write_bytes(partial / _ESTIMATOR, stored)
         described["sha256"] = file_digest(partial / _ESTIMATOR)
         write_json(partial / _DESCRIPTION, described)
-        write_text(partial / "README.md", _card(detector))
+        title = f"# Slip detector: {detector.classifier}\n\nMade by fingerslip {__version__}."
+        says = "It knows the sensor, the surfaces and the motions that it learned from, and says nothing about others."
+        write_text(partial / "README.md", f"{title}\n\n{to_markdown(detector_table(detector))}\n{says}\n")
 
 
 def _description(detector: Detector) -> dict[str, Any]:
@@ -217,12 +219,6 @@ def _node_fault(children: Any, is_split: Any, feature: Any, threshold: Any, valu
         return f"has a tree of other features than its {seen}"
     is_finite = np.isfinite(threshold[is_split]).all() and np.isfinite(value).all()
     return "" if is_finite else "has a tree whose thresholds or values are no numbers"
-
-
-def _card(detector: Detector) -> str:
-    says = "It knows the sensor, the surfaces and the motions that it learned from, and says nothing about others."
-    rows = to_markdown(detector_table(detector))
-    return f"# Slip detector: {detector.classifier}\n\nMade by fingerslip {__version__}.\n\n{rows}\n{says}\n"
 
 
 def detector_table(detector: Detector, shares: Floats | None = None) -> Table:

@@ -48,23 +48,20 @@ def read_conditions(path: str | Path) -> dict[str, dict[str, Any]]:
         if not file or file in conditions:
             problem = f"{file!r} stands twice" if file else "a row has no file"
             raise InputError(str(path), problem, "needs a column 'file' with each recording once", line=line)
-        conditions[file] = _row(row, str(path), line)
+        if None in row:
+            raise InputError(str(path), "a row has more cells than there are names", "needs as many", line=line)
+        conditions[file] = {}
+        for heading, cell in row.items():
+            match = _HEADING.fullmatch(heading or "")
+            if match is None:
+                allowed = "needs a name, or a name with a unit in brackets"
+                raise InputError(str(path), f"has the column {heading!r}", allowed)
+            if cell and cell.strip():
+                value = _value(match["name"], match["unit"], cell.strip(), f"{path}: line {line}")
+                conditions[file][match["name"]] = value
     if not conditions:
         raise InputError(str(path), "has no rows", "needs one for each recording")
     return conditions
-
-
-def _row(row: Mapping[str | None, Any], path: str, line: int) -> dict[str, Any]:
-    if None in row:
-        raise InputError(path, "a row has more cells than there are names", "needs as many", line=line)
-    values = {}
-    for heading, cell in row.items():
-        match = _HEADING.fullmatch(heading or "")
-        if match is None:
-            raise InputError(path, f"has the column {heading!r}", "needs a name, or a name with a unit in brackets")
-        if cell and cell.strip():
-            values[match["name"]] = _value(match["name"], match["unit"], cell.strip(), f"{path}: line {line}")
-    return values
 
 
 def _value(name: str, unit: str | None, cell: str, where: str) -> Any:

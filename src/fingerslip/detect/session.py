@@ -279,28 +279,23 @@ def unseen_tables(result: Unseen) -> list[Table]:
     return [event_table(result.scores, note), *frame_tables({"all frames": frame_scores_of(result.matrices)})]
 
 
-def _by_depth(result: Unseen, trials: TrialSet, onsets: Mapping[str, Onsets], rest_frames: int) -> list[Table]:
-    """Return the onsets found in the trials of each indentation, if there are several."""
-    depths = {name: trials.conditions[name].get("indentation") for name in trials.names}
-    if None in depths.values() or len(set(depths.values())) < 2:
-        return []
-    ends, frame = rest_ends(trials, trials.names, rest_frames)
-    scores = {}
-    for depth, names in left_out(trials.conditions, "indentation").items():
-        onsets_found = {name: result.onsets[READINGS[0]][name] for name in names}
-        scores[condition_text("indentation", depth)] = event_scores_of(onsets_found, onsets, ends, frame=frame)
-    return [event_table(scores, title="Onset of slip by indentation")]
-
-
 def judge_detector(detector: str, dataset: Path, labels: str) -> list[Table]:
-    """Return the tables of what a detector finds in a data set that it did not learn from."""
+    """Return the tables of what a detector finds in a data set that it did not learn from, by its depths if several."""
     trials = open_trials(dataset)
     onsets = Choices(labels).onsets(trials)
     with threadpool_limits(1):
         if detector != RESIDUAL:
             trained = read_detector(detector)
             result = on_unseen(trained, trials, onsets)
-            return [*unseen_tables(result), *_by_depth(result, trials, onsets, trained.features.motion.rest_frames)]
+            depths = {trials.conditions[name].get("indentation") for name in trials.names}
+            if None in depths or len(depths) < 2:
+                return unseen_tables(result)
+            ends, frame = rest_ends(trials, trials.names, trained.features.motion.rest_frames)
+            by_depth = {}
+            for depth, names in left_out(trials.conditions, "indentation").items():
+                begins = {name: result.onsets[READINGS[0]][name] for name in names}
+                by_depth[condition_text("indentation", depth)] = event_scores_of(begins, onsets, ends, frame=frame)
+            return [*unseen_tables(result), event_table(by_depth, title="Onset of slip by indentation")]
         from fingerslip.detect.residual import ResidualSettings, detect_residual, frames_at_rest
 
         tracks = {name: trials.tracks(name) for name in trials.names}

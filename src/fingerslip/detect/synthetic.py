@@ -11,7 +11,6 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -25,10 +24,6 @@ from fingerslip.vision.cameras.camera import Camera, Pose
 from fingerslip.vision.cameras.intrinsics import pinhole_for_view
 from fingerslip.vision.cameras.pixel import MarkerLook, PixelCamera, film
 from fingerslip.vision.tracks import make_tracks
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 #: Where the middle of the sensor is in the pictures of both cameras [px].
 CENTRE = (320.0, 240.0)
@@ -174,7 +169,7 @@ def film_trials(trials: Iterable[Trial], folder: str | Path, *, size: tuple[int,
     They are analytic trials, whose pictures of a size [px] have their middle at :data:`CENTRE`; the folder is new or
     empty. Returns the path of the table, ``conditions.csv``.
     """
-    target = Path(folder)
+    target, pose = Path(folder), Pose((0.0, 0.0, _DISTANCE), (0.0, 0.0, 0.0))
     check_empty(target)
     with writing(target):
         target.mkdir(parents=True, exist_ok=True)
@@ -182,23 +177,16 @@ def film_trials(trials: Iterable[Trial], folder: str | Path, *, size: tuple[int,
     for trial in trials:
         names = f"{trial.name}.mkv", f"{trial.name}-outside.mkv"
         for kind, name in zip(("internal", "external"), names, strict=True):
-            _film(trial.tracks, kind, target / name, size)
+            markers = trial.tracks.isel(marker=np.flatnonzero(trial.tracks["kind"].values == kind))
+            scale, rate = (float(markers.attrs[key]) for key in ("metres_per_pixel_x", "frame_rate"))
+            # y of pictures points down, that of the plane up.
+            plane = (markers["position"].values - np.array(CENTRE)) * np.array([scale, -scale])
+            space = np.concatenate([plane, np.zeros_like(plane[:, :, :1])], axis=2)
+            lens = pinhole_for_view(*size, view_width=size[0] * scale, distance=_DISTANCE)
+            camera = Camera(lens, pose, "internal", frame_rate=rate, exposure=0.3 / rate)
+            filming = PixelCamera(camera, MarkerLook(radius=4.0 * scale), seed=1)
+            film(filming, make_tracks(space, markers["time"].values, units="m"), target / name)
         conditions = trial.conditions
         rows.append((*names, 1e3 * conditions["indentation"], round(math.degrees(conditions["direction"]), 6)))
     write_text(target / "conditions.csv", csv_text(rows))
     return target / "conditions.csv"
-
-
-def _film(tracks: xr.Dataset, kind: str, path: Path, size: tuple[int, int]) -> None:
-    """Film the markers of one kind."""
-    markers = tracks.isel(marker=np.flatnonzero(tracks["kind"].values == kind))
-    scale = float(tracks.attrs["metres_per_pixel_x"])
-    # y of pictures points down, that of the plane up.
-    plane = (markers["position"].values - np.array(CENTRE)) * np.array([scale, -scale])
-    space = np.concatenate([plane, np.zeros_like(plane[:, :, :1])], axis=2)
-    lens = pinhole_for_view(*size, view_width=size[0] * scale, distance=_DISTANCE)
-    pose = Pose((0.0, 0.0, _DISTANCE), (0.0, 0.0, 0.0))
-    rate = float(tracks.attrs["frame_rate"])
-    camera = Camera(lens, pose, "internal", frame_rate=rate, exposure=0.3 / rate)
-    filming = PixelCamera(camera, MarkerLook(radius=4.0 * scale), seed=1)
-    film(filming, make_tracks(space, markers["time"].values, units="m"), path)

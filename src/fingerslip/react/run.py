@@ -150,7 +150,14 @@ def compute_reactions(
     with Grasp(held, model, settings.detectors, bases=MemoryBases(bases)) as grasp:
         result = _result(settings, grasp, progress)
         write_reactions(result, folder)
-        filmed = filmed_reactions(result, settings)
+        tried = [trial for trial in result.trials if trial.detector == settings.detector and not trial.since_load]
+        ordered = sorted(tried, key=lambda trial: trial.delay)
+        saved, lost = ([trial for trial in ordered if trial.saved is kind] for kind in (True, False))
+        # The slowest reaction that saves the object, and the quickest that loses it, by title.
+        filmed = {
+            f"{trial.reaction}, {1e3 * trial.delay:.0f} ms": settings.named_reactions[trial.reaction]
+            for trial in (*saved[-1:], *lost[:1])
+        }
         # A film shows sections; OpenCV, of the extra `vision`, writes it.
         if len(filmed) == 2 and settings.reactions and model.mesh.dim() == 2 and find_spec("cv2"):
             from fingerslip.react.film import write_film
@@ -221,14 +228,3 @@ def _with_delay(reaction: Reaction, delay: float) -> Reaction:
     """Return a reaction that changes the force a time after the alarm [s], the same in all trials."""
     reflex = replace(reaction.reflex, latency=delay, jitter=0.0, since="alarm")
     return Reaction(reflex, replace(reaction.actuator, dead_time=0.0))
-
-
-def filmed_reactions(result: ReactionResult, settings: ReactionSettings) -> dict[str, Reaction]:
-    """Return the slowest reaction that saves the object, and the quickest that loses it, by title."""
-    tried = [trial for trial in result.trials if trial.detector == settings.detector and not trial.since_load]
-    ordered = sorted(tried, key=lambda trial: trial.delay)
-    saved, lost = ([trial for trial in ordered if trial.saved is kind] for kind in (True, False))
-    return {
-        f"{trial.reaction}, {1e3 * trial.delay:.0f} ms": settings.named_reactions[trial.reaction]
-        for trial in (*saved[-1:], *lost[:1])
-    }

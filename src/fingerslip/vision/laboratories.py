@@ -62,9 +62,20 @@ def read_bristol(folder: str | Path) -> BristolSet:
             raise InputError(str(path), fault, "needs settings of a camera") from None
         if not isinstance(parameters, dict):
             raise InputError(str(path), f"holds {shorten(repr(parameters))}", "needs names and values in {}")
-    images = map(str, targets[_IMAGE] if (folder / _MARKERS).is_dir() else ())
-    markers = tuple(_read_markers(folder / _MARKERS / _markers_name(image)) for image in images)
-    return BristolSet(folder, targets, parameters, markers)
+    markers: list[Floats] = []
+    for image in map(str, targets[_IMAGE] if (folder / _MARKERS).is_dir() else ()):
+        path = folder / _MARKERS / _markers_name(image)
+        try:
+            array = np.load(path, allow_pickle=False)
+        except OSError as error:
+            fault = f"cannot be read ({error.strerror})"
+            raise InputError(str(path), fault, "needs the markers of every image") from None
+        except (ValueError, EOFError) as error:
+            raise InputError(str(path), f"is no array ({shorten(str(error))})", "needs x and y of markers") from None
+        if array.ndim != 2 or array.shape[1] != 2 or array.dtype.kind not in "fiu":
+            raise InputError(str(path), f"has shape {array.shape} of {array.dtype}", "needs numbers of shape (n, 2)")
+        markers.append(np.asarray(array, dtype=np.float64))
+    return BristolSet(folder, targets, parameters, tuple(markers))
 
 
 def _markers_name(image: str) -> str:
@@ -72,19 +83,6 @@ def _markers_name(image: str) -> str:
     if not numbers:
         raise InputError(_TARGETS, f"the image {shorten(image)!r} has no number", "needs names such as image_1.png")
     return f"markers_{numbers[-1]}.npy"
-
-
-def _read_markers(path: Path) -> Floats:
-    try:
-        array = np.load(path, allow_pickle=False)
-    except OSError as error:
-        fault = f"cannot be read ({error.strerror})"
-        raise InputError(str(path), fault, "needs the markers of every image") from None
-    except (ValueError, EOFError) as error:
-        raise InputError(str(path), f"is no array ({shorten(str(error))})", "needs x and y of markers") from None
-    if array.ndim != 2 or array.shape[1] != 2 or array.dtype.kind not in "fiu":
-        raise InputError(str(path), f"has shape {array.shape} of {array.dtype}", "needs numbers of shape (n, 2)")
-    return np.asarray(array, dtype=np.float64)
 
 
 def bristol_tracks(data: BristolSet, size: tuple[int, int], frame_rate: float) -> xr.Dataset:

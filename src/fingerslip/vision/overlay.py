@@ -12,6 +12,7 @@ import numpy as np
 from fingerslip.arrays import Flags, Floats
 from fingerslip.errors import InputError
 from fingerslip.vision.fields import larger_principal
+from fingerslip.vision.tracking.layouts import nearest_neighbours
 from fingerslip.vision.tracks import check_tracks
 from fingerslip.vision.video import FINE, STATES, Frame, opencv
 
@@ -106,7 +107,9 @@ def field_frames(frames: Iterable[Frame], fields: xr.Dataset, name: str) -> Iter
         largest = float(np.nanmax(np.hypot(vectors[..., 0], vectors[..., 1]), initial=0.0))
         words += f", longest {largest:.3g} {fields[name].attrs['units']}"
         if name != "displacement" and largest:
-            vectors = vectors * (_LONGEST * _spacing(fields["rest"].values) / largest)
+            rest = fields["rest"].values[~np.isnan(fields["rest"].values).any(axis=1)]
+            spacing = float(np.median(nearest_neighbours(rest)[1])) if len(rest) > 1 else 1.0
+            vectors = vectors * (_LONGEST * spacing / largest)
     elif name in _COLOURS:
         # Where markers have values, triangles have the mean of their corners.
         values = larger_principal(fields[name].values) if name == "strain" else fields[name].values[:, corners].mean(2)
@@ -128,14 +131,6 @@ def field_frames(frames: Iterable[Frame], fields: xr.Dataset, name: str) -> Iter
 def _check_pixels(moving: xr.Dataset, name: str) -> None:
     if moving["position"].attrs["units"] != "px":
         raise InputError(f"{name}: position", "is in m", "needs px, to be drawn on frames")
-
-
-def _spacing(rest: Floats) -> float:
-    """Return the median distance of markers from the nearest other one [px]."""
-    from scipy.spatial import KDTree
-
-    visible = rest[~np.isnan(rest).any(axis=1)]
-    return float(np.median(KDTree(visible).query(visible, k=2)[0][:, 1])) if len(visible) > 1 else 1.0
 
 
 def _draw_all(

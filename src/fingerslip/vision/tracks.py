@@ -148,7 +148,17 @@ def tracks_like(tracks: xr.Dataset, position: ArrayLike, time: ArrayLike, **more
 def check_tracks(tracks: xr.Dataset, where: str = "tracks") -> xr.Dataset:
     """Return tracks that are as all users of them take them to be."""
     _check_variables(tracks, where)
-    _check_labels(tracks, where)
+    axes = tuple(map(str, tracks["axis"].values))
+    if axes not in (AXES[:2], AXES):
+        raise InputError(f"{where}: axis", f"got {axes}", "needs ('x', 'y') or ('x', 'y', 'z')")
+    if tracks["position"].attrs["units"] == "px" and len(axes) > 2:
+        raise InputError(f"{where}: axis", f"got {axes}", "positions in px have the axes x and y")
+    strange = sorted(set(map(str, tracks["kind"].values)) - set(KINDS))
+    if strange:
+        raise InputError(f"{where}: kind", f"got {shorten(repr(strange[0]))}", f"needs one of {', '.join(KINDS)}")
+    numbers, counts = np.unique(tracks["marker"].values, return_counts=True)
+    if (counts > 1).any():
+        raise InputError(f"{where}: marker", f"{numbers[counts > 1][0]} stands twice", "needs each number once")
     _check_values(tracks, where)
     for name, meaning in ATTRIBUTES.items():
         value = tracks.attrs.get(name)
@@ -178,20 +188,6 @@ def _check_variables(tracks: xr.Dataset, where: str) -> None:
             raise InputError(
                 location, f"has the unit {shorten(repr(stated))}", f"needs {allowed}", "convert it, with its unit"
             )
-
-
-def _check_labels(tracks: xr.Dataset, where: str) -> None:
-    axes = tuple(map(str, tracks["axis"].values))
-    if axes not in (AXES[:2], AXES):
-        raise InputError(f"{where}: axis", f"got {axes}", "needs ('x', 'y') or ('x', 'y', 'z')")
-    if tracks["position"].attrs["units"] == "px" and len(axes) > 2:
-        raise InputError(f"{where}: axis", f"got {axes}", "positions in px have the axes x and y")
-    strange = sorted(set(map(str, tracks["kind"].values)) - set(KINDS))
-    if strange:
-        raise InputError(f"{where}: kind", f"got {shorten(repr(strange[0]))}", f"needs one of {', '.join(KINDS)}")
-    numbers, counts = np.unique(tracks["marker"].values, return_counts=True)
-    if (counts > 1).any():
-        raise InputError(f"{where}: marker", f"{numbers[counts > 1][0]} stands twice", "needs each number once")
 
 
 def _check_values(tracks: xr.Dataset, where: str) -> None:

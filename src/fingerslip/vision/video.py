@@ -130,22 +130,16 @@ def _images(folder: Path) -> list[Path]:
 
 
 def _folder_frames(folder: Path, colour: str) -> Iterator[Frame]:
-    first = None
+    cv2, first = opencv(), None
     for path in _images(folder):
-        frame = _image(path, colour)
+        frame: Frame | None = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE if colour == "grey" else cv2.IMREAD_COLOR)
+        if frame is None:
+            raise InputError(str(path), "cannot be read as an image", "needs a whole image file", "record it again")
         first = first or frame.shape
         if frame.shape != first:
             fault = f"is {frame.shape[1]} x {frame.shape[0]} px"
             raise InputError(str(path), fault, f"needs {first[1]} x {first[0]} px, as the first image has")
         yield frame
-
-
-def _image(path: Path, colour: str) -> Frame:
-    cv2 = opencv()
-    frame: Frame | None = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE if colour == "grey" else cv2.IMREAD_COLOR)
-    if frame is None:
-        raise InputError(str(path), "cannot be read as an image", "needs a whole image file", "record it again")
-    return frame
 
 
 def write_video(

@@ -180,24 +180,22 @@ def misfits(points: Floats, layout: LayoutName) -> Flags:
         return ~_lattice(points, centre, _STEPS[layout], _CLOSE)[1]
     ring, _ = _circles(points, centre)
     for members in (np.flatnonzero(ring == number) for number in range(1, int(ring.max()) + 1)):
-        odd[members if len(members) < _FEWEST else _uneven(points, centre, members)] = True
+        if len(members) < _FEWEST:
+            odd[members] = True
+            continue
+        dx, dy = (points[members] - centre).T
+        angle, radius = np.arctan2(dy, dx), np.hypot(dx, dy)
+        order = np.argsort(angle)
+        gaps = np.diff(angle[order], append=angle.min() + 2.0 * math.pi)
+        even = float(np.median(gaps))
+        # Without a member the gaps on its sides become one, which is as wide as the others if it did not belong there.
+        without = np.abs(gaps + np.roll(gaps, 1) - even) / even
+        off = np.abs(radius[order] / np.median(radius) - 1.0) / even
+        # Of two that are too near one stands between the others.
+        first = np.flatnonzero(gaps < _NARROW * even)
+        second = (first + 1) % len(order)
+        odd[members[order[np.where((without - off)[first] <= (without - off)[second], first, second)]]] = True
     return odd
-
-
-def _uneven(points: Floats, centre: Floats, members: Integers) -> Integers:
-    """Return those members of a ring that stand between its others; of two that are too near, one is such."""
-    dx, dy = (points[members] - centre).T
-    angle, radius = np.arctan2(dy, dx), np.hypot(dx, dy)
-    order = np.argsort(angle)
-    gaps = np.diff(angle[order], append=angle.min() + 2.0 * math.pi)
-    even = float(np.median(gaps))
-    # Without a member the gaps on its sides become one, which is as wide as the others if it did not belong there.
-    without = np.abs(gaps + np.roll(gaps, 1) - even) / even
-    off = np.abs(radius[order] / np.median(radius) - 1.0) / even
-    first = np.flatnonzero(gaps < _NARROW * even)
-    second = (first + 1) % len(order)
-    worse = np.where((without - off)[first] <= (without - off)[second], first, second)
-    return members[order[worse]]
 
 
 def _centre(points: Floats) -> Floats:

@@ -16,16 +16,9 @@ from fingerslip.arrays import Flags, Floats
 from fingerslip.errors import FingerslipError
 from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole, read_calibration
 from fingerslip.vision.tracking.layouts import LayoutName, expected_displacement, nearest_neighbours
-from fingerslip.vision.tracking.markers import Markers
 from fingerslip.vision.tracking.tracker import MarkerTracker, SeenMarkers
 from fingerslip.vision.tracks import make_tracks, seen
-from fingerslip.vision.video import (
-    STATES,
-    Channel,
-    Frames,
-    VideoInput,
-    open_frames,
-)
+from fingerslip.vision.video import STATES, Channel, Frames, VideoInput, open_frames
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -271,22 +264,17 @@ def _doubts(tracker: MarkerTracker, rows: Sequence[SeenMarkers], position: Float
     if more.mean() > _WITHOUT:
         blobs = f"up to {without.max()} blobs like markers are visible that no marker has"
         yield f"{name}: in {more.sum()} of {len(rows)} frames {blobs}, the first is frame {np.argmax(more)}"
-    unsure = _unsure(position, markers)
-    if unsure.any():
-        leaping = f"{unsure.any(axis=0).sum()} of {position.shape[1]} markers leap past their neighbours or touch"
-        first = rows[int(np.argmax(unsure.any(axis=1)))].time
-        yield f"{name}: {leaping}, from {first:.2f} s on; who is who is less sure then"
-
-
-def _unsure(position: Floats, markers: Markers) -> Flags:
-    """Tell where markers (n_frames, n_markers, 2) touch another one, or leave their neighbours from frame to frame."""
+    # Where markers leave their neighbours from frame to frame, or touch another one.
     unsure = np.zeros(position.shape[:2], dtype=bool)
     unsure[1:] = _steps_alone(position, markers.neighbours) > _LEAP * markers.spacing
     for frame, here in zip(unsure, position, strict=True):
         seen_here = np.flatnonzero(np.isfinite(here[:, 0]))
         pairs = cKDTree(here[seen_here]).query_pairs(2.0 * float(np.median(markers.radius)), output_type="ndarray")
         frame[seen_here[pairs]] = True
-    return unsure
+    if unsure.any():
+        leaping = f"{unsure.any(axis=0).sum()} of {position.shape[1]} markers leap past their neighbours or touch"
+        first = rows[int(np.argmax(unsure.any(axis=1)))].time
+        yield f"{name}: {leaping}, from {first:.2f} s on; who is who is less sure then"
 
 
 def _moved_at_rest(position: Floats) -> float:
