@@ -29,7 +29,7 @@ def marker_tracks(history: xr.Dataset, kinds: Sequence[str] = KINDS) -> xr.Datas
     rows = {kind: sites_of_kinds(history, [f"{kind} marker"]) for kind in kinds}
     chosen = np.concatenate([*rows.values(), np.empty(0, dtype=np.intp)]).astype(np.intp)
     if not chosen.size:
-        repair = "write record: {groups: [internal_markers]} in the study of a tactip"
+        repair = "a fingertip has none: write record: {groups: [internal_markers]} in the study of a tactip"
         raise InputError("history", "has no markers", "needs recorded sites of a sensor's markers", repair)
     places = history["site_position"].values
     rest, positions = places[chosen], places + history["displacement"].values

@@ -53,6 +53,14 @@ def test_example_in_space_slips_and_has_what_the_page_names(capsys):
 
 
 @pytest.mark.slow
+def test_the_page_of_your_video_makes_its_clip_and_finds_slip_beside_the_truth(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    names = run_page(DOCS / "slip-in-your-video.md")
+    assert (tmp_path / "clips" / "slide.mkv").is_file()
+    assert names["onsets"].incipient == pytest.approx(names["slide"].labels["contact"].incipient, abs=0.05)
+
+
+@pytest.mark.slow
 def test_example_of_slip_detection_finds_slip_and_says_that_it_is_no_result(tmp_path, monkeypatch, capsys):
     assert "and are no result" in (ROOT / "docs" / "detection.md").read_text(encoding="utf-8")
     monkeypatch.chdir(tmp_path)

@@ -214,7 +214,7 @@ def evaluate_classifiers(
             for name, entry in all_frames.items()
         }
         labels = {name: onsets[name] for name in trials.names}
-        write_evaluation(tables, judged, labels, output, f"Evaluation on {trials.title}")
+        write_evaluation(tables, judged, labels, output, f"Evaluation: {trials.title}")
     run.parts.remove()
     return tables
 

@@ -200,7 +200,7 @@ class ReportContent:
     @cached_property
     def titles(self) -> dict[str, str]:
         """Title of each run by its name."""
-        return {run.name: run_title(run, self.title) for run in self.study.runs}
+        return {run.name: run_title(run, "the run") for run in self.study.runs}
 
     @property
     def drawn(self) -> tuple[RunResult, ...]:

@@ -106,8 +106,8 @@ def swept_text(value: object) -> str | float | int | bool | None:
     return value if isinstance(value, int | None) else without_rounding(str(value))
 
 
-def run_title(result: RunResult, study: str) -> str:
-    """Return the title of a run: its swept values, or the title of the study where nothing is swept."""
+def run_title(result: RunResult, alone: str) -> str:
+    """Return the title of a run: its swept values, or what it is called `alone`, where nothing is swept."""
 
     def text(value: object) -> str:
         if isinstance(value, bool):
@@ -115,7 +115,7 @@ def run_title(result: RunResult, study: str) -> str:
         return f"({swept_text(value)})" if isinstance(value, list | tuple) else str(swept_text(value))
 
     labels = path_labels(tuple(result.swept))
-    return ", ".join(f"{labels[path]} {text(value)}" for path, value in result.swept.items()) or study or result.name
+    return ", ".join(f"{labels[path]} {text(value)}" for path, value in result.swept.items()) or alone or result.name
 
 
 def first_named(names: Sequence[str], most: int = 3) -> str:

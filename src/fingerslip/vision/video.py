@@ -242,11 +242,13 @@ def open_frames(video: VideoInput, frame_rate: float | None = None, channel: Cha
 
 def grey_frame(frame: NDArray[Any], channel: Channel, name: str) -> Frame:
     """Return a frame as grey levels from 0 to 255."""
+    frame = np.asarray(frame)
     if frame.dtype == np.uint16:
         frame = (frame >> 8).astype(np.uint8)
     if frame.dtype != np.uint8 or frame.ndim not in (2, 3) or (frame.ndim == 3 and frame.shape[2] not in (1, 3, 4)):
         fault = f"a frame has the type {frame.dtype} and shape {frame.shape}"
-        raise InputError(name, fault, "needs uint8 or uint16, (height, width) or (height, width, 3)")
+        allowed = "needs uint8 or uint16, (height, width) or (height, width, 3)"
+        raise InputError(name, fault, allowed, "write np.asarray(frame, dtype=np.uint8) for one frame")
     if frame.ndim == 3 and frame.shape[2] == 1:
         frame = frame[:, :, 0]
     elif frame.ndim == 3 and channel == "grey":
@@ -338,7 +340,7 @@ def live_frames(source: Source, channel: Channel = "grey") -> Iterator[tuple[flo
     is_camera = isinstance(source, int | str) or hasattr(source, "read")
     rows: Any = _camera_frames(source, name) if is_camera else source
     for time, frame in rows:
-        yield float(time), grey_frame(np.asarray(frame), channel, name)
+        yield float(time), grey_frame(frame, channel, name)
 
 
 def _camera_frames(source: Any, name: str) -> Iterator[tuple[float, NDArray[Any]]]:

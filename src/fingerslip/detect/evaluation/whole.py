@@ -73,7 +73,7 @@ def evaluate_whole(
     ]
     if output is not None:
         labels = dict.fromkeys(slips, Onsets(None, None))
-        write_evaluation(tables, judged, labels, output, f"Evaluation on {trials.title}")
+        write_evaluation(tables, judged, labels, output, f"Evaluation: {trials.title}")
     return tables
 
 

@@ -374,25 +374,21 @@ def sample_mistakes(
     """
     if any(is_below(mistake.where, SAMPLE) for mistake in mistakes):
         return []
+    # Of a field that is wrong no path is known, but what a value at it is answered.
     wrong_fields = {mistake.where.partition(".")[0] for mistake in mistakes} - paths.keys()
-    groups = {
-        group: {
-            path: values
-            for path, values in (plain[SAMPLE].get(group) or {}).items()
-            if path.partition(".")[0] not in wrong_fields
-        }
-        for group in ("ranges", "choices", "equal")
-    }
+    groups = {group: plain[SAMPLE].get(group) or {} for group in ("ranges", "choices", "equal")}
     unknown = [
         mistake
         for group, values in groups.items()
-        for mistake in unknown_paths({path: path for path in values}, paths, f"sample.{group}")
+        for mistake in unknown_paths(
+            {path: path for path in values if path.partition(".")[0] not in wrong_fields}, paths, f"sample.{group}"
+        )
     ]
     misnamed, elsewhere = ({mistake.where for mistake in mistakes_of} for mistakes_of in (unknown, mistakes))
     equal = {path: other for path, other in groups["equal"].items() if f"sample.equal.{path}" not in misnamed}
     values = [
         InputError(
-            f"sample.{group}.{path}.{number}",
+            f"sample.{group}.{path}" if is_name else f"sample.{group}.{path}.{number}",
             mistake.found if mistake.where == path else f"makes {mistake.where} wrong: {mistake.found}",
             mistake.allowed,
             mistake.repair,
@@ -400,8 +396,11 @@ def sample_mistakes(
         for group in ("ranges", "choices")
         for path, ends in groups[group].items()
         if f"sample.{group}.{path}" not in misnamed
+        and plain.get(path.partition(".")[0])
+        and _leads_to(plain, path, ends)
         for number, value in enumerate(ends)
         for mistake in check(dict.fromkeys((path, *(twin for twin, other in equal.items() if other == path)), value))
         if mistake.where not in elsewhere
+        and not (is_name := (mistake.where, mistake.found) == (path, "is not known")) * number
     ]
     return [*unknown, *values]

@@ -10,6 +10,8 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
+import numpy as np
+
 from fingerslip.dynamics.recording.schedule import record_bytes, step_times
 from fingerslip.dynamics.system.scheme import has_inertia
 from fingerslip.errors import InputError, Mistakes
@@ -179,6 +181,7 @@ def _size(job: Job) -> tuple[int, int, int | str, float]:
 
 
 _STUDIES = (".yaml", ".yml")
+_LIKELY = (1e-4, 0.5)  # extents of a body that nobody doubts [m]
 _PICTURES = (".png", ".svg", ".pdf")
 
 
@@ -249,6 +252,9 @@ def save_mesh(
     first, *others = inspected.tables
     assumes = suffix is not None and MeshFile(target, unit).assumes_metres
     note = f"{first.note}; lengths are taken as metres without --unit" if assumes else first.note
+    extent = float(np.ptp(inspected.mesh.p, axis=1).max())
+    if suffix is not None and not _LIKELY[0] <= extent <= _LIKELY[1]:
+        note += f"\nWARNING: it is {extent:.3g} m large: say the unit of its lengths, such as --unit mm."
     return (dataclasses.replace(first, title=str(path), note=note), *others)
 
 

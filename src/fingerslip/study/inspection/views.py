@@ -277,7 +277,7 @@ def _study_subject(target: Path, choice: FigureChoice) -> StudySubject:
         needs = f"one of {', '.join(paths)}" if paths else "a study with a sweep"
         raise InputError("figure: --over", f"'{choice.path}' is not swept", f"needs {needs}")
     with_panels = () if choice.kind in {*_OVER, "sensitivity"} else study.runs[:MOST_RUNS]
-    drawn = {run_title(run, study.title): run for run in with_panels}
+    drawn = {run_title(run, "the run"): run for run in with_panels}
     references = [published_set(name) for name in study.compare]
     values = tuple(value for reference in references for value in reference.values)
     path = choice.path or (paths[0] if paths else "")

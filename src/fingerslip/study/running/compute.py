@@ -382,7 +382,6 @@ def without_main_module() -> Iterator[None]:
 class Drawing:
     """What a report will show of a run alone."""
 
-    title: str  # title of the study
     contact: bool  # whether the run is shown in detail
     model: bool  # whether its model is shown at the start
 
@@ -396,9 +395,9 @@ def drawings_of(plan: Plan, jobs: Sequence[Job]) -> dict[str, Drawing]:
 
     if plan.study.sample or plan.study.reaction:
         return {}
-    title, first = plan.study.title or plan.folder.name, {run.name for run in plan.runs[: detailed_of(len(plan.runs))]}
+    first = {run.name for run in plan.runs[: detailed_of(len(plan.runs))]}
     models = {id(job.model.mesh): job.run.name for job in reversed(jobs)}.values()
-    named = {job.run.name: Drawing(title, job.run.name in first, job.run.name in models) for job in jobs}
+    named = {job.run.name: Drawing(job.run.name in first, job.run.name in models) for job in jobs}
     return {name: drawing for name, drawing in named.items() if drawing.contact or drawing.model}
 
 
@@ -410,6 +409,5 @@ def draw_run(finished: Finished, drawing: Drawing) -> RunPictures:
     from fingerslip.report.page.pictures import draw_ahead
 
     result = finished.result
-    title = run_title(result, drawing.title)
-    run = RunSubject(finished.history, result.events, name=result.name, title=title)
+    run = RunSubject(finished.history, result.events, name=result.name, title=run_title(result, "the run"))
     return draw_ahead(run, contact=drawing.contact, model=drawing.model)

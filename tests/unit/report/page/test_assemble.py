@@ -84,7 +84,9 @@ def test_both_origins_of_times_and_what_may_be_quoted_are_said(starts, is_said):
 @pytest.mark.slow
 def test_single_run_is_called_the_run_and_unrecorded_readings_have_no_table():
     history = make(Process()).drop_dims("site")
-    report = study_report(content_of((result_of(history, "run", {}),), {"run": history}))
+    content = content_of((result_of(history, "run", {}),), {"run": history})
+    assert content.titles == {"run": "the run"}
+    report = study_report(content)
     assert [section.title for section in report.sections] == [
         "Slip events", "How slip events are defined", "In motion", "Energy balance", "The run", "Citations"
     ]  # fmt: skip

@@ -267,6 +267,20 @@ def test_the_seed_decides_samples_those_that_are_equal_follow_and_wrong_ones_are
     assert sample_mistakes(block_values() | {"sample": {}}, known, {}, lambda _: []) == []
 
 
+def test_a_value_without_a_unit_hides_no_path_and_no_end_of_a_range_of_its_group():
+    ranges = {"programme.0.press.zork": [0.1, 0.2], "programme.0.press.speed": [1, 2]}
+    values = finger(ranges={HEIGHT: ["6 mm", "7 mm"]} | ranges)
+    values["programme"][0]["press"]["depth"] = 45
+    with pytest.raises(InputError) as caught:
+        parse_study(values, SOURCE)
+    places = [mistake.where.removeprefix(f"{SOURCE}: ") for mistake in caught.value.all]
+    assert places == [
+        "programme.0.press.depth",
+        "sample.ranges.programme.0.press.zork",
+        *(f"sample.ranges.programme.0.press.speed.{number}" for number in range(2)),
+    ]
+
+
 def test_a_study_with_samples_reads_back_the_same_and_gives_its_ranges_and_the_lines_of_mistakes(tmp_path):
     path = tmp_path / "x.yaml"
     path.write_text(

@@ -224,7 +224,9 @@ def test_a_deck_is_drawn_and_what_it_has_besides_a_mesh_is_told(write_study, tmp
     assert (said[0].note, said[1].note) == (quality.note, f"Assumed: {weightless}.")
     Path("silent.feb").write_text(FEBIO.replace("<units>mm-N-s</units>", ""), encoding="latin-1")
     silent = save_mesh("silent.feb", tmp_path / "pad.vtu")
-    assert silent[0].note.endswith("lengths are taken as metres without --unit")
+    assert silent[0].note.endswith(
+        "metres without --unit\nWARNING: it is 2 m large: say the unit of its lengths, such as --unit mm."
+    )
     assert silent[1].note.startswith("Assumed: the file names no units, so moduli are taken in N/m^2; 1000 kg/m^3")
     assert Path(quality.title).read_bytes().startswith(b"\x89PNG")
     # What is printed goes into a study as it is.

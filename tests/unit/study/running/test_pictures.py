@@ -46,15 +46,15 @@ def test_runs_in_detail_are_drawn_with_the_first_model_of_each_mesh_unless_sampl
     assert all(one.contact for one in drawings.values())
     assert [one.model for one in drawings.values()] == [True] + [False] * (len(NAMES) - 1)
     resumed = drawings_of(plan, jobs[1:])
-    assert resumed[jobs[1].run.name] == Drawing("Block on a plate", contact=True, model=True)
+    assert resumed[jobs[1].run.name] == Drawing(contact=True, model=True)
     assert drawings_of(dataclasses.replace(plan, study=SimpleNamespace(sample=object())), jobs) == {}
     # Of many runs only those are drawn that a report shows.
     frictions = [0.1 + 0.01 * number for number in range(MOST_RUNS + 2)]
     plan, jobs = planned(write_study(block_values() | {"sweep": {"contact.friction_coefficient": frictions}}))
     first, later = jobs[0].run.name, jobs[MOST_RUNS].run.name
-    assert drawings_of(plan, jobs) == {first: Drawing("Block on a plate", contact=True, model=True)}
+    assert drawings_of(plan, jobs) == {first: Drawing(contact=True, model=True)}
     late = drawings_of(plan, jobs[MOST_RUNS:])
-    assert late == {later: Drawing("Block on a plate", contact=False, model=True)}
+    assert late == {later: Drawing(contact=False, model=True)}
 
 
 @pytest.mark.slow
