@@ -45,6 +45,7 @@ _FRONTIERS: tuple[dict[str, Any], ...] = (
     {"color": BLACK, "linestyle": (0, (3, 2)), "linewidth": 1.2},
 )
 _DOT: dict[str, Any] = {"marker": "o", "markersize": 4.0, "markeredgecolor": "white", "color": VERMILLION}
+_NAME_REACH, _NAME_HEIGHT = 0.22, 1.5  # of a name in that axis: a share of its width, and a factor
 _LOWEST = 4.0  # [ms], the lower end of the axis of critical latencies
 # Lines that cover each other are ever thinner, so that all can be seen. Looks are cycled through by numbers without a
 # common factor: the first 21 panels and 20 detectors differ.
@@ -195,11 +196,14 @@ def _finish_rates(axes: Axes, rates: Sequence[float], delays: Mapping[str, float
     axes.set_xticks([], minor=True)
     axes.set_ylim(_LOWEST, max(axes.get_ylim()[1], 1.2 * axes.dataLim.y1))
     axes.yaxis.set_major_formatter("{x:g}")
+    curves, reach = [line.get_data() for line in axes.lines], rates[0] * (rates[-1] / rates[0]) ** _NAME_REACH
     for name, delay in delays.items():
         axes.axhline(delay, color=GREY, linewidth=0.8, zorder=1)
-        place: dict[str, Any] = {"ha": "right", "va": "bottom", "clip_on": True, "zorder": 5}
+        # Curves fall: a name that is below all of them has room at the left.
+        below = all(np.interp(reach, *curve) > _NAME_HEIGHT * delay for curve in curves)
+        place: dict[str, Any] = {"ha": "left" if below else "right", "va": "bottom", "clip_on": True, "zorder": 5}
         place["transform"] = axes.get_yaxis_transform()
-        text = axes.text(1.0, 1.04 * delay, f"{name} {delay:.0f}", color=GREY, fontsize=7.0, **place)
+        text = axes.text(0.01 if below else 1.0, 1.04 * delay, f"{name} {delay:.0f}", color=GREY, fontsize=7.0, **place)
         text.set_bbox({"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.5})
 
 

@@ -212,6 +212,8 @@ def test_figures_draw_the_reactions_of_the_study_alone(reactions):
         assert words == (lines or ["this reflex", "human-slip", "gripper"])
         assert len({line.get_marker() for line in rates.lines[:2]}) == 2
         assert rates.get_ylim()[1] > 1.1 * 60.0, "no dot is cut"
+        sides = {text.get_text().rpartition(" ")[0]: text.get_ha() for text in rates.texts}
+        assert all(side == ("left" if name == "this reflex" else "right") for name, side in sides.items())
     figure = map_figure(reactions)
     assert figure.legends[0].get_texts()[0].get_text() == "human-slip, 74 ms: saves the objects to the left"
     critical = dict.fromkeys("abcdef", 0.05)

@@ -25,7 +25,7 @@ from fingerslip.slip.windows import EVENTS
 #: Of a run whose events are not known.
 NO_EVENTS = Events()
 _SLIDE = "slide starts"
-_LABEL_GAP, _NAME_ABOVE = 0.4, 4.0  # between names of events [inch], and from their panel up to them [points]
+_LABEL_GAP, _NAME_ABOVE = 0.05, 4.0  # between names of events [inch a point of them], from their panel up [points]
 _SHOWN_AFTER = 0.35  # of the time from the start of the slide to overall slip
 # Records of steps that follow a hold grow apart by orders of magnitude, even ones by rounding.
 _GROWTH = 20.0
@@ -124,7 +124,7 @@ def _name_times(axes: Axes, times: Mapping[str, float]) -> None:
             continue
         fraction = (time - left) / (right - left)
         position = max(fraction, reached)
-        reached = position + _LABEL_GAP * columns / width
+        reached = position + _LABEL_GAP * size * columns / width
         colour = palette.EVENT_COLOURS.get(name, palette.GREY)
         look: dict[str, Any] = {"fontsize": size, "color": colour, "rotation_mode": "anchor", "rotation": 32}
         look |= {"xycoords": "axes fraction", "textcoords": ("axes fraction", "offset points")}

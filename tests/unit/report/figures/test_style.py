@@ -127,6 +127,10 @@ def test_names_stand_beside_their_lines_and_apart_and_none_beyond_the_panel():
     time_axis.mark_panels([other], HISTORY, SlipEvents(incipient=1.2, overall=9.0))
     other.set_xlim(0.0, 2.0)
     assert texts(other) == ["slide starts", "incipient"]
+    with style.looking("slides"):
+        style.with_style(time_axis.mark_panels)([other], HISTORY, SlipEvents(three_quarter=1.495, overall=1.5))
+    three_quarter, overall = (text.get_position()[0] for text in other.texts[-2:])
+    assert overall - three_quarter > 1.7 * 0.39 / 6.6, "larger letters are farther apart"
     _, (axes, bare) = style.figure_grid(2, 1, (3.0, 2.0), "", ("", ""))
     axes.set_xlim(0.0, 2.0)
     time_axis.mark_panels([axes], HISTORY, EVENTS.slip)
