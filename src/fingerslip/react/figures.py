@@ -196,7 +196,8 @@ def _finish_rates(axes: Axes, rates: Sequence[float], delays: Mapping[str, float
     axes.set_xticks([], minor=True)
     axes.set_ylim(_LOWEST, max(axes.get_ylim()[1], 1.2 * axes.dataLim.y1))
     axes.yaxis.set_major_formatter("{x:g}")
-    curves, reach = [line.get_data() for line in axes.lines], rates[0] * (rates[-1] / rates[0]) ** _NAME_REACH
+    curves: Any = [line.get_data() for line in axes.lines]
+    reach = rates[0] * (rates[-1] / rates[0]) ** _NAME_REACH
     for name, delay in delays.items():
         axes.axhline(delay, color=GREY, linewidth=0.8, zorder=1)
         # Curves fall: a name that is below all of them has room at the left.
