@@ -83,11 +83,6 @@ class Share:
     weights: Floats  # (k,), its share at each [-]
 
     @cached_property
-    def is_alone(self) -> bool:
-        """Whether no other material has a share in any of the points."""
-        return bool((self.weights == 1.0).all())
-
-    @cached_property
     def rows(self) -> Integers | slice:
         """The points, as a slice where they follow each other: what it takes need not be copied."""
         follow = self.points.size > 0 and bool((np.diff(self.points) == 1).all())
@@ -166,7 +161,8 @@ class Recovery:
             strains_of_share = np.ascontiguousarray(np.moveaxis(strains[..., share.rows, :], -1, 0))
             values = law(share.material, strains_of_share.reshape(len(strains_of_share), -1).T).T
             values = values.reshape(components, *strains_of_share.shape[1:])
-            if share.is_alone:
+            # Where no other material has a share, nothing is added up.
+            if (share.weights == 1.0).all():
                 rows[..., share.rows] = values
             else:
                 rows[..., share.rows] += share.weights * values

@@ -141,7 +141,8 @@ class Inclusions:
         positions, turn = self.arms + self._read(displacement), self.rotations(displacement)
         shift = self.means @ positions
         strained = _turned_back(turn[self.owner], positions - shift[self.owner]) - self.arms
-        return Local(since, strained, shift, self._vectors(turn @ np.swapaxes(start, 1, 2)))
+        turned = Rotation.from_matrix(turn @ np.swapaxes(start, 1, 2))
+        return Local(since, strained, shift, turned.as_rotvec())
 
     def since(self, flat: Floats, predictor: Floats, start: Floats) -> Floats:
         """Return the displacement since a predictor, both (n,) [m], of coordinates (n + 3 m + 6 k,)."""
@@ -150,26 +151,26 @@ class Inclusions:
         sizes = 3 * np.array([len(self.arms), len(self._inertia), len(self._inertia)])
         values, *parts = np.split(flat, flat.size - np.cumsum(sizes[::-1])[::-1])
         strained, shift, turn = (part.reshape(-1, 3) for part in parts)
-        arms = _turned((self._matrices(turn) @ start)[self.owner], self.arms + strained)
+        arms = _turned((Rotation.from_rotvec(turn).as_matrix() @ start)[self.owner], self.arms + strained)
         return self._written(values, arms + shift[self.owner] - self.arms - self._read(predictor))
 
     def moved(self, local: Local, change: Floats, start: Floats) -> Floats:
         """Return the coordinates (n + 3 m + 6 k,) after a linear change of displacements (n,) [m]."""
         if not self.owner.size:
             return local.values + change
-        since = self._matrices(local.turn)
+        since: Floats = Rotation.from_rotvec(local.turn).as_matrix()
         matrices = since @ start
         shift, turn, rest = self._split(self._read(change), matrices)
         rest -= np.cross(turn[self.owner], _turned(matrices[self.owner], local.strained))
         strained = local.strained + _turned_back(matrices[self.owner], rest)
-        turns = self._vectors(self._matrices(turn) @ since)
-        return Local(local.values + change, strained, local.shift + shift, turns).flat()
+        turns = Rotation.from_matrix(Rotation.from_rotvec(turn).as_matrix() @ since)
+        return Local(local.values + change, strained, local.shift + shift, turns.as_rotvec()).flat()
 
     def motion(self, values: Floats, local: Local, start: Floats) -> Floats:
         """Return T x of a motion x (n,), from rotations R_0 (k, 3, 3) to where inclusions are."""
         if not self.owner.size:
             return values
-        since, owner = self._matrices(local.turn), self.owner
+        since, owner = Rotation.from_rotvec(local.turn).as_matrix(), self.owner
         shift, turn, rest = self._split(self._read(values), start)
         across = np.cross(turn[owner], _turned((since @ start)[owner], self.arms))
         return self._written(values, shift[owner] + across + _turned(since[owner], rest))
@@ -178,20 +179,12 @@ class Inclusions:
         """Return T^T f of forces f (n,); see :meth:`motion`."""
         if not self.owner.size:
             return values
-        since, owner, forces = self._matrices(local.turn), self.owner, self._read(values)
+        since, owner, forces = Rotation.from_rotvec(local.turn).as_matrix(), self.owner, self._read(values)
         mean, moment = self.means @ forces, self.means @ np.cross(_turned((since @ start)[owner], self.arms), forces)
         mean -= _turned_back(since, mean)
         turn = self._per_moment(moment - _turned_back(since, moment), start)
         across = np.cross(turn[owner], _turned(start[owner], self.arms))
         return self._written(values, _turned_back(since[owner], forces) + mean[owner] + across)
-
-    def _matrices(self, vectors: Floats) -> Floats:
-        """Return the rotations (k, 3, 3) of rotation vectors (k, 3) [rad]."""
-        return np.asarray(Rotation.from_rotvec(vectors).as_matrix())
-
-    def _vectors(self, matrices: Floats) -> Floats:
-        """Return the rotation vectors (k, 3) [rad] of rotations (k, 3, 3)."""
-        return np.asarray(Rotation.from_matrix(matrices).as_rotvec())
 
     def _split(self, change: Floats, turn: Floats) -> tuple[Floats, Floats, Floats]:
         """Return the mean shifts (k, 3) and rotations (k, 3) of changes (m, 3), and what is left of these (m, 3)."""
