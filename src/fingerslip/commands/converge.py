@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
+from typer import Option, echo
 
 from fingerslip.commands.shared import AsJson, Markdown, Quiet, Results, Studies, Workers, print_tables, screen_progress
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 def converge(
     studies: Studies,
-    runs: Annotated[list[str] | None, typer.Option("--run", metavar="NAME", help="Only this run; repeatable.")] = None,
+    runs: Annotated[list[str] | None, Option("--run", metavar="NAME", help="Only this run; repeatable.")] = None,
     results: Results = Path("results"),
     workers: Workers = 2,
     *,
@@ -36,9 +36,9 @@ def converge(
         )
         tables += convergence.tables
         if markdown:
-            typer.echo(convergence.markdown)
+            echo(convergence.markdown)
         elif not as_json:
             print_tables(convergence.tables)
-            typer.echo(f"figures: {convergence.figures}")
+            echo(f"figures: {convergence.figures}")
     if as_json and not markdown:
         print_tables(tables, as_json)

@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
+from typer import Argument, Option, echo
 
 from fingerslip.commands.shared import (
     AsJson,
@@ -22,30 +22,18 @@ from fingerslip.commands.shared import (
 if TYPE_CHECKING:
     from fingerslip.tables.table import Table
 
-DataSet = Annotated[Path, typer.Argument(metavar="DATASET", help="Folder of trials.", show_default=False)]
-NewDataSet = Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder of the data set.")]
-Classifier = Annotated[
-    str, typer.Option("--classifier", metavar="NAME[:SET+...]", help="Its name, and other sets of features.")
-]
-Classifiers = Annotated[
-    list[str] | None, typer.Option("--classifier", metavar="NAME[:SET+...]", help="Only this one; repeatable.")
-]
-Labels = Annotated[
-    str, typer.Option("--labels", metavar="SOURCE|CSV", help="Source of the labels, or a CSV file of onset times.")
-]
-RestFrames = Annotated[
-    int, typer.Option("--rest", metavar="FRAMES", min=1, help="Frames at rest at the start of a trial.")
-]
-Window = Annotated[int, typer.Option("--window", min=2, help="Frames in a velocity.")]
-Samples = Annotated[
-    str, typer.Option("--samples", metavar="A,B,C,D", help="Frames a trial: no slip, first and more incipient, gross.")
-]
-Least = Annotated[
-    float, typer.Option("--least", metavar="SHARE", min=0.0, max=1.0, help="Share of these that a trial needs.")
-]
-Seed = Annotated[int, typer.Option("--seed", help="Seed of splits, samples and classifiers.")]
-Pictures = Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder for tables and figures.")]
-Cores = Annotated[int, typer.Option("--workers", metavar="N", min=1, help="Cores to use.")]
+DataSet = Annotated[Path, Argument(metavar="DATASET", help="Folder of trials.")]
+NewDataSet = Annotated[Path, Option("-o", "--output", metavar="DIR", help="Folder of the data set.")]
+Classifier = Annotated[str, Option(metavar="NAME[:SET+...]", help="Its name, and other sets of features.")]
+Classifiers = Annotated[list[str] | None, Option(metavar="NAME[:SET+...]", help="Only this one; repeatable.")]
+Labels = Annotated[str, Option(metavar="SOURCE|CSV", help="Source of the labels, or a CSV file of onset times.")]
+RestFrames = Annotated[int, Option("--rest", metavar="FRAMES", min=1, help="Frames at rest at the start of a trial.")]
+Window = Annotated[int, Option(min=2, help="Frames in a velocity.")]
+Samples = Annotated[str, Option(metavar="A,B,C,D", help="Frames a trial: no slip, first and more incipient, gross.")]
+Least = Annotated[float, Option(metavar="SHARE", min=0.0, max=1.0, help="Share of these that a trial needs.")]
+Seed = Annotated[int, Option(help="Seed of splits, samples and classifiers.")]
+Pictures = Annotated[Path, Option("-o", "--output", metavar="DIR", help="Folder for tables and figures.")]
+Cores = Annotated[int, Option(metavar="N", min=1, help="Cores to use.")]
 
 
 def _choices(
@@ -70,7 +58,7 @@ def _print(tables: Sequence[Table], markdown: bool, as_json: bool, output: Path 
 
     text = output_tables(tables, output)
     if markdown:
-        typer.echo(text, nl=False)
+        echo(text, nl=False)
     else:
         print_tables(tables, as_json)
 
@@ -80,10 +68,10 @@ def detect() -> None:
 
 
 def simulate(
-    study: Annotated[Path, typer.Argument(metavar="STUDY", help="Study file with 'trials'.", show_default=False)],
+    study: Annotated[Path, Argument(metavar="STUDY", help="Study file with 'trials'.")],
     *,
     output: NewDataSet = Path("trials"),
-    parquet: Annotated[Path | None, typer.Option(metavar="FILE", help="Write one table of all frames too.")] = None,
+    parquet: Annotated[Path | None, Option(metavar="FILE", help="Write one table of all frames too.")] = None,
     workers: Cores = 2,
     quiet: Quiet = False,
 ) -> None:
@@ -91,26 +79,24 @@ def simulate(
     from fingerslip.study.trials.simulate import simulate_trials
 
     trials = simulate_trials(study, output, workers=workers, progress=screen_progress(quiet))
-    typer.echo(f"{output}: {len(trials.names)} trials")
+    echo(f"{output}: {len(trials.names)} trials")
     if parquet is not None:
         from fingerslip.detect.trials import write_parquet
 
         write_parquet(trials, parquet)
-        typer.echo(f"{parquet}: a row for each frame")
+        echo(f"{parquet}: a row for each frame")
 
 
 @with_options("tracking", tracking_options)
 def collect(
-    recordings: Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder of videos or tracks.")],
-    conditions: Annotated[Path, typer.Argument(metavar="CSV", help="Table with a row for each file.")],
+    recordings: Annotated[Path, Argument(metavar="FOLDER", help="Folder of videos or tracks.")],
+    conditions: Annotated[Path, Argument(metavar="CSV", help="Table with a row for each file.")],
     *,
     output: NewDataSet = Path("trials"),
-    labels: Annotated[Path | None, typer.Option(metavar="CSV", help="Onset times of your own.")] = None,
-    title: Annotated[str, typer.Option(help="What the data card says first.")] = "Recorded trials",
+    labels: Annotated[Path | None, Option(metavar="CSV", help="Onset times of your own.")] = None,
+    title: Annotated[str, Option(help="What the data card says first.")] = "Recorded trials",
     tracking: Any,
-    external_markers: Annotated[
-        int | None, typer.Option(metavar="N", min=1, help="Markers of the outer camera.")
-    ] = None,
+    external_markers: Annotated[int | None, Option(metavar="N", min=1, help="Markers of the outer camera.")] = None,
 ) -> None:
     """Make a data set of recordings that a table names, with their conditions: videos, which are tracked, or tracks.
 
@@ -119,36 +105,34 @@ def collect(
     from fingerslip.detect.session import collect_trials
 
     more: dict[str, Any] = {"tracking": tracking, "external_markers": external_markers}
-    typer.echo(collect_trials(recordings, conditions, output, labels=labels, title=title, **more))
+    echo(collect_trials(recordings, conditions, output, labels=labels, title=title, **more))
 
 
 def film(
-    results: Annotated[Path, typer.Argument(metavar="RESULTS", help="Folder of a sensor's study.", show_default=False)],
+    results: Annotated[Path, Argument(metavar="RESULTS", help="Folder of a sensor's study.")],
     *,
     output: NewDataSet = Path("trials"),
-    title: Annotated[str, typer.Option(help="What the data card says first.")] = "Simulated trials",
+    title: Annotated[str, Option(help="What the data card says first.")] = "Simulated trials",
     seed: Seed = 0,
 ) -> None:
     """Make a data set of simulated runs: what two cameras see of each slide or pouring, and its labels."""
     from fingerslip.detect.session import film_runs
 
-    typer.echo(film_runs(results, output, title, seed))
+    echo(film_runs(results, output, title, seed))
 
 
 @with_options("choices", _choices)
 def train(
     dataset: DataSet,
     *,
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Folder of the detector.")] = Path(
-        "detector"
-    ),
+    output: Annotated[Path, Option("-o", "--output", metavar="DIR", help="Folder of the detector.")] = Path("detector"),
     classifier: Classifier = "forest",
     choices: Any,
 ) -> None:
     """Train a detector on the trials of a data set that are no test trials of the benchmark, and write it."""
     from fingerslip.detect.session import train_detector
 
-    typer.echo(train_detector(dataset, output, classifier, choices))
+    echo(train_detector(dataset, output, classifier, choices))
 
 
 @with_options("choices", _choices)
@@ -157,13 +141,11 @@ def evaluate(
     *,
     classifier: Classifiers = None,
     output: Pictures = Path("evaluation"),
-    folds: Annotated[int, typer.Option(min=2, help="Folds, grouped by trial.")] = 5,
-    group: Annotated[
-        str | None, typer.Option(metavar="CONDITION", help="Keep trials of one value in one fold.")
-    ] = None,
-    whole: Annotated[bool, typer.Option("--whole", help="Ask of whole trials alone: slip, or none?")] = False,
+    folds: Annotated[int, Option(min=2, help="Folds, grouped by trial.")] = 5,
+    group: Annotated[str | None, Option(metavar="CONDITION", help="Keep trials of one value in one fold.")] = None,
+    whole: Annotated[bool, Option("--whole", help="Ask of whole trials alone: slip, or none?")] = False,
     leave_out: Annotated[
-        list[str] | None, typer.Option(metavar="CONDITION", help="Leave out by this too; repeatable.")
+        list[str] | None, Option(metavar="CONDITION", help="Leave out by this too; repeatable.")
     ] = None,
     choices: Any,
     markdown: Markdown = False,
@@ -185,7 +167,7 @@ def evaluate(
         options: dict[str, Any] = {"folds": folds, "group": group, "leave_out": leave_out or (), "output": output}
         tables = evaluate_classifiers(dataset, classifier or (), choices, **options)
     _print(tables, markdown, as_json)
-    typer.echo(f"tables: {output}\npage: {output / 'evaluation.html'}", err=markdown or as_json)
+    echo(f"tables: {output}\npage: {output / 'evaluation.html'}", err=markdown or as_json)
 
 
 @with_options("choices", _choices)
@@ -194,11 +176,11 @@ def inquire(
     *,
     classifier: Classifier = "forest",
     output: Pictures = Path("inquiry"),
-    lost: Annotated[str, typer.Option(metavar="A,B,...", help="Shares of positions lost.")] = "0,0.1,0.2,0.3,0.4,0.5",
+    lost: Annotated[str, Option(metavar="A,B,...", help="Shares of positions lost.")] = "0,0.1,0.2,0.3,0.4,0.5",
     noise: Annotated[
-        str, typer.Option(metavar="A,B,...", help="Noise added, in the unit of the tracks.")
+        str, Option(metavar="A,B,...", help="Noise added, in the unit of the tracks.")
     ] = "0,0.02,0.05,0.1,0.2,0.5",
-    slower: Annotated[str, typer.Option(metavar="A,B,...", help="Only every nth frame.")] = "1,2,4,8",
+    slower: Annotated[str, Option(metavar="A,B,...", help="Only every nth frame.")] = "1,2,4,8",
     choices: Any,
     as_json: AsJson = False,
 ) -> None:
@@ -211,7 +193,7 @@ def inquire(
     answers = asked(dataset, classifier, choices, levels_of(lost=lost, noise=noise, slower=slower))
     write_inquiry(answers, output)
     print_tables(answers.tables.values(), as_json)
-    typer.echo(f"tables and figures: {output}", err=as_json)
+    echo(f"tables and figures: {output}", err=as_json)
 
 
 def vary(
@@ -219,12 +201,12 @@ def vary(
     *,
     classifier: Classifiers = None,
     output: Pictures = Path("assumptions"),
-    folds: Annotated[int, typer.Option(min=2, help="Folds, grouped by trial.")] = 5,
+    folds: Annotated[int, Option(min=2, help="Folds, grouped by trial.")] = 5,
     by: Annotated[
-        list[str] | None, typer.Option(metavar="CONDITION", help="List accuracies by this too; repeatable.")
+        list[str] | None, Option(metavar="CONDITION", help="List accuracies by this too; repeatable.")
     ] = None,
     each: Annotated[
-        list[str] | None, typer.Option(metavar="CONDITION", help="Take the trials of each value alone too; repeatable.")
+        list[str] | None, Option(metavar="CONDITION", help="Take the trials of each value alone too; repeatable.")
     ] = None,
     rest_frames: RestFrames = 100,
     window: Window = 11,
@@ -244,17 +226,15 @@ def vary(
     names, by, each = classifier or ("forest",), by or [], each or []
     variation = varied(dataset, names, choices, folds=folds, conditions=by, each=each, output=output)
     print_tables(variation.tables.values(), as_json)
-    typer.echo(f"tables and figures: {output}", err=as_json)
+    echo(f"tables and figures: {output}", err=as_json)
 
 
 def transfer(
-    detector: Annotated[
-        str, typer.Argument(metavar="DETECTOR", help="Its folder, or 'residual' for the one that ships.")
-    ],
+    detector: Annotated[str, Argument(metavar="DETECTOR", help="Its folder, or 'residual' for the one that ships.")],
     dataset: DataSet,
     *,
     labels: Labels = "external_markers",
-    output: Annotated[Path | None, typer.Option("-o", "--output", metavar="DIR", help="Folder for tables.")] = None,
+    output: Annotated[Path | None, Option("-o", "--output", metavar="DIR", help="Folder for tables.")] = None,
     markdown: Markdown = False,
     as_json: AsJson = False,
 ) -> None:
@@ -267,26 +247,24 @@ def transfer(
     tables = judge_detector(detector, dataset, labels)
     _print(tables, markdown, as_json, output)
     if output is not None:
-        typer.echo(f"tables: {output}", err=markdown or as_json)
+        echo(f"tables: {output}", err=markdown or as_json)
 
 
 @with_options("tracking", tracking_options)
 def run(
     source: Annotated[
         str,
-        typer.Argument(
-            metavar="VIDEO|TRACKS|CAMERA",
-            help="A video, tracks (.nc, .csv), or the index or address of a camera.",
-            show_default=False,
+        Argument(
+            metavar="VIDEO|TRACKS|CAMERA", help="A video, tracks (.nc, .csv), or the index or address of a camera."
         ),
     ],
     *,
     detector: Annotated[
-        str, typer.Option(metavar="DIR", help="Folder of a trained detector; else the one that ships.")
+        str, Option(metavar="DIR", help="Folder of a trained detector; else the one that ships.")
     ] = "residual",
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", metavar="DIR", help="Folder of the page; else NAME_slip beside SOURCE."),
+        Option("-o", "--output", metavar="DIR", help="Folder of the page; else NAME_slip beside SOURCE."),
     ] = None,
     tracking: Any,
     as_json: AsJson = False,
@@ -301,16 +279,16 @@ def run(
 
     if source.isdecimal() or "://" in source:
         camera = int(source) if source.isdecimal() else source
-        print_tables([watch_camera(camera, detector, tracking, partial(typer.echo, err=as_json))], as_json)
+        print_tables([watch_camera(camera, detector, tracking, partial(echo, err=as_json))], as_json)
         return
     tables, lines = run_detector(Path(source), detector, tracking, output)
     print_tables(tables, as_json)
-    typer.echo("\n".join(lines), err=as_json)
+    echo("\n".join(lines), err=as_json)
 
 
 def score(
     dataset: DataSet,
-    submission: Annotated[Path, typer.Argument(metavar="CSV", help="Onset times of the test trials.")],
+    submission: Annotated[Path, Argument(metavar="CSV", help="Onset times of the test trials.")],
     *,
     labels: Labels = "external_markers",
     rest_frames: RestFrames = 100,

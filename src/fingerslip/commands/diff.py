@@ -5,14 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
+from typer import Argument
 
 from fingerslip.commands.shared import AsJson, Markdown, print_tables
 
 
 def diff(
-    first: Annotated[Path, typer.Argument(metavar="RUN_A", help="Folder of a finished run.", show_default=False)],
-    second: Annotated[Path, typer.Argument(metavar="RUN_B", help="Folder of another.", show_default=False)],
+    first: Annotated[Path, Argument(metavar="RUN_A", help="Folder of a finished run.")],
+    second: Annotated[Path, Argument(metavar="RUN_B", help="Folder of another.")],
     as_json: AsJson = False,
     markdown: Markdown = False,
 ) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
+from typer import Argument, echo
 
 from fingerslip.commands.shared import AsJson, print_tables, shipped_studies
 
@@ -13,9 +13,7 @@ from fingerslip.commands.shared import AsJson, print_tables, shipped_studies
 def examples(
     name: Annotated[
         str,
-        typer.Argument(
-            metavar="NAME", help="Study to copy; without it all are listed.", autocompletion=shipped_studies
-        ),
+        Argument(metavar="NAME", help="Study to copy; without it all are listed.", autocompletion=shipped_studies),
     ] = "",
     as_json: AsJson = False,
 ) -> None:
@@ -23,6 +21,6 @@ def examples(
     from fingerslip.study.shipped import copy_example, examples_table
 
     if name:
-        typer.echo(str(copy_example(name, Path())))
+        echo(str(copy_example(name, Path())))
     else:
         print_tables([examples_table()], as_json)

@@ -5,21 +5,19 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
+from typer import Argument, Option, echo
 
 
 def export(
     target: Annotated[
-        Path, typer.Argument(metavar="RESULT", help="Folder of a run, of a study for a table of its runs, or tracks.")
+        Path, Argument(metavar="RESULT", help="Folder of a run, of a study for a table of its runs, or tracks.")
     ],
-    kind: Annotated[
-        str, typer.Option("--format", metavar="FORMAT", help="csv, json, mat, nwb, parquet or vtu.")
-    ] = "csv",
+    kind: Annotated[str, Option("--format", metavar="FORMAT", help="csv, json, mat, nwb, parquet or vtu.")] = "csv",
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="DIR", help="Folder to write; else beside the result.")
+        Path | None, Option("-o", "--output", metavar="DIR", help="Folder to write; else beside the result.")
     ] = None,
 ) -> None:
     """Write a result for pandas, R, MATLAB, ParaView or as spikes for NWB: tables, one MATLAB file, or snapshots."""
     from fingerslip.study.inspection.show import export_result
 
-    typer.echo(str(export_result(target, kind, output, lambda text: typer.echo(text, err=True))))
+    echo(str(export_result(target, kind, output, lambda text: echo(text, err=True))))

@@ -5,14 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
+from typer import Argument, echo
 
 from fingerslip.commands.shared import AsJson, Quiet, Results, Workers, print_tables, screen_progress
 
 
 def fit(
-    study: Annotated[Path, typer.Argument(metavar="STUDY", help="Study file with the blocks sample and fit.")],
-    data: Annotated[Path, typer.Argument(metavar="CSV", help="Measured curves; columns such as 'depth \\[mm]'.")],
+    study: Annotated[Path, Argument(metavar="STUDY", help="Study file with the blocks sample and fit.")],
+    data: Annotated[Path, Argument(metavar="CSV", help="Measured curves; columns such as 'depth \\[mm]'.")],
     *,
     results: Results = Path("results"),
     workers: Workers = 2,
@@ -28,4 +28,4 @@ def fit(
     posterior = fit_study(study, data, results_dir=results, workers=workers, progress=screen_progress(quiet))
     print_tables(posterior.tables, as_json)
     if not as_json:
-        typer.echo(f"figures and samples: {posterior.folder}")
+        echo(f"figures and samples: {posterior.folder}")

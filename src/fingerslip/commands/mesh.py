@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
+from typer import Argument, Option
 
 from fingerslip.commands.shared import AsJson, print_tables, specimens
 
@@ -13,7 +13,7 @@ from fingerslip.commands.shared import AsJson, print_tables, specimens
 def mesh(
     targets: Annotated[
         list[str],
-        typer.Argument(
+        Argument(
             metavar="STUDY|PRESET|FILE...",
             help="Studies (their first runs) or presets to mesh, or mesh files or decks to look at.",
             autocompletion=specimens,
@@ -21,7 +21,7 @@ def mesh(
     ],
     output: Annotated[
         Path | None,
-        typer.Option(
+        Option(
             "-o",
             "--output",
             metavar="FILE",
@@ -30,7 +30,7 @@ def mesh(
         ),
     ] = None,
     unit: Annotated[
-        Any, typer.Option("--unit", parser=str, metavar="UNIT", help="Unit of length of a FILE: m, cm, mm or um.")
+        Any, Option("--unit", parser=str, metavar="UNIT", help="Unit of length of a FILE: m, cm, mm or um.")
     ] = None,
     as_json: AsJson = False,
 ) -> None:

@@ -5,15 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
+from typer import Argument, Option
 
 from fingerslip.commands.shared import AsJson, print_tables
 
 
 def predict(
-    folder: Annotated[Path, typer.Argument(metavar="RESULT_DIR", help="Results of a study.")],
-    at: Annotated[list[str], typer.Option(metavar="PATH=VALUE", help="A value; one for each that differs.")],
-    of: Annotated[list[str], typer.Option(metavar="NAME", help="Event, measure or derived quantity.")] = [  # noqa: B006
+    folder: Annotated[Path, Argument(metavar="RESULT_DIR", help="Results of a study.")],
+    at: Annotated[list[str], Option(metavar="PATH=VALUE", help="A value; one for each that differs.")],
+    of: Annotated[list[str], Option(metavar="NAME", help="Event, measure or derived quantity.")] = [  # noqa: B006
         "incipient_slip",
         "overall_slip",
         "latency",

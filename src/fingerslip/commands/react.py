@@ -5,23 +5,23 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
+from typer import Argument, Option, echo
 
 from fingerslip.commands.shared import AsJson, print_tables
 
 
 def react(
-    results: Annotated[Path, typer.Argument(metavar="RESULTS", help="Results of a study with the block reaction.")],
+    results: Annotated[Path, Argument(metavar="RESULTS", help="Results of a study with the block reaction.")],
     onsets: Annotated[
         Path | None,
-        typer.Argument(metavar="[CSV]", help="Onset times from the start of each run: trial, incipient_s, gross_s."),
+        Argument(metavar="[CSV]", help="Onset times from the start of each run: trial, incipient_s, gross_s."),
     ] = None,
     *,
     trials: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Write the runs as a data set for detectors instead.")
+        Path | None, Option(metavar="DIR", help="Write the runs as a data set for detectors instead.")
     ] = None,
-    frame_rate: Annotated[float, typer.Option(min=1.0, help="Frames a second of the data set.")] = 250.0,
-    lost: Annotated[bool, typer.Option("--lost", help="Only objects that are lost: trials to learn from.")] = False,
+    frame_rate: Annotated[float, Option(min=1.0, help="Frames a second of the data set.")] = 250.0,
+    lost: Annotated[bool, Option("--lost", help="Only objects that are lost: trials to learn from.")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Score the alarms of a detector on held objects: how many are saved, with what force, how many grips are false.
@@ -37,6 +37,6 @@ def react(
         repair = "write --trials DIR, or a CSV file; of how long there is to react, 'fingerslip run' tells"
         raise InputError("react", fault, "needs one of them", repair)
     if trials is not None:
-        typer.echo(f"{trials}: {len(held_trials(results, trials, frame_rate, lost=lost).names)} trials")
+        echo(f"{trials}: {len(held_trials(results, trials, frame_rate, lost=lost).names)} trials")
     elif onsets is not None:
         print_tables([score_alarms(results, onsets)], as_json)

@@ -5,18 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
+from typer import Argument, Option, echo
 
 from fingerslip.commands.shared import AsJson, print_tables
 from fingerslip.errors import InputError
 
 
 def report(
-    folder: Annotated[Path, typer.Argument(metavar="RESULT_DIR", help="Results of a study.", show_default=False)],
-    other: Annotated[
-        Path | None, typer.Argument(metavar="OTHER_DIR", help="Results of another, to compare.", show_default=False)
-    ] = None,
-    output: Annotated[Path | None, typer.Option("-o", "--output", metavar="FILE", help="Page of a comparison.")] = None,
+    folder: Annotated[Path, Argument(metavar="RESULT_DIR", help="Results of a study.")],
+    other: Annotated[Path | None, Argument(metavar="OTHER_DIR", help="Results of another, to compare.")] = None,
+    output: Annotated[Path | None, Option("-o", "--output", metavar="FILE", help="Page of a comparison.")] = None,
     as_json: AsJson = False,
 ) -> None:
     """Make the figures and report.html of a study again from its stored histories, or a page of two side by side.
@@ -26,7 +24,7 @@ def report(
     if other is not None:
         from fingerslip.study.storage.reporting import compare_studies
 
-        typer.echo(str(compare_studies(folder, other, output)))
+        echo(str(compare_studies(folder, other, output)))
         return
     if output is not None:
         raise InputError(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
+from typer import Option
 
 from fingerslip.commands.shared import (
     AsJson,
@@ -24,9 +24,9 @@ def run(
     *,
     results: Results = Path("results"),
     workers: Workers = 2,
-    force: Annotated[bool, typer.Option("--force", help="Compute finished runs again.")] = False,
+    force: Annotated[bool, Option("--force", help="Compute finished runs again.")] = False,
     scheduler: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="Compute on a Dask cluster: tcp://host:8786.")
+        str | None, Option(metavar="ADDRESS", help="Compute on a Dask cluster: tcp://host:8786.")
     ] = None,
     as_json: AsJson = False,
     markdown: Markdown = False,

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import typer
+from typer import echo
 
 
 def schema() -> None:
     """Print the JSON Schema of study files, by which editors complete and check them."""
     from fingerslip.study.definition.schema import schema_text
 
-    typer.echo(schema_text(), nl=False)
+    echo(schema_text(), nl=False)

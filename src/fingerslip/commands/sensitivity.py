@@ -5,17 +5,17 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Literal
 
-import typer
+from typer import Argument, Option
 
 from fingerslip.commands.shared import AsJson, print_tables
 
 
 def sensitivity(
-    folder: Annotated[Path, typer.Argument(metavar="RESULT_DIR", help="Results of a study with samples.")],
-    of: Annotated[str, typer.Option(metavar="NAME", help="Event, measure or derived quantity.")] = "latency",
+    folder: Annotated[Path, Argument(metavar="RESULT_DIR", help="Results of a study with samples.")],
+    of: Annotated[str, Option(metavar="NAME", help="Event, measure or derived quantity.")] = "latency",
     method: Annotated[
         Literal["auto", "linear", "morris", "sobol", "surrogate"],
-        typer.Option(help="Which sensitivities; auto: those that the samples were drawn for."),
+        Option(help="Which sensitivities; auto: those that the samples were drawn for."),
     ] = "auto",
     as_json: AsJson = False,
 ) -> None:

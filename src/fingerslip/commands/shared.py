@@ -11,8 +11,8 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
 from rich.console import Console
+from typer import Argument, Option, echo
 
 from fingerslip.errors import FingerslipError, InputError, ResultError
 from fingerslip.report.scene.names import CAMERAS, FIELDS
@@ -22,14 +22,12 @@ if TYPE_CHECKING:
     from fingerslip.study.running.progress import StudyProgress
     from fingerslip.tables.table import Table
 
-Studies = Annotated[list[Path], typer.Argument(metavar="STUDY...", help="Study files (YAML).", show_default=False)]
-Results = Annotated[Path, typer.Option("--results", metavar="DIR", help="Folder that holds a folder for each study.")]
-Workers = Annotated[
-    int, typer.Option("--workers", metavar="N", min=1, help="Cores to use: one for each run, or all for one large run.")
-]
-Markdown = Annotated[bool, typer.Option("--markdown", help="Print the tables in Markdown.")]
-AsJson = Annotated[bool, typer.Option("--json", help="Print the tables as JSON.")]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress; the answer is printed all the same.")]
+Studies = Annotated[list[Path], Argument(metavar="STUDY...", help="Study files (YAML).")]
+Results = Annotated[Path, Option(metavar="DIR", help="Folder that holds a folder for each study.")]
+Workers = Annotated[int, Option(metavar="N", min=1, help="Cores to use: one for each run, or all for one large run.")]
+Markdown = Annotated[bool, Option("--markdown", help="Print the tables in Markdown.")]
+AsJson = Annotated[bool, Option("--json", help="Print the tables as JSON.")]
+Quiet = Annotated[bool, Option("--quiet", "-q", help="Show no progress; the answer is printed all the same.")]
 
 _FILE_WIDTH = 160
 
@@ -86,25 +84,21 @@ def with_options(name: str, read: Callable[..., Any]) -> Callable[[Callable[...,
 def tracking_options(
     *,
     markers: Annotated[
-        int | None, typer.Option(metavar="N", min=1, help="How many markers there are; else it is found.")
+        int | None, Option(metavar="N", min=1, help="How many markers there are; else it is found.")
     ] = None,
-    layout: Annotated[Any, typer.Option(parser=str, metavar="NAME", help="auto, rings, hex, grid or free.")] = "auto",
+    layout: Annotated[Any, Option(parser=str, metavar="NAME", help="auto, rings, hex, grid or free.")] = "auto",
     rest: Annotated[
-        int | None, typer.Option(metavar="FRAMES", min=2, help="Frames at rest at the start; else it is found.")
+        int | None, Option(metavar="FRAMES", min=2, help="Frames at rest at the start; else it is found.")
     ] = None,
-    mask: Annotated[
-        Path | None, typer.Option(metavar="IMAGE", help="Image that is white where markers may be.")
-    ] = None,
-    calibration: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Camera calibration in OpenCV's form.")
-    ] = None,
+    mask: Annotated[Path | None, Option(metavar="IMAGE", help="Image that is white where markers may be.")] = None,
+    calibration: Annotated[Path | None, Option(metavar="FILE", help="Camera calibration in OpenCV's form.")] = None,
     bright: Annotated[
-        bool | None, typer.Option("--bright/--dark", help="Whether markers are bright or dark; else it is found.")
+        bool | None, Option("--bright/--dark", help="Whether markers are bright or dark; else it is found.")
     ] = None,
     frame_rate: Annotated[
-        float | None, typer.Option(metavar="HZ", help="Frames a second, where the video does not say.")
+        float | None, Option(metavar="HZ", help="Frames a second, where the video does not say.")
     ] = None,
-    channel: Annotated[str, typer.Option(help="Of colour frames: grey, blue, green or red.")] = "grey",
+    channel: Annotated[str, Option(help="Of colour frames: grey, blue, green or red.")] = "grey",
 ) -> dict[str, Any]:
     """Return how markers are found as the tracker takes it, which itself refuses other names."""
     search = {"n_markers": markers, "layout": layout, "rest_frames": rest, "mask": mask, "bright": bright}
@@ -116,10 +110,10 @@ def print_tables(tables: Iterable[Table], as_json: bool = False, markdown: bool 
     from fingerslip.tables.table import to_mapping, to_page, to_rich
 
     if as_json:
-        typer.echo(json.dumps([to_mapping(table) for table in tables], indent=2, ensure_ascii=False, allow_nan=False))
+        echo(json.dumps([to_mapping(table) for table in tables], indent=2, ensure_ascii=False, allow_nan=False))
         return
     if markdown:
-        typer.echo(to_page(tables), nl=False)
+        echo(to_page(tables), nl=False)
         return
     screen = Console()
     if not screen.is_terminal:
@@ -139,7 +133,7 @@ def print_results(results: Iterable[StudyResult], as_json: bool = False, markdow
         return
     for result in finished:
         print_tables(study_tables(result))
-        typer.echo(f"report: {result.folder / 'report.html'}")
+        echo(f"report: {result.folder / 'report.html'}")
 
 
 def screen_progress(quiet: bool = False) -> StudyProgress:

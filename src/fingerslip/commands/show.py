@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
+from typer import Argument, Option
 
 from fingerslip.commands.shared import AsJson, Markdown, print_tables, specimens
 
@@ -13,7 +13,7 @@ from fingerslip.commands.shared import AsJson, Markdown, print_tables, specimens
 def show(
     target: Annotated[
         str,
-        typer.Argument(
+        Argument(
             metavar="PRESET|STUDY|RESULT",
             help="What to show; without it all presets are listed.",
             autocompletion=specimens,
@@ -21,7 +21,7 @@ def show(
     ] = "",
     figure: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Draw the fingertip or sensor of a preset or a study (.png, .svg, .pdf)."),
+        Option(metavar="FILE", help="Draw the fingertip or sensor of a preset or a study (.png, .svg, .pdf)."),
     ] = None,
     as_json: AsJson = False,
     markdown: Markdown = False,

@@ -5,24 +5,22 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
+from typer import Argument, Option, echo
 
 from fingerslip.commands.shared import Quiet, screen_progress, tracking_options, with_options
 
 
 @with_options("tracking", tracking_options)
 def track(
-    video: Annotated[
-        Path, typer.Argument(metavar="VIDEO", help="A video file, or a folder of images.", show_default=False)
-    ],
+    video: Annotated[Path, Argument(metavar="VIDEO", help="A video file, or a folder of images.")],
     *,
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", metavar="FOLDER", help="Folder; else VIDEO with the ending _tracks."),
+        Option("-o", "--output", metavar="FOLDER", help="Folder; else VIDEO with the ending _tracks."),
     ] = None,
     tracking: Any,
     fields: Annotated[
-        bool, typer.Option("--fields", help="Write displacement, velocity, strain and more, with a video of each.")
+        bool, Option("--fields", help="Write displacement, velocity, strain and more, with a video of each.")
     ] = False,
     quiet: Quiet = False,
 ) -> None:
@@ -34,4 +32,4 @@ def track(
 
     with screen_progress(quiet) as progress:
         lines = list(track_video(video, output, tracking, progress.say, fields=fields))
-    typer.echo("\n".join(lines))
+    echo("\n".join(lines))

@@ -5,31 +5,31 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
+from typer import Option, echo
 
 from fingerslip.commands.shared import Markdown, Quiet, Results, Workers, print_tables, screen_progress
 
 
 def validate(
     studies: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Folder of the shipped studies: studies, or that of the package.")
+        Path | None, Option(metavar="DIR", help="Folder of the shipped studies: studies, or that of the package.")
     ] = None,
     results: Results = Path("results"),
     workers: Workers = 2,
     *,
     only: Annotated[
-        str | None, typer.Option(metavar="PAPER", help="Rows of one paper: wang2014 (fingers) or bulens2023.")
+        str | None, Option(metavar="PAPER", help="Rows of one paper: wang2014 (fingers) or bulens2023.")
     ] = None,
     geometry: Annotated[
-        bool, typer.Option("--geometry", help="Run the samples of the unknown geometry too, about an hour.")
+        bool, Option("--geometry", help="Run the samples of the unknown geometry too, about an hour.")
     ] = False,
     pouring: Annotated[
-        bool, typer.Option("--pouring", help="Compute the pouring task of the tactile sensor too, hours.")
+        bool, Option("--pouring", help="Compute the pouring task of the tactile sensor too, hours.")
     ] = False,
     detection: Annotated[
-        bool, typer.Option("--detection", help="Make the 320 slides of the tactile sensor too, and train on them.")
+        bool, Option("--detection", help="Make the 320 slides of the tactile sensor too, and train on them.")
     ] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the rows as JSON.")] = False,
+    as_json: Annotated[bool, Option("--json", help="Print the rows as JSON.")] = False,
     markdown: Markdown = False,
     quiet: Quiet = False,
 ) -> None:
@@ -50,8 +50,8 @@ def validate(
     compared = comparison.compare(studies, results, workers, screen_progress(quiet), only=only, computed=computed)
     if as_json:
         mapping = comparison.comparison_mapping(compared)
-        typer.echo(json.dumps(mapping, indent=2, ensure_ascii=False, allow_nan=False))
+        echo(json.dumps(mapping, indent=2, ensure_ascii=False, allow_nan=False))
     elif markdown:
-        typer.echo(comparison.comparison_markdown(compared), nl=False)
+        echo(comparison.comparison_markdown(compared), nl=False)
     else:
         print_tables(compared.tables)
