@@ -73,26 +73,29 @@ class FitSettings:
     """To which measured curves ``fingerslip fit`` fits the sampled values of a study.
 
     Their ranges in `sample` are the prior: every value between the ends is as likely.
-
-    Parameters
-    ----------
-    over : {'depth', 'displacement', 'time'}
-        Column over which the curves are: how deep the counterface was pressed, how far it has slid since the slide
-        began, or the time since the start.
-    columns : mapping of str to object
-        Standard deviation of the measurement by the name of the column, or by a pattern of names such as
-        ``"*.displacement_x"``.
-    discrepancy : float
-        How far the model may be off, smoothly along the curves, in standard deviations of the measurement: the scale
-        of a half-normal prior.
-    bounds : tuple of str
-        Sampled values whose ranges end where nature ends them: the posterior may lean against the ends.
     """
 
-    over: Literal["depth", "displacement", "time"]
-    columns: Annotated[Mapping[str, Any], pydantic.AfterValidator(_check_columns)]
-    discrepancy: Annotated[float, pydantic.Field(gt=0)] = 1.0
-    bounds: tuple[str, ...] = ()
+    over: Annotated[
+        Literal["depth", "displacement", "time"],
+        "Column over which the curves are: how deep the counterface was pressed, how far it has slid since the "
+        "slide began, or the time since the start.",
+    ]
+    columns: Annotated[
+        Mapping[str, Any],
+        pydantic.AfterValidator(_check_columns),
+        "Standard deviation of the measurement by the name of the column, or by a pattern of names such as "
+        '``"*.displacement_x"``.',
+    ]
+    discrepancy: Annotated[
+        float,
+        pydantic.Field(gt=0),
+        "How far the model may be off, smoothly along the curves, in standard deviations of the measurement: the "
+        "scale of a half-normal prior.",
+    ] = 1.0
+    bounds: Annotated[
+        tuple[str, ...],
+        "Sampled values whose ranges end where nature ends them: the posterior may lean against the ends.",
+    ] = ()
 
 
 @dataclass(frozen=True)

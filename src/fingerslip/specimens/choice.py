@@ -41,7 +41,7 @@ class SpecimenChoice:
     Parameters
     ----------
     fingertip, tactip, gel_pad : mapping, optional
-        `preset` and the values that differ from it.
+        The specimen: `preset` and the values that differ from it.
     """
 
     fingertip: Annotated[Mapping[str, Any], _checker("fingertip")] | None = field(default=None, kw_only=True)

@@ -56,48 +56,38 @@ _ALLOWED = f"needs numbers, names, + - * / **, parentheses and {', '.join(FUNCTI
 def check_expression(text: str) -> str:
     """Return an expression that can be read; refuse any other, without knowing the names in it."""
     for node in ast.walk(_parse(text)[0]):
-        _check_node(node, text)
+        match node:
+            case ast.Constant(value=str() as value):
+                if si_quantity(value) is None:
+                    needed = "needs a number and a unit such as '1.5 mm'"
+                    raise InputError("", f"'{text}': '{value}' is no quantity", needed)
+            case ast.Constant(value=int() | float() as value):  # true and false are names
+                if value > _LARGEST_NUMBER:
+                    needed = f"needs numbers up to {_LARGEST_NUMBER:g}"
+                    raise InputError("", f"'{text}' holds a number that is too large", needed)
+            case ast.Call(func=ast.Name(id=function), args=args, keywords=[]) if function in FUNCTIONS:
+                if len(args) < 2 if function in _SEVERAL else len(args) != 1:
+                    needed = "two values or more" if function in _SEVERAL else "one value"
+                    raise InputError("", f"'{text}' gives {function} {len(args)} values", f"needs {needed}")
+            case ast.Expression() | ast.BinOp() | ast.UnaryOp() | ast.Name() | ast.Load():
+                pass
+            case _ if type(node) not in _OPERATORS:
+                kind = type(node.value if isinstance(node, ast.Constant) else node).__name__
+                raise InputError("", f"'{text}' holds what is not allowed ({kind})", _ALLOWED)
     return text
-
-
-def _check_node(node: ast.AST, text: str) -> None:
-    match node:
-        case ast.Constant(value=str() as value):
-            if si_quantity(value) is None:
-                needed = "needs a number and a unit such as '1.5 mm'"
-                raise InputError("", f"'{text}': '{value}' is no quantity", needed)
-        case ast.Constant(value=value):
-            if not isinstance(value, int | float):  # true and false are names
-                raise InputError("", f"'{text}' holds what is not allowed ({type(value).__name__})", _ALLOWED)
-            if value > _LARGEST_NUMBER:
-                needed = f"needs numbers up to {_LARGEST_NUMBER:g}"
-                raise InputError("", f"'{text}' holds a number that is too large", needed)
-        case ast.Call(func=ast.Name(id=function), args=args, keywords=[]) if function in FUNCTIONS:
-            if len(args) < 2 if function in _SEVERAL else len(args) != 1:
-                needed = "two values or more" if function in _SEVERAL else "one value"
-                raise InputError("", f"'{text}' gives {function} {len(args)} values", f"needs {needed}")
-        case ast.Expression() | ast.BinOp() | ast.UnaryOp() | ast.Name() | ast.Load():
-            pass
-        case _ if type(node) not in _OPERATORS:
-            raise InputError("", f"'{text}' holds what is not allowed ({type(node).__name__})", _ALLOWED)
 
 
 def check_names(expressions: Mapping[str, str]) -> Mapping[str, str]:
     """Return derived quantities whose names are words of their own: they name columns, and outputs of a run."""
+    readings = {"" if reading == "slip" else f"_{reading}" for reading in READINGS}
+    times = {f"{time}{reading}" for time in TIMES for reading in readings}
+    of_summary = {*_COLUMNS, *FUNCTIONS, *times, *output_names(RunResult("", {}, Events()))}
     for name in expressions:
         if not _WORD.fullmatch(name):
             raise InputError(name, "is no name of a column", "needs letters, digits and '_', a letter first")
-        if name in _taken_names():
+        if name in of_summary:
             raise InputError(name, "is the name of something else in the summary", "needs a name of its own")
     return expressions
-
-
-@functools.cache
-def _taken_names() -> frozenset[str]:
-    """Return the names that events, measures and columns of the summary have."""
-    readings = {"" if reading == "slip" else f"_{reading}" for reading in READINGS}
-    times = {f"{time}{reading}" for time in TIMES for reading in readings}
-    return frozenset({*_COLUMNS, *FUNCTIONS, *times, *output_names(RunResult("", {}, Events()))})
 
 
 def derive(name: str, text: str, result: RunResult) -> Quantity:
@@ -105,14 +95,12 @@ def derive(name: str, text: str, result: RunResult) -> Quantity:
     tree, names = _parse(text)
     quantities: dict[str, tuple[float | None, str]] = {}
     for key, path in names.items():
-        output = output_of(result, path)
-        quantities[key] = (
-            (output.value, output.unit) if output else _parameter(path, result.all_values, f"derived.{name}")
-        )
+        if output := output_of(result, path):
+            quantities[key] = output.value, output.unit
+        else:
+            quantities[key] = _parameter(path, result.all_values, f"derived.{name}")
     try:
-        numbers = {
-            key: _number_in(math.nan if value is None else value, unit) for key, (value, unit) in quantities.items()
-        }
+        numbers = {key: _number_in(value, unit) for key, (value, unit) in quantities.items()}
         with np.errstate(all="ignore"):
             number, unit = si_number(_value(tree.body, numbers))
     except (ValueError, TypeError, ArithmeticError) as error:
@@ -121,9 +109,9 @@ def derive(name: str, text: str, result: RunResult) -> Quantity:
     return Quantity(name, unit, number if exists else None)
 
 
-def _number_in(value: float, unit: str) -> Any:
+def _number_in(value: float | None, unit: str) -> Any:
     """Return a number in a unit, which becomes infinite or no number where Python's own would raise."""
-    return with_unit(np.float64(value), unit)
+    return with_unit(np.float64(math.nan if value is None else value), unit)
 
 
 @functools.lru_cache(maxsize=256)

@@ -38,7 +38,7 @@ from fingerslip.parameters import (
     PositiveLength,
     parameters,
 )
-from fingerslip.sites import ReceptorKind
+from fingerslip.sites import ReceptorKind, Site
 from fingerslip.specimens.choice import specimen_mesh_sources
 from fingerslip.units import Unit
 from fingerslip.vision.cameras import PUBLISHED_FRAME_RATE
@@ -108,19 +108,18 @@ def _without_class(name: str) -> Iterator[None]:
 
 @parameters
 class DynamicsSettings(ReducedBasis):
-    """In which coordinates motions are computed.
+    """In which coordinates motions are computed."""
 
-    Parameters
-    ----------
-    basis : {'full', 'reduced', 'automatic'}
-        The mesh; a reduced basis of it, kept on disk for other runs; or the basis where it saves time in the runs that
-        share a body, and the mesh elsewhere.
-    tolerance : float
-        Of the reduced basis: largest error of the displacement, estimated during the motion, over the largest
-        displacement.
-    """
-
-    basis: Literal["full", "reduced", "automatic"] = "automatic"
+    basis: Annotated[
+        Literal["full", "reduced", "automatic"],
+        "The mesh; a reduced basis of it, kept on disk for other runs; or the basis where it saves time in the "
+        "runs that share a body, and the mesh elsewhere.",
+    ] = "automatic"
+    tolerance: Annotated[
+        Tolerance,
+        "Of the reduced basis: largest error of the displacement, estimated during the motion, over the largest "
+        "displacement.",
+    ] = 1e-4
 
     @property
     def reduced(self) -> ReducedBasis | None:
@@ -130,24 +129,20 @@ class DynamicsSettings(ReducedBasis):
 
 @parameters
 class RecordSettings(Recording):
-    """What a run records beside the contact, the forces and the energies.
+    """What a run records beside the contact, the forces and the energies."""
 
-    Parameters
-    ----------
-    receptors : tuple of {'FA-I', 'SA-I', 'FA-II', 'SA-II'}
-        Kinds of mechanoreceptors of the fingertip at which the motion is recorded.
-    reference_nodes : bool
-        Whether the reference nodes h1 to h7 and v1 to v7 on the skin and on the tissue are recorded; of the fingertip
-        in 3D.
-    groups : tuple of str
-        Other groups of the specimen's own sites, such as the `internal_markers` of a sensor.
-    sites : tuple of Site
-        Further sites.
-    """
-
-    receptors: tuple[ReceptorKind, ...] = ()
-    reference_nodes: bool = False
-    groups: tuple[str, ...] = ()
+    receptors: Annotated[
+        tuple[ReceptorKind, ...], "Kinds of mechanoreceptors of the fingertip at which the motion is recorded."
+    ] = ()
+    reference_nodes: Annotated[
+        bool,
+        "Whether the reference nodes h1 to h7 and v1 to v7 on the skin and on the tissue are recorded; of the "
+        "fingertip in 3D.",
+    ] = False
+    groups: Annotated[
+        tuple[str, ...], "Other groups of the specimen's own sites, such as the `internal_markers` of a sensor."
+    ] = ()
+    sites: Annotated[tuple[Site, ...], "Further sites."] = ()
 
     @property
     def all_groups(self) -> tuple[str, ...]:

@@ -85,113 +85,96 @@ Derived = Annotated[Mapping[str, Expression], pydantic.AfterValidator(check_name
 
 @parameters
 class Study(SpecimenChoice):
-    """A study: one model, and the values that are swept.
+    """A study: one model, and the values that are swept."""
 
-    Parameters
-    ----------
-    time : TimeSettings
-        Step, scheme, numerical damping and end.
-    title : str
-        What the study shows.
-    description : str
-        The question that it answers, in a sentence or two; its report begins with it.
-    mesh : MeshSizes, SolidSizes, MeshFile or SurfaceMesh
-        Element sizes of the section, with `element` T4 or T10 those of the fingertip in 3D; without `element` it is
-        the specimen's: a solid where its preset has a shape in 3D. Or `file` for a mesh that is read, or `skin` and
-        more for one built from the surfaces of a scan.
-    contact : ContactSettings, optional
-        Contact with one counterface, by default a plate.
-    contacts : tuple of ContactSettings
-        Contacts with several counterfaces, instead of `contact`.
-    bodies : mapping of str to RigidBody
-        Rigid bodies by name, which carry the counterfaces of the contacts that name them in `rigid_body`.
-    programme : tuple of Press, Hold, Slide or Lift
-        Motion of the counterfaces that have none of their own and are on no rigid body.
-    damping : RayleighDamping
-        Material damping.
-    integration : {'selective', 'full', 'nodal'}
-        How the dilatational part is integrated; see :class:`~fingerslip.model.model.Model`.
-    kinematics : {'small', 'finite'}
-        Whether strains and rotations are taken as small; see :class:`~fingerslip.model.model.Model`.
-    record : RecordSettings
-        What is recorded.
-    dynamics : DynamicsSettings
-        Whether motions are computed on the mesh or in a reduced basis of it.
-    materials : mapping of str to Elastic, NeoHookean, MooneyRivlin or Ogden, or mapping
-        Materials by region, `law` says which kind (elastic without it), or `preset` and the values that differ from it;
-        they replace those of the specimen.
-    supports : mapping of str to tuple of {'x', 'y', 'z'}
-        Fixed components by boundary or region; without them the specimen's, such as the phalanx of a
-        fingertip.
-    support_motions : mapping of str to SupportMotion
-        Supports that move as prescribed, by name.
-    tractions : mapping of str to tuple of float or Traction
-        Dead loads on boundaries [Pa], constant, or `value` with a `ramp` over time.
-    gravity : tuple of float, optional
-        Acceleration of gravity [m/s^2].
-    initial_velocity : tuple of float, optional
-        Velocity of the whole deformable body at the start [m/s].
-    formulation : {'plane_strain', 'plane_stress', 'solid'}, optional
-        The two-dimensional assumption, or 'solid' in 3D; without it that of the specimen.
-    depth : float, optional
-        Out-of-plane depth [m], not in 3D; without it that of the specimen.
-    sweep : mapping of str to tuple
-        Values by dotted path; the runs are all combinations, the first path varies slowest. Values that change together
-        are lists by several paths with commas between them.
-    sample : SampleSettings, optional
-        Samples of values that are known by their ranges only; every combination of the sweep is run with every sample.
-    fit : FitSettings, optional
-        Measured curves to which ``fingerslip fit`` fits the sampled values; the ranges of `sample` are their prior.
-    repeats : RepeatSettings, optional
-        Repeats of every run, in which some values scatter as from trial to trial.
-    derived : mapping of str to str
-        Further quantities of every run by name: expressions of events, measures and parameters, such as
-        ``slip_travel: overall_slip * slide_speed``. They become columns of the summary, with their units.
-    compare : tuple of str
-        Published tables with which the results are compared.
-    converge : RefinementSettings
-        How ``fingerslip converge`` refines the runs.
-    trials : TrialSettings, optional
-        How ``fingerslip detect simulate`` makes trials of a data set of the runs.
-    reaction : ReactionSettings, optional
-        An object that the body holds by its contact, whose load grows, and what may save it.
-    cameras : mapping of {'internal', 'external'} to CameraSettings
-        Cameras that film the markers of every run; other cameras need no new simulation.
-    fingertip, tactip, gel_pad : mapping, optional
-        The specimen: `preset` and the values that differ from it.
-    """
-
-    time: TimeSettings
-    title: str = ""
-    description: str = ""
-    mesh: MeshSettings = MeshSizes()
-    contact: ContactSettings | None = None
-    contacts: tuple[ContactSettings, ...] = ()
-    bodies: Mapping[str, RigidBody] = pydantic.Field(default_factory=dict)
-    programme: tuple[ProgrammeEntry, ...] = ()
-    damping: RayleighDamping = RayleighDamping()
-    integration: Integration = "selective"
-    kinematics: Kinematics = "small"
-    record: RecordSettings = RecordSettings()
-    dynamics: DynamicsSettings = DynamicsSettings()
-    materials: Mapping[str, MaterialEntry] = pydantic.Field(default_factory=dict)
-    supports: Mapping[str, tuple[Component, ...]] = pydantic.Field(default_factory=dict)
-    support_motions: Mapping[str, SupportMotion] = pydantic.Field(default_factory=dict)
-    tractions: Mapping[str, AnyTraction] = pydantic.Field(default_factory=dict)
-    gravity: tuple[SignedAcceleration, ...] | None = None
-    initial_velocity: tuple[SignedSpeed, ...] | None = None
-    formulation: Formulation | None = None
-    depth: PositiveLength | None = None
-    sweep: Sweep = pydantic.Field(default_factory=dict)
-    sample: SampleSettings | None = None
-    fit: FitSettings | None = None
-    repeats: RepeatSettings | None = None
-    derived: Derived = pydantic.Field(default_factory=dict)
-    compare: tuple[PublishedName, ...] = ()
-    converge: RefinementSettings = RefinementSettings()
-    trials: TrialSettings | None = None
-    reaction: ReactionSettings | None = None
-    cameras: Mapping[CameraKind, CameraSettings] = pydantic.Field(default_factory=dict)
+    time: Annotated[TimeSettings, "Step, scheme, numerical damping and end."]
+    title: Annotated[str, "What the study shows."] = ""
+    description: Annotated[str, "The question that it answers, in a sentence or two; its report begins with it."] = ""
+    mesh: Annotated[
+        MeshSettings,
+        "Element sizes of the section, with `element` T4 or T10 those of the fingertip in 3D; without `element` "
+        "it is the specimen's: a solid where its preset has a shape in 3D. Or `file` for a mesh that is read, or "
+        "`skin` and more for one built from the surfaces of a scan.",
+    ] = MeshSizes()
+    contact: Annotated[ContactSettings | None, "Contact with one counterface, by default a plate."] = None
+    contacts: Annotated[tuple[ContactSettings, ...], "Contacts with several counterfaces, instead of `contact`."] = ()
+    bodies: Annotated[
+        Mapping[str, RigidBody],
+        "Rigid bodies by name, which carry the counterfaces of the contacts that name them in `rigid_body`.",
+    ] = pydantic.Field(default_factory=dict)
+    programme: Annotated[
+        tuple[ProgrammeEntry, ...], "Motion of the counterfaces that have none of their own and are on no rigid body."
+    ] = ()
+    damping: Annotated[RayleighDamping, "Material damping."] = RayleighDamping()
+    integration: Annotated[
+        Integration, "How the dilatational part is integrated; see :class:`~fingerslip.model.model.Model`."
+    ] = "selective"
+    kinematics: Annotated[
+        Kinematics, "Whether strains and rotations are taken as small; see :class:`~fingerslip.model.model.Model`."
+    ] = "small"
+    record: Annotated[RecordSettings, "What is recorded."] = RecordSettings()
+    dynamics: Annotated[DynamicsSettings, "Whether motions are computed on the mesh or in a reduced basis of it."] = (
+        DynamicsSettings()
+    )
+    materials: Annotated[
+        Mapping[str, MaterialEntry],
+        "Materials by region, `law` says which kind (elastic without it), or `preset` and the values that differ "
+        "from it; they replace those of the specimen.",
+    ] = pydantic.Field(default_factory=dict)
+    supports: Annotated[
+        Mapping[str, tuple[Component, ...]],
+        "Fixed components by boundary or region; without them the specimen's, such as the phalanx of a fingertip.",
+    ] = pydantic.Field(default_factory=dict)
+    support_motions: Annotated[Mapping[str, SupportMotion], "Supports that move as prescribed, by name."] = (
+        pydantic.Field(default_factory=dict)
+    )
+    tractions: Annotated[
+        Mapping[str, AnyTraction], "Dead loads on boundaries [Pa], constant, or `value` with a `ramp` over time."
+    ] = pydantic.Field(default_factory=dict)
+    gravity: Annotated[tuple[SignedAcceleration, ...] | None, "Acceleration of gravity [m/s^2]."] = None
+    initial_velocity: Annotated[
+        tuple[SignedSpeed, ...] | None, "Velocity of the whole deformable body at the start [m/s]."
+    ] = None
+    formulation: Annotated[
+        Formulation | None, "The two-dimensional assumption, or 'solid' in 3D; without it that of the specimen."
+    ] = None
+    depth: Annotated[PositiveLength | None, "Out-of-plane depth [m], not in 3D; without it that of the specimen."] = (
+        None
+    )
+    sweep: Annotated[
+        Sweep,
+        "Values by dotted path; the runs are all combinations, the first path varies slowest. Values that change "
+        "together are lists by several paths with commas between them.",
+    ] = pydantic.Field(default_factory=dict)
+    sample: Annotated[
+        SampleSettings | None,
+        "Samples of values that are known by their ranges only; every combination of the sweep is run with every "
+        "sample.",
+    ] = None
+    fit: Annotated[
+        FitSettings | None,
+        "Measured curves to which ``fingerslip fit`` fits the sampled values; the ranges of `sample` are their prior.",
+    ] = None
+    repeats: Annotated[
+        RepeatSettings | None, "Repeats of every run, in which some values scatter as from trial to trial."
+    ] = None
+    derived: Annotated[
+        Derived,
+        "Further quantities of every run by name: expressions of events, measures and parameters, such as "
+        "``slip_travel: overall_slip * slide_speed``. They become columns of the summary, with their units.",
+    ] = pydantic.Field(default_factory=dict)
+    compare: Annotated[tuple[PublishedName, ...], "Published tables with which the results are compared."] = ()
+    converge: Annotated[RefinementSettings, "How ``fingerslip converge`` refines the runs."] = RefinementSettings()
+    trials: Annotated[
+        TrialSettings | None, "How ``fingerslip detect simulate`` makes trials of a data set of the runs."
+    ] = None
+    reaction: Annotated[
+        ReactionSettings | None, "An object that the body holds by its contact, whose load grows, and what may save it."
+    ] = None
+    cameras: Annotated[
+        Mapping[CameraKind, CameraSettings],
+        "Cameras that film the markers of every run; other cameras need no new simulation.",
+    ] = pydantic.Field(default_factory=dict)
 
     def __post_init__(self) -> None:
         Mistakes(mistakes_between(vars(self))).raise_all()

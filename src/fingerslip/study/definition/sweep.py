@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import copy
 import itertools
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Annotated, Any, TypeAlias
 
 import numpy as np
@@ -24,28 +25,25 @@ Check: TypeAlias = Callable[[Mapping[str, Any]], Sequence[InputError]]
 
 def check_sweep(sweep: Mapping[str, tuple[Any, ...]]) -> Mapping[str, tuple[Any, ...]]:
     """Return a sweep whose lists are right on their own."""
-    mistakes = Mistakes()
+    mistakes, together = Mistakes(), {key: swept_together(key) for key in sweep}
+    every = [path for paths in together.values() for path in paths]
     for key, values in sweep.items():
+        paths = together[key]
         with mistakes.collect():
-            _check_values(key, values, sweep)
+            if not values:
+                raise InputError(key, "has no values", "needs a list such as [0.2, 0.4]")
+            _check_different(key, values)
+            for number, value in enumerate(values if len(paths) > 1 else ()):
+                if not isinstance(value, list | tuple) or len(value) != len(paths):
+                    fault, needed = f"got {value!r}", f"needs a list of {len(paths)} values, one for each path"
+                    raise InputError(join_path(key, str(number)), fault, needed)
+            for path in paths:
+                outer = next((other for other in every if path != other and is_below(path, other)), path)
+                if outer != path or every.count(path) > 1:
+                    fault = f"is a part of the swept '{outer}'"
+                    raise InputError(key, fault, "needs paths apart from each other")
     mistakes.raise_all()
     return sweep
-
-
-def _check_values(key: str, values: Sequence[Any], sweep: Mapping[str, Any]) -> None:
-    if not values:
-        raise InputError(key, "has no values", "needs a list such as [0.2, 0.4]")
-    _check_different(key, values)
-    paths = swept_together(key)
-    for number, value in enumerate(values if len(paths) > 1 else ()):
-        if not isinstance(value, list | tuple) or len(value) != len(paths):
-            fault, needed = f"got {value!r}", f"needs a list of {len(paths)} values, one for each path"
-            raise InputError(join_path(key, str(number)), fault, needed)
-    others = [path for other in sweep for path in swept_together(other) if other != key or len(paths) > 1]
-    for path in paths:
-        outer = next((other for other in others if path != other and is_below(path, other)), None)
-        if outer is not None or others.count(path) > (len(paths) > 1):
-            raise InputError(key, f"is a part of the swept '{outer or path}'", "needs paths apart from each other")
 
 
 def _check_different(path: str, values: Sequence[Any]) -> None:
@@ -111,9 +109,11 @@ def swept_mistakes(
     keys_of_right_fields = {path: key for path, key in keys.items() if fields[path] not in unsure}
     unknown = unknown_paths(keys_of_right_fields, paths, "sweep")
     misnamed = {mistake.where.removeprefix("sweep.") for mistake in unknown}
-    sweep = {
-        key: values for key, values in plain["sweep"].items() if key not in misnamed and _leads_to(plain, key, values)
-    }
+    sweep = {}
+    for key, values in plain["sweep"].items():
+        with contextlib.suppress(LookupError):  # where a field is wrong itself, paths may lead nowhere
+            if key not in misnamed and with_values(plain, _rows(key, values)[0]):
+                sweep[key] = values
     contents = {mistake.args[:3] for mistake in mistakes}
     of_runs: dict[tuple[str, ...], InputError] = {}
     for swept in combinations(sweep):
@@ -140,15 +140,6 @@ def unknown_paths(keys: Mapping[str, str], available: Mapping[str, Sequence[str]
         fault = "is not known" if key == path else f"has '{path}', which is not known"
         mistakes.append(InputError(f"{group}.{key}", fault, allowed, repair))
     return mistakes
-
-
-def _leads_to(plain: Mapping[str, Any], key: str, values: Sequence[Any]) -> bool:
-    """Tell whether paths lead somewhere; they may not where a field is wrong itself."""
-    try:
-        with_values(plain, _rows(key, values)[0])
-    except LookupError:
-        return False
-    return True
 
 
 def _place_mistake(mistake: InputError, swept: Mapping[str, Any], sweep: Mapping[str, Sequence[Any]]) -> InputError:
@@ -236,16 +227,8 @@ def _check_ranges(ranges: Mapping[str, tuple[Any, ...]]) -> Mapping[str, tuple[A
             if not low < high:
                 order = "needs the smallest value first, then the largest"
                 raise InputError(path, f"goes from {ends[0]} to {ends[1]}", order)
-            _check_apart(path, ranges)
     mistakes.raise_all()
     return ranges
-
-
-def _check_apart(path: str, others: Iterable[str], group: str = "") -> None:
-    """Refuse a path inside another one: which of the two values counts would depend on their order."""
-    outer = next((other for other in others if path != other and is_below(path, other)), None)
-    if outer is not None:
-        raise InputError(f"{group}{path}", f"is a part of the sampled '{outer}'", "needs paths apart from each other")
 
 
 def _number_and_unit(path: str, value: object) -> tuple[float, str]:
@@ -313,9 +296,12 @@ class SampleSettings:
                 raise InputError(f"equal.{path}", f"got '{other}'", f"needs one of {', '.join(self.paths)}")
             if path in self.paths:
                 raise InputError(f"equal.{path}", "is sampled itself", "needs the path of a value without a range")
-        for group in ("ranges", "choices", "equal"):
-            for path in getattr(self, group):
-                _check_apart(path, (*self.paths, *self.equal), f"{group}.")
+        # Of a path inside another one, which of the two values counts would depend on their order.
+        groups = {path: group for group in ("ranges", "choices", "equal") for path in getattr(self, group)}
+        for path, outer in itertools.permutations(groups, 2):
+            if is_below(path, outer):
+                fault, allowed = f"is a part of the sampled '{outer}'", "needs paths apart from each other"
+                raise InputError(f"{groups[path]}.{path}", fault, allowed)
 
     def _check_unordered(self) -> None:
         for path, values in self.choices.items():
