@@ -30,6 +30,8 @@ def report(
         raise InputError(
             "report: --output", f"got {output} with one folder", "needs two: it is where a comparison goes"
         )
-    from fingerslip.study.storage.reporting import report_again
+    from fingerslip.study.storage.reporting import read_results, study_tables, write_report
 
-    print_tables(report_again(folder), as_json)
+    stored = read_results(folder)
+    write_report(stored)
+    print_tables(study_tables(stored), as_json)

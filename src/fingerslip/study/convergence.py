@@ -247,21 +247,27 @@ def _run_convergence(plan: Plan, run: Run, levels: Mapping[Level, Run], mesh: st
     """Read the numbers of a run and of its repetitions, and put them in series; `mesh` names that of element sizes."""
     base = stored_result(plan.folder / run.name)
     others = {level: stored_result(plan.folder / CONVERGENCE / other.name) for level, other in levels.items()}
-    _check_meshes(run, base, others)
+    # Element sizes are fitted to ridges and outlines: two factors may give one mesh.
+    hashes = {base.mesh_hash: "the study itself"}
+    sizes = {}  # over that in use; of alpha its value
+    for level, result in others.items():
+        twin = hashes.setdefault(result.mesh_hash, level.label) if level.setting == "mesh" else level.label
+        if twin != level.label:
+            fault = f"factor {level.value:g} gives the same mesh as {twin}"
+            raise InputError(f"{run.where}: converge.mesh", fault, "needs factors with meshes of their own")
+        size = 1.0 / level.value if level.setting == "penalty" else level.value
+        sizes[level] = result.mesh_size / base.mesh_size if level.setting == "mesh" else size
     numbers = {level: quantities(result) for level, result in others.items()}
     convergences = {}
     for key, quantity in quantities(base).items():
         series = {}
         for setting, group in itertools.groupby(others, lambda level: level.setting):
-            of_setting = list(group)
-            in_use = run.study.time.alpha if setting == "alpha" else 1.0
-            sizes = in_use, *(_size(level, base, others[level]) for level in of_setting)
+            of_setting, in_use = list(group), run.study.time.alpha if setting == "alpha" else 1.0
             values = quantity.value, *(numbers[level][key].value for level in of_setting)
             name = mesh if setting == "mesh" else setting
-            series[name] = Series(name, sizes, values)
-        convergences[key] = Convergence(
-            quantity.label, quantity.unit, quantity.value, series, _resolution(base, run.study, key, quantity.unit)
-        )
+            series[name] = Series(name, (in_use, *(sizes[level] for level in of_setting)), values)
+        resolution = _resolution(base, run.study, key, quantity.unit)
+        convergences[key] = Convergence(quantity.label, quantity.unit, quantity.value, series, resolution)
     return RunConvergence(run.name, plan.identities[run.name], convergences)
 
 
@@ -277,20 +283,3 @@ def _resolution(run: RunResult, study: Study, key: str, unit: str) -> float:
         )
         return half * next((entry.speed for entry in itertools.chain(*programmes) if isinstance(entry, Slide)), 0.0)
     return half if unit == "s" else 0.0
-
-
-def _size(level: Level, base: RunResult, result: RunResult) -> float:
-    """Return the size of a level over that in use; for alpha its value."""
-    if level.setting == "mesh":
-        return result.mesh_size / base.mesh_size
-    return 1.0 / level.value if level.setting == "penalty" else level.value
-
-
-def _check_meshes(run: Run, base: RunResult, levels: Mapping[Level, RunResult]) -> None:
-    """Refuse factors that give the same mesh twice: element sizes are fitted to ridges and outlines."""
-    hashes = {base.mesh_hash: "the study itself"}
-    for level, result in ((level, result) for level, result in levels.items() if level.setting == "mesh"):
-        twin = hashes.setdefault(result.mesh_hash, level.label)
-        if twin != level.label:
-            fault = f"factor {level.value:g} gives the same mesh as {twin}"
-            raise InputError(f"{run.where}: converge.mesh", fault, "needs factors with meshes of their own")

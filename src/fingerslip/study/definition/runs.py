@@ -6,7 +6,6 @@ runs: a study that is finished needs none of it.
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import os
 import re
@@ -16,7 +15,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeVar
 
 from fingerslip.contact.counterfaces import sliding_direction
 from fingerslip.errors import InputError, Mistakes, errors_at
@@ -39,6 +38,8 @@ from fingerslip.version import __version__
 
 #: Raised whenever the numerics or the files of a run change, so that older runs are computed again.
 RESULT_FORMAT = 10
+
+T = TypeVar("T")
 
 _EMPTY: Mapping[str, Any] = MappingProxyType({})
 _LONGEST = 100
@@ -243,23 +244,21 @@ def plan_mapping(mapping: Mapping[str, Any], source: Path, folder: Path) -> Plan
     with errors_at(str(source)):
         mistakes.raise_all()
     for run in plan.runs:  # a mesh file that cannot be read is told now
-        with without_swept(plan, run, lambda other: other.identity):
-            _ = run.identity
+        without_swept(plan, run, lambda other: other.identity)
     return plan
 
 
-@contextlib.contextmanager
-def without_swept(plan: Plan, run: Run, check: Callable[[Run], object]) -> Iterator[None]:
-    """Leave the swept values of a run out of its mistakes where the last run that has none of them has the same."""
+def without_swept(plan: Plan, run: Run, read: Callable[[Run], T]) -> T:
+    """Read a run; its mistakes name no swept values where the last run that has none of them has the same mistakes."""
     try:
-        yield
+        return read(run)
     except InputError as error:
         swept, source, others = run.swept.items(), str(plan.source), Mistakes()
         without = [other for other in plan.runs if all(other.swept.get(path) != value for path, value in swept)]
         last = [run, *without][-1]
         if last is not run and not run.sampled:
             with others.collect():
-                check(last)
+                read(last)
         alone = str(error).replace(run.where, source)
         same = alone == "\n".join(map(str, others.found)).replace(last.where, source)
         raise error.moved(lambda where: where.replace(run.where, source, 1) if same else where) from None
@@ -296,14 +295,12 @@ def _tried_at_centre(runs: list[Run], centre: Run) -> list[Run]:
     """Return runs of which only that with the study's own values tries reactions; others search critical latencies."""
     values = {**centre.plain_values, "title": ""}
     are_centre = [{**run.plain_values, "title": ""} == values for run in runs]
-    if not any(are_centre):
-        return runs
-
-    def searching(run: Run) -> Run:
-        reaction = run.study.reaction and run.study.reaction.without_trials()
-        return dataclasses.replace(run, study=dataclasses.replace(run.study, reaction=reaction))
-
-    return [run if is_centre else searching(run) for run, is_centre in zip(runs, are_centre, strict=True)]
+    for number, is_centre in enumerate(are_centre if any(are_centre) else ()):
+        study, reaction = runs[number].study, runs[number].study.reaction
+        if not is_centre and reaction:
+            study = dataclasses.replace(study, reaction=reaction.without_trials())
+            runs[number] = dataclasses.replace(runs[number], study=study)
+    return runs
 
 
 def _draws(plain: PlainStudy, swept: dict[str, Any]) -> Iterator[tuple[int, dict[str, Any], dict[str, Any]]]:

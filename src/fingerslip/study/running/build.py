@@ -185,7 +185,7 @@ def prepare_samples(plan: Plan, runs: Sequence[Run]) -> tuple[tuple[Job, ...], t
     refused = list(plan.refused)
     for run in runs:
         try:
-            jobs.append(_job(plan, run, meshes))
+            jobs.append(without_swept(plan, run, lambda other: _job(plan, other, meshes)))
         except InputError as error:
             refused.append(RefusedRun(run.name, run.swept, run.sampled, str(error)))
             if not run.sampled or len(refused) == len(plan.runs) + len(plan.refused):
@@ -215,15 +215,10 @@ def refuse_unused(plan: Plan) -> None:
 def prepare(plan: Plan, runs: Sequence[Run]) -> tuple[Job, ...]:
     """Build and check the models of runs; runs with the same mesh inputs share one mesh."""
     meshes: _Meshes = {}
-    return choose_bases([_job(plan, run, meshes) for run in runs])
+    return choose_bases([without_swept(plan, run, lambda other: _job(plan, other, meshes)) for run in runs])
 
 
 def _job(plan: Plan, run: Run, meshes: _Meshes) -> Job:
-    with without_swept(plan, run, lambda other: _new_job(plan, other, meshes)):
-        return _new_job(plan, run, meshes)
-
-
-def _new_job(plan: Plan, run: Run, meshes: _Meshes) -> Job:
     # A plate on the other side of a held object is a part of the mesh.
     key = f"{run.mesh_key} {run.study.reaction.opposite if run.study.reaction else ''}"
     mesh, space = meshes.get(key, (None, None))
@@ -258,29 +253,25 @@ def choose_bases(jobs: Sequence[Job]) -> tuple[Job, ...]:
 
 
 def _saves(jobs: Sequence[Job]) -> bool:
-    """Tell whether a basis saves time in all motions of a body together."""
+    """Tell whether a basis saves time in all motions of a body together.
+
+    All that :func:`~fingerslip.dynamics.reduced.basis.compute_in_basis` refuses needs the mesh, as does friction that
+    weakens as nodes slip: such slip multiplies differences, however small, so that no tolerance holds.
+    """
     models = [job.model for job in jobs]
-    if any(_needs_mesh(model) for model in models):
-        return False
+    for model in models:
+        weak = any(weakens(contact.friction) for contact in model.contacts)
+        relaxes = any(getattr(material, "prony", ()) for material in model.materials.values())
+        damped = any(body.dampers for body in model.bodies.values())
+        is_adaptive = isinstance(model.time, Adaptive)
+        if weak or relaxes or damped or model.support_motions or model.is_finite or is_adaptive:
+            return False
     # The first of several motions with a matrix may try out how many normal modes suffice, and is computed again.
     first = first_alike(models, same_matrix)
     steps = sum(
         step_count(model) for number, model in enumerate(models) if first[number] != number or first.count(number) == 1
     )
     return basis_saves(*jobs[0].basis_sizes, steps, models[0].mesh.dim())
-
-
-def _needs_mesh(model: Model) -> bool:
-    """Tell whether a model has to be computed on the mesh.
-
-    That is so for all that :func:`~fingerslip.dynamics.reduced.basis.compute_in_basis` refuses, and where friction
-    weakens as nodes slip: such slip multiplies differences, however small, so that no tolerance holds.
-    """
-    weak = any(weakens(contact.friction) for contact in model.contacts)
-    relaxes = any(getattr(material, "prony", ()) for material in model.materials.values())
-    damped = any(body.dampers for body in model.bodies.values())
-    is_adaptive = isinstance(model.time, Adaptive)
-    return weak or relaxes or damped or bool(model.support_motions) or model.is_finite or is_adaptive
 
 
 def groups(jobs: Sequence[Job], at_once: int = 1) -> list[list[Job]]:

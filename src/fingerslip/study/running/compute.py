@@ -218,11 +218,19 @@ def _compute_and_draw(
     pictures: dict[str, RunPictures] = {}
 
     def draw(run: Finished) -> None:
-        drawing = drawings.get(run.result.name)
-        if drawing is not None and not (_stop and _stop.value):
-            # Whatever goes wrong here goes wrong in the report too, which tells the user.
-            with contextlib.suppress(Exception):
-                pictures[run.result.name] = draw_run(run, drawing)
+        result, drawing = run.result, drawings.get(run.result.name)
+        if drawing is None or (_stop and _stop.value):
+            return
+        # Whatever goes wrong here goes wrong in the report too, which tells the user.
+        with contextlib.suppress(Exception):
+            # What draws is slow to import, and a worker of a sweep mostly draws nothing.
+            from fingerslip.report.content import RunSubject
+            from fingerslip.report.labels import run_title
+            from fingerslip.report.page.pictures import draw_ahead
+
+            title = run_title(result, "the run")
+            subject = RunSubject(run.history, result.events, name=result.name, title=title)
+            pictures[result.name] = draw_ahead(subject, contact=drawing.contact, model=drawing.model)
 
     return compute_group(jobs, tell, threads, draw), pictures
 
@@ -399,15 +407,3 @@ def drawings_of(plan: Plan, jobs: Sequence[Job]) -> dict[str, Drawing]:
     models = {id(job.model.mesh): job.run.name for job in reversed(jobs)}.values()
     named = {job.run.name: Drawing(job.run.name in first, job.run.name in models) for job in jobs}
     return {name: drawing for name, drawing in named.items() if drawing.contact or drawing.model}
-
-
-def draw_run(finished: Finished, drawing: Drawing) -> RunPictures:
-    """Draw a finished run as the report would."""
-    # What draws is slow to import, and a worker of a sweep mostly draws nothing.
-    from fingerslip.report.content import RunSubject
-    from fingerslip.report.labels import run_title
-    from fingerslip.report.page.pictures import draw_ahead
-
-    result = finished.result
-    run = RunSubject(finished.history, result.events, name=result.name, title=run_title(result, "the run"))
-    return draw_ahead(run, contact=drawing.contact, model=drawing.model)

@@ -6,11 +6,10 @@ nearly all that a model of its kind needs.
 
 from __future__ import annotations
 
-import contextlib
 import logging
 import os
 import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -187,9 +186,16 @@ def compile_ahead(models: Iterable[Model], progress: StudyProgress) -> None:
             self.done += 1
             progress.advance(_NAME, min(self.done / total, 1.0))
 
-    with event.install_listener("numba:compile", _Counter()), _quiet():
-        for kind in kinds:
-            simulate(_block(*kind))
+    # What is said of the blocks nobody asked for.
+    logger = logging.getLogger("fingerslip")
+    level = logger.level
+    logger.setLevel(logging.ERROR)
+    try:
+        with event.install_listener("numba:compile", _Counter()):
+            for kind in kinds:
+                simulate(_block(*kind))
+    finally:
+        logger.setLevel(level)
     progress.finish(_NAME, "done")
 
 
@@ -204,18 +210,6 @@ def _has_cache(kind: Kind) -> bool:
     pattern = f"{path.stem}.{name}-*.py{sys.version_info.major}{sys.version_info.minor}.nbi"
     indexes = (index for folder in folders for index in folder.rglob(pattern))
     return any(index.stat().st_mtime >= changed for index in indexes)
-
-
-@contextlib.contextmanager
-def _quiet() -> Iterator[None]:
-    """Keep what is said of the block from people who did not ask for one."""
-    logger = logging.getLogger("fingerslip")
-    was = logger.level
-    logger.setLevel(logging.ERROR)
-    try:
-        yield
-    finally:
-        logger.setLevel(was)
 
 
 def _block(dim: int, computed: str) -> Model:

@@ -71,8 +71,12 @@ def film_history(history: xr.Dataset, kind: str, settings: CameraSettings, folde
         truth = true_tracks(camera, markers)
         if settings.tier == "pixel":
             tracks = _pixels(settings, camera, markers, truth, partial)
-        else:
-            tracks = _points(settings, camera, markers, partial)
+        else:  # positions with the errors of the tracker, without frames
+            tracks = point_tracks(PointCamera(camera, seed=settings.seed), markers)
+            (partial / "tracks").mkdir()
+            write_tracks(tracks, partial / "tracks" / "tracks.nc")
+            write_tracks_csv(tracks, partial / "tracks" / "tracks.csv")
+        write_tracks(tracks, partial / "tracks" / "matched.nc")
         errors = track_errors(tracks, truth)
         write_tracks(truth, partial / "truth.nc")
         write_json(partial / ERRORS, {"key": key, "camera": as_mapping(settings), **dataclasses.asdict(errors)})
@@ -106,16 +110,4 @@ def _pixels(
         )
     tracks = tracks.assign_attrs(source=video.name)
     write_tracking(tracks, open_frames(video), folder / "tracks")
-    matched = matched_tracks(tracks, truth)
-    write_tracks(matched, folder / "tracks" / "matched.nc")
-    return matched
-
-
-def _points(settings: CameraSettings, camera: Camera, markers: xr.Dataset, folder: Path) -> xr.Dataset:
-    """Write tracks with the errors of the tracker, without frames."""
-    tracks = point_tracks(PointCamera(camera, seed=settings.seed), markers)
-    (folder / "tracks").mkdir()
-    write_tracks(tracks, folder / "tracks" / "tracks.nc")
-    write_tracks(tracks, folder / "tracks" / "matched.nc")
-    write_tracks_csv(tracks, folder / "tracks" / "tracks.csv")
-    return tracks
+    return matched_tracks(tracks, truth)

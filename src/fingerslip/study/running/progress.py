@@ -15,6 +15,8 @@ _SECONDS_BETWEEN_LINES = 30.0
 class StudyProgress:
     """Receives the progress of a study, and shows nothing of it; classes below this one do."""
 
+    _console: Console | None = None
+
     def __enter__(self) -> Self:
         return self
 
@@ -32,6 +34,8 @@ class StudyProgress:
 
     def say(self, message: str) -> None:
         """Receive a message."""
+        if self._console is not None:
+            self._console.print(message, highlight=False, markup=False, soft_wrap=True)
 
 
 class BarProgress(StudyProgress):
@@ -80,10 +84,6 @@ class BarProgress(StudyProgress):
         self.advance(name, 1.0)
         self._bars.update(self._tasks[name], description=f"{name}: {outcome}")
 
-    def say(self, message: str) -> None:
-        """Show a message above the bars."""
-        self._console.print(message, highlight=False, markup=False, soft_wrap=True)
-
 
 class LineProgress(StudyProgress):
     """A line when a run begins or ends and one every half minute, for logs."""
@@ -102,10 +102,6 @@ class LineProgress(StudyProgress):
     def finish(self, name: str, outcome: str) -> None:
         """Write the outcome of a run."""
         self.say(f"{name}: {outcome}")
-
-    def say(self, message: str) -> None:
-        """Write a line."""
-        self._console.print(message, highlight=False, markup=False, soft_wrap=True)
 
 
 def progress_on_screen(console: Console | None = None) -> StudyProgress:

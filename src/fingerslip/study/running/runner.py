@@ -17,7 +17,7 @@ from fingerslip.parameters.schema import require_kind
 from fingerslip.results import SUMMARY, RefusedRun, StudyResult, failure_folder, result_mapping, stored_result
 from fingerslip.storage.files import check_folder, clean_stale, digest, remove_empty, write_bytes, writing
 from fingerslip.study.definition.expressions import derive
-from fingerslip.study.definition.runs import Plan, Run, plan_studies
+from fingerslip.study.definition.runs import Plan, plan_studies
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.storage import reporting
 from fingerslip.study.storage.reporting import REPORT, film_keys
@@ -129,7 +129,12 @@ def run_plans(
         from fingerslip.study.running.compute import prepare_workers
 
         prepare_workers()
-    prepared = [_prepare(plan, runs) for plan, runs in zip(plans, to_compute, strict=True)]
+    prepared: list[tuple[tuple[Job, ...], tuple[RefusedRun, ...]]] = [((), plan.refused) for plan in plans]
+    for number, runs in enumerate(to_compute):
+        if runs:  # where there are none, nothing that builds them is loaded
+            from fingerslip.study.running.build import prepare_samples
+
+            prepared[number] = prepare_samples(plans[number], runs)
     with progress or StudyProgress() as reporter:
         engine = Engine(reporter, workers, scheduler, force=force)
         outcomes = [_execute(plan, *todo, engine) for plan, todo in zip(plans, prepared, strict=True)]
@@ -138,15 +143,6 @@ def run_plans(
     if errors:
         raise StudyFailedError(errors, results)
     return results
-
-
-def _prepare(plan: Plan, runs: Sequence[Run]) -> tuple[tuple[Job, ...], tuple[RefusedRun, ...]]:
-    """Build and check runs; where there are none, nothing that does so is loaded."""
-    if not runs:
-        return (), plan.refused
-    from fingerslip.study.running.build import prepare_samples
-
-    return prepare_samples(plan, runs)
 
 
 @dataclass(frozen=True)
@@ -213,7 +209,11 @@ def compute_jobs(
     """Compute jobs of a study, and return what went wrong and what was drawn; what is unfinished is removed."""
     created = [folder for folder in (plan.folder, *plan.folder.parents) if not folder.exists()]
     clean_stale(plan.folder)
-    copies = _mesh_copies(plan, jobs)
+    for run in (*plan.runs, *(job.run for job in jobs)):  # where a run is computed, the file may not be there
+        _ = run.written_values
+    mesh_files = {name: file for run in plan.runs for name, file in run.mesh_files.items()}
+    # What they hold while it is what the runs have, by the names of copies to come.
+    copies = {name: file.read_bytes() for name, file in mesh_files.items() if not (plan.folder / name).exists()}
     failures: dict[str, FingerslipError] = {}
     pictures: dict[str, RunPictures] = {}
     for job in jobs:
@@ -243,14 +243,6 @@ def compute_jobs(
                 write_bytes(plan.folder / name, copies.pop(name))
         remove_empty(*created)
     return failures, pictures
-
-
-def _mesh_copies(plan: Plan, jobs: Sequence[Job]) -> dict[str, bytes]:
-    """Return what is in the mesh files of runs, as long as it is that of the runs, by the names of copies to come."""
-    for run in (*plan.runs, *(job.run for job in jobs)):  # where a run is computed, the file may not be there
-        _ = run.written_values
-    files = {name: file for run in plan.runs for name, file in run.mesh_files.items()}
-    return {name: file.read_bytes() for name, file in files.items() if not (plan.folder / name).exists()}
 
 
 def _report(outcome: Outcome, progress: StudyProgress) -> dict[str, FingerslipError]:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import re
 import time
 import warnings
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -163,33 +163,28 @@ def _specimen_rows(run: Run, specimen: Specimen, paths: Collection[str] | None) 
         yield _row_of(kind, leaf, element, paths)
 
 
-@dataclass(frozen=True)
-class _Origin:
-    """The values of a preset, by their paths in the study: as its file says them, and as they are."""
-
-    entries: Mapping[str, PresetValue]
-    values: Mapping[str, Any]
+# The values of a preset, by their paths in the study: as its file says them, and as they are.
+_Origin: TypeAlias = tuple[Mapping[str, PresetValue], Mapping[str, Any]]
 
 
 def _origin_of(presets: Presets[Any], name: str, path: str) -> _Origin:
     """Return the values of a preset that stands at a path in a study."""
-    return _Origin(
-        {f"{path}.{entry.path}": entry for entry in presets.table(name)},
-        {f"{path}.{leaf.path}": leaf.value for leaf in walk_values(presets.read(name))},
-    )
+    entries = {f"{path}.{entry.path}": entry for entry in presets.table(name)}
+    return entries, {f"{path}.{leaf.path}": leaf.value for leaf in walk_values(presets.read(name))}
 
 
 def _row_of(group: str, leaf: Leaf, origin: _Origin, paths: Collection[str] | None) -> _Row:
     """Return the row of a value in a group that starts from a preset: with its source, or the preset's value beside."""
     path, text = f"{group}.{leaf.path}", _text(leaf.value, leaf.unit)
-    source, untouched = known_part(path, origin.entries), paths is None or path not in paths
-    entry = origin.entries.get(source)
-    is_preset = leaf.value == origin.values.get(path) and untouched
+    entries, values = origin
+    source, untouched = known_part(path, entries), paths is None or path not in paths
+    entry = entries.get(source)
+    is_preset = leaf.value == values.get(path) and untouched
     if is_preset and entry:
         # Of a list the preset has one source for all values in it.
         return ShownValue(path, entry.value if source == path else text, entry.source, entry.note), text
     # A law that the preset does not have brings its own defaults.
-    brought = leaf.is_default and path not in origin.values and untouched
+    brought = leaf.is_default and path not in values and untouched
     return _row(path, text, DEFAULT if is_preset or brought else STUDY_FILE, f"preset: {entry.value}" if entry else "")
 
 
@@ -200,13 +195,8 @@ def _unused_reason(path: str, study: Study, specimen: Specimen) -> str:
         return f"the study gives its own {group}"
     if group == "materials" and rest.partition(".")[0] in study.materials:
         return "the study gives its own material"
-    use = ModelUse(
-        dim=3 if study.is_solid else 2,
-        meshed=study.mesh.needs_specimen,
-        held=not study.supports,
-        groups=frozenset(study.record.all_groups),
-    )
-    return specimen.unused_reason(path, use)
+    dim, groups = (3 if study.is_solid else 2), frozenset(study.record.all_groups)
+    return specimen.unused_reason(path, ModelUse(dim, study.mesh.needs_specimen, not study.supports, groups))
 
 
 def _text(value: object, unit: Unit | None) -> str:
@@ -268,13 +258,6 @@ def warn_of_doubts(study: StudyResult) -> None:
         warnings.warn(warning, stacklevel=3)
 
 
-def report_again(folder: str | Path) -> tuple[Table, ...]:
-    """Make the report of a study again from its stored histories."""
-    stored = read_results(folder)
-    write_report(stored)
-    return study_tables(stored)
-
-
 def write_report(study: StudyResult, pictures: Mapping[str, RunPictures] | None = None) -> None:
     """Make ``figures/`` and ``report.html`` of a study from its stored histories."""
     from fingerslip.report.page.assemble import study_report
@@ -303,20 +286,6 @@ def reactions_of(study: StudyResult) -> Reactions:
     return Reactions(study.runs, results, settings)
 
 
-def _content(study: StudyResult, pictures: Mapping[str, RunPictures]) -> ReportContent:
-    """Return what the page of a study has: results, values, error bars, notes; without reactions what it draws, too."""
-    from fingerslip.report.page.assemble import notes_html
-
-    convergences = read_convergences(study.folder, identities(read_manifest(study.folder)))
-    content = dataclasses.replace(
-        _computed_content(study),
-        pictures=pictures,
-        convergences={name: convergence.quantities for name, convergence in convergences.items()},
-        notes=notes_html(study.folder),
-    )
-    return content if any(run.reaction for run in study.runs) else _with_pictures(content)
-
-
 def _computed_content(study: StudyResult) -> ReportContent:
     """Return what all pages on a study have: its results, the values of its runs, and what made them."""
     from fingerslip.report.content import ReportContent
@@ -327,12 +296,21 @@ def _computed_content(study: StudyResult) -> ReportContent:
     return ReportContent(study, {}, values=values, provenance=provenance_of(study.folder, manifest))
 
 
-def _with_pictures(content: ReportContent) -> ReportContent:
-    """Return the content of a page with the histories and films that it draws."""
+def _content(study: StudyResult, pictures: Mapping[str, RunPictures]) -> ReportContent:
+    """Return what the page of a study has: error bars, notes, and without reactions the histories that it draws."""
     from fingerslip.report.content import MOST_RUNS
+    from fingerslip.report.page.assemble import notes_html
     from fingerslip.report.page.samples import representatives
 
-    study = content.study
+    convergences = read_convergences(study.folder, identities(read_manifest(study.folder)))
+    content = dataclasses.replace(
+        _computed_content(study),
+        pictures=pictures,
+        convergences={name: convergence.quantities for name, convergence in convergences.items()},
+        notes=notes_html(study.folder),
+    )
+    if any(run.reaction for run in study.runs):
+        return content
     drawn = [run.name for run in study.runs if not study.ranges][:MOST_RUNS]
     shown = dict.fromkeys((*drawn, *(run.name for run in content.modelled_runs)))
     histories = {name: read_history(study.folder / name / HISTORY) for name in shown}
@@ -407,13 +385,8 @@ def _frames(video: Path, truth: xr.Dataset, history: xr.Dataset) -> dict[float, 
     if not video.is_file() or window is None:
         return {}
     wanted = [int(np.abs(times - time).argmin()) for time in film_times(window.start, window.end, float(times[0]))]
-    frames = {}
-    for number, frame in enumerate(read_frames(video)):
-        if number in wanted:
-            frames[float(times[number])] = frame
-        if number >= max(wanted):
-            break
-    return frames
+    frames = enumerate(itertools.islice(read_frames(video), max(wanted) + 1))
+    return {float(times[number]): frame for number, frame in frames if number in wanted}
 
 
 def compare_studies(first: str | Path, second: str | Path, output: Path | None = None) -> Path:

@@ -22,7 +22,7 @@ from fingerslip.study.running.films import camera_of, film_history, film_runs
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.running.runner import Engine, compute_jobs, write_up
 from fingerslip.study.storage import reporting
-from fingerslip.study.storage.reporting import film_keys, read_films, report_again
+from fingerslip.study.storage.reporting import film_keys, read_films, read_results, write_report
 from fingerslip.vision.cameras.camera import pixels_of
 from fingerslip.vision.tracks import make_tracks, read_tracks
 from unit.filmed import filmed_history
@@ -68,7 +68,7 @@ def test_report_and_figures_are_the_same_whether_runs_are_drawn_beside_or_at_the
     monkeypatch.setattr(runner, "write_report", only_drawn(runner.write_report))
     folder = write_up(plan, (), pictures).folder
     beside = contents(folder)
-    report_again(folder)
+    write_report(read_results(folder))
     assert contents(folder) == beside
     assert f"section-{NAMES[0]}.png" in beside
     assert f"{NAMES[2]}-slip-map.png" in beside
