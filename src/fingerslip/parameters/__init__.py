@@ -131,7 +131,7 @@ def one_of(union: Any, what: str, name: str, words: str) -> Choice:
 def from_mapping(cls: type[T], values: Mapping[str, Any], where: str = "") -> T:
     """Build a parameter set from a file's mapping, whose quantities are text with units; errors begin with `where`."""
     try:
-        return _adapter(cls).validate_python(dict(values), context=_FROM_TEXT)  # type: ignore[arg-type, no-any-return]
+        return _adapter(cls).validate_python(dict(values), context=_FROM_TEXT)  # type: ignore[no-any-return]
     except pydantic.ValidationError as error:
         # Such as `x.yaml: ` or `x.yaml: fingertip.`
         front = f"{where}{'.' if ': ' in where else ': '}" if where else ""
@@ -216,9 +216,7 @@ def _below(path: str, value: Any, default: object, unit: Unit | None, choice: Ch
         yield Leaf(path, value, unit, bool(value == default))
 
 
-@functools.cache
-def _adapter(cls: type) -> pydantic.TypeAdapter[Any]:
-    return pydantic.TypeAdapter(cls)
+_adapter: Callable[[type], pydantic.TypeAdapter[Any]] = functools.cache(pydantic.TypeAdapter)
 
 
 @functools.cache

@@ -10,7 +10,6 @@ import functools
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib import resources
-from importlib.resources.abc import Traversable
 from typing import Any, Generic, TypeVar
 
 from fingerslip.errors import InputError, unknown_name
@@ -48,7 +47,7 @@ class Presets(Generic[T]):
     @property
     def names(self) -> tuple[str, ...]:
         """Names of all presets."""
-        files = _folder(self.package).iterdir()
+        files = resources.files(self.package).joinpath("presets").iterdir()
         return tuple(sorted(file.name.removesuffix(".yaml") for file in files if file.name.endswith(".yaml")))
 
     def read(self, name: str) -> T:
@@ -99,12 +98,8 @@ def _nest(document: Mapping[str, Any]) -> dict[str, Any]:
     return nested
 
 
-def _folder(package: str) -> Traversable:
-    return resources.files(package).joinpath("presets")
-
-
 @functools.cache
 def _read_preset(package: str, name: str) -> dict[str, Any]:
-    text = _folder(package).joinpath(f"{name}.yaml").read_text(encoding="utf-8")
+    text = resources.files(package).joinpath("presets", f"{name}.yaml").read_text(encoding="utf-8")
     document: dict[str, Any] = parse_document(text, f"{name}.yaml").content
     return document

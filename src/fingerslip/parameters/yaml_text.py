@@ -179,14 +179,14 @@ class _Builder:
             raise self._error(node, f"found more than {_LARGEST} values", "needs fewer, or fewer aliases")
         match node:
             case MappingNode():
-                self._check_tag(node, "map")
+                self._check_tag(node, f"{_CORE}map")
                 self._check_braces(node)
                 return {key: self.value(item, f"{path}{key}.", depth + 1) for key, item in self._items(node, path)}
             case SequenceNode():
-                self._check_tag(node, "seq")
+                self._check_tag(node, f"{_CORE}seq")
                 return [self._item(item, f"{path}{index}", depth) for index, item in enumerate(node.value)]
             case _:
-                return self._scalar(node, str(node.tag))
+                return self._scalar(node)
 
     def _items(self, node: MappingNode, path: str) -> Iterator[tuple[str, Node]]:
         seen: set[str] = set()
@@ -217,23 +217,21 @@ class _Builder:
                 raise self._error(key, f"found '{shorten(key.value)}', with no space behind the colon", needed)
             before = item if isinstance(item, ScalarNode) else None
 
-    def _item(self, node: Node, path: str, depth: int) -> Any:
-        self.lines[path] = node.start_mark.line + 1
-        return self.value(node, f"{path}.", depth + 1)
-
-    def _scalar(self, node: Node, tag: str) -> object:
-        kind = _KINDS.get(tag)
-        if kind is None:
-            raise self._unknown_tag(node)
+    def _scalar(self, node: Node) -> object:
+        self._check_tag(node, *_KINDS)
         self._check_characters(node)
-        name = tag.removeprefix(_CORE)
+        tag = str(node.tag)
+        kind, name = _KINDS[tag], tag.removeprefix(_CORE)
         if not kind.pattern.match(node.value):
-            raise self._error(
-                node, f"found '{shorten(node.value)}' with the tag !!{name}", f"needs a value of type {name}"
-            )
+            fault = f"found '{shorten(node.value)}' with the tag !!{name}"
+            raise self._error(node, fault, f"needs a value of type {name}")
         if name == "int" and len(node.value) > _LONGEST:  # larger than any float, and slow to read and print
             raise self._error(node, f"found a number of {len(node.value)} digits", f"needs at most {_LONGEST}")
         return kind.read(node.value)
+
+    def _item(self, node: Node, path: str, depth: int) -> Any:
+        self.lines[path] = node.start_mark.line + 1
+        return self.value(node, f"{path}.", depth + 1)
 
     def _check_characters(self, node: Node) -> None:
         """Refuse halves of characters, which escapes may make but no text in UTF-8 holds."""
@@ -241,13 +239,10 @@ class _Builder:
         if wrong:
             raise self._error(node, f"found a character that is no text (code {ord(wrong[0]):#x})", "needs text")
 
-    def _check_tag(self, node: Node, name: str) -> None:
-        if node.tag != f"{_CORE}{name}":
-            raise self._unknown_tag(node)
-
-    def _unknown_tag(self, node: Node) -> InputError:
-        tag = str(node.tag).replace(_CORE, "!!")
-        return self._error(node, f"found the tag {tag}", "needs plain keys, lists and values", "leave the tag out")
+    def _check_tag(self, node: Node, *tags: str) -> None:
+        if node.tag not in tags:
+            fault = f"found the tag {str(node.tag).replace(_CORE, '!!')}"
+            raise self._error(node, fault, "needs plain keys, lists and values", "leave the tag out")
 
     def _error(self, node: Node, fault: str, needed: str, repair: str = "") -> InputError:
         return InputError(_place(self.where, node.start_mark), fault, needed, repair)

@@ -104,9 +104,11 @@ def block_indices(study: StudyResult, output: str, method: str) -> tuple[Sensiti
         values = values[used]
         if method == "sobol" and np.ptp(values) == 0.0:
             raise InputError("of", f"'{output}' is {values[0]:.6g} in all runs", "needs an output that differs")
-        indices = _indices(method, paths, shares[used], values)
-        sensitivity = _sensitivity(method, group, runs, output, values, indices)
-        sensitivities.append(replace(sensitivity, blocks=blocks, left_out=len(whole) - blocks))
+        indices, about = _indices(method, paths, shares[used], values), _statistics(runs[0], output, values)
+        left_out = len(whole) - blocks
+        sensitivities.append(
+            Sensitivity(method, group=dict(group), indices=indices, blocks=blocks, left_out=left_out, **about)
+        )
     return tuple(sensitivities)
 
 
@@ -126,9 +128,10 @@ def surrogate_indices(study: StudyResult, output: str) -> tuple[Sensitivity, ...
         )
         means = surrogate.process.predict(np.array([encode(inputs, sample) for sample in samples]))
         values = np.array([number for run in runs if (number := required_output(run, output).value) is not None])
-        indices = _indices("sobol", paths, shares, means)
-        sensitivity = _sensitivity("sobol", group, runs, output, values, indices)
-        sensitivities.append(replace(sensitivity, surrogate=surrogate.validation))
+        indices, about = _indices("sobol", paths, shares, means), _statistics(runs[0], output, values)
+        sensitivities.append(
+            Sensitivity("sobol", group=dict(group), indices=indices, surrogate=surrogate.validation, **about)
+        )
     return tuple(sensitivities)
 
 
@@ -138,40 +141,26 @@ def _require_samples(study: StudyResult) -> None:
         raise InputError("study", "has no samples", "needs a study with samples", repair)
 
 
-def _indices(method: str, paths: Sequence[str], shares: Floats, values: Floats) -> list[Index]:
-    """Return what SALib makes of the values (n,) of an output at shares (n, n_paths)."""
+def _indices(method: str, paths: Sequence[str], shares: Floats, values: Floats) -> tuple[Index, ...]:
+    """Return what SALib makes of the values (n,) of an output at shares (n, n_paths), the largest first."""
     analyze = optional_module(f"SALib.analyze.{method}", *_SALIB).analyze
     problem = {"num_vars": len(paths), "names": list(paths), "bounds": [[0.0, 1.0]] * len(paths)}
     if method == "sobol":
         columns = analyze(problem, values, calc_second_order=False, **_OPTIONS)
     else:
         columns = analyze(problem, shares, values, **_OPTIONS)
-    return [
+    indices = (
         Index(path, **{field: float(columns[name][row]) for field, name in _COLUMNS[method].items()})
         for row, path in enumerate(paths)
-    ]
-
-
-def _sensitivity(  # noqa: PLR0917  what a sensitivity is made of
-    method: str,
-    group: Mapping[str, Any],
-    runs: Sequence[RunResult],
-    output: str,
-    values: Floats,
-    indices: Sequence[Index],
-) -> Sensitivity:
-    quantity = required_output(runs[0], output)
-    return Sensitivity(
-        method=method,
-        output=output,
-        label=quantity.label,
-        unit=quantity.unit,
-        group=dict(group),
-        indices=tuple(sorted(indices, key=lambda index: -index.size)),
-        mean=float(values.mean()),
-        deviation=float(values.std(ddof=1)),
-        runs=values.size,
     )
+    return tuple(sorted(indices, key=lambda index: -index.size))
+
+
+def _statistics(run: RunResult, output: str, values: Floats) -> dict[str, Any]:
+    """Return what an output is called, and mean and deviation of its values (n,), as a sensitivity has them."""
+    quantity = required_output(run, output)
+    numbers = {"mean": float(values.mean()), "deviation": float(values.std(ddof=1)), "runs": values.size}
+    return {"output": output, "label": quantity.label, "unit": quantity.unit, **numbers}
 
 
 _FOLDS = 5
@@ -236,11 +225,8 @@ def fit_surrogate(runs: Sequence[RunResult], output: str) -> Surrogate:
     if np.ptp(values) == 0.0:
         raise InputError("of", f"'{output}' is {values[0]:.6g} {unit} in all runs", "needs an output that differs")
     process = fit_process(columns, values, None)
-    validation = replace(
-        _validate(columns, values, process),
-        repeated=len(valued) - len(distinct),
-        missing=len(pairs) - len(valued),
-    )
+    repeated, missing = len(valued) - len(distinct), len(pairs) - len(valued)
+    validation = replace(_validate(columns, values, process), repeated=repeated, missing=missing)
     return Surrogate(output, unit, inputs, validation, process)
 
 

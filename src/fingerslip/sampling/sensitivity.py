@@ -36,19 +36,9 @@ class Interval:
     missing: int = 0  # samples without it: the event did not happen
 
     @property
-    def smallest(self) -> float:
-        """Smallest number."""
-        return self.values[0]
-
-    @property
-    def largest(self) -> float:
-        """Largest number."""
-        return self.values[-1]
-
-    @property
     def summary(self) -> tuple[float, ...]:
         """Smallest number, the percentiles 5, 50 and 95, linear between samples, and the largest."""
-        return (self.smallest, *np.percentile(self.values, (5, 50, 95)).tolist(), self.largest)
+        return tuple(np.percentile(self.values, (0, 5, 50, 95, 100)).tolist())
 
 
 @dataclass(frozen=True)
@@ -75,9 +65,9 @@ def interval_of(values: Sequence[float | None]) -> Interval | None:
 
 def position(span: tuple[float, float], interval: Interval) -> str:
     """Return where a published range lies in an interval: the share of samples below its middle where they overlap."""
-    if span[1] < interval.smallest:
+    if span[1] < interval.values[0]:
         return "below all"
-    if span[0] > interval.largest:
+    if span[0] > interval.values[-1]:
         return "above all"
     below = np.mean(np.asarray(interval.values) < 0.5 * (span[0] + span[1]))
     return f"within, at {100.0 * below:.0f} %"
@@ -174,7 +164,7 @@ def fit_samples(
 
     times = [run.events.reading(reading).time(time) for run in runs]
     interval = interval_of(times)
-    if interval is None or len(interval.values) < len(ranges) + 2 or interval.smallest == interval.largest:
+    if interval is None or len(interval.values) < len(ranges) + 2 or len(set(interval.values)) == 1:
         return None
     observed = np.array([entry for entry in times if entry is not None])
     runs_with_time = [run for run, entry in zip(runs, times, strict=True) if entry is not None]
@@ -183,18 +173,11 @@ def fit_samples(
     widths = np.ptp(ends, axis=1)
     coefficients, errors, quality = _regression((values - ends.mean(axis=1)) / widths, observed)
     slopes = coefficients[1:] / widths
+    standardised = slopes * values.std(axis=0) / observed.std()
+    ranks = [np.corrcoef(rankdata(column), rankdata(observed))[0, 1] for column in values.T]
+    numbers = np.column_stack((ends, slopes, errors[1:] / widths, standardised, ranks)).tolist()
     effects = (
-        Effect(
-            path,
-            number_and_unit(two[0])[1],
-            float(ends[j, 0]),
-            float(ends[j, 1]),
-            slope=float(slopes[j]),
-            error=float(errors[1:][j] / widths[j]),
-            standardised=float(slopes[j] * values[:, j].std() / observed.std()),
-            rank=float(np.corrcoef(rankdata(values[:, j]), rankdata(observed))[0, 1]),
-        )
-        for j, (path, two) in enumerate(ranges.items())
+        Effect(path, number_and_unit(two[0])[1], *row) for (path, two), row in zip(ranges.items(), numbers, strict=True)
     )
     ordered = tuple(sorted(effects, key=lambda effect: -abs(effect.change)))
     return Fit(dict(group or {}), reading, time, float(coefficients[0]), *quality, interval, ordered)

@@ -20,20 +20,13 @@ from fingerslip.parameters.schema import require_kind
 from fingerslip.report.labels import path_labels
 from fingerslip.report.tables.runs import table_frame
 from fingerslip.results import ABOUT, FIT, HISTORY, RunResult, StudyResult, stored_fit
+from fingerslip.sampling import posterior as posteriors
 from fingerslip.sampling.curves import OVER, FitSettings, Measurement, column_unit, curves_of, read_measurement
 from fingerslip.sampling.designs import required_output
-from fingerslip.sampling.posterior import (
-    EMCEE,
-    Chain,
-    Likelihood,
-    discrepancy,
-    fit_emulator,
-    fit_processes,
-    sample_posterior,
-)
+from fingerslip.sampling.posterior import Chain
 from fingerslip.sampling.sensitivity import number_and_unit
 from fingerslip.storage.files import csv_text, digest, frame_csv, new_folder, write_bytes, write_json, write_text
-from fingerslip.study.definition.runs import Run, plan_study
+from fingerslip.study.definition.runs import plan_study
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.running.runner import run_plans, write_up
 from fingerslip.study.storage.reporting import read_results
@@ -151,28 +144,24 @@ def fit(
     if settings is None or sample is None:
         repair = "write fit: {over: depth, columns: {normal_force: 10 mN}}"
         raise InputError(f"{source}: fit", "is missing", "needs the measured curves", repair)
-    optional_module(*EMCEE)
+    optional_module(*posteriors.EMCEE)
     measurement = read_measurement(Path(data), settings)
     with errors_at(str(source)):
-        _refuse_beyond(measurement, plan.runs)
+        for run_study, name in ((run.study, run.name) for run in plan.runs):
+            phases, contact = run_study.programme, run_study.contact
+            reaches = {
+                "depth": sum(getattr(phase, "depth", max(getattr(phase, "press", 0.0), 0.0)) for phase in phases),
+                "displacement": sum(phase.distance for phase in phases if isinstance(phase, Slide)),
+                "time": run_study.time.end or sum(map(phase_duration, phases)),
+            }
+            # A plate with a motion of its own goes elsewhere.
+            if contact and not (contact.programme or run_study.bodies or run_study.reaction):
+                measurement.check_reach(0.0, reaches[measurement.over], name)
     (result,) = run_plans([plan], workers=workers, progress=progress)
     with errors_at(str(source)):
         posterior = _write(result, measurement, settings)
     write_up(plan)
     return posterior
-
-
-def _refuse_beyond(measurement: Measurement, runs: Sequence[Run]) -> None:
-    """Refuse a measurement that goes further than the programme of a run, where its plate has no other."""
-    for study, name in ((run.study, run.name) for run in runs):
-        phases, contact = study.programme, study.contact
-        reaches = {
-            "depth": sum(getattr(phase, "depth", max(getattr(phase, "press", 0.0), 0.0)) for phase in phases),
-            "displacement": sum(phase.distance for phase in phases if isinstance(phase, Slide)),
-            "time": study.time.end or sum(map(phase_duration, phases)),
-        }
-        if contact and not (contact.programme or study.bodies or study.reaction):
-            measurement.check_reach(0.0, reaches[measurement.over], name)
 
 
 def _write(study: StudyResult, measurement: Measurement, settings: FitSettings) -> Posterior:
@@ -187,9 +176,9 @@ def _write(study: StudyResult, measurement: Measurement, settings: FitSettings) 
     pairs = [(curves_of(history, measurement, run.name), history["time"].values[-1]) for run, history in histories]
     curves, end = np.array([curve for curve, _ in pairs]), float(max(last for _, last in pairs))
     _refuse_far(measurement, curves)
-    emulator = fit_emulator(points, measurement.in_deviations(curves))
-    likelihood = Likelihood(emulator, measurement, settings.discrepancy)
-    chain = sample_posterior(likelihood, len(low))
+    emulator = posteriors.fit_emulator(points, measurement.in_deviations(curves))
+    likelihood = posteriors.Likelihood(emulator, measurement, settings.discrepancy)
+    chain = posteriors.sample_posterior(likelihood, len(low))
     misfits = likelihood.misfit(chain.samples[:, :-1], chain.samples[:, -1])[0] / measurement.values.size
     if warning := noise_warning(float(np.median(misfits)), measurement.values.size):
         logging.getLogger("fingerslip.study").warning(warning)
@@ -209,7 +198,7 @@ def _write(study: StudyResult, measurement: Measurement, settings: FitSettings) 
     size = measurement.positions.size
     models = emulator.draw(drawn_samples[:, :-1], generator, MOST_PANELS * size).reshape(len(saved), -1, size)
     noise = generator.standard_normal(models.shape)
-    root = np.linalg.cholesky(discrepancy(measurement.positions) + 1e-9 * np.eye(size))
+    root = np.linalg.cholesky(posteriors.discrepancy(measurement.positions) + 1e-9 * np.eye(size))
     smooth = drawn_samples[:, -1:, None] * generator.standard_normal(models.shape) @ root.T
     deviations = measurement.deviations[: models.shape[1]]
     bands = _curve_table(measurement, curves, *(deviations * each for each in (models, models + smooth + noise)))
@@ -353,7 +342,7 @@ def _predictions(
         cells: Sequence[Cell] = (Missing.NO_EVENT,) * (len(_PERCENTS) + 1)
         if has.sum() >= _LEAST_WITH_EVENT:
             middle, spread = outputs.mean(), outputs.std() or 1.0
-            processes = fit_processes(points[has], ((outputs - middle) / spread)[:, None])
+            processes = posteriors.fit_processes(points[has], ((outputs - middle) / spread)[:, None])
             mean, variance = processes.predict(samples)
             mean += np.sqrt(variance) * generator.standard_normal(mean.shape)
             intervals = (middle + spread * np.percentile(mean, _PERCENTS)).tolist()

@@ -41,12 +41,7 @@ _LARGEST_FRICTION = 2.0
 _AT_ONCE = " It acts at once, so that the plate rings: give it a ramp."
 _WIDTH = 0.01  # about that of the contact of a fingertip, across it [m]
 _COLUMNS = (
-    Column("study"),
-    Column("run"),
-    Column("state"),
-    Column("degrees of freedom"),
-    Column("records"),
-    Column("steps"),
+    *map(Column, ("study", "run", "state", "degrees of freedom", "records", "steps")),
     Column("estimated time", "s", 0),
 )
 _CONTROLLED = (
@@ -73,8 +68,7 @@ def check_plans(plans: Sequence[Plan], mistakes: Mistakes | None = None) -> Tabl
                 rows.append((name, job.run.name, "finished" if job.run.name in finished else "to do", *_size(job)))
                 doubts += [f"{name}: {doubt.text}" for doubt in job.doubts]
             rows += [(name, sample.name, f"refused: {sample.reason}", 0, 0, 0, 0.0) for sample in refused]
-            of_plan = *refinement_warnings(plan), *_of_deck(plan), *_of_friction(plan), *_of_latency(plan)
-            doubts += [f"{name}: {warning}" for warning in of_plan]
+            doubts += [f"{name}: {warning}" for warning in (*refinement_warnings(plan), *_doubts_of(plan))]
             measured = resolution_warnings({title: result.numbers for title, result in finished.items()})
             doubts += [f"{name}: {warning.rstrip('.')}" for warning in measured]
             drives += dict.fromkeys(drive for job in jobs for drive in _drives(job.model))
@@ -102,25 +96,18 @@ def _drives(model: Model) -> Iterator[str]:
             )
 
 
-def _of_deck(plan: Plan) -> tuple[str, ...]:
-    """Say of a file of FEBio that its program computes at large strain where a run of the study does not."""
+def _doubts_of(plan: Plan) -> Iterator[str]:
+    """Yield what is doubtful in a study as it is written."""
     small = [run.study.mesh for run in plan.runs if run.study.kinematics == "small"]
-    said = "kinematics: is small, and FEBio computes at large strain: write kinematics: finite to compare with it"
-    return (said,) if any(getattr(mesh, "file", "").lower().endswith(".feb") for mesh in small) else ()
-
-
-def _of_friction(plan: Plan) -> tuple[str, ...]:
-    """Doubt swept coefficients as a comma for a decimal point makes them: [0.3, 0,6] has three."""
+    if any(getattr(mesh, "file", "").lower().endswith(".feb") for mesh in small):
+        yield "kinematics: is small, and FEBio computes at large strain: write kinematics: finite to compare with it"
+    # A comma for a decimal point makes three coefficients: [0.3, 0,6].
     values = [run.swept[path] for run in plan.runs for path in run.swept if path.endswith("friction_coefficient")]
     swept = sorted({float(value) for value in values if isinstance(value, int | float)})
-    if not swept or (swept[-1] <= _LARGEST_FRICTION and (swept[0] > 0.0 or len(swept) == 1)):
-        return ()
-    listed = ", ".join(f"{value:g}" for value in swept)
-    return (f"sweep: has friction coefficients of {listed}: if one is 0.6, write a point, as 0,6 is two numbers",)
-
-
-def _of_latency(plan: Plan) -> Iterator[str]:
-    """Doubt latencies that no run lasts, such as seconds for milliseconds."""
+    if swept and (swept[-1] > _LARGEST_FRICTION or (swept[0] <= 0.0 and len(swept) > 1)):
+        listed = ", ".join(f"{value:g}" for value in swept)
+        yield f"sweep: has friction coefficients of {listed}: if one is 0.6, write a point, as 0,6 is two numbers"
+    # Latencies that no run lasts, such as seconds for milliseconds.
     pairs = [(run.study.reaction, run.study.held_object) for run in plan.runs]
     lasting = max((held.duration for _, held in pairs if held), default=0.0)
     latencies = (time for reaction, _ in pairs if reaction for time in (reaction.reflex.latency, *reaction.latencies))

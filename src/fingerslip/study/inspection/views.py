@@ -5,8 +5,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import functools
-import itertools
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -160,13 +159,17 @@ def write_figure(target: Path, choice: FigureChoice, output: Path | None = None)
     if choice.kind in (*_OF_REACTIONS, *_OF_FITS):
         return _save(_results_figure(target, choice.kind), path, choice)
     if choice.kind in OF_STUDIES:
-        study = _study_subject(target, choice)
-        return _save(lambda: _figure_of(study, choice.kind), path, choice)
+        from fingerslip.report.page.pictures import draw_of_study
+
+        return _save(functools.partial(draw_of_study, choice.kind, _study_subject(target, choice)), path, choice)
     run = _run_subject(_run_folder(target, choice.run), choice)
     with _one_scale(target, choice, run):
         if choice.kind == FILM:
             return _write_film(run, path, choice)
-        return _save(lambda: _figure_of(run, choice.kind), path, choice)
+        from fingerslip.report.page.pictures import draw_of_run
+
+        draw = _detector_figure if choice.kind == DETECTOR else functools.partial(draw_of_run, choice.kind)
+        return _save(functools.partial(draw, run), path, choice)
 
 
 #: Kinds whose colours show a field; of the runs of a study they have one scale.
@@ -180,15 +183,15 @@ def _one_scale(target: Path, choice: FigureChoice, run: RunSubject) -> contextli
     from fingerslip.report.scene.scene import one_scale
 
     folder, name = (target, choice.run) if choice.run else (target.parent, target.name)
-    others = [other for other in list(read_manifest(folder).get("runs", {}))[:MOST_RUNS] if other != name]
-    return one_scale(itertools.chain([run.history], _whole_histories(folder, others)), run.options)
 
+    def histories() -> Iterator[xr.Dataset]:
+        yield run.history
+        for other in list(read_manifest(folder).get("runs", {}))[:MOST_RUNS]:
+            with contextlib.suppress(ResultError):  # one that cannot be read is left out
+                if other != name:
+                    yield read_history(folder / other / HISTORY)
 
-def _whole_histories(folder: Path, names: Iterable[str]) -> Iterator[xr.Dataset]:
-    """Yield the histories of runs, without those that cannot be read."""
-    for name in names:
-        with contextlib.suppress(ResultError):
-            yield read_history(folder / name / HISTORY)
+    return one_scale(histories(), run.options)
 
 
 def _save(draw_figure: Callable[[], Figure], path: Path, choice: FigureChoice) -> Path:
@@ -198,14 +201,6 @@ def _save(draw_figure: Callable[[], Figure], path: Path, choice: FigureChoice) -
     with looking(choice.style):
         save_figure(draw_figure(), path, choice.dpi)
     return path
-
-
-def _figure_of(subject: StudySubject | RunSubject, kind: str) -> Figure:
-    from fingerslip.report.page.pictures import draw_of_run, draw_of_study
-
-    if isinstance(subject, StudySubject):
-        return draw_of_study(kind, subject)
-    return _detector_figure(subject) if kind == DETECTOR else draw_of_run(kind, subject)
 
 
 def _save_of_detector(target: Path, choice: FigureChoice, output: Path | None) -> Path:
@@ -234,16 +229,16 @@ def _results_figure(target: Path, kind: str) -> Callable[[], Figure]:
         from fingerslip.study.fit import stored_figure
 
         return functools.partial(stored_figure, target, kind)
-    reactions = reactions_of(study) if any(run.reaction for run in study.runs) else None
-    figures: Mapping[str, Callable[..., Figure]] = {}
-    if reactions:
+    needs = "needs results of a study with the block reaction"
+    if any(run.reaction for run in study.runs):
         from fingerslip.react.figures import reaction_figures
 
+        reactions = reactions_of(study)
         figures = reaction_figures(reactions)
-    if reactions is None or kind not in figures:
-        needs = f"needs one of {', '.join(figures)}" if figures else "needs results of a study with the block reaction"
-        raise InputError("figure: --kind", f"got '{kind}', of which {target} has nothing", needs)
-    return functools.partial(figures[kind], reactions)
+        if kind in figures:
+            return functools.partial(figures[kind], reactions)
+        needs = f"needs one of {', '.join(figures)}"
+    raise InputError("figure: --kind", f"got '{kind}', of which {target} has nothing", needs)
 
 
 def _detector_figure(subject: RunSubject) -> Figure:
@@ -281,8 +276,15 @@ def _study_subject(target: Path, choice: FigureChoice) -> StudySubject:
     references = [published_set(name) for name in study.compare]
     values = tuple(value for reference in references for value in reference.values)
     path = choice.path or (paths[0] if paths else "")
+    runs: Sequence[RunResult] = study.runs
+    if path in study.ranges:  # a sampled value stands in the place of the number of its sample
+        others = [{name: value for name, value in run.swept.items() if name != SAMPLE} for run in runs]
+        runs = [
+            dataclasses.replace(run, swept={**swept, path: run.sampled[path]})
+            for run, swept in zip(runs, others, strict=True)
+        ]
     subject = StudySubject(
-        runs=[_put_on_axis(run, path) for run in study.runs] if path in study.ranges else study.runs,
+        runs=runs,
         histories={title: read_history(study.folder / run.name / HISTORY) for title, run in drawn.items()},
         events={title: run.events for title, run in drawn.items()},
         reference=dataclasses.replace(references[0], values=values) if references else None,
@@ -298,12 +300,6 @@ def _axis_paths(study: StudyResult) -> list[str]:
     """Return the dotted paths of what differs between the runs of a study, sampled values first."""
     swept = (path for path in swept_paths(study.runs) if len({str(run.swept.get(path)) for run in study.runs}) > 1)
     return [*study.ranges, *swept]
-
-
-def _put_on_axis(run: RunResult, path: str) -> RunResult:
-    """Return a run with a sampled value in the place of the number of its sample."""
-    others = {name: value for name, value in run.swept.items() if name != SAMPLE}
-    return dataclasses.replace(run, swept={**others, path: run.sampled[path]})
 
 
 def _run_folder(target: Path, name: str) -> Path:

@@ -60,7 +60,6 @@ class Outcome:
 class Finished:
     """A run whose folder is written."""
 
-    job: Job  # the job
     result: RunResult  # its result, without its values
     history: xr.Dataset  # its history
 
@@ -118,7 +117,7 @@ def compute(jobs: Sequence[Job], progress: Callable[[float], None], threads: int
                 _logger.info("simulated %d records in %.1f s", history.sizes["time"], seconds)
                 doubts = tuple(doubt.text for doubt in job.doubts if not doubt.is_measured)
                 about = {"inputs": job.identity, "mesh": job.model.mesh, "seconds": seconds, "doubts": doubts}
-                finished.append(Finished(job, write_run(folder, job.run, history, **about), history))
+                finished.append(Finished(write_run(folder, job.run, history, **about), history))
     return finished
 
 

@@ -195,8 +195,9 @@ def _unused_reason(path: str, study: Study, specimen: Specimen) -> str:
         return f"the study gives its own {group}"
     if group == "materials" and rest.partition(".")[0] in study.materials:
         return "the study gives its own material"
-    dim, groups = (3 if study.is_solid else 2), frozenset(study.record.all_groups)
-    return specimen.unused_reason(path, ModelUse(dim, study.mesh.needs_specimen, not study.supports, groups))
+    groups = frozenset(study.record.all_groups)
+    use = ModelUse(3 if study.is_solid else 2, study.mesh.needs_specimen, not study.supports, groups)
+    return specimen.unused_reason(path, use)
 
 
 def _text(value: object, unit: Unit | None) -> str:

@@ -245,15 +245,11 @@ def write_results(source: Path, study: StudyResult, report: str, given: Sequence
     samples = {}
     if study.ranges:
         write_text(study.folder / SENSITIVITY, to_csv(sensitivity_rows(fits_of(study))))
-        samples = {
-            "ranges": {path: list(ends) for path, ends in study.ranges.items()},
-            "design": dict(study.design),
-            "refused": {
-                sample.name: {"swept": dict(sample.swept), "sampled": dict(sample.sampled), "reason": sample.reason}
-                for sample in study.refused
-            },
+        refused = {
+            each.name: {name: getattr(each, name) for name in ("swept", "sampled", "reason")} for each in study.refused
         }
-    manifest = {
+        samples = {"ranges": study.ranges, "design": study.design, "refused": refused}
+    manifest: dict[str, Any] = {
         "study": source.name,
         "title": study.title,
         **({"description": study.description} if study.description else {}),
@@ -264,21 +260,15 @@ def write_results(source: Path, study: StudyResult, report: str, given: Sequence
         "commit": commit(),
         "wall_time_s": round(sum(run.seconds for run in study.runs), 3),
         "report": report,
-        "derived": {
-            run.name: {name: [quantity.value, quantity.unit] for name, quantity in run.derived.items()}
-            for run in study.runs
-            if run.derived
-        },
-        "runs": {
-            run.name: {
-                "identity": run.identity,
-                "mesh_hash": run.mesh_hash,
-                "wall_time_s": round(run.seconds, 3),
-                "versions": dict(run.versions),
-            }
-            for run in study.runs
-        },
+        "derived": {},
+        "runs": {},
     }
+    for run in study.runs:
+        if run.derived:
+            numbers = {name: [quantity.value, quantity.unit] for name, quantity in run.derived.items()}
+            manifest["derived"][run.name] = numbers
+        about = {"identity": run.identity, "mesh_hash": run.mesh_hash, "wall_time_s": round(run.seconds, 3)}
+        manifest["runs"][run.name] = about | {"versions": dict(run.versions)}
     write_json(study.folder / MANIFEST, manifest)
 
 
@@ -379,11 +369,8 @@ def read_convergences(folder: Path, identities: Mapping[str, str]) -> dict[str, 
 
 
 def _quantity(stored: Mapping[str, Any]) -> Convergence:
-    sources = {
-        setting: Series(setting, tuple(source["sizes"]), tuple(source["values"]))
-        for setting, source in stored["sources"].items()
-    }
-    return Convergence(stored["name"], stored["unit"], stored["value"], sources, stored.get("resolution", 0.0))
+    series = {key: Series(key, tuple(of["sizes"]), tuple(of["values"])) for key, of in stored["sources"].items()}
+    return Convergence(stored["name"], stored["unit"], stored["value"], series, stored.get("resolution", 0.0))
 
 
 def with_convergence(run: RunResult, convergence: RunConvergence | None) -> RunResult:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import multiprocessing
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
@@ -81,8 +82,8 @@ def simulate_trials(
     work = final.with_name(f"{final.name}.unfinished")
     # Who makes the same data set beside waits, and finds it whole: this folder is removed at the end.
     with alone(work / ".lock"):
-        if _is_whole(final, keys):
-            return open_trials(final)
+        if whole := _whole_trials(final, keys):
+            return whole
         clean_stale(work)
         origin = {"study": source.name, "commit": commit() or ""}
         missing = [plan for plan in plans if not holds(work / plan.name / FILES[3], "inputs", keys[plan.name])]
@@ -96,17 +97,13 @@ def simulate_trials(
         return trials
 
 
-def _is_whole(folder: Path, keys: Mapping[str, str]) -> bool:
-    """Tell whether a data set is there, undamaged, with these trials of the same inputs."""
-    try:
+def _whole_trials(folder: Path, keys: Mapping[str, str]) -> TrialSet | None:
+    """Return a data set of these trials with the same inputs; None where none is there, or it is damaged."""
+    with contextlib.suppress(ResultError):
         trials = open_trials(folder) if (folder / MANIFEST).is_file() else None
-    except ResultError:
-        return False
-    return (
-        trials is not None
-        and set(trials.names) == set(keys)
-        and all(holds(folder / name / FILES[3], "inputs", key) for name, key in keys.items())
-    )
+        same = all(holds(folder / name / FILES[3], "inputs", key) for name, key in keys.items())
+        return trials if trials and same and set(trials.names) == set(keys) else None
+    return None
 
 
 @dataclass(frozen=True)

@@ -118,8 +118,10 @@ def simulated_trial(plan: TrialPlan, settings: TrialSettings, body: StaticBody, 
         labels = {"plate": labels_from_plate(tracks, mark, seen), "contact": contact_labels}
     else:
         labels = {"external_markers": labels_from_external_markers(tracks, seen), "contact": contact_labels}
-    conditions = _conditions(plan, settings, eyes) | _forces(motion, span[0])
-    return Trial(plan.name, tracks, labels, conditions, _provenance(plan, origin))
+    sliding = motion.force[int(np.searchsorted(motion.time, span[0] - 1e-9)) :]
+    # On the whole sensor, of which the model is half: at rest, and the largest in the slide [N].
+    forces = {"normal_force": 2.0 * float(sliding[0, 1]), "friction_force": 2.0 * float(sliding[:, 0].max())}
+    return Trial(plan.name, tracks, labels, _conditions(plan, settings, eyes) | forces, _provenance(plan, origin))
 
 
 def _filmed_rest(hold: Hold, settings: TrialSettings, eyes: Eyes) -> float:
@@ -238,13 +240,6 @@ def _conditions(plan: TrialPlan, settings: TrialSettings, eyes: Eyes) -> dict[st
         "camera_turn": eyes.turn,
         "metres_per_pixel": settings.metres_per_pixel,
     }
-
-
-def _forces(motion: StaticMotion, start: float) -> dict[str, float]:
-    """Return the force on the whole sensor at rest, and the largest friction force in the slide [N]."""
-    step = int(np.searchsorted(motion.time, start - 1e-9))
-    sliding = motion.force[step:]
-    return {"normal_force": 2.0 * float(motion.force[step, 1]), "friction_force": 2.0 * float(sliding[:, 0].max())}
 
 
 def _provenance(plan: TrialPlan, origin: Mapping[str, Any]) -> dict[str, Any]:
