@@ -246,9 +246,10 @@ def write_results(source: Path, study: StudyResult, report: str, given: Sequence
     if study.ranges:
         write_text(study.folder / SENSITIVITY, to_csv(sensitivity_rows(fits_of(study))))
         refused = {
-            each.name: {name: getattr(each, name) for name in ("swept", "sampled", "reason")} for each in study.refused
+            run.name: {"swept": dict(run.swept), "sampled": dict(run.sampled), "reason": run.reason}
+            for run in study.refused
         }
-        samples = {"ranges": study.ranges, "design": study.design, "refused": refused}
+        samples = {"ranges": dict(study.ranges), "design": dict(study.design), "refused": refused}
     manifest: dict[str, Any] = {
         "study": source.name,
         "title": study.title,

@@ -342,8 +342,7 @@ def test_the_colours_of_fields_have_one_scale_over_the_runs_of_a_study(tmp_path,
 
 def test_a_composed_figure_of_a_study_with_several_runs_says_which_it_shows(finished, monkeypatch):
     drawn = []
-    monkeypatch.setattr(views, "_save", lambda draw, path, _: drawn.append((path.name, draw())))
-    monkeypatch.setattr(views, "_figure_of", lambda subject, _: subject.title)
+    monkeypatch.setattr(views, "_save", lambda draw, path, _: drawn.append((path.name, draw.args[-1].title)))
     write_figure(finished, FigureChoice("composed"))
     write_figure(finished, FigureChoice("composed", run=RUN), finished / "other.pdf")
     write_figure(finished / RUN, FigureChoice("composed"))
