@@ -159,9 +159,10 @@ def write_figure(target: Path, choice: FigureChoice, output: Path | None = None)
     if choice.kind in (*_OF_REACTIONS, *_OF_FITS):
         return _save(_results_figure(target, choice.kind), path, choice)
     if choice.kind in OF_STUDIES:
+        study = _study_subject(target, choice)
         from fingerslip.report.page.pictures import draw_of_study
 
-        return _save(functools.partial(draw_of_study, choice.kind, _study_subject(target, choice)), path, choice)
+        return _save(functools.partial(draw_of_study, choice.kind, study), path, choice)
     run = _run_subject(_run_folder(target, choice.run), choice)
     with _one_scale(target, choice, run):
         if choice.kind == FILM:
