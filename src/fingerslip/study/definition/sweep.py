@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import copy
 import itertools
 import math
@@ -109,11 +108,9 @@ def swept_mistakes(
     keys_of_right_fields = {path: key for path, key in keys.items() if fields[path] not in unsure}
     unknown = unknown_paths(keys_of_right_fields, paths, "sweep")
     misnamed = {mistake.where.removeprefix("sweep.") for mistake in unknown}
-    sweep = {}
-    for key, values in plain["sweep"].items():
-        with contextlib.suppress(LookupError):  # where a field is wrong itself, paths may lead nowhere
-            if key not in misnamed and with_values(plain, _rows(key, values)[0]):
-                sweep[key] = values
+    sweep = {
+        key: values for key, values in plain["sweep"].items() if key not in misnamed and _leads_to(plain, key, values)
+    }
     contents = {mistake.args[:3] for mistake in mistakes}
     of_runs: dict[tuple[str, ...], InputError] = {}
     for swept in combinations(sweep):
@@ -140,6 +137,15 @@ def unknown_paths(keys: Mapping[str, str], available: Mapping[str, Sequence[str]
         fault = "is not known" if key == path else f"has '{path}', which is not known"
         mistakes.append(InputError(f"{group}.{key}", fault, allowed, repair))
     return mistakes
+
+
+def _leads_to(plain: Mapping[str, Any], key: str, values: Sequence[Any]) -> bool:
+    """Tell whether paths lead somewhere; they may not where a field is wrong itself."""
+    try:
+        with_values(plain, _rows(key, values)[0])
+    except LookupError:
+        return False
+    return True
 
 
 def _place_mistake(mistake: InputError, swept: Mapping[str, Any], sweep: Mapping[str, Sequence[Any]]) -> InputError:
