@@ -275,7 +275,7 @@ class OutsideCheck(Check):
         self._rotations = rotations if rotations is not None and rotations.axes[:, number].any() else None
         # The unknowns that they depend on, and the map from these to their displacement, or to that along the normal.
         moved: Any = self._outsiders.relative
-        self._columns = np.unique(moved.indices) if sparse.issparse(moved) else np.arange(moved.shape[1])
+        self._columns = np.unique(moved.indices) if sparse.issparse(moved) else np.flatnonzero(moved.any(axis=0))
         self._moved = moved[:, self._columns]
         if self._rotations is None and self._shape.is_flat:
             normal = self._shape.unit_normal[None]

@@ -13,7 +13,9 @@ following statically: each of these corrects the motion by one more power of its
     K_r = [S, 0; 0, V^T K V],    M_r = [T^T M T, T^T M V; V^T M T, V^T M V]
 
 with the Schur complement S of K on the interface. The eigenvectors Y of (K_r, M_r), all of them, make both diagonal:
-in the coordinates z with [u_b; q] = Y z, the mass is the identity and the stiffness diag(eigenvalues).
+in the coordinates z with [u_b; q] = Y z, the mass is the identity and the stiffness diag(eigenvalues). Unknowns s of the
+interface that move as prescribed are none of the eigenproblem: they are coordinates themselves, behind z, and their
+rows of K_r and M_r couple them to z.
 """
 
 from __future__ import annotations
@@ -41,6 +43,7 @@ class ConstraintModes:
     mass: sparse.csr_matrix  # M [kg]
     interface: Integers  # (p,), the unknowns of the interface, ascending
     solver: LinearSolver  # what factorises
+    prescribed: int = 0  # k, how many of the interface, its last, move as prescribed
 
     @cached_property
     def _factors(self) -> tuple[SchurFactor, Floats]:
@@ -145,9 +148,9 @@ def _additions(body: ConstraintModes, fields: Floats, shapes: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class CraigBampton:
-    """The reduced body in its own coordinates z, of which there are m."""
+    """The reduced body in its own m coordinates: z and k prescribed displacements."""
 
-    eigenvalues: Floats  # (m,), stiffness over mass, ascending [1/s^2]
+    eigenvalues: Floats  # (m - k,), stiffness over mass, ascending [1/s^2]
     interface: Integers  # (p,), the unknowns of the interface
     at_interface: Floats  # (p, m), displacement of the interface per coordinate [kg^-1/2]
     rows: Integers  # (r,), further unknowns, ascending, whose displacement is known without that of all others
@@ -159,6 +162,7 @@ class CraigBampton:
     following_squares: Floats  # (k,), their stiffness W^T K W, which is diagonal [1/s^2]
     following_mass: Floats  # (k, m), their mass with each coordinate [-]
     following_stiffness: Floats  # (k, m), their stiffness with each coordinate [1/s^2]
+    prescribed: Floats  # (2, k, m), stiffness and mass of the prescribed displacements with each coordinate
 
     def field(self, body: ConstraintModes, coordinates: Floats) -> Floats:
         """Return the displacement of all unknowns, (n,) or (n, k) [m], for coordinates z, (m,) or (m, k)."""
@@ -194,8 +198,13 @@ def craig_bampton(
     coupling = body.gather(heavy)
     stiffness = linalg.block_diag(body.schur, shapes.T @ stiff)
     whole = np.block([[mass, coupling], [coupling.T, shapes.T @ heavy]])
+    first, count = size - body.prescribed, body.prescribed
+    prescribed = np.stack([stiffness[first:size], whole[first:size]])
+    for axis in (0, 1):
+        stiffness, whole = (np.delete(matrix, np.s_[first:size], axis) for matrix in (stiffness, whole))
     squares, vectors = linalg.eigh(stiffness, whole, overwrite_a=True, overwrite_b=True, check_finite=False)
-    of_shapes, at_interface = np.ascontiguousarray(vectors[size:]), np.ascontiguousarray(vectors[:size])
+    at_interface = linalg.block_diag(vectors[:first], np.eye(count))
+    of_shapes = np.ascontiguousarray(np.hstack([vectors[first:], np.zeros((shapes.shape[1], count))]))
     following_squares, following = _ritz(body, _additions(body, modes.following, shapes))
     return CraigBampton(
         eigenvalues=np.maximum(squares, 0.0),
@@ -210,4 +219,5 @@ def craig_bampton(
         following_squares=following_squares,
         following_mass=body.gather(body.mass @ following).T @ at_interface,
         following_stiffness=following.T @ stiff @ of_shapes,
+        prescribed=prescribed[..., :size] @ at_interface + prescribed[..., size:] @ of_shapes,
     )

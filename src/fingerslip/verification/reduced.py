@@ -11,9 +11,9 @@ import numpy as np
 from fingerslip.contact.counterfaces import Plane
 from fingerslip.contact.friction import Coulomb, SlipWeakening, StaticKinetic
 from fingerslip.materials.elastic import Elastic, RayleighDamping
-from fingerslip.model.model import Contact, Drive, Model, Recording, ReducedBasis, Traction
+from fingerslip.model.model import Contact, Drive, Model, Recording, ReducedBasis, SupportMotion, Traction
 from fingerslip.model.programme import Hold, Lift, Press, Ramp, Slide
-from fingerslip.model.rigid_bodies import BodyLoad, RigidBody, Springs
+from fingerslip.model.rigid_bodies import BodyLoad, Dampers, RigidBody, Springs
 from fingerslip.model.timing import QuasiStatic, TimeStepping
 from fingerslip.sites import Site
 from fingerslip.verification.blocks import block_on_plate
@@ -45,6 +45,23 @@ ABILITIES: Mapping[str, Mapping[str, Any]] = {
     "free rigid body": {
         "contacts": (replace(_ON_PLATE, rigid_body="table"),),
         "bodies": {"table": _SPRUNG},
+        "programme": (),
+        "time": TimeStepping(_STEP, end=0.2),
+    },
+    "moving supports": {
+        "support_motions": {"top": SupportMotion((0.4e-3, -0.2e-3), Ramp((0.0, 0.04, 0.1), (0.0, 1.0, 0.2)))},
+        "damping": RayleighDamping(mass=5.0, stiffness=1e-3),
+        "initial_velocity": (0.0, -1e-3),
+        "gravity": (0.0, -9.81),
+    },
+    "moving supports without inertia": {
+        "support_motions": {"top": SupportMotion((0.4e-3, -0.2e-3), Ramp((0.0, 0.04, 0.1), (0.0, 1.0, 0.2)))},
+        "time": QuasiStatic(_STEP),
+    },
+    "rigid body with a damper": {
+        "contacts": (replace(_ON_PLATE, rigid_body="table"),),
+        "bodies": {"table": replace(_SPRUNG, dampers=Dampers(y=0.5))},
+        "damping": RayleighDamping(mass=5.0, stiffness=1e-3),
         "programme": (),
         "time": TimeStepping(_STEP, end=0.2),
     },

@@ -14,12 +14,14 @@ from fingerslip.contact.interface import InterfaceState, conditions
 from fingerslip.contact.solve.newton import solve_friction
 from fingerslip.contact.solve.partition import first_partition
 from fingerslip.dynamics.compact.kernel import ENERGIES, Body, Driving, Inverse, Motion, Records, take_steps
+from fingerslip.dynamics.compact.supports import MovingSupports
 from fingerslip.dynamics.loop import BodyIntegrator
 from fingerslip.dynamics.reduced.reduction import ByModes
 from fingerslip.dynamics.step.contact_step import GOAL, TOLERANCE, unsolved
 from fingerslip.dynamics.step.release import remainder
 from fingerslip.dynamics.step.state import State, first_state
 from fingerslip.dynamics.step.stepper import Stepper
+from fingerslip.dynamics.system.bodies import Load
 from fingerslip.dynamics.system.system import System
 
 # What of a state stands in what is carried.
@@ -37,6 +39,7 @@ def obstacle(stepper: Stepper) -> str | None:
     reasons = {
         "it is in 3D": stepper.system.space.dim != 2,
         "a counterface is curved or turns": stepper.compliance.frames is None,
+        "what may touch moves with a support": stepper.system.relative[:, stepper.system.coordinates.moving].nnz,
         f"{unknowns} unknowns of contact are none or more than {_FEW}": not 0 < unknowns <= _FEW,
     }
     return next((reason for reason, holds in reasons.items() if holds), None)
@@ -82,13 +85,17 @@ class _Steps:
         system, scheme, candidates = stepper.system, stepper.scheme, stepper.system.candidates
         stiffness = system.stiffness.diagonal()[: diagonal.size]
         compliance = stepper.compliance
+        self._loads = self._loads_on_coordinates()
+        self._supports = MovingSupports(stepper, diagonal.size) if system.coordinates.moving.size else None
         self._open = first_partition(compliance.matrix, compliance.penalty)
         self._body = Body(
             stiffness=stiffness,
             damping=stepper.damping.mass + stepper.damping.stiffness * stiffness,
             effective=diagonal,
+            dampers=np.zeros(0) if system.dampers is None else system.dampers[system.dampers != 0.0],
+            damped=stepper.condensed.damped,
+            relief=stepper.condensed.relief,
             local=np.ascontiguousarray(stepper.condensed.local[stepper.rows]),
-            loads=self._loads(),
             frames=np.ascontiguousarray(stepper.compliance.frames),
             gaps=stepper.gaps,
             counterface=candidates.counterface,
@@ -109,12 +116,11 @@ class _Steps:
     def steer(self, stepper: Stepper) -> None:
         """Go on with a stepper whose counterfaces or loads are others from now on."""
         self.stepper = stepper
-        self._body = self._body._replace(loads=self._loads())
+        self._loads = self._loads_on_coordinates()
 
-    def _loads(self) -> Floats:
-        """Return the loads on the coordinates at factor one, (k, m)."""
-        loads = [self._on_coordinates(load.forces) for load in _loads_of(self.stepper)]
-        return np.array(loads).reshape(len(loads), self._interface.shape[1])
+    def _loads_on_coordinates(self) -> list[Load]:
+        system = self.stepper.system
+        return [replace(load, forces=self._on_coordinates(load.forces)) for load in (*system.loads, *system.commanded)]
 
     def _on_coordinates(self, forces: Floats) -> Floats:
         """Return forces (m + p,) on coordinates and interface as forces on the coordinates, (m,)."""
@@ -140,7 +146,8 @@ class _Steps:
             energies=np.array([getattr(state.energies, name) for name in ENERGIES]),
         )
         inverse = (getattr(self._open, name).copy() for name in Inverse._fields)
-        return replace(state, **_NOT_KEPT, carried=(*motion, *inverse))
+        supports = () if self._supports is None else self._supports.start(state)
+        return replace(state, **_NOT_KEPT, carried=(*motion, *inverse, *supports))
 
     def advance(self, state: State, times: Floats) -> list[State]:
         """Take steps to times (k,) [s]; return their states, those of some steps together."""
@@ -165,14 +172,25 @@ class _Steps:
         travel[0] = before.counterfaces[-1] if before.counterfaces.ndim == 3 else before.counterfaces
         for number, travels in enumerate(system.motions):
             travel[1:, number] = travels.displacement(times)
-        factors = [[load.ramp.at(time) for load in _loads_of(self.stepper)] for time in times.tolist()]
-        driving = Driving(travel, np.reshape(factors, (count, len(self._body.loads))), self._friction)
-        motion = Motion(*(array.copy() for array in before.carried[: len(Motion._fields)]))
+        loads = np.zeros((count, self._interface.shape[1]))
+        for row, time in zip(loads, times.tolist(), strict=True):
+            for load in self._loads:
+                row += load.at(time)
+        arrays, last = before.carried, len(Motion._fields) + len(Inverse._fields)
+        supports, rows = self._supports, np.zeros((3, count + 1, 0))
+        if supports is not None:
+            rows, of_supports = supports.move(system, arrays[last:], times)
+            loads += of_supports
+        driving = Driving(travel, loads, self._friction)
+        motion = Motion(*(array.copy() for array in arrays[: len(Motion._fields)]))
         # What is changed in place stays the inverse of its own states, and serves any step as well.
-        inverse, records = Inverse(*before.carried[len(motion) :]), _empty_records(count, self._body)
+        inverse, records = Inverse(*arrays[len(motion) : last]), _empty_records(count, self._body)
         solved = self._take_steps(motion, inverse, driving, records, float(times[0]))
         steps: tuple[Any, ...] = tuple(values[:solved] for values in records)
-        return self._states(before, times[:solved], travel[1 : solved + 1], Records(*steps), (*motion, *inverse))
+        records = Records(*steps)
+        further = supports.finish(rows, arrays[last:], motion, records) if supports is not None else ()
+        moved, travel = rows[:, 1 : solved + 1, loads.shape[1] :], travel[1 : solved + 1]
+        return self._states(before, times[:solved], (moved, travel), records, (*motion, *inverse, *further))
 
     def _take_steps(self, motion: Motion, inverse: Inverse, driving: Driving, records: Records, end: float) -> int:
         """Take steps up to one that is not solved, at least the first, which ends at a time [s]; return how many."""
@@ -192,13 +210,23 @@ class _Steps:
             solutions = np.concatenate([solutions, solution.forces[None]])
 
     def _states(
-        self, before: State, times: Floats, travel: Floats, records: Records, carried: tuple[NDArray[Any], ...]
+        self,
+        before: State,
+        times: Floats,
+        prescribed: tuple[Floats, Floats],
+        records: Records,
+        carried: tuple[NDArray[Any], ...],
     ) -> State:
-        """Return the states of steps, time first in their arrays where there are several."""
+        """Return the states of steps, time first in their arrays where there are several.
+
+        Prescribed motion is that of supports, displacement and its rates (3, k, s), and of counterfaces (k, f, 2) [m].
+        """
+        supports, travel = prescribed
         size = self._interface.shape[1]
         # Fields with the displacement of the interface behind them; one product reads the interface once for all.
         fields = records.fields.transpose(1, 0, 2)
         behind = (fields.reshape(-1, size) @ self._interface.T).reshape(3, times.size, -1)
+        behind[..., behind.shape[2] - supports.shape[2] :] = supports
         at: int | slice = 0 if times.size == 1 else slice(None)
         displacement, velocity, acceleration = np.concatenate([fields, behind], axis=2)[:, at]
         forces, slips = records.forces[at], records.slips[at]
@@ -227,10 +255,6 @@ class _Steps:
             residual=records.residuals[at],  # type: ignore[arg-type]
             carried=carried,
         )
-
-
-def _loads_of(stepper: Stepper) -> Sequence[Any]:
-    return (*stepper.system.loads, *stepper.system.commanded)
 
 
 def _empty_records(count: int, body: Body) -> Records:

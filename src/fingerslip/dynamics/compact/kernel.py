@@ -6,6 +6,8 @@ displacement of the candidates per coordinate ::
 
     y = A^-1 b,    contact finds r from L (z~ + c_u y),    x = y + A^-1 L^T r
 
+Dampers of rigid bodies add few rows to A and to the damping (:mod:`fingerslip.dynamics.reduced.reduction`).
+
 Forces that a step must not count are those of :mod:`fingerslip.dynamics.step.release`.
 """
 
@@ -34,9 +36,11 @@ class Body(NamedTuple):
 
     stiffness: Floats  # (m,) [1/s^2]
     damping: Floats  # (m,) [1/s]
-    effective: Floats  # (m,), A
+    effective: Floats  # (m,), A without dampers, D
+    dampers: Floats  # (r,), what dampers add to the damping of the interface [kg/s]
+    damped: Floats  # (r, m), displacement per coordinate where they act, E
+    relief: Floats  # (r, m), H
     local: Floats  # (n * 2, m), displacement of the candidates per coordinate, L
-    loads: Floats  # (k, m), loads on the coordinates at factor one
     frames: Floats  # (n, 2, 2), normals and tangents of the candidates [-]
     gaps: Floats  # (n,), gaps at the start [m]
     counterface: Integers  # (n,), counterface of each candidate
@@ -80,7 +84,7 @@ class Driving(NamedTuple):
     """What drives k steps."""
 
     counterfaces: Floats  # (k + 1, n_counterfaces, 2), their displacement, that at the start included [m]
-    factors: Floats  # (k, n_loads), of the loads
+    loads: Floats  # (k, m), on the coordinates at the ends
     friction: Floats  # (n,), coefficients [-]
 
 
@@ -104,16 +108,12 @@ def take_steps(body, inverse, motion, driving, solutions, records):  # type: ign
     Of that, the records have the contact problem that was not solved, and the forces that were found. It is taken again
     with solutions (r, n, 2) [N] of the r problems of the first step, whose releases make several.
     """
-    counterfaces, factors, friction = driving
+    counterfaces, loads, friction = driving
     size, count = body.effective.size, len(body.gaps)
-    load, free, unknown, moved = np.empty(size), np.empty((2, size)), np.empty(size), np.empty((count, 2))
+    free, unknown, moved = np.empty((2, size)), np.empty(size), np.empty((count, 2))
     before = motion.forces.copy(), motion.relative.copy(), motion.release.copy()
     fading = _on_coordinates(body, motion, 0)
-    for step in range(len(factors)):
-        for j in range(size):
-            load[j] = 0.0
-            for i in range(len(body.loads)):
-                load[j] += factors[step, i] * body.loads[i, j]
+    for step, load in enumerate(loads):
         _copy(motion.forces.ravel(), before[0].ravel())
         _copy(motion.relative.ravel(), before[1].ravel())
         _copy(motion.release.ravel(), before[2].ravel())
@@ -134,13 +134,34 @@ def take_steps(body, inverse, motion, driving, solutions, records):  # type: ign
                 motion.relative[0, i, k], motion.relative[1, i, k] = relative[i, k], moved[i, k] + shift[i, k]
                 dropped[i, k] += body.factors[4] * components[i, k]
         pushed = weighted_rows(body.local, dropped.ravel())
+        _divide(body, pushed)
         for j in range(size):
-            unknown[j] += pushed[j] / body.effective[j]
+            unknown[j] += pushed[j]
         fading = _on_coordinates(body, motion, 0)
         _finish(body, motion, free, unknown, load, fading)
         _settle(body, motion, before, friction, counterfaces[step], counterfaces[step + 1])
         _record(motion, records, step)
-    return len(factors)
+    return len(loads)
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def _divide(body, forces):  # type: ignore[no-untyped-def]
+    """Divide forces (m,) by A."""
+    for j in range(forces.size):
+        forces[j] /= body.effective[j]
+    if body.dampers.size:
+        eased = weighted_rows(body.relief, _times(body.damped, forces))
+        for j in range(forces.size):
+            forces[j] -= eased[j]
+
+
+@numba.njit(cache=True, nogil=True)
+def _drag(body, velocity):  # type: ignore[no-untyped-def]
+    """Return the forces (m,) of dampers at a velocity (m,)."""
+    rates = _times(body.damped, velocity)
+    for i in range(rates.size):
+        rates[i] *= body.dampers[i]
+    return weighted_rows(body.damped, rates)
 
 
 @numba.njit(cache=True, nogil=True)
@@ -183,9 +204,13 @@ def _free_end(body, motion, counterfaces, load, fading, free, halfway, moved):  
             weights = body.prediction[row]
             free[row, j] = weights[0] * motion.fields[0, j] + weights[1] * motion.fields[1, j]
             free[row, j] += weights[2] * motion.fields[2, j]
-        resisting = body.stiffness[j] * free[0, j] + body.damping[j] * free[1, j]
+    drag = _drag(body, free[1])
+    for j in range(halfway.size):
+        resisting = body.stiffness[j] * free[0, j] + body.damping[j] * free[1, j] + drag[j]
         right = end_weight * (load[j] - resisting) + start_weight * motion.fields[3, j] + body.remainder * fading[j]
-        halfway[j] = right / body.effective[j]
+        halfway[j] = right
+    _divide(body, halfway)
+    for j in range(halfway.size):
         reached[j] = free[0, j] + of_displacement * halfway[j]
     candidates = _times(body.local, reached)
     for i in range(len(moved)):
@@ -302,6 +327,10 @@ def _finish(body, motion, free, unknown, load, fading):  # type: ignore[no-untyp
     cancelled = _on_coordinates(body, motion, 1)
     of_rates, of_moves, earliest, first, last = body.dissipation
     kinetic = strain = work = damping = numerical = 0.0
+    rates = np.empty(unknown.size)
+    for j in range(unknown.size):
+        rates[j] = motion.fields[1, j] + (free[1, j] + of_velocity * unknown[j])
+    drag = _drag(body, rates)
     for j in range(unknown.size):
         displacement, velocity, acceleration = motion.fields[0, j], motion.fields[1, j], motion.fields[2, j]
         unbalance, unbalance_before = motion.fields[3, j], motion.fields[4, j]
@@ -312,7 +341,7 @@ def _finish(body, motion, free, unknown, load, fading):  # type: ignore[no-untyp
         kinetic += 0.5 * of_inertia * rate**2
         strain += 0.5 * body.stiffness[j] * end**2
         work += 0.5 * (motion.load[j] + load[j]) * moved
-        damping += 0.5 * moved * body.damping[j] * (velocity + rate)
+        damping += 0.5 * moved * (body.damping[j] * rates[j] + drag[j])
         numerical += of_rates * pushed * (rate - velocity) + of_moves * pushed * moved
         numerical += moved * (earliest * unbalance_before + first * unbalance + last * left)
         motion.fields[0, j], motion.fields[1, j], motion.fields[2, j] = end, rate, inertia

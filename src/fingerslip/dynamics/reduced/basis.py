@@ -23,7 +23,7 @@ from fingerslip.dynamics.reduced.reduction import (
     site_unknowns,
 )
 from fingerslip.dynamics.reduced.residual import ResidualCheck
-from fingerslip.dynamics.system.scheme import make_scheme
+from fingerslip.dynamics.system.scheme import has_inertia, make_scheme
 from fingerslip.dynamics.system.system import System
 from fingerslip.errors import FingerslipError
 from fingerslip.fe.space import free_pieces
@@ -55,7 +55,7 @@ _MOTIONS = 20
 _SQUARES = 10
 # Copies of the responses at sites that do: forces, and both halves of their substitution.
 _COPIES = 3
-_VERSION = 4
+_VERSION = 5
 # Normal modes of a basis that is stepped from outside, where none is kept: no run has tried how many suffice.
 _STEPWISE = 80
 
@@ -113,7 +113,10 @@ class _Maker:
         """Make a basis with some normal modes and as many responses at sites."""
         further = further_shapes(self.body, self.motions.systems)
         slow = slow_motions(self.body, self._responses[0], 2 * _MOTIONS)
-        start, faster = np.column_stack([slow[:, :_MOTIONS], *further]), slow[:, _MOTIONS:]
+        moving = self.body.follow(
+            np.eye(self.body.interface.size)[:, self.body.interface.size - self.body.prescribed :]
+        )
+        start, faster = np.column_stack([slow[:, :_MOTIONS], moving, *further]), slow[:, _MOTIONS:]
         modes = normal_modes(self.body, start, count, following=max(start.shape[1], count // 2))
         at_sites, next_at_sites = np.split(self._site_responses[:, : 2 * count], [count], axis=1)
         # What shows the error of a basis: the next modes, the next motions, and the next responses at sites.
@@ -138,7 +141,7 @@ class _Maker:
     @cached_property
     def _key(self) -> str:
         """What decides the basis, hashed: matrices, and with them mesh and materials, interface, loads."""
-        inputs: list[Any] = [_VERSION, self.body.interface, self.rows]
+        inputs: list[Any] = [_VERSION, self.body.interface, self.body.prescribed, self.rows]
         for matrix in (self.body.stiffness, self.body.mass):
             inputs += [matrix.indptr, matrix.indices, matrix.data]
         for system in self.motions.systems:
@@ -161,7 +164,8 @@ def _where_suitable(motions: Motions, store: BasisStore | None, compute_with: Ca
     system = motions.systems[0]
     try:
         interface, rows = _suitable_unknowns(motions)
-        body = ConstraintModes(system.stiffness, system.mass, interface, motions.solver)
+        moving = len(system.moving_supports)
+        body = ConstraintModes(system.stiffness, system.mass, interface, motions.solver, moving)
         return compute_with(_Maker(motions, body, rows, store))
     except (_UnsuitableError, FingerslipError) as reason:
         _logger.warning("no reduced basis: %s; the motion is computed on the mesh", reason)
@@ -174,12 +178,12 @@ def _suitable_unknowns(motions: Motions) -> tuple[Integers, Integers]:
     Arrays: returns (p,), (r,).
     """
     system = motions.systems[0]
+    loose = not all(freedom.stiffness for freedom in system.unknowns.freedoms)
     reasons = {
         "supports leave rigid motions free": free_pieces(system.space, system.free),
         f"contact alone holds the {', '.join(system.held_by_contact)}": system.held_by_contact,
         "materials relax": system.viscoelastic,
-        "supports move": system.moving_supports,
-        "rigid bodies have other damping than the material": system.dampers is not None,
+        "dampers alone hold a rigid body": loose and not has_inertia(motions.models[0]),
     }
     for reason, holds in reasons.items():
         if holds:

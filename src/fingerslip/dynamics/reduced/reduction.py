@@ -1,21 +1,21 @@
 """A system in the coordinates of a reduced body, which a step treats as it treats one on a mesh.
 
 The interface of the basis holds all degrees of freedom of the contact candidates and those of rigid bodies: their
-constraint modes are exact. An unknown of the reduced system is a coordinate of the basis or the displacement of an
-interface unknown, which follows from the coordinates but is kept beside them, so that contact reads it as it does on a
-mesh.
+constraint modes are exact.
 
 A field is kept as the coordinates z (m,) with the displacement o = E z (p,) of the interface behind them, so that
-contact candidates are read off as on a mesh. Matrices act on z alone. Forces may act on both: those on o do the
-work of E^T times them on z. With [1; E] in front and behind, a diagonal matrix D of z has the solution ::
+contact candidates are read off as on a mesh. Moving supports are the last of o, where E is zero. Matrices act on z and
+on these; dampers of rigid bodies, and forces, may act on all: forces on o do the work of E^T times them on z. With
+[1; E] in front and behind, a diagonal matrix D of z with B of dampers on o has the solution ::
 
-    x = [1; E] D^-1 [1, E^T] b
+    x = [1; E] (D + E^T B E)^-1 [1, E^T] b,    (D + E^T B E)^-1 = D^-1 - H^T E D^-1,    H = (B^-1 + E D^-1 E^T)^-1 E D^-1
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
@@ -35,14 +35,16 @@ from fingerslip.model.model import Model
 
 @dataclass(frozen=True)
 class ByModes:
-    """A diagonal matrix D of the coordinates, condensed: see :class:`fingerslip.dynamics.step.condensation.Condensed`.
+    """A matrix D + E^T B E of the coordinates, condensed: see :class:`fingerslip.dynamics.step.condensation.Condensed`.
 
     Halfway there are the coordinates alone: of the interface, contact needs the local displacements only.
     """
 
     diagonal: Floats  # (m,), D
     interface: Floats  # (p, m), E, displacement of the interface per coordinate
-    local: Floats  # (c, m), local displacements of the candidates per coordinate, B [1
+    local: Floats  # (c, m), local displacements of the candidates per coordinate
+    damped: Floats  # (r, m), E where dampers act
+    relief: Floats  # (r, m), H
     description: ClassVar[str] = "reduced basis, two products a step"
 
     def forward(self, right_hand_side: Floats) -> Halfway:
@@ -64,8 +66,9 @@ class ByModes:
         return np.concatenate([coordinates, self.interface @ coordinates])
 
     def _divide(self, forces: Floats) -> Floats:
-        """Return D^-1 b for forces on the coordinates, (m,) or (m, k)."""
-        return (forces.T / self.diagonal).T
+        """Solve for forces b on the coordinates, (m,) or (m, k)."""
+        divided: Floats = (forces.T / self.diagonal).T
+        return divided - self.relief.T @ (self.damped @ divided) if self.damped.size else divided
 
 
 _MOST_RESPONSES = 500  # forces at sites
@@ -84,6 +87,16 @@ class ReducedCoordinates:
         """Where the free directions of rigid bodies stand: they are of the interface."""
         return self._at(self.system.unknowns.rigid)
 
+    @property
+    def moving(self) -> Integers:
+        """Where moving supports stand among them: they are the last of the interface."""
+        return self._at(self.system.unknowns.moving)
+
+    @cached_property
+    def on_basis(self) -> Integers:
+        """Where the coordinates of the basis, supports included, stand among them."""
+        return np.concatenate([np.arange(self.basis.eigenvalues.size), self.moving])
+
     def components(self, dofs: Integers) -> NodalComponents:
         """Find degrees of freedom (k,) of the interface."""
         on_mesh = self.system.coordinates.components(dofs)
@@ -91,15 +104,18 @@ class ReducedCoordinates:
 
     def apply_map(self, matrix: sparse.csr_matrix) -> tuple[NodalComponents, Floats]:
         """Return the coordinates of the basis, and a map (k, n_dofs) of the mesh's displacement as one of these."""
-        every = np.arange(self.basis.eigenvalues.size)
-        none = sparse.csr_matrix((matrix.shape[0], len(self.system.unknowns.freedoms)))
-        of_unknowns = sparse.csr_matrix(sparse.hstack([matrix[:, self.system.free], none]))
-        return NodalComponents(every, np.zeros(every.size, dtype=bool)), self.restrict(of_unknowns)
+        of_unknowns = sparse.csr_matrix(matrix @ self.system.unknowns.expansion)
+        return NodalComponents(self.on_basis, np.zeros(self.on_basis.size, dtype=bool)), self.restrict(of_unknowns)
 
     def on_mesh(self, field: Floats) -> Floats:
         """Return a field (m + p,) or (m + p, k) at all degrees of freedom of the mesh, (n_dofs,) or (n_dofs, k)."""
-        coordinates = field[: self.basis.eigenvalues.size]
-        return self.system.coordinates.on_mesh(self.basis.field(self.body, coordinates))
+        return self.system.coordinates.on_mesh(self.basis.field(self.body, field[self.on_basis]))
+
+    def spread(self, values: Floats) -> Floats:
+        """Return forces, or maps of the coordinates of the basis, (..., m), on all coordinates; zero at the others."""
+        result = np.zeros((*values.shape[:-1], self.basis.eigenvalues.size + self.basis.interface.size))
+        result[..., self.on_basis] = values
+        return result
 
     def condense(
         self,
@@ -108,11 +124,30 @@ class ReducedCoordinates:
         solver: LinearSolver,  # noqa: ARG002
         reserved_bytes: int,  # noqa: ARG002
     ) -> tuple[ByModes, Floats]:
-        """Condense a matrix, which is diagonal."""
-        diagonal, interface = matrix.diagonal()[: self.basis.eigenvalues.size], self.basis.at_interface
-        moved = np.asarray(local[:, diagonal.size :] @ interface)
+        """Condense a matrix, which is diagonal on all that moves freely."""
+        size = self.basis.eigenvalues.size
+        diagonal, behind = np.split(matrix.diagonal(), [size])
+        behind[self.moving - size] = 0.0
+        interface = np.ascontiguousarray(self.basis.at_interface[:, :size])
+        moved = np.asarray(local[:, size:] @ interface)
         scaled = moved / np.sqrt(diagonal)
-        return ByModes(diagonal, interface, moved), scaled @ scaled.T
+        compliance = scaled @ scaled.T
+        damped = interface[np.flatnonzero(behind)]
+        divided = damped / diagonal
+        relief = np.linalg.solve(np.diag(1.0 / behind[behind != 0.0]) + damped @ divided.T, divided)
+        if damped.size:
+            compliance -= (moved @ relief.T) @ (divided @ moved.T)
+            compliance = 0.5 * (compliance + compliance.T)
+        return ByModes(diagonal, interface, moved, damped, relief), compliance
+
+    def matrix(self, diagonal: Floats, rows: Floats) -> sparse.csr_matrix:
+        """Return a matrix that is diagonal but for rows (k, m) and columns of moving supports, (m + p, m + p)."""
+        shape = (diagonal.size + self.basis.interface.size,) * 2
+        halved = np.hstack([rows[:, : diagonal.size], 0.5 * rows[:, diagonal.size :]])
+        at = np.repeat(self.moving, rows.shape[1]), np.tile(self.on_basis, len(rows))
+        border = sparse.csr_matrix((halved.ravel(), at), shape=shape)
+        inner = sparse.csr_matrix((diagonal, [np.arange(diagonal.size)] * 2), shape=shape)
+        return sparse.csr_matrix(inner + border + border.T)
 
     def restrict(self, matrix: sparse.csr_matrix) -> Floats:
         """Return a map (k, n) of the mesh's unknowns as a map of the coordinates, shape (k, m).
@@ -133,9 +168,9 @@ class ReducedCoordinates:
 
 
 def interface_unknowns(systems: Sequence[System]) -> Integers:
-    """Return the unknowns of contact candidates and rigid bodies of systems, ascending, shape (p,)."""
-    unknowns = [system.relative.indices for system in systems]
-    return np.unique(np.concatenate([*unknowns, systems[0].coordinates.rigid])).astype(np.int64)
+    """Return the unknowns of contact candidates, rigid bodies and moving supports of systems, ascending, shape (p,)."""
+    unknowns, coordinates = [system.relative.indices for system in systems], systems[0].coordinates
+    return np.unique(np.concatenate([*unknowns, coordinates.rigid, coordinates.moving])).astype(np.int64)
 
 
 def observed_unknowns(models: Sequence[Model], systems: Sequence[System]) -> Integers:
@@ -193,37 +228,40 @@ def site_responses(body: ConstraintModes, systems: Sequence[System]) -> Floats:
 def reduced_system(system: System, body: ConstraintModes, basis: CraigBampton, twin: System | None = None) -> System:
     """Return a system in the coordinates of a reduced body; one that shares its matrices with a twin takes them over.
 
-    Its matrices have nothing on the interface.
+    Its matrices have nothing on the interface but on moving supports.
     """
-    coordinates, velocity = ReducedCoordinates(system, body, basis), system.initial_velocity
-    size, behind = basis.eigenvalues.size, np.zeros(basis.interface.size)
+    coordinates = ReducedCoordinates(system, body, basis)
+    size, unknowns = basis.eigenvalues.size, basis.eigenvalues.size + basis.interface.size
 
     def project(forces: Floats) -> Floats:
-        return basis.project(body, forces) if forces.any() else np.zeros((size, *forces.shape[1:]))
+        """Return forces (n,) or (k, n) on the mesh's unknowns on coordinates and interface, (m + p,) or (k, m + p)."""
+        if not forces.any():
+            return np.zeros((*forces.shape[:-1], unknowns))
+        return coordinates.spread(basis.project(body, forces.T).T)
 
     if twin is None:
-        diagonals = basis.eigenvalues, np.ones(size)
-        stiffness, mass = (sparse.diags(np.concatenate([part, behind]), format="csr") for part in diagonals)
-        # Linear maps (r, n) of the mesh's unknowns as those of coordinates and interface, (r, m + p).
+        stiffness, mass = map(coordinates.matrix, (basis.eigenvalues, np.ones(size)), basis.prescribed)
         rows = (sparse.csr_matrix(matrix) for matrix in (system.supports.stiffness, system.supports.mass))
-        held = [
-            np.hstack([project(np.asarray(row.T.todense())).T, np.zeros((row.shape[0], behind.size))]) for row in rows
-        ]
+        held = [project(row.toarray()) for row in rows]
     else:
         stiffness, mass, held = twin.stiffness, twin.mass, [np.asarray(twin.supports.stiffness), twin.supports.mass]
-    start = project(system.mass @ velocity)
+    start = project(system.mass @ system.initial_velocity)[:size]
     none = sparse.csr_matrix((system.relative.shape[0], size))
+    dampers = None if system.dampers is None else np.zeros(unknowns)
+    if dampers is not None and system.dampers is not None:
+        dampers[coordinates.rigid] = system.dampers[system.coordinates.rigid]
     return replace(
         system,
         coordinates=coordinates,
         stiffness=stiffness,
         mass=mass,
-        loads=tuple(replace(load, forces=np.concatenate([project(load.forces), behind])) for load in system.loads),
-        initial_velocity=np.concatenate([start, basis.at_interface @ start]),
+        loads=tuple(replace(load, forces=project(load.forces)) for load in system.loads),
+        initial_velocity=np.concatenate([start, basis.at_interface[:, :size] @ start]),
         relative=sparse.csr_matrix(sparse.hstack([none, system.relative[:, basis.interface]])),
         outsiders=tuple(
-            replace(outsider, relative=coordinates.restrict(sparse.csr_matrix(outsider.relative)))
+            replace(outsider, relative=coordinates.spread(coordinates.restrict(sparse.csr_matrix(outsider.relative))))
             for outsider in system.outsiders
         ),
         supports=replace(system.supports, stiffness=held[0], mass=held[1]),
+        dampers=dampers,
     )

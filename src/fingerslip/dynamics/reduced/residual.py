@@ -90,10 +90,12 @@ class ResidualCheck:
 
 
 class _Oscillators:
-    """Oscillators of mass one in a scheme, from rest: squares (m,) of their frequencies [1/s^2]."""
+    """Oscillators of mass one in a scheme, from rest: squares (m,) of their frequencies [1/s^2], own dampers [1/s]."""
 
-    def __init__(self, squares: Floats, scheme: Scheme, damping: RayleighDamping) -> None:
-        viscous = damping.mass + damping.stiffness * squares
+    def __init__(
+        self, squares: Floats, scheme: Scheme, damping: RayleighDamping, dampers: Floats | float = 0.0
+    ) -> None:
+        viscous = damping.mass + damping.stiffness * squares + dampers
         resistance = scheme.displacement_factor * squares + scheme.velocity_factor * viscous
         compliance = 1.0 / (scheme.inertia_factor + scheme.end_weight * resistance)
         self._factors = scheme.factors
@@ -138,7 +140,15 @@ class _MotionError(Check):
         basis = coordinates.basis
         self._basis, self._scheme, self._damping = basis, scheme, damping
         self._following = _Oscillators(basis.following_squares, scheme, damping)
-        self._inside = _Oscillators(basis.eigenvalues, scheme, damping)
+        # Moving supports have no error: what would excite it is zero. Dampers count by their diagonal.
+        self._on_basis, size = coordinates.on_basis, basis.eigenvalues.size
+        squares = np.append(basis.eigenvalues, np.ones(coordinates.moving.size))
+        dampers = np.zeros(basis.interface.size)
+        if system.dampers is not None:
+            dampers[coordinates.rigid - size] = system.dampers[system.coordinates.rigid]
+        self._inside = _Oscillators(squares, scheme, damping, dampers @ basis.at_interface**2)
+        self._mass_inside = basis.following_mass.copy()
+        self._mass_inside[:, size:] = 0.0
         self._loads = [Load(basis.following.T @ load.forces, load.ramp) for load in system.loads]
         # Displacement of contact and sites per coordinate, and of sites per shape that follows.
         candidates = coordinates.components(vector_dofs(system.candidates.nodes, system.space.dim).ravel())
@@ -176,8 +186,8 @@ class _MotionError(Check):
 
     def look(self, steps: Steps) -> None:
         """Look at states: the errors are those of steps from the last state before them."""
-        times, size = steps.time, self._basis.eigenvalues.size
-        rows = np.stack([field[:, :size] for field in (steps.displacement, steps.velocity, steps.acceleration)])
+        fields = steps.displacement, steps.velocity, steps.acceleration
+        times, rows = steps.time, np.stack([field[:, self._on_basis] for field in fields])
         if self._last is None:
             self._start(rows[:, 0], float(times[0]))
         else:
@@ -204,7 +214,7 @@ class _MotionError(Check):
         force = basis.following_mass @ (acceleration + damping.mass * velocity)
         force += basis.following_stiffness @ (damping.stiffness * velocity)
         self._following.fields[2] = self._scheme.inertia_factor * (self._load(time) - force)
-        self._inside.fields[2] = -basis.following_mass.T @ self._following.fields[2]
+        self._inside.fields[2] = -self._mass_inside.T @ self._following.fields[2]
         # Nothing has moved so far.
         inside, following = self._inside.fields[[0, 2], None], self._following.fields[[0, 2], None]
         self._compare(inside, following, np.stack([0.0 * acceleration, acceleration])[:, None])
@@ -223,7 +233,10 @@ class _MotionError(Check):
         forces -= (displacement + damping.stiffness * velocity) @ stiffness.T
         following = self._following.step(forces)
         inertia, (displacement, velocity) = following[2], following[3:]
-        forces = -(inertia + damping.mass * velocity) @ mass - (displacement + damping.stiffness * velocity) @ stiffness
+        forces = (
+            -(inertia + damping.mass * velocity) @ self._mass_inside
+            - (displacement + damping.stiffness * velocity) @ stiffness
+        )
         return self._inside.step(forces), following
 
     def _load(self, time: float) -> Floats:

@@ -128,7 +128,7 @@ def _end_state(stepper: Stepper, start: Prediction, contact: ContactStep, fields
         history_variables=strained.history_variables,
         body=strained.body,
     )
-    moving = system.unknowns.moving
+    moving = system.coordinates.moving
     if not moving.size:
         return after
     # The work of moving supports, by the mean of their forces.
@@ -172,7 +172,7 @@ def _contact_record(
 
 def _support_force(stepper: Stepper, state: State) -> Floats:
     """Return the forces of the moving supports on the body, shape (k,) [N]: what their equations lack."""
-    system, damping, moving = stepper.system, stepper.damping, stepper.system.unknowns.moving
+    system, damping, moving = stepper.system, stepper.damping, stepper.system.coordinates.moving
     if state.body is None:
         force = system.stiffness[moving] @ (state.displacement + damping.stiffness * state.velocity)
     else:

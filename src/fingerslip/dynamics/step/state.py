@@ -101,7 +101,7 @@ def first_state(stepper: Stepper) -> State:
     damped, factor = stepper.damping_force(velocity), stepper.scheme.inertia_factor
     kinetic = 0.5 * factor * float(velocity @ (system.mass @ velocity))
     acceleration, inertia = _acceleration(stepper, (load - damped) * factor)
-    unbalance, moving = damped - load, system.unknowns.moving
+    unbalance, moving = damped - load, system.coordinates.moving
     unbalance[moving] = -inertia[moving]
     unbalance_before = unbalance
     if starts_damped(stepper.scheme, stepper.damping, system.dampers):
@@ -137,7 +137,7 @@ def first_state(stepper: Stepper) -> State:
 
 def _acceleration(stepper: Stepper, forces: Floats) -> tuple[Floats, Floats]:
     """Return the acceleration (n,) [m/s^2] under forces (n,) [N], and the mass times it; moving supports have none."""
-    system, moving = stepper.system, stepper.system.unknowns.moving
+    system, moving = stepper.system, stepper.system.coordinates.moving
     forces_left = forces.copy()
     forces_left[moving] = 0.0
     if not forces_left.any():
@@ -208,7 +208,7 @@ def predict(
         if start.prescribed is not None:
             # The inertia of moving supports is known; their own equations are empty.
             side -= system.mass @ start.prescribed
-            side[system.unknowns.moving] = 0.0
+            side[system.coordinates.moving] = 0.0
         if before.release is not None:
             side += system.push(fading_forces(scheme, before.release), start.pose)
         predictions.append(replace(start, right_hand_side=side))
@@ -219,7 +219,7 @@ def predict_ends(stepper: Stepper, before: State, time: float, counterfaces: Flo
     """Return the prediction of one motion without its right-hand side; see :func:`predict`."""
     system, scheme = stepper.system, stepper.scheme
     displacement, velocity = scheme.predict(before.displacement, before.velocity, before.acceleration)
-    prescribed, moving = None, system.unknowns.moving
+    prescribed, moving = None, system.coordinates.moving
     if moving.size:
         # Moving supports move by the scheme like all others.
         unknown = np.zeros_like(displacement)

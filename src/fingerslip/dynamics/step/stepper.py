@@ -131,7 +131,7 @@ def factorised(
     systems: Sequence[System], scheme: Scheme, damping: RayleighDamping, solver: LinearSolver, reserved_bytes: int
 ) -> list[Stepper]:
     """Factorise and condense the matrix that systems share for the steps of a scheme."""
-    system, moving = systems[0], systems[0].unknowns.moving
+    system, moving = systems[0], systems[0].coordinates.moving
     local, rows = _joint_rows(systems)
     anchoring, viscous = _anchoring(system), viscous_steps(system.viscoelastic, scheme.step)
     matrix = with_empty(_effective_matrix(system, scheme, damping, viscous, anchoring), moving)

@@ -129,6 +129,10 @@ class Coordinates(Protocol):
     def rigid(self) -> Integers:
         """Where the free directions of rigid bodies stand among them, shape (n_rigid,)."""
 
+    @property
+    def moving(self) -> Integers:
+        """Where the moving supports stand among them."""
+
     def components(self, dofs: Integers) -> NodalComponents:
         """Find degrees of freedom of the mesh, such as those of sites and candidates, shape (k,)."""
 
