@@ -13,9 +13,9 @@ following statically: each of these corrects the motion by one more power of its
     K_r = [S, 0; 0, V^T K V],    M_r = [T^T M T, T^T M V; V^T M T, V^T M V]
 
 with the Schur complement S of K on the interface. The eigenvectors Y of (K_r, M_r), all of them, make both diagonal:
-in the coordinates z with [u_b; q] = Y z, the mass is the identity and the stiffness diag(eigenvalues). Unknowns s of the
-interface that move as prescribed are none of the eigenproblem: they are coordinates themselves, behind z, and their
-rows of K_r and M_r couple them to z.
+in the coordinates z with [u_b; q] = Y z, the mass is the identity and the stiffness diag(eigenvalues). Displacements s
+of the interface that are prescribed stay out of the eigenproblem: they are coordinates behind z, to which their rows of
+K_r and M_r couple them.
 """
 
 from __future__ import annotations
@@ -48,12 +48,16 @@ class ConstraintModes:
     @cached_property
     def _factors(self) -> tuple[SchurFactor, Floats]:
         """The factors of K_ii, and S, shape (p, p) [N/m]."""
-        # Unknowns that nothing resists, such as driven counterfaces, have to be of the interface.
-        empty = np.asarray(self.stiffness.diagonal() == 0.0)
-        held = sparse.csr_matrix(self.stiffness + sparse.diags(empty.astype(float)))
-        factor, schur = self.solver.factorise_around(held, self.interface)
+        # Unknowns that nothing resists, such as driven counterfaces, have to be of the interface. Springs hold these
+        # and what moves as prescribed, which may be all that holds the body.
+        diagonal = self.stiffness.diagonal()
+        springs, prescribed = (diagonal == 0.0).astype(float), self.interface[len(self.interface) - self.prescribed :]
+        springs[prescribed] = diagonal[prescribed]
+        factor, schur = self.solver.factorise_around(
+            sparse.csr_matrix(self.stiffness + sparse.diags(springs)), self.interface
+        )
         schur = 0.5 * (schur + schur.T)
-        schur.flat[:: len(schur) + 1] -= empty[self.interface]
+        schur.flat[:: len(schur) + 1] -= springs[self.interface]
         return factor, schur
 
     @property

@@ -173,9 +173,8 @@ class _Steps:
         for number, travels in enumerate(system.motions):
             travel[1:, number] = travels.displacement(times)
         loads = np.zeros((count, self._interface.shape[1]))
-        for row, time in zip(loads, times.tolist(), strict=True):
-            for load in self._loads:
-                row += load.at(time)
+        for load in self._loads:
+            loads += np.multiply.outer([load.ramp.at(time) for time in times.tolist()], load.forces)
         arrays, last = before.carried, len(Motion._fields) + len(Inverse._fields)
         supports, rows = self._supports, np.zeros((3, count + 1, 0))
         if supports is not None:

@@ -8,7 +8,8 @@ contact candidates are read off as on a mesh. Moving supports are the last of o,
 on these; dampers of rigid bodies, and forces, may act on all: forces on o do the work of E^T times them on z. With
 [1; E] in front and behind, a diagonal matrix D of z with B of dampers on o has the solution ::
 
-    x = [1; E] (D + E^T B E)^-1 [1, E^T] b,    (D + E^T B E)^-1 = D^-1 - H^T E D^-1,    H = (B^-1 + E D^-1 E^T)^-1 E D^-1
+    x = [1; E] (D + E^T B E)^-1 [1, E^T] b
+    (D + E^T B E)^-1 = D^-1 - H^T E D^-1,    H = (B^-1 + E D^-1 E^T)^-1 E D^-1
 """
 
 from __future__ import annotations
