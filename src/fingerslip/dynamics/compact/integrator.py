@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fingerslip.arrays import Floats
 from fingerslip.contact.interface import InterfaceState, conditions
@@ -86,7 +85,7 @@ class _Steps:
         stiffness = system.stiffness.diagonal()[: diagonal.size]
         compliance = stepper.compliance
         self._loads = self._loads_on_coordinates()
-        self._supports = MovingSupports(stepper, diagonal.size) if system.coordinates.moving.size else None
+        self._supports = MovingSupports(stepper) if system.coordinates.moving.size else None
         self._open = first_partition(compliance.matrix, compliance.penalty)
         self._body = Body(
             stiffness=stiffness,
@@ -176,20 +175,24 @@ class _Steps:
         for load in self._loads:
             loads += np.multiply.outer([load.ramp.at(time) for time in times.tolist()], load.forces)
         arrays, last = before.carried, len(Motion._fields) + len(Inverse._fields)
-        supports, rows = self._supports, np.zeros((3, count + 1, 0))
+        supports, size = self._supports, loads.shape[1]
+        fields = np.zeros((3, count + 1, size + len(self._interface)))
         if supports is not None:
-            rows, of_supports = supports.move(system, arrays[last:], times)
-            loads += of_supports
+            loads += supports.move(system, arrays[last:], fields, times)
         driving = Driving(travel, loads, self._friction)
         motion = Motion(*(array.copy() for array in arrays[: len(Motion._fields)]))
         # What is changed in place stays the inverse of its own states, and serves any step as well.
         inverse, records = Inverse(*arrays[len(motion) : last]), _empty_records(count, self._body)
         solved = self._take_steps(motion, inverse, driving, records, float(times[0]))
         steps: tuple[Any, ...] = tuple(values[:solved] for values in records)
-        records = Records(*steps)
-        further = supports.finish(rows, arrays[last:], motion, records) if supports is not None else ()
-        moved, travel = rows[:, 1 : solved + 1, loads.shape[1] :], travel[1 : solved + 1]
-        return self._states(before, times[:solved], (moved, travel), records, (*motion, *inverse, *further))
+        records, fields = Records(*steps), fields[:, : solved + 1]
+        fields[:, 1:, :size] = records.fields.transpose(1, 0, 2)
+        # With the displacement of the interface behind them; one product reads the interface once for all.
+        behind = fields[:, 1:, :size].reshape(-1, size) @ self._interface.T
+        fields[:, 1:, size:] += behind.reshape(3, solved, -1)
+        further = () if supports is None else supports.finish(fields, arrays[last:], motion, records)
+        before = replace(before, carried=(*motion, *inverse, *further))
+        return self._states(before, times[:solved], fields[:, 1:], travel[1 : solved + 1], records)
 
     def _take_steps(self, motion: Motion, inverse: Inverse, driving: Driving, records: Records, end: float) -> int:
         """Take steps up to one that is not solved, at least the first, which ends at a time [s]; return how many."""
@@ -208,26 +211,10 @@ class _Steps:
                 raise unsolved(self.stepper.system.candidates, solution.worst, residual, TOLERANCE, end)
             solutions = np.concatenate([solutions, solution.forces[None]])
 
-    def _states(
-        self,
-        before: State,
-        times: Floats,
-        prescribed: tuple[Floats, Floats],
-        records: Records,
-        carried: tuple[NDArray[Any], ...],
-    ) -> State:
-        """Return the states of steps, time first in their arrays where there are several.
-
-        Prescribed motion is that of supports, displacement and its rates (3, k, s), and of counterfaces (k, f, 2) [m].
-        """
-        supports, travel = prescribed
-        size = self._interface.shape[1]
-        # Fields with the displacement of the interface behind them; one product reads the interface once for all.
-        fields = records.fields.transpose(1, 0, 2)
-        behind = (fields.reshape(-1, size) @ self._interface.T).reshape(3, times.size, -1)
-        behind[..., behind.shape[2] - supports.shape[2] :] = supports
+    def _states(self, before: State, times: Floats, fields: Floats, travel: Floats, records: Records) -> State:
+        """Return the states of steps, time first in their arrays where there are several."""
         at: int | slice = 0 if times.size == 1 else slice(None)
-        displacement, velocity, acceleration = np.concatenate([fields, behind], axis=2)[:, at]
+        displacement, velocity, acceleration = fields[:, at]
         forces, slips = records.forces[at], records.slips[at]
         slip_distance, since_contact, slip, limit = (slips[..., row, :] for row in range(4))
         energies: dict[str, Any] = dict(zip(ENERGIES, records.energies[at].T, strict=True))
@@ -252,7 +239,6 @@ class _Steps:
             step=self.stepper.scheme.step,
             iterations=records.iterations[at],  # type: ignore[arg-type]
             residual=records.residuals[at],  # type: ignore[arg-type]
-            carried=carried,
         )
 
 

@@ -12,11 +12,11 @@ it is what supports exert. What it does to the energies is computed for many ste
 from __future__ import annotations
 
 import numpy as np
-from scipy import sparse
 
 from fingerslip.arrays import Floats
 from fingerslip.dynamics.compact.kernel import ENERGIES, Motion, Records
-from fingerslip.dynamics.step.state import State
+from fingerslip.dynamics.reduced.reduction import ReducedCoordinates
+from fingerslip.dynamics.step.state import State, with_supports
 from fingerslip.dynamics.step.stepper import Stepper
 from fingerslip.dynamics.system.scheme import start_push
 from fingerslip.dynamics.system.system import System
@@ -26,46 +26,34 @@ from fingerslip.linear.symmetric import row_products
 class MovingSupports:
     """The matrices that couple moving supports to the coordinates of a motion."""
 
-    def __init__(self, stepper: Stepper, coordinates: int) -> None:
-        system, self._scheme, self._size = stepper.system, stepper.scheme, coordinates
-        self._moving = system.coordinates.moving
-        self._at = np.concatenate([np.arange(coordinates), self._moving])
-
-        def coupling(matrix: sparse.csr_matrix) -> sparse.csr_matrix:
-            whole = sparse.csr_matrix(matrix[self._at][:, self._at])
-            inner = np.where(np.arange(self._at.size) < coordinates, whole.diagonal(), 0.0)
-            return sparse.csr_matrix(whole - sparse.diags(inner))
-
-        self._stiffness, self._mass = coupling(system.stiffness), coupling(system.mass)
+    def __init__(self, stepper: Stepper) -> None:
+        coordinates = stepper.system.coordinates
+        assert isinstance(coordinates, ReducedCoordinates)
+        self._scheme, self._moving, nothing = stepper.scheme, coordinates.moving, 0.0 * coordinates.basis.eigenvalues
+        self._size = nothing.size
+        self._stiffness, self._mass = (coordinates.matrix(nothing, rows) for rows in coordinates.basis.prescribed)
         self._damping = stepper.damping.mass * self._mass + stepper.damping.stiffness * self._stiffness
 
     def start(self, state: State) -> tuple[Floats, Floats, Floats]:
         """Return what :meth:`move` and :meth:`finish` go on from: x, v and a, V now and one step before, and H."""
-        rows = np.stack([state.displacement, state.velocity, state.acceleration])[:, self._at]
-        unbalances = np.zeros((2, self._at.size))
-        unbalances[:, self._size :] = np.stack([state.unbalance_before, state.unbalance])[:, self._moving]
+        rows = np.stack([state.displacement, state.velocity, state.acceleration])
+        unbalances = np.zeros((2, rows.shape[1]))
+        unbalances[:, self._moving] = np.stack([state.unbalance_before, state.unbalance])[:, self._moving]
         push = start_push(self._scheme) * (unbalances[1] - unbalances[0])
         return rows, unbalances, self._damping @ rows[1] - unbalances[1] + push
 
-    def move(self, system: System, carried: tuple[Floats, ...], times: Floats) -> tuple[Floats, Floats]:
-        """Return x, v and a, (3, k + 1, m), from the start to times (k,) [s], still with z = 0; loads on z, (k, m)."""
-        scheme, (before, unbalances, _) = self._scheme, carried
-        rows = np.zeros((3, times.size + 1, self._at.size))
-        rows[:, 0, self._size :] = before[:, self._size :]
+    def move(self, system: System, carried: tuple[Floats, ...], rows: Floats, times: Floats) -> Floats:
+        """Write s into x, v and a, (3, k + 1, m), from the start to times (k,) [s]; return loads on z, (k, m)."""
+        rows[:, 0, self._moving] = carried[0][:, self._moving]
         for step, time in enumerate(times.tolist()):
-            displacement, velocity = scheme.predict(*rows[:, step, self._size :])
-            end = np.array([component.at(time) for component in system.moving_supports])
-            unknown = (end - displacement) / scheme.displacement_factor
-            reached = end, velocity + scheme.velocity_factor * unknown, scheme.inertia_factor * unknown
-            rows[:, step + 1, self._size :] = reached
-        return rows, -self._forces(rows, unbalances)[1][1:, : self._size]
+            rows[:, step + 1] = np.stack(with_supports(system, self._scheme, rows[:, step], time))  # type: ignore[arg-type]
+        return -self._forces(rows, carried[1])[1][1:, : self._size]
 
     def finish(
         self, rows: Floats, carried: tuple[Floats, ...], motion: Motion, records: Records
     ) -> tuple[Floats, Floats, Floats]:
-        """Fill in z of steps that were taken, and add to their energies; return what the next steps go on from."""
-        rows = rows[:, : len(records.fields) + 1]
-        rows[:, 0], rows[:, 1:, : self._size] = carried[0], records.fields.transpose(1, 0, 2)
+        """Add to the energies of steps with x, v and a, (3, k + 1, m); return what the next steps go on from."""
+        rows[:, 0] = carried[0]
         unbalances, forces = self._forces(rows, carried[1])
         forces[0] = carried[2]
         (_, velocity, acceleration), (of_rates, of_moves, earliest, first, last) = rows, self._scheme.losses

@@ -28,7 +28,8 @@ from fingerslip.dynamics.step.release import Release, fading_forces
 from fingerslip.dynamics.step.stepper import Stepper, with_empty
 from fingerslip.dynamics.step.viscoelastic import HistoryVariables, variables_at_rest
 from fingerslip.dynamics.system.operators import Pose
-from fingerslip.dynamics.system.scheme import start_push, starts_damped
+from fingerslip.dynamics.system.scheme import Scheme, start_push, starts_damped
+from fingerslip.dynamics.system.system import System
 
 
 @dataclass(frozen=True)
@@ -218,16 +219,8 @@ def predict(
 def predict_ends(stepper: Stepper, before: State, time: float, counterfaces: Floats) -> Prediction:
     """Return the prediction of one motion without its right-hand side; see :func:`predict`."""
     system, scheme = stepper.system, stepper.scheme
-    displacement, velocity = scheme.predict(before.displacement, before.velocity, before.acceleration)
-    prescribed, moving = None, system.coordinates.moving
-    if moving.size:
-        # Moving supports move by the scheme like all others.
-        unknown = np.zeros_like(displacement)
-        wanted = np.array([component.at(time) for component in system.moving_supports])
-        unknown[moving] = (wanted - displacement[moving]) / scheme.displacement_factor
-        displacement = displacement + scheme.displacement_factor * unknown
-        velocity = velocity + scheme.velocity_factor * unknown
-        prescribed = scheme.inertia_factor * unknown
+    fields = before.displacement, before.velocity, before.acceleration
+    displacement, velocity, prescribed = with_supports(system, scheme, fields, time)
     moved = system.moved(displacement, counterfaces)
     return Prediction(
         before=before,
@@ -241,3 +234,18 @@ def predict_ends(stepper: Stepper, before: State, time: float, counterfaces: Flo
         right_hand_side=_NONE,
         prescribed=prescribed,
     )
+
+
+def with_supports(
+    system: System, scheme: Scheme, fields: Sequence[Floats], time: float
+) -> tuple[Floats, Floats, Floats | None]:
+    """Return the end of a step with no unknown but those of moving supports, displacement and its rates (n,)."""
+    displacement, velocity = scheme.predict(*fields)
+    if not system.moving_supports:
+        return displacement, velocity, None
+    # Moving supports move by the scheme like all others.
+    unknown, moving = np.zeros_like(displacement), system.coordinates.moving
+    end = np.array([component.at(time) for component in system.moving_supports])
+    unknown[moving] = (end - displacement[moving]) / scheme.displacement_factor
+    reached = displacement + scheme.displacement_factor * unknown
+    return reached, velocity + scheme.velocity_factor * unknown, scheme.inertia_factor * unknown
