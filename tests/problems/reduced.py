@@ -1,5 +1,7 @@
 """A press-and-slide with enough inside it for a reduced basis, and the comparison of its histories."""
 
+import dataclasses
+
 import numpy as np
 
 import fingerslip as fs
@@ -57,6 +59,30 @@ def random_model(seed):
         **sometimes(0.4, tractions={"left": fs.Traction(traction, ramp)}),
         **sometimes(0.2, initial_velocity=tuple(0.01 * rng.normal(size=2))),
     )
+
+
+def with_moving_support(seed):
+    """Return a random model whose support moves, with three changes of its velocity."""
+    rng, model = np.random.default_rng(seed), random_model(seed)
+    times = (0.0, *np.sort(rng.uniform(0.05, 0.95, 3)) * model.end)
+    moving = fs.SupportMotion(tuple(rng.uniform(-0.4e-3, 0.4e-3, 2)), fs.Ramp(times, (0.0, *rng.uniform(-1.0, 1.0, 3))))
+    return dataclasses.replace(model, support_motions={"top": moving})
+
+
+def with_damper(seed):
+    """Return a random model whose plate is pressed by a load against a damper, and by half of them a spring."""
+    rng, model = np.random.default_rng(seed), random_model(seed)
+    time = dataclasses.replace(model.time, end=round(model.end / model.time.step) * model.time.step)
+    mass, is_sprung = 10 ** rng.uniform(-5.0, -2.5), rng.random() < 0.5
+    table = fs.RigidBody(
+        mass,
+        free=("y",),
+        springs=fs.Springs(y=10 ** rng.uniform(0.0, 2.0) if is_sprung else 0.0),
+        dampers=fs.Dampers(y=10 ** rng.uniform(-2.0, 0.5)),
+        loads=(fs.BodyLoad(y=10 ** rng.uniform(-4.0, -2.0)),),
+    )
+    on_table = (dataclasses.replace(model.contacts[0], drive=None, rigid_body="table"),)
+    return dataclasses.replace(model, contacts=on_table, bodies={"table": table}, programme=(), time=time)
 
 
 def difference(found, expected, name):

@@ -30,10 +30,11 @@ def assert_same(history: xr.Dataset, expected: xr.Dataset, share: float) -> None
     assert_same_history(history[[*COMPARED]], expected[[*COMPARED]], share)
 
 
-LAWS = {
-    "coulomb": fs.Coulomb(0.4),
-    "static and kinetic": fs.StaticKinetic(0.5, 0.3, decay_speed=2e-3),
-    "weakening": fs.SlipWeakening(0.6, 0.3, distance=50e-6),
+STEPPED = {
+    "coulomb": {},
+    "static and kinetic": {"law": fs.StaticKinetic(0.5, 0.3, decay_speed=2e-3)},
+    "weakening": {"law": fs.SlipWeakening(0.6, 0.3, distance=50e-6)},
+    "moving supports": ABILITIES["moving supports"],
 }
 
 
@@ -57,9 +58,9 @@ def test_the_log_says_why_compiled_code_takes_no_steps(caplog: pytest.LogCapture
     assert "no compiled steps in a basis: a counterface is curved or turns" in caplog.text
 
 
-@pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
-def test_steps_from_outside_are_those_of_a_simulation_and_of_a_restored_one(law: Any, tmp_path: Path) -> None:
-    model, bases = a_model(law), Memory()
+@pytest.mark.parametrize("changes", STEPPED.values(), ids=STEPPED)
+def test_steps_from_outside_are_those_of_a_simulation_and_of_a_restored_one(changes: Any, tmp_path: Path) -> None:
+    model, bases = a_model(**changes), Memory()
     expected = fs.simulate(model, bases=bases)
     with fs.Simulation(model, bases=bases) as sim:
         for _ in range(30):
@@ -79,15 +80,18 @@ def test_steps_from_outside_are_those_of_a_simulation_and_of_a_restored_one(law:
 
 
 def test_commands_steer_a_basis_as_they_steer_the_mesh() -> None:
-    """The plate is pressed by a force, which a command doubles, and stopped on the way."""
+    """The plate is pressed by a force, which a command doubles, and stopped on the way; then the support moves on."""
     driven = contact(counterface=fs.Plane((0.0, 1.0)), drive=fs.Drive(force=0.1, mass=0.05))
-    model = a_model(contacts=driven, programme=(fs.Hold(20e-3), fs.Slide(0.4e-3, 5e-3, (1.0, 0.0))))
+    programme = fs.Hold(20e-3), fs.Slide(0.4e-3, 5e-3, (1.0, 0.0))
+    still = {"top": fs.SupportMotion((1e-3, 0.0), fs.Ramp((0.0, 1.0), (0.0, 0.0)))}
+    model = a_model(contacts=driven, programme=programme, support_motions=still)
     forces = []
     for basis in (model.basis, None):
         with fs.Simulation(replace(model, basis=basis)) as sim:
             for _ in range(8):
                 sim.step()
             sim.step([fs.Command("bottom", force=(0.2,)), fs.Command("bottom", velocity=(2e-3, 0.0))])
+            sim.step(fs.Command("top", velocity=(-1e-3, 0.0)))
             while not sim.is_finished:
                 sim.step()
             forces.append(sim.history()["counterface_force"].values)
@@ -125,8 +129,18 @@ def test_contact_that_is_not_solved_in_partitions_is_solved_otherwise(monkeypatc
         sim.step()
 
 
-def test_what_compiled_code_does_not_take_is_stepped_in_the_basis_all_the_same() -> None:
-    model = a_model(contacts=contact(counterface=fs.Cylinder(20e-3)))
+DISC = {"contacts": contact(counterface=fs.Cylinder(20e-3, (0.0, 1.0)), rigid_body="table")}
+WALL = fs.Contact("left", fs.Plane((1.0, 0.0)), fs.Coulomb(0.2), programme=(fs.Hold(0.2),))
+UNTAKEN = {
+    "curved": {"contacts": contact(counterface=fs.Cylinder(20e-3))},
+    "curved, with both": {**ABILITIES["moving supports"], **ABILITIES["rigid body with a damper"], **DISC},
+    "touching with a moving support": {**ABILITIES["moving supports"], "contacts": (*contact(), WALL)},
+}
+
+
+@pytest.mark.parametrize("changes", UNTAKEN.values(), ids=UNTAKEN)
+def test_what_compiled_code_does_not_take_is_stepped_in_the_basis_all_the_same(changes: Any) -> None:
+    model = a_model(**changes)
     history = solved_by_steps(model)
     assert history.attrs["basis"] == "reduced"
     assert_same(history, fs.simulate(replace(model, basis=None)), 2e-5)

@@ -10,7 +10,15 @@ import fingerslip as fs
 from fingerslip.dynamics.reduced import basis as bases
 from fingerslip.history import VARIABLES
 from problems.pushed import push_and_slide
-from problems.reduced import REDUCED, SITES, deep_push_and_slide, difference, random_model
+from problems.reduced import (
+    REDUCED,
+    SITES,
+    deep_push_and_slide,
+    difference,
+    random_model,
+    with_damper,
+    with_moving_support,
+)
 from unit.dynamics.models import ROUNDING, Memory, Watched, assert_same_history, contact, error_of
 
 # What shows the acceleration that few normal modes give.
@@ -152,6 +160,13 @@ def test_estimates_are_within_a_factor_of_three_for_any_model(caplog, monkeypatc
     assert too_large.mean() < 0.2
 
 
+@pytest.mark.slow
+def test_estimates_hold_for_moving_supports_and_dampers(caplog, monkeypatch):
+    monkeypatch.setattr(bases, "_FEWEST", 10)
+    models = [*map(with_moving_support, (5, 8, 9, 13)), *map(with_damper, (0, 5, 8, 9))]
+    assert len(check_estimates(models, caplog)) == 8
+
+
 def test_a_history_says_which_basis_it_has_and_a_kept_basis_is_used_again():
     store, model = Memory(), with_basis()
     first = fs.simulate(model, bases=store)
@@ -251,7 +266,7 @@ HANGING = {
 }
 SHORT = {"programme": (fs.Press(0.1e-3, 4e-3),)}
 SOFTENING = fs.Elastic(34e3, 0.4, 1000.0, prony=(fs.PronyTerm(0.3, 0.05),))
-DOWN = fs.SupportMotion((0.0, -0.1e-3), fs.Ramp((0.0, 0.1), (0.0, 1.0)))
+DAMPED = {**HANGING, "bodies": {"plate": dataclasses.replace(HANGING["bodies"]["plate"], dampers=fs.Dampers(y=1.0))}}
 # Without the responses at its sites it needs 0.0001 GB.
 ALONG = tuple(fs.Site(f"site {x:.3g}", "", (x, 2e-3)) for x in np.linspace(-3e-3, 3e-3, 13))
 MANY_SITES = deep_push_and_slide(record=fs.Recording(ALONG), basis=fs.ReducedBasis(0.5, 0.02), **SHORT)
@@ -264,7 +279,7 @@ LEFT_TO_THE_MESH = {
     "free": (with_basis(**SHORT, supports={"top": ("x",)}), {}, "supports leave rigid motions free"),
     "held by contact": (with_basis(**HANGING), {}, "contact alone holds the rigid body 'plate' (y)"),
     "relaxing": (with_basis(**SHORT, materials={"bulk": SOFTENING}), {}, "materials relax"),
-    "moving": (with_basis(**SHORT, support_motions={"top": DOWN}), {}, "supports move"),
+    "damped": (with_basis(**DAMPED), {}, "dampers alone hold a rigid body"),
     "no interface": (push_and_slide(basis=REDUCED, **ALONE), {}, "0 of 72 unknowns are those of contact"),
     "memory": (with_basis(), {"available_memory": lambda: 1000}, "and 1e-06 GB are available"),
     "sites": (MANY_SITES, {"available_memory": lambda: 300_000}, "needs about 0.00045 GB, and 0.0003 GB are available"),
