@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fingerslip.arrays import Floats
 from fingerslip.contact.interface import InterfaceState, conditions
@@ -173,26 +174,26 @@ class _Steps:
             travel[1:, number] = travels.displacement(times)
         loads = np.zeros((count, self._interface.shape[1]))
         for load in self._loads:
-            loads += np.multiply.outer([load.ramp.at(time) for time in times.tolist()], load.forces)
+            loads += np.array([load.ramp.at(time) for time in times.tolist()])[:, None] * load.forces
         arrays, last = before.carried, len(Motion._fields) + len(Inverse._fields)
-        supports, size = self._supports, loads.shape[1]
-        fields = np.zeros((3, count + 1, size + len(self._interface)))
+        supports, path = self._supports, travel
         if supports is not None:
-            loads += supports.move(system, arrays[last:], fields, times)
+            path, of_supports = supports.move(system, arrays[last:], times)
+            loads += of_supports
         driving = Driving(travel, loads, self._friction)
         motion = Motion(*(array.copy() for array in arrays[: len(Motion._fields)]))
         # What is changed in place stays the inverse of its own states, and serves any step as well.
         inverse, records = Inverse(*arrays[len(motion) : last]), _empty_records(count, self._body)
         solved = self._take_steps(motion, inverse, driving, records, float(times[0]))
         steps: tuple[Any, ...] = tuple(values[:solved] for values in records)
-        records, fields = Records(*steps), fields[:, : solved + 1]
-        fields[:, 1:, :size] = records.fields.transpose(1, 0, 2)
-        # With the displacement of the interface behind them; one product reads the interface once for all.
-        behind = fields[:, 1:, :size].reshape(-1, size) @ self._interface.T
-        fields[:, 1:, size:] += behind.reshape(3, solved, -1)
-        further = () if supports is None else supports.finish(fields, arrays[last:], motion, records)
-        before = replace(before, carried=(*motion, *inverse, *further))
-        return self._states(before, times[:solved], fields[:, 1:], travel[1 : solved + 1], records)
+        records = Records(*steps)
+        # Fields with the displacement of the interface behind them; one product reads the interface once for all.
+        inner = records.fields.transpose(1, 0, 2)
+        behind = (inner.reshape(-1, inner.shape[2]) @ self._interface.T).reshape(3, solved, -1)
+        fields = np.concatenate([inner, behind], axis=2)
+        further = () if supports is None else supports.finish(fields, path, arrays[last:], motion, records)
+        carried = (*motion, *inverse, *further)
+        return self._states(before, times[:solved], fields, travel[1 : solved + 1], records, carried=carried)
 
     def _take_steps(self, motion: Motion, inverse: Inverse, driving: Driving, records: Records, end: float) -> int:
         """Take steps up to one that is not solved, at least the first, which ends at a time [s]; return how many."""
@@ -211,7 +212,16 @@ class _Steps:
                 raise unsolved(self.stepper.system.candidates, solution.worst, residual, TOLERANCE, end)
             solutions = np.concatenate([solutions, solution.forces[None]])
 
-    def _states(self, before: State, times: Floats, fields: Floats, travel: Floats, records: Records) -> State:
+    def _states(
+        self,
+        before: State,
+        times: Floats,
+        fields: Floats,
+        travel: Floats,
+        records: Records,
+        *,
+        carried: tuple[NDArray[Any], ...],
+    ) -> State:
         """Return the states of steps, time first in their arrays where there are several."""
         at: int | slice = 0 if times.size == 1 else slice(None)
         displacement, velocity, acceleration = fields[:, at]
@@ -239,6 +249,7 @@ class _Steps:
             step=self.stepper.scheme.step,
             iterations=records.iterations[at],  # type: ignore[arg-type]
             residual=records.residuals[at],  # type: ignore[arg-type]
+            carried=carried,
         )
 
 

@@ -42,18 +42,20 @@ class MovingSupports:
         push = start_push(self._scheme) * (unbalances[1] - unbalances[0])
         return rows, unbalances, self._damping @ rows[1] - unbalances[1] + push
 
-    def move(self, system: System, carried: tuple[Floats, ...], rows: Floats, times: Floats) -> Floats:
-        """Write s into x, v and a, (3, k + 1, m), from the start to times (k,) [s]; return loads on z, (k, m)."""
+    def move(self, system: System, carried: tuple[Floats, ...], times: Floats) -> tuple[Floats, Floats]:
+        """Return s and its rates, with z = 0, from the start to times (k,) [s], (3, k + 1, n); loads on z (k, m)."""
+        rows = np.zeros((3, times.size + 1, carried[0].shape[1]))
         rows[:, 0, self._moving] = carried[0][:, self._moving]
         for step, time in enumerate(times.tolist()):
-            rows[:, step + 1] = np.stack(with_supports(system, self._scheme, rows[:, step], time))  # type: ignore[arg-type]
-        return -self._forces(rows, carried[1])[1][1:, : self._size]
+            rows[:, step + 1] = with_supports(system, self._scheme, rows[:, step], time)  # type: ignore[assignment]
+        return rows, -self._forces(rows, carried[1])[1][1:, : self._size]
 
     def finish(
-        self, rows: Floats, carried: tuple[Floats, ...], motion: Motion, records: Records
+        self, fields: Floats, path: Floats, carried: tuple[Floats, ...], motion: Motion, records: Records
     ) -> tuple[Floats, Floats, Floats]:
-        """Add to the energies of steps with x, v and a, (3, k + 1, m); return what the next steps go on from."""
-        rows[:, 0] = carried[0]
+        """Write s into the fields (3, k, n) of steps, and add to their energies; return what the next go on from."""
+        fields[..., self._moving] = path[:, 1 : fields.shape[1] + 1, self._moving]
+        rows = np.concatenate([carried[0][:, None], fields], axis=1)
         unbalances, forces = self._forces(rows, carried[1])
         forces[0] = carried[2]
         (_, velocity, acceleration), (of_rates, of_moves, earliest, first, last) = rows, self._scheme.losses

@@ -262,9 +262,7 @@ def _saves(jobs: Sequence[Job]) -> bool:
     for model in models:
         weak = any(weakens(contact.friction) for contact in model.contacts)
         relaxes = any(getattr(material, "prony", ()) for material in model.materials.values())
-        damped = any(body.dampers for body in model.bodies.values())
-        is_adaptive = isinstance(model.time, Adaptive)
-        if weak or relaxes or damped or model.support_motions or model.is_finite or is_adaptive:
+        if weak or relaxes or model.is_finite or isinstance(model.time, Adaptive):
             return False
     # The first of several motions with a matrix may try out how many normal modes suffice, and is computed again.
     first = first_alike(models, same_matrix)
