@@ -47,7 +47,7 @@ class MovingSupports:
         rows = np.zeros((3, times.size + 1, carried[0].shape[1]))
         rows[:, 0, self._moving] = carried[0][:, self._moving]
         for step, time in enumerate(times.tolist()):
-            rows[:, step + 1] = with_supports(system, self._scheme, rows[:, step], time)  # type: ignore[assignment]
+            rows[:, step + 1] = with_supports(system, self._scheme, [*rows[:, step]], time)
         return rows, -self._forces(rows, carried[1])[1][1:, : self._size]
 
     def finish(

@@ -167,15 +167,9 @@ UNKNOWN = yaml.safe_load("""
 large strain: {kinematics: finite, law: neo_hookean}
 relaxing: {prony: [{share: 0.3, time: 0.1 s}]}
 steps that control their error: {time: {step: auto, output: 2 ms}}
-damped bodies:
-  programme: []
-  bodies: {plate: {mass: 1 g, free: [y], dampers: {y: 1 N s/m}, programme: []}}
-  time: {step: 2 ms, end: 20 ms}
 weakening friction:
   contact: {boundary: bottom, friction: {slip_weakening: {static: 0.6, kinetic: 0.5, distance: 0.1 mm}}}
   sweep: {contact.friction.slip_weakening.static: [0.6, 0.7, 0.8]}
-moving supports:
-  support_motions: {top: {displacement: [0 mm, 1 um], ramp: {times: [0 s, 0.1 s], factors: [0, 1]}}}
 """)
 
 
