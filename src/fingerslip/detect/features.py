@@ -243,21 +243,18 @@ def _sliding(motion: Motion) -> Columns:
         along = np.einsum("tmd,td->tm", vectors, turn)
         across = turn[:, :1] * vectors[:, :, 1] - turn[:, 1:] * vectors[:, :, 0]
         for part, values in (("along", along), ("across", across)):
-            for ring, inside in _members(motion):
+            for ring in np.unique(motion.ring).tolist():
+                inside = motion.ring == ring
                 share = weights[:, inside] / weights[:, inside].sum(axis=1, keepdims=True)
                 columns[f"{name}_{part}_ring_{ring}"] = np.einsum("tmk,tm->tk", share, values[:, inside])
     return columns
 
 
-def _members(motion: Motion) -> list[tuple[int, Flags]]:
-    return [(int(ring), motion.ring == ring) for ring in np.unique(motion.ring)]
-
-
 def _rings(motion: Motion) -> Columns:
     lengths = {"displacement": _lengths(motion.displacement), "speed": _lengths(motion.velocity)}
     return {
-        f"{name}_ring_{ring}": values[:, inside].mean(axis=1)
-        for ring, inside in _members(motion)
+        f"{name}_ring_{ring}": values[:, motion.ring == ring].mean(axis=1)
+        for ring in np.unique(motion.ring).tolist()
         for name, values in lengths.items()
     }
 

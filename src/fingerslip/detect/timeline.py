@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -27,9 +27,9 @@ from fingerslip.version import __version__
 _TABLE = "timeline.csv"
 _PRESS = "#e3e3e3"
 _NEW_REST: Mapping[str, Any] = {"color": GREY, "linestyle": (0, (1, 1.5)), "linewidth": 1.4}
-_LINES: Mapping[str, tuple[str, Literal["--", "-"]]] = {
-    "slip begins": (ORANGE, "--"),
-    "gross slip begins": (VERMILLION, "-"),
+_LINES: Mapping[str, tuple[str, Mapping[str, Any]]] = {
+    "slip begins": ("incipient", {"color": ORANGE, "linestyle": "--"}),
+    "gross slip begins": ("gross", {"color": VERMILLION, "linestyle": "-"}),
 }
 
 
@@ -87,9 +87,9 @@ def timeline_figure(line: Timeline) -> Figure:
             if not slide.is_judged:
                 axes.axvspan(slide.start, time[-1] if slide.end is None else slide.end, color=_PRESS, zorder=0)
     keys: dict[str, Artist] = {
-        name: Line2D([], [], color=colour, linestyle=dash)
-        for (name, (colour, dash)), times in zip(_LINES.items(), _times_of(line.slides), strict=True)
-        if times
+        name: Line2D([], [], **look)
+        for name, (event, look) in _LINES.items()
+        if any(getattr(slide.onsets, event) is not None for slide in line.slides)
     }
     if by_marker and any(slide.end is not None for slide in line.slides):
         keys["new rest: displaced from there on"] = Line2D([], [], **_NEW_REST)
@@ -101,13 +101,7 @@ def timeline_figure(line: Timeline) -> Figure:
 
 def mark_events(axes: Axes, slides: Sequence[Slide]) -> None:
     """Draw lines where slip begins, and where it is gross."""
-    for times, (colour, dash) in zip(_times_of(slides), _LINES.values(), strict=True):
-        for when in times:
-            axes.axvline(when, color=colour, linestyle=dash, linewidth=1.4)
-
-
-def _times_of(slides: Sequence[Slide]) -> tuple[list[float], list[float]]:
-    """Return when slip begins, and when it is gross, in slides in which it does [s]."""
-    onsets = [slide.onsets for slide in slides]
-    begins, gross = [entry.incipient for entry in onsets], [entry.gross for entry in onsets]
-    return [time for time in begins if time is not None], [time for time in gross if time is not None]
+    for event, look in _LINES.values():
+        for when in (getattr(slide.onsets, event) for slide in slides):
+            if when is not None:
+                axes.axvline(when, **look, linewidth=1.4)

@@ -74,15 +74,26 @@ def _check_rate(rate: float | None, name: str = "", fastest: float = _FASTEST) -
 
 
 def read_frames(path: str | Path, colour: str = "grey") -> Iterator[Frame]:
-    """Return the frames of a video file, or of a folder of images by the numbers in their names, one by one.
+    """Yield the frames of a video file, or of a folder of images by the numbers in their names.
 
     They are (height, width), or (height, width, 3) with blue first where `colour` is ``bgr``, of uint8. Where the video
     says that it has more than it gives, TruncatedVideoError comes behind the last.
     """
-    if colour not in ("grey", "bgr"):
-        raise InputError("colour", f"got {colour!r}", "needs grey or bgr")
     path = Path(path)
-    return _folder_frames(path, colour) if path.is_dir() else _file_frames(path, colour)
+    if path.is_dir():
+        yield from _folder_frames(path, colour)
+        return
+    with _open_reader(path) as (cv2, capture):
+        conversions = {(2, "bgr"): cv2.COLOR_GRAY2BGR, (3, "grey"): cv2.COLOR_BGR2GRAY}
+        stated, number = capture.get(cv2.CAP_PROP_FRAME_COUNT), 0
+        while (row := capture.read())[0]:
+            code = conversions.get((row[1].ndim, colour))
+            yield row[1] if code is None else cv2.cvtColor(row[1], code)
+            number += 1
+    if number == 0:
+        raise InputError(str(path), "has no frame that can be decoded", "needs a video with frames", "record it again")
+    if stated - number > max(_MISSING_FRAMES, _MISSING_SHARE * stated):
+        raise TruncatedVideoError(str(path), number, round(stated))
 
 
 @contextlib.contextmanager
@@ -105,20 +116,6 @@ def _open_reader(path: Path) -> Iterator[tuple[ModuleType, Any]]:
         yield cv2, capture
     finally:
         capture.release()
-
-
-def _file_frames(path: Path, colour: str) -> Iterator[Frame]:
-    with _open_reader(path) as (cv2, capture):
-        conversions = {(2, "bgr"): cv2.COLOR_GRAY2BGR, (3, "grey"): cv2.COLOR_BGR2GRAY}
-        stated, number = capture.get(cv2.CAP_PROP_FRAME_COUNT), 0
-        while (row := capture.read())[0]:
-            code = conversions.get((row[1].ndim, colour))
-            yield row[1] if code is None else cv2.cvtColor(row[1], code)
-            number += 1
-    if number == 0:
-        raise InputError(str(path), "has no frame that can be decoded", "needs a video with frames", "record it again")
-    if stated - number > max(_MISSING_FRAMES, _MISSING_SHARE * stated):
-        raise TruncatedVideoError(str(path), number, round(stated))
 
 
 def _images(folder: Path) -> list[Path]:

@@ -163,11 +163,6 @@ def write_evaluation(
     write_page(report, folder / "evaluation.html")
 
 
-def _words(classifier: str) -> str:
-    """Return the name of a classifier in words."""
-    return classifier.replace("_", " ")
-
-
 def _keys(judged: Mapping[str, Judged]) -> dict[str, str]:
     return {name: _COLOURS[number % len(_COLOURS)] for number, name in enumerate(judged)}
 
@@ -188,7 +183,7 @@ def confusion_figure(matrices: Mapping[str, NDArray[np.intp]]) -> Figure:
         axes.set_xticks(range(len(words)), words)
         axes.set_yticks(range(len(words)), words, rotation=90, va="center")
         axes.tick_params(length=0)
-        axes.set_title(_words(name))
+        axes.set_title(name.replace("_", " "))
         axes.grid(visible=False)
     return figure
 
@@ -203,7 +198,7 @@ def roc_figure(judged: Mapping[str, Judged]) -> Figure:
         if len(np.unique(entry.slips)) > 1:
             false, right, _ = metrics.roc_curve(entry.slips, entry.slip)
             (line,) = axes.plot(false, right, color=colour)
-            keys[f"{_words(name)} ({metrics.auc(false, right):.3f})"] = line
+            keys[f"{name.replace('_', ' ')} ({metrics.auc(false, right):.3f})"] = line
     axes.plot([0, 1], [0, 1], color=GREY, linewidth=0.8, linestyle=":")
     axes.set_aspect("equal")
     add_legend(figure, keys)
@@ -222,7 +217,7 @@ def calibration_figure(judged: Mapping[str, Judged]) -> Figure:
         count = np.bincount(number, minlength=10)
         used = count > 0
         said, true = (np.bincount(number, values, 10)[used] / count[used] for values in (entry.slip, entry.slips))
-        (keys[_words(name)],) = axes.plot(said, true, "o-", color=colour, markersize=4)
+        (keys[name.replace("_", " ")],) = axes.plot(said, true, "o-", color=colour, markersize=4)
     axes.plot([0, 1], [0, 1], color=GREY, linewidth=0.8, linestyle=":")
     axes.set_aspect("equal")
     add_legend(figure, keys)
@@ -241,7 +236,7 @@ def leads_figure(judged: Mapping[str, Judged], labels: Mapping[str, Onsets]) -> 
         leads = np.sort((gross - first)[~(first < incipient) & np.isfinite(first)])
         if len(leads):
             shares = np.arange(len(leads), 0, -1) / len(slips)
-            (keys[_words(name)],) = axes.step(leads, shares, where="pre", color=colour)
+            (keys[name.replace("_", " ")],) = axes.step(leads, shares, where="pre", color=colour)
     if not keys:
         say(axes, "no trial with gross slip in which slip was found")
     axes.set_ylim(0.0, 1.03)
@@ -268,7 +263,7 @@ def trials_figure(judged: Mapping[str, Judged], labels: Mapping[str, Onsets]) ->
         rows = [row for row, time in enumerate(times) if time is not None]
         marker = "osD^vP*X"[number % 8]
         look: dict[str, Any] = {"color": colour, "marker": marker, "s": 18, "zorder": 3}
-        keys[_words(name)] = axes.scatter([time for time in times if time is not None], rows, **look)
+        keys[name.replace("_", " ")] = axes.scatter([time for time in times if time is not None], rows, **look)
     axes.use_sticky_edges = False
     axes.margins(x=0.04)
     axes.set_yticks(range(len(trials)), trials, fontsize=7)

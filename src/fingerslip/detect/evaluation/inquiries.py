@@ -26,7 +26,6 @@ from fingerslip.detect.evaluation.figures import (
 from fingerslip.detect.evaluation.scores import (
     INTERVALS,
     Estimate,
-    FrameScores,
     frame_scores_of,
     ratio_estimate,
     table_of,
@@ -55,19 +54,6 @@ from fingerslip.tables.table import Column, Table
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
-
-
-def learning_curve(run: Evaluation, candidate: Candidate, tests: Sequence[str]) -> dict[int, FrameScores]:
-    """Return how well a classifier does on test trials after it learned from more and more others, by their number.
-
-    The last number is that of all others, each one before half of the next, down to three.
-    """
-    rest, rows = run.samples.trials_without(tests), run.samples.rows
-    order, sizes = held_out(rest, len(rest), run.seed), [len(rest)]
-    while sizes[0] // 2 >= 3:
-        sizes.insert(0, sizes[0] // 2)
-    # One fitted classifier at a time.
-    return {size: run.scores([run.fit_rows(candidate, rows(order[:size]), rows(tests))[1]]) for size in sizes}
 
 
 def importance_by_ring(
@@ -345,8 +331,15 @@ def inquire(dataset: Path, classifier: str, choices: Choices, levels: Sequence[t
     tests, name, options = benchmark_test_trials(trials.names, seed), candidate.name, dict[str, Any](choices.options)
     run = begin_evaluation(trials, onsets, [candidate], choices.motion, choices.sampling, **options)
     with threadpool_limits(choices.workers):
-        scores = learning_curve(run, candidate, tests)
-        rows = [(size, score.accuracy, score.f1_mean) for size, score in scores.items()]
+        others, rows_of, rows = run.samples.trials_without(tests), run.samples.rows, []
+        order, sizes = held_out(others, len(others), seed), [len(others)]
+        # It learns from all other trials, and from halves of that down to three.
+        while sizes[0] // 2 >= 3:
+            sizes.insert(0, sizes[0] // 2)
+        for size in sizes:
+            _, frames = run.fit_rows(candidate, rows_of(order[:size]), rows_of(tests))
+            scores = run.scores([frames])
+            rows.append((size, scores.accuracy, scores.f1_mean))
         tables = {"learning-curve": table_of("Learning curve", ("trials", "accuracy", "mean F1"), rows)}
         figures = {"learning-curve": learning_curve_figure(rows, name)}
         if drops := importance_by_ring(run, candidate, tests):

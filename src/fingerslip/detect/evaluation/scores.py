@@ -88,19 +88,14 @@ def confusion_by_trial(
     return np.bincount(index, minlength=trials * _COUNT**2).reshape(trials, _COUNT, _COUNT)
 
 
-def precision_recall_f1(matrix: NDArray[np.intp]) -> Floats:
-    """Return precision, recall and F1 of each class, (3, ..., n_classes), of matrices (..., 3, 3); NaN if undefined."""
-    right = np.diagonal(matrix, axis1=-2, axis2=-1).astype(float)
-    columns, rows = matrix.sum(axis=-2), matrix.sum(axis=-1)
-    return np.array([_ratio(right, columns), _ratio(right, rows), _ratio(2.0 * right, columns + rows)])
-
-
 def frame_scores_of(matrices: NDArray[np.intp], *, seed: int = 0) -> FrameScores:
     """Return the scores of confusion matrices (n_trials, 3, 3), with intervals from trials that are drawn anew."""
 
     def scores(drawn: NDArray[np.intp]) -> Floats:
         total = matrices[drawn].sum(axis=1)
-        of_classes = precision_recall_f1(total)
+        right, columns, rows = np.diagonal(total, axis1=1, axis2=2).astype(float), total.sum(axis=1), total.sum(axis=2)
+        # Precision, recall and F1 of each class.
+        of_classes = [_ratio(right, columns), _ratio(right, rows), _ratio(2.0 * right, columns + rows)]
         accuracy = _ratio(np.trace(total, axis1=1, axis2=2), total.sum(axis=(1, 2)))
         f1_mean = _ratio(np.nansum(of_classes[2], axis=1), np.isfinite(of_classes[2]).sum(axis=1))
         mistaken = total[:, -1, :-1].sum(axis=1) + total[:, :-1, -1].sum(axis=1)
