@@ -8,22 +8,18 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import pydantic
 from numpy.typing import NDArray
 
-from fingerslip.arrays import Flags, Floats
+from fingerslip.arrays import Dataset, Flags, Floats
 from fingerslip.detect.features import markers_of, rest_positions
 from fingerslip.errors import InputError, shorten
 from fingerslip.parameters import Number, parameters
 from fingerslip.storage.files import csv_text, plain_cell, write_text
 from fingerslip.vision.tracks import seen, tracks_in_metres
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 #: Names of the classes; the number of a class is its place.
 CLASSES = ("no_slip", "incipient", "gross")
@@ -136,7 +132,7 @@ class LabelSettings:
     sustained: pydantic.PositiveInt = 1  # frames in a row beyond a threshold, the first is the onset; 1 as published
 
 
-def labels_from_external_markers(tracks: xr.Dataset, settings: LabelSettings | None = None) -> Onsets:
+def labels_from_external_markers(tracks: Dataset, settings: LabelSettings | None = None) -> Onsets:
     """Return the onsets that external markers show, seen by a camera that moves with the plate."""
     settings = settings or LabelSettings()
     moved, central = _external_motion(tracks, settings)
@@ -151,7 +147,7 @@ def labels_from_external_markers(tracks: xr.Dataset, settings: LabelSettings | N
     )
 
 
-def labels_from_plate(tracks: xr.Dataset, plate: xr.Dataset, settings: LabelSettings | None = None) -> Onsets:
+def labels_from_plate(tracks: Dataset, plate: Dataset, settings: LabelSettings | None = None) -> Onsets:
     """Return the onsets of a plate that hangs on the sensor: when it begins to move, and when the skin stays behind.
 
     In the pouring task of Cordova Bulens et al. 2023 a marker on the plate is compared with the central external one.
@@ -184,7 +180,7 @@ def labels_from_contact(time: Floats, stick_ratio: Floats) -> Onsets:
     return Onsets(_first(times, ratio <= 1.0 - _SLIPPING), _first(times, ratio <= 0.0))
 
 
-def _external_motion(tracks: xr.Dataset, settings: LabelSettings) -> tuple[Floats, int]:
+def _external_motion(tracks: Dataset, settings: LabelSettings) -> tuple[Floats, int]:
     """Return how external markers moved since rest, (n_times, n_markers, 2), and which of them is the central one.
 
     Those that are not seen at rest are left out; the unit is that of the thresholds.
@@ -197,7 +193,7 @@ def _external_motion(tracks: xr.Dataset, settings: LabelSettings) -> tuple[Float
     return external["position"].values - rest, central
 
 
-def _in_units(tracks: xr.Dataset, settings: LabelSettings) -> xr.Dataset:
+def _in_units(tracks: Dataset, settings: LabelSettings) -> Dataset:
     if settings.units == "m":
         return tracks_in_metres(tracks)
     if tracks["position"].attrs["units"] != "px":

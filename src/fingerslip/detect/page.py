@@ -6,7 +6,7 @@ import base64
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -14,7 +14,7 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from fingerslip.arrays import Floats
+from fingerslip.arrays import Dataset, Floats
 from fingerslip.detect.folders import OF_CLIPS
 from fingerslip.detect.live import Finding
 from fingerslip.detect.model_file import time_error_text
@@ -32,10 +32,6 @@ from fingerslip.vision.fields import rest_positions
 from fingerslip.vision.overlay import overlay_frames
 from fingerslip.vision.tracks import write_tracks
 from fingerslip.vision.video import Frames
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 _BEFORE, _AFTER = 0.5, 1.0  # seconds of a clip around a moment
 _PICTURES = 45  # of a clip at most
@@ -76,7 +72,7 @@ class SlipClip:
     """A clip, and what a detector found in it."""
 
     name: str
-    tracks: xr.Dataset  # of its markers
+    tracks: Dataset  # of its markers
     findings: Sequence[Finding]  # of each time
     latency: Table
     frames: Frames | None = None  # of the video, where there is one

@@ -16,13 +16,13 @@ import time as clock
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import numpy as np
 import pydantic
 from numpy.typing import NDArray
 
-from fingerslip.arrays import Flags, Floats
+from fingerslip.arrays import Dataset, Flags, Floats
 from fingerslip.detect.features import fill_unseen, markers_of, neighbour_weights
 from fingerslip.detect.labels import Onsets
 from fingerslip.detect.live import Finding, FrameByFrame, frames_of, latency_of, run_live
@@ -33,10 +33,6 @@ from fingerslip.vision.fields import fit_rigid_motions
 from fingerslip.vision.tracking.layouts import nearest_neighbours
 from fingerslip.vision.tracking.track import FEWEST, STIRRED, lagging_markers, rest_length
 from fingerslip.vision.tracking.tracker import SeenMarkers
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 #: Share of the markers that left the pattern, and in how many tested clips slip had begun when it was first reached, as
 #: (right + 1) / (all + 2): 233 clips, of which 117 slip. Below the limit of 0.1 the shares are assumed.
@@ -325,7 +321,7 @@ def _log_odds(chance: float) -> float:
     return float(np.log(max(chance, _LEAST) / max(1.0 - chance, _LEAST)))
 
 
-def frames_at_rest(tracks: xr.Dataset) -> int:
+def frames_at_rest(tracks: Dataset) -> int:
     """Return in how many frames at their start the markers of tracks rest; at least five."""
     position = markers_of(tracks, "internal")["position"].values
     if len(position) <= FEWEST:
@@ -333,7 +329,7 @@ def frames_at_rest(tracks: xr.Dataset) -> int:
     return min(rest_length(position), _MOST)
 
 
-def detect_residual(tracks: xr.Dataset, settings: ResidualSettings | None = None) -> list[ResidualFinding]:
+def detect_residual(tracks: Dataset, settings: ResidualSettings | None = None) -> list[ResidualFinding]:
     """Return what the detector finds in the internal markers of tracks, frame by frame."""
     detector = ResidualDetector(settings)
     findings = list(run_live(detector, frames_of(tracks)))

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from fingerslip.arrays import Dataset
 from fingerslip.detect.classifiers import CLASSIFIERS, Candidate
 from fingerslip.detect.evaluation.crossval import READINGS, Evaluation, FoldFrames, Unseen, begin_evaluation, on_unseen
 from fingerslip.detect.evaluation.scores import (
@@ -51,8 +52,6 @@ from fingerslip.tables.table import Table
 from fingerslip.vision.video import dropped_frames, live_frames, open_frames
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from fingerslip.detect.live import Finding, LiveDetector
     from fingerslip.detect.residual import ResidualDetector
     from fingerslip.vision.tracking.tracker import MarkerTracker
@@ -358,7 +357,7 @@ def run_detector(
     return [slide_table(clip), latency], lines
 
 
-def _read_to_run(source: Path) -> xr.Dataset:
+def _read_to_run(source: Path) -> Dataset:
     """Read tracks whose times count from their first frame where they are dates, with what is odd about the times."""
     tracks = read_any_tracks(source)
     said, first = [tracks.attrs.get("warnings")], float(tracks["time"][0])
@@ -370,7 +369,7 @@ def _read_to_run(source: Path) -> xr.Dataset:
     return tracks.assign_attrs(warnings="\n".join(filter(None, said)))
 
 
-def _warnings(tracks: xr.Dataset, trained: Detector, strange: float) -> Iterator[str]:
+def _warnings(tracks: Dataset, trained: Detector, strange: float) -> Iterator[str]:
     """Yield what is wrong with tracks, and what of them a trained detector has not learned."""
     from fingerslip.vision.tracking.track import rest_length
 

@@ -9,11 +9,11 @@ from __future__ import annotations
 import zlib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from fingerslip.arrays import Floats
+from fingerslip.arrays import Dataset, Floats
 from fingerslip.detect.labels import Onsets, labels_from_contact, labels_from_external_markers, labels_from_plate
 from fingerslip.detect.trials import CONDITIONS, Trial
 from fingerslip.errors import InputError
@@ -25,10 +25,6 @@ from fingerslip.units import parse_quantity
 from fingerslip.vision.cameras import PUBLISHED_FRAME_RATE
 from fingerslip.vision.cameras.camera import external_camera, internal_camera
 from fingerslip.vision.cameras.point import CameraPair, pair_tracks, plate_mark
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 #: A marker on the skin touches where it is nearer to the plate than this [m]; penetrations are below 15 um.
 _TOUCHING = 50e-6
@@ -44,7 +40,7 @@ def trial_cameras(seed: int = 0) -> CameraPair:
 
 
 def simulated_trial(
-    name: str, history: xr.Dataset, *, seed: int = 0, conditions: Mapping[str, Any] | None = None
+    name: str, history: Dataset, *, seed: int = 0, conditions: Mapping[str, Any] | None = None
 ) -> Trial:
     """Return the trial of a run: of pouring where its plate hangs on the sensor as a rigid body, else of a slide.
 
@@ -117,7 +113,7 @@ def _conditions(values: Mapping[str, Any]) -> dict[str, Any]:
     return conditions
 
 
-def _after_press(history: xr.Dataset) -> tuple[xr.Dataset, Floats]:
+def _after_press(history: Dataset) -> tuple[Dataset, Floats]:
     """Return the markers from the first hold on, their time from 0, and the displacement of the plate then."""
     holds = phase_times(history, "hold")
     if not holds:

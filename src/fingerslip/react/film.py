@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -17,7 +17,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import FancyArrowPatch, Rectangle
 from numpy.typing import NDArray
 
-from fingerslip.arrays import Floats
+from fingerslip.arrays import Dataset, Floats
 from fingerslip.contact.states import OPEN
 from fingerslip.history import nearest_record, nearest_snapshot
 from fingerslip.react.loop import Grasp, Outcome
@@ -28,9 +28,6 @@ from fingerslip.report.figures.motion import Film
 from fingerslip.report.figures.style import picture_bytes, pixels, with_style
 from fingerslip.report.scene.scene import CORNERS
 from fingerslip.vision.video import write_video
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Frame = NDArray[np.uint8]
 
@@ -54,7 +51,7 @@ class _Run:
     alarm: float | None  # [s]
     response: Response | None
     outcome: Outcome
-    history: xr.Dataset
+    history: Dataset
 
     def force(self, time: float) -> float:
         """Return the grip force [N] at a time since the load began [s]."""

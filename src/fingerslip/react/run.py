@@ -11,10 +11,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import numpy as np
 
+from fingerslip.arrays import Dataset
 from fingerslip.dynamics.reduced.basis import BasisStore
 from fingerslip.model.model import Model
 from fingerslip.parameters.words import describe_fields
@@ -25,9 +26,6 @@ from fingerslip.react.results import FILM, STILL, ReactionResult, Trial, write_r
 from fingerslip.react.scenario import HeldObject
 from fingerslip.react.settings import ReactionSettings
 from fingerslip.storage.files import write_bytes
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _FIRST_STEP = 4.0  # in tolerances: how far from its guess a search looks first
 
@@ -145,7 +143,7 @@ def compute_reactions(
     *,
     bases: BasisStore,
     progress: Callable[[float], None],
-) -> xr.Dataset:
+) -> Dataset:
     """Compute a run, write what comes of its reactions into its folder, and return the history without a reaction."""
     with Grasp(held, model, settings.detectors, bases=MemoryBases(bases)) as grasp:
         result = _result(settings, grasp, progress)

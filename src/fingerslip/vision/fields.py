@@ -4,17 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.arrays import Floats
+from fingerslip.arrays import Dataset, Floats
 from fingerslip.errors import InputError
 from fingerslip.vision.tracks import check_tracks
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Ints = NDArray[np.intp]
 
@@ -40,9 +36,7 @@ FIELDS: Mapping[str, tuple[tuple[str, ...], str, str]] = {
 }
 
 
-def marker_fields(
-    tracks: xr.Dataset, *, rest: int = 1, smoothing: float = 0.2, spread_floor: float = 0.01
-) -> xr.Dataset:
+def marker_fields(tracks: Dataset, *, rest: int = 1, smoothing: float = 0.2, spread_floor: float = 0.01) -> Dataset:
     """Return the :data:`FIELDS` of moving markers, each with `units` and `long_name`.
 
     In pixels y points down, so that a positive curl or rotation is clockwise to the eye.

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.arrays import Floats
+from fingerslip.arrays import Dataset, Floats
 from fingerslip.errors import InputError, shorten
 from fingerslip.storage.files import check_empty, frame_csv, json_text, new_folder, write_bytes, write_text
 from fingerslip.vision.tracks import check_tracks, make_tracks, read_csv
@@ -30,7 +30,6 @@ from fingerslip.vision.video import write_video
 
 if TYPE_CHECKING:
     import pandas as pd
-    import xarray as xr
 
 
 _TARGETS, _PARAMETERS, _MARKERS = "targets.csv", "sensor_image_params.json", "processed_markers"
@@ -85,7 +84,7 @@ def _markers_name(image: str) -> str:
     return f"markers_{numbers[-1]}.npy"
 
 
-def bristol_tracks(data: BristolSet, size: tuple[int, int], frame_rate: float) -> xr.Dataset:
+def bristol_tracks(data: BristolSet, size: tuple[int, int], frame_rate: float) -> Dataset:
     """Return the markers of a data set as tracks, its rows in order of time at a rate [1/s].
 
     Its markers must be in the same order in every image, which those that were sorted by x are not. The size is the
@@ -102,7 +101,7 @@ def bristol_tracks(data: BristolSet, size: tuple[int, int], frame_rate: float) -
 
 
 def write_bristol(
-    tracks: xr.Dataset,
+    tracks: Dataset,
     folder: str | Path,
     *,
     labels: Mapping[str, Sequence[Any]] | None = None,
@@ -139,7 +138,7 @@ _PIN = re.compile(r"pin_(\d+)_([xy])")
 _TIME = "time"
 
 
-def write_pins(tracks: xr.Dataset, path: str | Path) -> None:
+def write_pins(tracks: Dataset, path: str | Path) -> None:
     """Write tracks in pixels as a table of pins, with their times [s] before; what was not seen is an empty cell."""
     import pandas as pd
 
@@ -153,7 +152,7 @@ def write_pins(tracks: xr.Dataset, path: str | Path) -> None:
     write_text(Path(path), frame_csv(pd.DataFrame(columns)))
 
 
-def read_pins(path: str | Path, frame_rate: float | None = None) -> xr.Dataset:
+def read_pins(path: str | Path, frame_rate: float | None = None) -> Dataset:
     """Read a CSV file with ``pin_0_x``, ``pin_0_y``, ... [px] as tracks; other columns but ``time`` [s] are left alone.
 
     The rows a second [1/s] may be given instead of the times. Raises InputError where there are no pins, one lacks x or

@@ -5,19 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from fingerslip.arrays import Flags, Floats
+from fingerslip.arrays import Dataset, Flags, Floats
 from fingerslip.errors import InputError
 from fingerslip.vision.fields import larger_principal
 from fingerslip.vision.tracking.layouts import nearest_neighbours
 from fingerslip.vision.tracks import check_tracks
 from fingerslip.vision.video import FINE, STATES, Frame, opencv
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Colour = tuple[int, int, int]
 
@@ -49,7 +46,7 @@ SHOWN_FIELDS = (*_ARROWS, *_COLOURS, "contact_centroid")
 
 def overlay_frames(
     frames: Iterable[Frame],
-    tracks: xr.Dataset,
+    tracks: Dataset,
     *,
     arrows: Floats | None = None,
     marked: Flags | Floats | None = None,
@@ -90,7 +87,7 @@ def overlay_frames(
     return _draw_all(frames, tracks, "tracks", draw)
 
 
-def field_frames(frames: Iterable[Frame], fields: xr.Dataset, name: str) -> Iterator[Frame]:
+def field_frames(frames: Iterable[Frame], fields: Dataset, name: str) -> Iterator[Frame]:
     """Yield frames (height, width, 3) with a field drawn on them at the places of the markers, the same scale in all.
 
     Displacement is drawn as long as it is; other arrows so that the longest one nearly reaches the next marker.
@@ -128,14 +125,12 @@ def field_frames(frames: Iterable[Frame], fields: xr.Dataset, name: str) -> Iter
     return _draw_all(frames, fields, "fields", draw)
 
 
-def _check_pixels(moving: xr.Dataset, name: str) -> None:
+def _check_pixels(moving: Dataset, name: str) -> None:
     if moving["position"].attrs["units"] != "px":
         raise InputError(f"{name}: position", "is in m", "needs px, to be drawn on frames")
 
 
-def _draw_all(
-    frames: Iterable[Frame], moving: xr.Dataset, name: str, draw: Callable[[int, _Pen], str]
-) -> Iterator[Frame]:
+def _draw_all(frames: Iterable[Frame], moving: Dataset, name: str, draw: Callable[[int, _Pen], str]) -> Iterator[Frame]:
     """Yield frames in colour with what `draw` draws on the one of each number, and its words behind the time."""
     frames, cv2 = iter(frames), opencv()
     for number, time in enumerate(moving["time"].values):

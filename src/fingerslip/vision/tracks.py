@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fingerslip.arrays import Flags
+from fingerslip.arrays import Dataset, Flags
 from fingerslip.errors import InputError, ResultError, shorten
 from fingerslip.storage.files import check_decimals, frame_csv, write_bytes, write_text
 from fingerslip.storage.netcdf import netcdf_bytes, read_netcdf
@@ -22,7 +22,6 @@ from fingerslip.units import parse_quantity
 
 if TYPE_CHECKING:
     import pandas as pd
-    import xarray as xr
 
 AXES = ("x", "y", "z")
 UNITS = ("px", "m")
@@ -73,7 +72,7 @@ def make_tracks(
     ring: ArrayLike | None = None,
     angle: ArrayLike | None = None,
     attributes: Mapping[str, Any] | None = None,
-) -> xr.Dataset:
+) -> Dataset:
     """Return arrays as tracks, of which every variable carries `units` and `long_name`.
 
     Parameters
@@ -139,13 +138,13 @@ def make_tracks(
     return check_tracks(xr.Dataset(leading, coords=variables, attrs=stated))
 
 
-def tracks_like(tracks: xr.Dataset, position: ArrayLike, time: ArrayLike, **more: Any) -> xr.Dataset:
+def tracks_like(tracks: Dataset, position: ArrayLike, time: ArrayLike, **more: Any) -> Dataset:
     """Return tracks of the same markers, with their kinds, rings and angles, at other positions [px] and times."""
     labels = {name: tracks[name].values for name in ("marker", "ring", "angle") if name in tracks.coords}
     return make_tracks(position, time, units="px", kind=list(tracks["kind"].values), **{**labels, **more})
 
 
-def check_tracks(tracks: xr.Dataset, where: str = "tracks") -> xr.Dataset:
+def check_tracks(tracks: Dataset, where: str = "tracks") -> Dataset:
     """Return tracks that are as all users of them take them to be."""
     _check_variables(tracks, where)
     axes = tuple(map(str, tracks["axis"].values))
@@ -168,7 +167,7 @@ def check_tracks(tracks: xr.Dataset, where: str = "tracks") -> xr.Dataset:
     return tracks
 
 
-def _check_variables(tracks: xr.Dataset, where: str) -> None:
+def _check_variables(tracks: Dataset, where: str) -> None:
     """Check names, dimensions, types and units; numbers without a unit, but for positions, count as in those needed."""
     for name in ("position", "quality", "time", "marker", "axis", "kind"):
         if name not in tracks.variables:
@@ -190,7 +189,7 @@ def _check_variables(tracks: xr.Dataset, where: str) -> None:
             )
 
 
-def _check_values(tracks: xr.Dataset, where: str) -> None:
+def _check_values(tracks: Dataset, where: str) -> None:
     times, position, quality = (tracks[name].values for name in ("time", "position", "quality"))
     if not np.isfinite(times).all() or (np.diff(times) <= 0).any():
         later = np.flatnonzero(~(np.diff(times) > 0))
@@ -213,12 +212,12 @@ def check_size(position: NDArray[np.floating], where: str) -> None:
         raise InputError(where, f"has a marker at {np.nanmax(np.abs(position)):.3g}", f"needs at most {_FARTHEST:g}")
 
 
-def seen(tracks: xr.Dataset) -> Flags:
+def seen(tracks: Dataset) -> Flags:
     """Tell which markers were seen when, shape (n_times, n_markers)."""
     return np.asarray(~np.isnan(tracks["position"].values).any(axis=2))
 
 
-def tracks_in_metres(tracks: xr.Dataset, metres_per_pixel: tuple[float, float] | None = None) -> xr.Dataset:
+def tracks_in_metres(tracks: Dataset, metres_per_pixel: tuple[float, float] | None = None) -> Dataset:
     """Return tracks in metres, by the lengths of a pixel [m] given or of the attributes; those in metres unchanged."""
     if tracks["position"].attrs["units"] == "m":
         return tracks
@@ -234,7 +233,7 @@ def tracks_in_metres(tracks: xr.Dataset, metres_per_pixel: tuple[float, float] |
     return converted
 
 
-def write_tracks(tracks: xr.Dataset, path: str | Path) -> None:
+def write_tracks(tracks: Dataset, path: str | Path) -> None:
     """Write tracks as netCDF-4, whole or not at all.
 
     Parameters
@@ -253,7 +252,7 @@ def write_tracks(tracks: xr.Dataset, path: str | Path) -> None:
     write_bytes(Path(path), netcdf_bytes(check_tracks(tracks), ("position", "quality")))
 
 
-def read_tracks(path: str | Path) -> xr.Dataset:
+def read_tracks(path: str | Path) -> Dataset:
     """Return the tracks of a file, with arrays in memory.
 
     Positions in another unit of length, times and angles in other units than s and rad are converted.
@@ -297,7 +296,7 @@ def read_tracks(path: str | Path) -> xr.Dataset:
 _OPTIONAL = {"ring": "ring", "angle": "angle_rad"}
 
 
-def tracks_table(tracks: xr.Dataset) -> pd.DataFrame:
+def tracks_table(tracks: Dataset) -> pd.DataFrame:
     """Return tracks as a table, sorted by time and then as the markers are."""
     import pandas as pd
 
@@ -316,7 +315,7 @@ def tracks_table(tracks: xr.Dataset) -> pd.DataFrame:
     )
 
 
-def tracks_from_table(table: pd.DataFrame, where: str = "table") -> xr.Dataset:
+def tracks_from_table(table: pd.DataFrame, where: str = "table") -> Dataset:
     """Return the tracks of a table as :func:`tracks_table` makes it."""
     unit = next((unit for unit in UNITS if f"x_{unit}" in table.columns), None)
     if unit is None or not {"time_s", "marker", f"y_{unit}"} <= set(table.columns):
@@ -356,7 +355,7 @@ def _numeric(table: pd.DataFrame, names: Iterable[str], where: str) -> pd.DataFr
     return table.assign(**columns)
 
 
-def write_tracks_csv(tracks: xr.Dataset, path: str | Path) -> None:
+def write_tracks_csv(tracks: Dataset, path: str | Path) -> None:
     """Write tracks as a CSV file with the columns of :func:`tracks_table`, whole or not at all.
 
     A position that was not seen is an empty cell. Attributes are not written: netCDF keeps them.
@@ -377,7 +376,7 @@ def write_tracks_csv(tracks: xr.Dataset, path: str | Path) -> None:
     write_text(Path(path), frame_csv(tracks_table(tracks)))
 
 
-def read_tracks_csv(path: str | Path) -> xr.Dataset:
+def read_tracks_csv(path: str | Path) -> Dataset:
     """Return the tracks of a CSV file with the columns of :func:`tracks_table`, without attributes.
 
     Parameters

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from fingerslip.arrays import Floats, Singles
+from fingerslip.arrays import Dataset, Floats, Singles
 from fingerslip.detect.classifiers import Candidate, describe, probabilities, union_of_sets
 from fingerslip.detect.evaluation.crossval import Evaluation, begin_evaluation, parts_beside
 from fingerslip.detect.evaluation.figures import (
@@ -52,7 +52,6 @@ from fingerslip.report.figures.style import save_figure
 from fingerslip.tables.table import Column, Table
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.figure import Figure
 
 
@@ -101,7 +100,7 @@ DISTURBANCES: Mapping[str, tuple[str, Callable[[float], bool]]] = MappingProxyTy
 )
 
 
-def disturb(tracks: xr.Dataset, disturbance: str, amount: float, seed: int = 0) -> xr.Dataset:
+def disturb(tracks: Dataset, disturbance: str, amount: float, seed: int = 0) -> Dataset:
     """Return tracks with a disturbance of :data:`DISTURBANCES`; those of external markers too."""
     allowed, is_possible = DISTURBANCES[disturbance]
     if not is_possible(amount):

@@ -6,14 +6,14 @@ import functools
 import math
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import numba
 import numpy as np
 import pydantic
 from numpy.typing import NDArray
 
-from fingerslip.arrays import Floats, Singles
+from fingerslip.arrays import Dataset, Floats, Singles
 from fingerslip.parameters import Angle, Fraction, NonNegativeNumber, Number, PositiveLength, Rate, parameters
 from fingerslip.units import Unit
 from fingerslip.vision.cameras.camera import (
@@ -27,9 +27,6 @@ from fingerslip.vision.cameras.camera import (
 )
 from fingerslip.vision.cameras.intrinsics import PositiveNumber
 from fingerslip.vision.video import Frame, opencv, write_video
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 GreyLevel = Annotated[Number, pydantic.Field(ge=0, le=255)]
 Softness = Annotated[Number, pydantic.Field(ge=0.5, le=100)]
@@ -328,7 +325,7 @@ def brightness(lighting: Lighting, times: Floats) -> Floats:
     return np.asarray(np.maximum(1.0 + lighting.drift * times + wave, 0.0))
 
 
-def film(pixel_camera: PixelCamera, tracks: xr.Dataset, path: str | Path, *, codec: str | None = None) -> xr.Dataset:
+def film(pixel_camera: PixelCamera, tracks: Dataset, path: str | Path, *, codec: str | None = None) -> Dataset:
     """Film markers, write the video whole or not at all, and return where the markers truly are in it.
 
     Parameters
@@ -373,7 +370,7 @@ def film(pixel_camera: PixelCamera, tracks: xr.Dataset, path: str | Path, *, cod
 
 
 def frames_of(
-    pixel_camera: PixelCamera, tracks: xr.Dataset, *, start: int = 0, stop: int | None = None
+    pixel_camera: PixelCamera, tracks: Dataset, *, start: int = 0, stop: int | None = None
 ) -> Iterator[Frame]:
     """Yield the frames (height, width) that a camera takes of tracks in metres, from `start` to before `stop`.
 
@@ -402,7 +399,7 @@ def frames_of(
             yield frame
 
 
-def _spots(pixel_camera: PixelCamera, tracks: xr.Dataset, times: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+def _spots(pixel_camera: PixelCamera, tracks: Dataset, times: Floats) -> tuple[Floats, Floats, Floats, Floats]:
     """Return what :func:`draw_spots` draws of markers and of glue beside some, one row of each for each time [s]."""
     camera, look = pixel_camera.camera, pixel_camera.look
     points = interpolate(tracks, times)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 import pydantic
 
-from fingerslip.arrays import Floats
+from fingerslip.arrays import Dataset, Floats
 from fingerslip.errors import InputError
 from fingerslip.parameters import parameters
 from fingerslip.vision.cameras.camera import (
@@ -26,10 +26,6 @@ from fingerslip.vision.comparison import PositionErrors, position_errors
 from fingerslip.vision.tracks import make_tracks, tracks_like
 from fingerslip.vision.video import Frame
 
-if TYPE_CHECKING:
-    import xarray as xr
-
-
 #: Finds markers in frames: gets the frames and where the markers are in the first (n_markers, 2) [px], returns their
 #: positions (n_frames, n_markers, 2) [px], NaN where lost.
 Locate = Callable[[Iterator[Frame], Floats], Floats]
@@ -38,7 +34,7 @@ _FLOOR, _CLEAR = 0.2, 6.0
 _ROUNDING = 1.0 / 1024.0
 
 
-def measure_errors(pixel_camera: PixelCamera, tracks: xr.Dataset, locate: Locate) -> PositionErrors:
+def measure_errors(pixel_camera: PixelCamera, tracks: Dataset, locate: Locate) -> PositionErrors:
     """Return the statistics of the errors with which markers are found in frames of a camera.
 
     Parameters
@@ -140,7 +136,7 @@ class PointCamera:
     seed: Annotated[int, pydantic.Field(ge=0, lt=2**63), "Seed of the errors: the same seed gives the same tracks."] = 0
 
 
-def point_tracks(point_camera: PointCamera, tracks: xr.Dataset) -> xr.Dataset:
+def point_tracks(point_camera: PointCamera, tracks: Dataset) -> Dataset:
     """Return what a tracker would find in the film of markers, in pixels at the times of the camera's frames.
 
     The error of each marker along each axis is a normal number that stays, and noise of the first order: each value is
@@ -205,7 +201,7 @@ class CameraPair:
                 raise InputError(f"cameras: {kind}", f"sees {sees} markers", f"needs a camera that sees {kind} ones")
 
 
-def pair_tracks(pair: CameraPair, markers: xr.Dataset) -> xr.Dataset:
+def pair_tracks(pair: CameraPair, markers: Dataset) -> Dataset:
     """Return what both cameras and a tracker make of markers [m], in pixels, the internal markers first."""
     import xarray as xr
 
@@ -227,7 +223,7 @@ def pair_tracks(pair: CameraPair, markers: xr.Dataset) -> xr.Dataset:
     return tracks_like(both, np.round(position / _ROUNDING) * _ROUNDING, both["time"].values, attributes=attributes)
 
 
-def plate_mark(pair: CameraPair, displacement: Floats, time: Floats) -> xr.Dataset:
+def plate_mark(pair: CameraPair, displacement: Floats, time: Floats) -> Dataset:
     """Return the track [px] of a marker on the plate as the external camera sees it, by displacement (n, 3) [m]."""
     mark = make_tracks(displacement[:, None], time, units="m", kind="external")
     camera, times = pair.external, frame_times(pair.external, mark)

@@ -6,12 +6,12 @@ import math
 import time as clock
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, get_args
+from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.arrays import Flags, Floats
+from fingerslip.arrays import Dataset, Flags, Floats
 from fingerslip.errors import InputError
 from fingerslip.vision.tracking.blobs import field_of
 from fingerslip.vision.tracking.follow import follow, rest_state
@@ -19,10 +19,6 @@ from fingerslip.vision.tracking.layouts import LayoutName, layout_of, misfits, t
 from fingerslip.vision.tracking.markers import Markers, known_markers
 from fingerslip.vision.tracks import make_tracks
 from fingerslip.vision.video import DUPLICATED, Exposure, Frame, frame_state, grey_frame, opencv, rest_exposure
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 # Markers are looked for in the mean of this many frames, or of the rest frames where they are fewer.
 _AVERAGED = 10
@@ -113,7 +109,7 @@ class MarkerTracker:
         return self._reference
 
     @property
-    def at_rest(self) -> xr.Dataset:
+    def at_rest(self) -> Dataset:
         """Tracks of the reference alone, which tell how many markers there are and in which rings."""
         position: Floats = self.reference.markers.position
         return make_tracks(position[None], [0.0], units="px", ring=self.reference.ring, angle=self.reference.angle)
