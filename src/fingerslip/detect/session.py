@@ -279,7 +279,7 @@ def unseen_tables(result: Unseen) -> list[Table]:
 
 
 def judge_detector(detector: str, dataset: Path, labels: str) -> list[Table]:
-    """Return the tables of what a detector finds in a data set that it did not learn from, by its depths if several."""
+    """Return the tables of what a detector finds in a data set that it did not learn from, by indentation too."""
     trials = open_trials(dataset)
     onsets = Choices(labels).onsets(trials)
     with threadpool_limits(1):

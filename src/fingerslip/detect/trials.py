@@ -150,7 +150,6 @@ class TrialSet:
     folder: Path
     names: tuple[str, ...]  # names of its trials, sorted
     conditions: Mapping[str, Mapping[str, Any]]  # conditions of every trial
-    layout: str  # hash of the markers' layout; empty where trials differ in it
     digest: str  # hash of all of its files
     title: str
 
@@ -253,7 +252,7 @@ def open_trials(folder: str | Path) -> TrialSet:
         check_digests(path / name, entry["files"], f"is not the file of {MANIFEST}", _REPAIR)
     conditions = {name: entry["conditions"] for name, entry in entries.items()}
     whole = digest({name: entry["files"] for name, entry in entries.items()})
-    return TrialSet(path, tuple(sorted(entries)), conditions, manifest["layout"], whole, manifest["title"])
+    return TrialSet(path, tuple(sorted(entries)), conditions, whole, manifest["title"])
 
 
 def check_labels(

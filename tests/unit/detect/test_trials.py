@@ -85,7 +85,7 @@ def test_trials_of_different_layouts_have_none_and_teach_what_needs_none(tmp_pat
     slides = [SyntheticSlide(travel=8e-3, seed=seed) for seed in range(4)]
     cases = [synthetic_trial(f"t{seed}", slide, sensors[seed % 2]) for seed, slide in enumerate(slides)]
     trials = write_trials(cases, tmp_path / "set", "Set")
-    assert trials.layout == ""
+    assert read_json(trials.folder / "manifest.json", "")["layout"] == ""
     motion, sampling = MotionSettings(rest_frames=20, window=5), Sampling(20, 6, 6, 20, least=0.0)
     with pytest.raises(InputError, match="trial t1: has 50 features beside 162 of trial t0, needs the same markers"):
         train(trials, trials.onsets(), "forest", motion=motion, sampling=sampling)

@@ -8,9 +8,10 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
@@ -50,9 +51,6 @@ from fingerslip.detect.trials import TrialSet, check_labels, condition_text, ope
 from fingerslip.errors import InputError, shorten
 from fingerslip.report.figures.style import save_figure
 from fingerslip.tables.table import Column, Table
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 
 def importance_by_ring(
