@@ -19,8 +19,7 @@ from fingerslip.study.shipped import TEMPLATES
 from fingerslip.study.storage import reporting
 from fingerslip.tables.table import Column, Table
 from fingerslip.validation import comparison
-from fingerslip.validation.comparison import Comparison
-from fingerslip.validation.rows import GeometryRow, Stored, number_row
+from fingerslip.validation.rows import Comparison, GeometryRow, Stored, number_row
 from fingerslip.verification import catalogue
 from fingerslip.verification.problem import Problem, relative
 from fingerslip.vision.video import read_frames, write_video
@@ -209,7 +208,7 @@ def test_a_broken_mp4_is_one_line(tmp_path):
 
 def test_rows_come_as_table_json_and_markdown(invoke, monkeypatch):
     value = published_set("wang2014-table2").values[0]
-    rows = (number_row("overall slip", value, 1.75, 0.01, resolution=0.01),)
+    rows = (number_row("overall slip", value, 1.75, 0.01),)
     allowed = Stored((GeometryRow("incipient slip", "Table 2", 1.53, None, "", 0, 50),), "Stored.")
     asked = []
 
