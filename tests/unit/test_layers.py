@@ -10,7 +10,7 @@ from places import ROOT, parsed
 
 SOURCE = Path(fingerslip.__file__).parent
 ROWS = (
-    "arrays errors units storage parameters tables sites marker_layouts",
+    "arrays libraries errors units storage parameters tables sites marker_layouts",
     "materials mesh specimens fe linear contact model history snapshot dynamics",
     "slip afferents vision marker_tracks uncertainty published results sampling report export detect",
     "react verification study environment validation commands",

@@ -95,10 +95,6 @@ def _principal(at: xr.Dataset, which: int) -> Floats:
     return np.asarray(np.where(finite[..., 0, 0], principal[..., which], np.nan))
 
 
-def _length(name: str) -> Callable[[xr.Dataset], Floats]:
-    return lambda at: np.linalg.norm(at[name].values, axis=-1)
-
-
 #: Name of each stimulus with its SI unit, its meaning, and how a history gives it.
 STIMULI: Mapping[str, tuple[str, str, Callable[[xr.Dataset], Floats]]] = {
     "strain_energy_density": ("J/m^3", "strain energy density", lambda at: at["strain_energy_density"].values),
@@ -106,8 +102,12 @@ STIMULI: Mapping[str, tuple[str, str, Callable[[xr.Dataset], Floats]]] = {
     "largest_strain": ("1", "largest principal strain", lambda at: _principal(at, 2)),
     "smallest_strain": ("1", "smallest principal strain", lambda at: _principal(at, 0)),
     "pressure": ("Pa", "hydrostatic pressure", lambda at: -at["stress"].values[..., :3].mean(axis=-1)),
-    "speed": ("m/s", "speed of the tissue", _length("velocity")),
-    "acceleration": ("m/s^2", "acceleration of the tissue", _length("acceleration")),
+    "speed": ("m/s", "speed of the tissue", lambda at: np.linalg.norm(at["velocity"], axis=-1)),
+    "acceleration": (
+        "m/s^2",
+        "acceleration of the tissue",
+        lambda at: np.linalg.norm(at["acceleration"], axis=-1),
+    ),
 }
 #: Those that are motions, in which vibrations are, with their rates.
 MOTIONS = ("speed", "acceleration", "speed_rate", "acceleration_rate")

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from fingerslip.errors import InputError, ResultError
 from fingerslip.history import is_solid, phase_times, reference_kinds, sites_of_kinds
+from fingerslip.libraries import xr
 from fingerslip.published import PublishedSet
 from fingerslip.report.labels import groups, run_title
 from fingerslip.report.scene.options import SceneOptions
@@ -25,8 +26,6 @@ from fingerslip.slip import Events, EventSettings, PeakSettings, slide_window
 from fingerslip.uncertainty import Convergence
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from fingerslip.afferents.model import AfferentModel
     from fingerslip.afferents.spikes import Spikes
     from fingerslip.report.page.page import Picture

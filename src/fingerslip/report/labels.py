@@ -7,14 +7,12 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from importlib import resources
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from fingerslip.libraries import xr
 from fingerslip.parameters.yaml_text import parse_document
 from fingerslip.results import RunResult
 from fingerslip.units import split_quantity, without_rounding
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 # What texts call counterfaces, by their shapes; those of several kinds or of the user's own are counterfaces.
 _SHAPES = {"plane": "plate", "cylinder": "cylinder", "sphere": "ball"}

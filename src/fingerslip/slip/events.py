@@ -19,19 +19,17 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
 
 from fingerslip.contact.states import OPEN
+from fingerslip.libraries import xr
 from fingerslip.parameters.schema import require_kind
 from fingerslip.slip import windows
 from fingerslip.slip.receptors import PeakTable, acceleration_peaks, followed_share, has_receptors, slide_receptors
 from fingerslip.slip.settings import EventSettings, PeakSettings
 from fingerslip.slip.windows import EVENTS, READINGS, TIMES, slide_window
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 # Of sums of areas, as a share of them.
 _ROUNDING = 1e-9
@@ -258,8 +256,6 @@ def find_events(history: xr.Dataset, settings: EventSettings | None = None, slid
 
 def find_slip(history: xr.Dataset, settings: EventSettings | None = None, slide: int = 0) -> Found:
     """Find the slip events of a slide as :func:`find_events` does, and the acceleration peaks of it."""
-    import xarray as xr
-
     require_kind(history, xr.Dataset, "a history, which simulate returns", "history")
     settings = settings or EventSettings()
     slip = slip_events(history, settings, slide)

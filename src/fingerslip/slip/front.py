@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,14 +15,12 @@ from numpy.typing import NDArray
 from fingerslip.arrays import Flags, Floats
 from fingerslip.contact.states import OPEN
 from fingerslip.history import is_solid, site_rows, sites_of_kinds
+from fingerslip.libraries import xr
 from fingerslip.sites import Site
 from fingerslip.slip import windows
 from fingerslip.slip.events import SlipEvents, events_of_leaving
 from fingerslip.slip.settings import EventSettings
 from fingerslip.slip.windows import contact_forces, lags, slide_window, sustained_crossings
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 def front_arrivals(
@@ -42,8 +39,6 @@ def front_arrivals(
     no slide, or the history is one in 3D. To compare meshes, give the `sites` where they were meant to be: the recorded
     ones stand at the nearest nodes.
     """
-    import xarray as xr
-
     settings, window = settings or EventSettings(), slide_window(history, slide)
     names, positions = _receptors(history, kinds, sites)
     order, times = np.empty(0, dtype=np.intp), np.empty(0)

@@ -9,22 +9,20 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from fingerslip.contact.rows import nodes_along
 from fingerslip.contact.states import OPEN, STICK
 from fingerslip.history import phase_times
+from fingerslip.libraries import xr
 from fingerslip.model.timing import LARGEST_SHARE, LEAST_ACROSS, LEAST_STEPS
 from fingerslip.slip import front, windows
 from fingerslip.slip.events import Found, find_slip
 from fingerslip.slip.settings import EventSettings
 from fingerslip.slip.windows import ContactForces, SlideWindow, contact_area, contact_forces, slide_window
 from fingerslip.units import Unit
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Number = float | int | None
 

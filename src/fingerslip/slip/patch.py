@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,10 +11,8 @@ from fingerslip.arrays import Floats, Integers
 from fingerslip.contact.states import OPEN, SLIP
 from fingerslip.errors import InputError
 from fingerslip.history import is_solid
+from fingerslip.libraries import xr
 from fingerslip.slip import windows
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 # Triangles that bridge a hole or a hollow of the contact have longer sides than its own, which are alike.
 _LONGEST_SIDE = 3.0
@@ -67,8 +64,6 @@ def patch_series(history: xr.Dataset, counterface: int = 0) -> xr.Dataset:
     slipping annulus of a round patch with these areas [m], ``normal_force`` and ``tangential_force`` of one [N] and
     their ``force_ratio`` [-]. Values that do not exist without contact are missing (NaN).
     """
-    import xarray as xr
-
     area, ratio = windows.contact_area(history), windows.stick_ratio(history)
     stuck = (area * ratio.fillna(0.0)).rename("stick_area")
     forces = windows.contact_forces(history, counterface)
@@ -95,8 +90,6 @@ def surface_strains(history: xr.Dataset, patch: Patch | None = None) -> xr.DataA
     the slide, across it, and the shear E_12 (not doubled), in the reference plane of each triangle. Coordinates are
     `along` and `across` of the triangles' centres [m] and `touching` (time, triangle), whether all corners touch.
     """
-    import xarray as xr
-
     patch = patch or contact_patch(history)
     reference = history["contact_position"].values[patch.nodes][patch.triangles]
     at_rest = reference[:, 1:] - reference[:, :1]

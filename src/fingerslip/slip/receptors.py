@@ -10,7 +10,6 @@ import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,12 +17,10 @@ from numpy.typing import NDArray
 from fingerslip.arrays import Floats
 from fingerslip.contact.states import OPEN
 from fingerslip.history import site_kinds, site_rows, sites_of_kinds
+from fingerslip.libraries import xr
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip.settings import PeakSettings
 from fingerslip.slip.windows import SlideWindow, record_at, slide_tangent, slide_window
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 AREAS = ("A", "B")
 Rows = NDArray[np.intp]
@@ -71,8 +68,6 @@ def receptors_in_areas(
 
 def receptor_signals(history: xr.Dataset) -> xr.Dataset:
     """Average the signals of five receptors of each type around each edge of the contact [m/s^2, J/m^3]."""
-    import xarray as xr
-
     dims, times = ("kind", "area", "time"), history["time"].values
     shape = (len(RECEPTOR_KINDS), len(AREAS), times.size)
     acceleration, density, count = np.full(shape, np.nan), np.full(shape, np.nan), np.zeros(shape[:2], dtype=int)
@@ -178,8 +173,6 @@ def acceleration_peaks(history: xr.Dataset, settings: PeakSettings | None = None
 
 def peak_signal(history: xr.Dataset, settings: PeakSettings, slide: int = 0) -> xr.DataArray | None:
     """Return the signal that peaks are looked for in [m/s^2]; None without a slide or such a receptor."""
-    import xarray as xr
-
     window = slide_window(history, slide)
     rows = slide_receptors(history, window, settings) if window else np.empty(0, dtype=np.intp)
     if window is None or rows.size == 0:

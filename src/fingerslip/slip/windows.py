@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,9 +12,7 @@ from fingerslip.arrays import Flags, Floats
 from fingerslip.contact.states import OPEN, SLIP
 from fingerslip.errors import InputError
 from fingerslip.history import phase_times
-
-if TYPE_CHECKING:
-    import xarray as xr
+from fingerslip.libraries import xr
 
 # Travel along its surface from which on a counterface slides [m]; a press along a tilted normal leaves rounding.
 _STILL = 1e-9
@@ -309,7 +306,5 @@ def area_fraction(part: Flags, whole: Flags, areas: Floats) -> Floats:
 
 
 def _series(times: xr.DataArray, values: Floats, name: str, meaning: str) -> xr.DataArray:
-    import xarray as xr
-
     coordinates = {"time": times.values}
     return xr.DataArray(values, coordinates, ("time",), name, {"units": "1", "long_name": meaning})

@@ -7,20 +7,17 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fingerslip import slip
 from fingerslip.arrays import Floats
 from fingerslip.contact.states import OPEN
+from fingerslip.libraries import xr
 from fingerslip.results import RunResult
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip.receptors import receptor_rows, tangential_acceleration
 from fingerslip.slip.windows import counterface_normal, slide_tangent
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: The reference nodes that the paper says are in contact, on the skin.
 REFERENCE_NODES = tuple(f"skin-{line}{number}" for line in "hv" for number in (2, 3, 4, 5))

@@ -20,6 +20,7 @@ from fingerslip.detect.evaluation.scores import Estimate
 from fingerslip.detect.labels import NO_SLIP, LabelSettings
 from fingerslip.errors import InputError
 from fingerslip.history import read_history
+from fingerslip.libraries import xr
 from fingerslip.marker_tracks import marker_tracks
 from fingerslip.published import published_set
 from fingerslip.results import HISTORY, RunResult
@@ -30,8 +31,6 @@ from fingerslip.validation.rows import Basis, Row, RowFile, Stored, number_row, 
 
 # What simulates, films and trains is loaded where rows are computed: stored ones are read without it.
 if TYPE_CHECKING:
-    import xarray as xr
-
     from fingerslip.detect.evaluation.crossval import Evaluation, Unseen
     from fingerslip.detect.evaluation.scores import FrameScores
     from fingerslip.detect.trials import TrialSet
@@ -143,7 +142,6 @@ POURING_FILE = RowFile(
     Row,
 )
 
-_NUMBERS, _STATEMENTS = "bulens2023_pouring-numbers", "bulens2023_pouring-statements"
 #: Name of each published number in the scores.
 _SCORES: Mapping[str, str] = {
     "pouring-onset-error": "error",
@@ -206,12 +204,12 @@ def rows_of_pouring(detection: Unseen, where: str) -> tuple[Row, ...]:
     for reading in reversed(READINGS):
         scores = detection.scores[reading]
         missed = f", {scores.missed} of {scores.trials} trials missed" if scores.missed else ""
-        for value in published_set(_NUMBERS).values:
+        for value in published_set("bulens2023_pouring-numbers").values:
             ours = getattr(scores, _SCORES[value.id])
             number = ours.value if isinstance(ours, Estimate) else ours
             words = f"{value.quantity.replace('_', ' ')} while pouring, {where}, forest ({reading}{missed})"
             rows.append(number_row(words, value, number, half_width(ours)))
-        for value in published_set(_STATEMENTS).values:
+        for value in published_set("bulens2023_pouring-statements").values:
             named = replace(value, check=f"{value.check} ({where}, {reading})")
             rows.append(statement_row(named, scores.gross_found.value, half_width(scores.gross_found)))
     return tuple(rows)
@@ -241,7 +239,6 @@ _LEFT_OUT: Mapping[str, str] = {
 #: Classifiers that the paper has not: they stand beside its forest, and are not judged by it.
 _OTHERS = ("boosting", "logistic")
 _COMPARED = ("forest", "svm", *_OTHERS)
-_DETECTION_NUMBERS, _DETECTION_STATEMENTS = "bulens2023_detection-numbers", "bulens2023_detection-statements"
 _CLASSES = ("no-slip", "incipient", "gross")
 
 
@@ -334,7 +331,7 @@ def rows_of_detection(detection: Detection) -> tuple[Row, ...]:
     rows: list[Row] = []
     for split, scores in splits.items():
         rows += _number_rows(split, scores)
-        for value in published_set(_DETECTION_STATEMENTS).values:
+        for value in published_set("bulens2023_detection-statements").values:
             slips = scores["forest"].matrix[NO_SLIP + 1 :]
             row = statement_row(value, float(slips[:, NO_SLIP].sum() / slips.sum()), None)
             rows.append(replace(row, quantity=f"{row.quantity}; simulated slides, {split}"))
@@ -349,7 +346,7 @@ def rows_of_detection(detection: Detection) -> tuple[Row, ...]:
 
 def _number_rows(split: str, scores: Mapping[str, FrameScores], *, accuracies: bool = False) -> Iterator[Row]:
     """Yield a row for each published number, or accuracy, and each of ours; half the interval is the uncertainty."""
-    for value in published_set(_DETECTION_NUMBERS).values:
+    for value in published_set("bulens2023_detection-numbers").values:
         kind, _, rest = value.id.partition("-")
         compared = [(f"accuracy, {kind}", scores[kind].accuracy)]
         if rest != "accuracy":

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from fingerslip.arrays import Integers
 from fingerslip.fe.space import VTK_HEXAHEDRON
+from fingerslip.libraries import pyvista
 from fingerslip.report.colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, region_colours
 from fingerslip.report.figures import style
 from fingerslip.report.scene.scene import vtk_grid
@@ -116,8 +117,6 @@ def _surface(mesh: skfem.Mesh, cells: Integers) -> Integers:
 
 def _polygons(mesh: skfem.Mesh, facets: Integers) -> Any:
     """Return facets (k,) as a surface [mm]."""
-    import pyvista
-
     return pyvista.PolyData.from_regular_faces(1e3 * mesh.p.T, mesh.facets[:, facets].T)
 
 

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import base64
 import zlib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib import colormaps
@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from fingerslip.arrays import Floats, Integers
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.history import is_solid, nearest_record, sites_of_kinds
+from fingerslip.libraries import pyvista, xr
 from fingerslip.report import colours as palette
 from fingerslip.report.figures.bodies import extent
 from fingerslip.report.figures.patches import HAS_SLIPPED, slipped_share
@@ -30,11 +31,6 @@ from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import Events, contact_forces, receptor_signals, slide_tangent, slide_window, slipping_fraction
 from fingerslip.slip.windows import EVENTS, travel_direction
 from fingerslip.snapshot import CELL_TYPES, faces_at
-
-if TYPE_CHECKING:
-    import pyvista
-    import xarray as xr
-
 
 Arrays = dict[str, NDArray[Any]]
 
@@ -294,7 +290,16 @@ def solid_surface(history: xr.Dataset, frames: list[int]) -> tuple[pyvista.PolyD
     # A little beside the middle, where the nodes of symmetric meshes lie.
     cut_at = float(points[:, 2].mean() + 1e-5 * np.ptp(points[:, 2]))
     pieces, at = list[Any](), (0.0, 0.0, cut_at)
-    for number, layer in _layers(history, frames):
+    element, corners = ("H8", 8) if history.attrs["element"] == "H8" else ("T4", 4)
+    grid = scene.vtk_grid(history["cell_nodes"].values[:, :corners], CELL_TYPES[element], points)
+    grid.point_data["displacement"] = np.concatenate(list(history["snapshot_displacement"].values[frames]), axis=1)
+    grid.point_data["node"] = np.arange(grid.n_points)
+    grid.cell_data["stress"] = history["snapshot_von_mises"].values[frames].T
+    for number in range(max(len(scene.region_names(history)), 1)):
+        layer: Any = grid.extract_cells(history["cell_region"].values == number)
+        if not layer.n_cells:
+            continue
+        layer = layer.cell_data_to_point_data()  # means of the layer around its nodes
         outside = layer.extract_surface(algorithm="geometry", pass_pointid=False, pass_cellid=False).triangulate()
         section = layer.slice(normal="z", origin=at, generate_triangles=True)
         for is_cut, piece in enumerate((outside, section)[: 1 + bool(section.n_cells)]):
@@ -313,20 +318,6 @@ def triangles_of(surface: pyvista.PolyData) -> Integers:
     backward = (surface.cell_data["is_cut"] > 0) & (np.cross(second - first, third - first)[:, 2] < 0.0)
     corners[backward] = corners[backward][:, ::-1]
     return corners
-
-
-def _layers(history: xr.Dataset, frames: list[int]) -> Iterator[tuple[int, Any]]:
-    """Yield the number and the mesh of each layer, with displacements and stress at frames for its nodes."""
-    element, corners = ("H8", 8) if history.attrs["element"] == "H8" else ("T4", 4)
-    cells = history["cell_nodes"].values[:, :corners]
-    grid = scene.vtk_grid(cells, CELL_TYPES[element], history["node_position"].values)
-    grid.point_data["displacement"] = np.concatenate(list(history["snapshot_displacement"].values[frames]), axis=1)
-    grid.point_data["node"] = np.arange(grid.n_points)
-    grid.cell_data["stress"] = history["snapshot_von_mises"].values[frames].T
-    for number in range(max(len(scene.region_names(history)), 1)):
-        layer = grid.extract_cells(history["cell_region"].values == number)
-        if layer.n_cells:
-            yield number, layer.cell_data_to_point_data()
 
 
 def _nodal_states(history: xr.Dataset, frames: list[int]) -> NDArray[np.uint8]:

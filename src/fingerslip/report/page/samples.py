@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from statistics import median
 
 from fingerslip.errors import DamagedError, ResultError
+from fingerslip.libraries import pd
 from fingerslip.published import PublishedSet
 from fingerslip.report.content import ReportContent
 from fingerslip.report.figures.study import tornado_figure
@@ -44,8 +45,6 @@ def sample_sections(content: ReportContent) -> tuple[ReportSection, ...]:
 
 def _fit_section(content: ReportContent) -> ReportSection:
     """Return the section on a fit to a measurement, of these runs: values, predictions, posterior and curves."""
-    import pandas as pd
-
     title, study, tables = "Fit to a measurement", content.study, list[Table]()
     try:
         about = stored_fit(study)

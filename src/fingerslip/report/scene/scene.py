@@ -7,7 +7,7 @@ import itertools
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextvars import ContextVar
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from fingerslip.arrays import Floats
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import InputError, ResultError
 from fingerslip.history import is_solid, nearest_record, site_kinds
+from fingerslip.libraries import pyvista, xr
 from fingerslip.mesh.mixed import vtk_cells
 from fingerslip.report import colours as palette
 from fingerslip.report.scene.names import COMPONENTS, FIELDS, Camera, Cut, Scalar
@@ -24,11 +25,6 @@ from fingerslip.slip.patch import Patch as ContactPatch
 from fingerslip.slip.patch import contact_patch
 from fingerslip.slip.windows import travel_direction
 from fingerslip.snapshot import Face, faces_at, in_space, read_snapshot
-
-if TYPE_CHECKING:
-    import pyvista
-    import xarray as xr
-
 
 #: Fields that have a value for each cell, of stress; stiff regions are left out of them.
 OF_CELLS = ("von_mises", "strain_energy_density", *COMPONENTS)
@@ -124,9 +120,6 @@ def field_values(history: xr.Dataset, scalar: Scalar, numbers: int | slice = sli
 
 def vtk_grid(cells: NDArray[np.integer[Any]], kind: int, points: Floats) -> pyvista.UnstructuredGrid:
     """Return the mesh of cells (n, k) of one kind in VTK, triangles and prisms as such, on points (m, 3)."""
-    # Slow to import; most figures need only the names and limits of this module.
-    import pyvista
-
     nodes, ends, kinds = vtk_cells(cells, kind)
     counts = np.diff(ends, prepend=0)
     return pyvista.UnstructuredGrid(np.insert(nodes, ends - counts, counts), kinds, points)
@@ -241,8 +234,6 @@ def _axes(plotter: Any) -> Floats:
 
 def draw_scale(plotter: Any, points: Floats, letters: float = 1.0) -> None:
     """Draw a bar of a round length below points (n, 3) [mm] at the right, as the camera sees them, with its length."""
-    import pyvista
-
     axes = _axes(plotter)
     low, high = (points @ axes.T).min(axis=0), (points @ axes.T).max(axis=0)
     length, size = scale_length(high[0] - low[0]), float((high - low).max())
@@ -332,8 +323,6 @@ def field_limits(history: xr.Dataset, options: SceneOptions) -> tuple[float, flo
 
 def _draw_plates(plotter: Any, history: xr.Dataset, number: int, grid: pyvista.UnstructuredGrid, *, flat: bool) -> None:
     """Draw the outlines of counterfaces, each with an arrow along its motion, below it where seen flat."""
-    import pyvista
-
     size = _PLATE * float(np.max(np.ptp(grid.points, axis=0)))
     for face in faces_at(history, number, 0.5e-3 * size):
         pieces = [pyvista.lines_from_points(1e3 * line) for line in _near(face, grid, size) if len(line) > 1]
@@ -395,8 +384,6 @@ def _level(inside: NDArray[np.bool_], rise: Floats, fall: Floats, triangles: NDA
 
 def _draw_contact(plotter: Any, history: xr.Dataset, time: float) -> None:
     """Draw what touches in the colours of stick and slip: in 3D the skin of the contact, in 2D its nodes."""
-    import pyvista
-
     step = nearest_record(history, time)
     points = 1e3 * in_space(history["contact_position"].values + history["contact_displacement"].values[step])
     patch = contact_patch(history) if is_solid(history) else None

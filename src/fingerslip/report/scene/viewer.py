@@ -23,6 +23,7 @@ from fingerslip.arrays import Floats
 from fingerslip.contact.states import SLIP, STICK
 from fingerslip.errors import InputError, ResultError
 from fingerslip.history import nearest_snapshot, site_kinds
+from fingerslip.libraries import pyvista
 from fingerslip.report import colours as palette
 from fingerslip.report.figures import style, time_axis
 from fingerslip.report.scene import scene
@@ -160,8 +161,6 @@ def stills(
 @contextlib.contextmanager
 def off_screen(size: tuple[int, int]) -> Iterator[Any]:
     """Give a plotter that draws on white without a display, as long as the context lasts."""
-    import pyvista
-
     prepare_rendering()
     plotter: Any = pyvista.Plotter(off_screen=True, window_size=list(size))
     plotter.set_background("white")
@@ -217,8 +216,6 @@ def open_window(history: xr.Dataset, options: SceneOptions, title: str, events: 
 
     The keys F and X show the next field and the next cut; P over the body draws what the node below the mouse does.
     """
-    import pyvista
-
     scene.check_options(history, options)
     if not has_display():
         repair = "write --web for a browser, --screenshot FILE for a picture or --movie FILE for a film"
@@ -256,8 +253,6 @@ def _add_controls(control: SceneControl, events: Events) -> None:
 
 def _draw_picked_node(control: SceneControl, point: Any) -> None:
     """Draw the displacement of the picked node over time in a corner."""
-    import pyvista
-
     node, renderer = nearest_node(control.history, control.number, np.asarray(point)), control.plotter.renderer
     distances = 1e3 * np.linalg.norm(control.history["snapshot_displacement"].values[:, node], axis=1)
     chart = pyvista.Chart2D(size=(0.32, 0.26), loc=(0.66, 0.02), x_label="time [s]", y_label="displacement [mm]")

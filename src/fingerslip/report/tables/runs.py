@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fingerslip.libraries import pd, xr
 from fingerslip.report.labels import first_named, groups, path_labels, prose, run_title, swept_text
 from fingerslip.results import RefusedRun, RunResult, StudyResult
 from fingerslip.slip import PeakTable, measures
@@ -18,10 +18,6 @@ from fingerslip.slip.windows import EVENTS, LATENCY, NOTICED_NOTE, READINGS, TIM
 from fingerslip.tables.table import Cell, Column, Measured, Missing, Resolved, Table, typeset
 from fingerslip.uncertainty import studied_settings
 from fingerslip.units import si_quantity, unit_suffix
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
 
 # Digits of a time [s] that a step of 1 ms and less allows.
 _MOST_DIGITS = 3
@@ -248,7 +244,6 @@ def runs_frame(study: StudyResult) -> pd.DataFrame:
 
 def table_frame(table: Table) -> pd.DataFrame:
     """Put a table into a data frame: a column has numbers where all that it has are numbers, or missing."""
-    import pandas as pd
 
     def number_or_text(cell: Cell) -> Cell:
         if isinstance(cell, Measured):
