@@ -49,9 +49,9 @@ def validate(
     ]
     compared = comparison.compare(studies, results, workers, screen_progress(quiet), only=only, computed=computed)
     if as_json:
-        mapping = comparison.comparison_mapping(compared)
+        mapping = compared.mapping()
         echo(json.dumps(mapping, indent=2, ensure_ascii=False, allow_nan=False))
     elif markdown:
-        echo(comparison.comparison_markdown(compared), nl=False)
+        echo(compared.markdown(), nl=False)
     else:
         print_tables(compared.tables)

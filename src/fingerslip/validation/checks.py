@@ -106,10 +106,6 @@ FRICTION_CHECKS: Mapping[str, Callable[[Runs], Number]] = {
 }
 
 
-def _noise(*runs: Runs) -> float:
-    return float(_ratio(*([run.peaks.noise_floor for run in some] for some in runs)).min())
-
-
 def _flattened_over_others(ripples: Runs, _: Runs) -> Floats:
     original, flattened, scaled = _heights(ripples)
     return _ratio(flattened, np.maximum(original, scaled))
@@ -126,7 +122,7 @@ def _scaled_vibration(*runs: Runs) -> float:
 
 #: Those of the three phalanges under a fingerprint, and without one.
 FINGERPRINT_CHECKS: Mapping[str, Callable[[Runs, Runs], Number]] = {
-    "fingerprint-adds-noise": _noise,
+    "fingerprint-adds-noise": lambda *runs: _ratio(*([run.peaks.noise_floor for run in some] for some in runs)).min(),
     "fingerprint-hides-incipient": _hidden_peaks,
     "fingerprint-leaves-overall": lambda ripples, _: float(np.isfinite(_heights(ripples)).sum()),
     "fingerprint-flattened-peak": _flattened_over_others,

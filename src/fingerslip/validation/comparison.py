@@ -4,32 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from fingerslip.errors import InputError, shorten
 from fingerslip.published import PublishedValue, published_set
 from fingerslip.slip.windows import READINGS, event_label
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.shipped import studies_folder
-from fingerslip.tables.table import Table, to_markdown
 from fingerslip.validation.checks import PHALANX_CHECKS, outcome_of
 from fingerslip.validation.evidence import FORMULATION, REFINED, SECTION, SOLID, TABLE2, VARIANT, Evidence, Work, gather
 from fingerslip.validation.measures import SOLID_READINGS
-from fingerslip.validation.rows import (
-    Basis,
-    GeometryRow,
-    Row,
-    Stored,
-    allowed_geometry,
-    geometry_table,
-    number_row,
-    rows_mapping,
-    rows_markdown,
-    rows_table,
-    statement_row,
-)
+from fingerslip.validation.rows import Basis, Comparison, Row, Stored, allowed_geometry, number_row, statement_row
 from fingerslip.validation.sensor import detection_rows, pouring_rows, sensor_rows
 
 #: Papers whose values are compared: on fingers, and on a tactile sensor.
@@ -150,21 +135,6 @@ PARTS: Mapping[str, str] = {"geometry": "wang2014", "pouring": "bulens2023", "de
 _ROWS: Mapping[str, Callable[..., Stored[Row]]] = {"pouring": pouring_rows, "detection": detection_rows}
 
 
-@dataclass(frozen=True)
-class Comparison:
-    """Published values beside ours."""
-
-    rows: tuple[Row, ...]  # the rows
-    origins: tuple[str, ...] = ()  # where those come from that were stored, in sentences
-    geometry: Stored[GeometryRow] | None = None  # what the unknown geometry of the finger allows
-
-    @property
-    def tables(self) -> list[Table]:
-        """The rows as tables."""
-        first = rows_table(self.rows, *self.origins)
-        return [first, *([] if self.geometry is None else [geometry_table(self.geometry.rows, self.geometry.origin)])]
-
-
 def compare(
     studies: str | Path | None = None,
     results: str | Path = "results",
@@ -190,18 +160,3 @@ def compare(
     row_groups = [rows(work, compute=part in computed) for part, rows in _ROWS.items() if PARTS[part] in papers]
     rows = (*validate(work, papers=papers), *(row for part in row_groups for row in part.rows))
     return Comparison(rows, tuple(part.origin for part in row_groups if part.origin), geometry)
-
-
-def comparison_mapping(comparison: Comparison) -> Any:
-    """Return the rows as plain data, under keys beside those of the geometry if it was computed."""
-    plain, geometry = rows_mapping(comparison.rows), comparison.geometry
-    return {"rows": plain, "geometry": rows_mapping(geometry.rows)} if geometry and geometry.computed else plain
-
-
-def comparison_markdown(comparison: Comparison) -> str:
-    """Write the rows as a page in Markdown, with those of the geometry where it was computed."""
-    page, geometry = rows_markdown(comparison.rows), comparison.geometry
-    if geometry is None or not geometry.computed:
-        return page
-    table = geometry_table(geometry.rows)
-    return f"{page}\n## {table.title}\n\n{table.note}\n\n{to_markdown(table)}"

@@ -25,6 +25,8 @@ LARGE_STRAIN = "finite_strain"
 
 #: Names of the shipped studies that `validate` runs.
 STUDIES = (TABLE2, "wang2014_friction", "wang2014_fingerprint", FORMULATION, SECTION, SOLID, LARGE_STRAIN)
+# How their runs are measured: a section, or a fingertip in 3D.
+_READERS: Mapping[str, Callable[..., Measures]] = dict.fromkeys(STUDIES, measure) | {SOLID: measure_3d}
 # The value that runs at large strain have in their study.
 _FINITE: Mapping[str, object] = {"kinematics": "finite"}
 #: What it refines for the uncertainties: studies, and the value that their runs have.
@@ -113,7 +115,7 @@ def gather(work: Work) -> Evidence:
         chosen = [run.name for run in plan_study(paths[name], work.results).runs if _meets(run.swept, conditions)]
         converge(paths[name], results_dir=work.results, only=chosen, workers=work.workers, progress=work.progress)
     measured = {
-        name: tuple(measure_folder(outcome.folder / run.name, run, _reader(name)) for run in outcome.runs)
+        name: tuple(measure_folder(outcome.folder / run.name, run, _READERS[name]) for run in outcome.runs)
         for name, outcome in zip(STUDIES, work.run(STUDIES), strict=True)
     }
     section, solid, large_strain = (_measure_levels(name, work) for name in (TABLE2, SOLID, LARGE_STRAIN))
@@ -122,16 +124,12 @@ def gather(work: Work) -> Evidence:
 
 def _measure_levels(name: str, work: Work) -> tuple[tuple[Measures, ...], ...]:
     """Measure the refined runs of a study, level by level."""
-    path = work.file(name)
+    path, read = work.file(name), _READERS[name]
     chosen = [_meets(run.swept, REFINED[name]) for run in plan_study(path, work.results).runs]
     return tuple(
-        tuple(measure_folder(folder, read_run(folder), _reader(name)) for folder in itertools.compress(folders, chosen))
+        tuple(measure_folder(folder, read_run(folder), read) for folder in itertools.compress(folders, chosen))
         for folders in level_folders(path, work.results).values()
     )
-
-
-def _reader(study: str) -> Callable[..., Measures]:
-    return measure_3d if study == SOLID else measure
 
 
 def measure_folder(folder: Path, run: RunResult, read: Callable[..., Measures]) -> Measures:

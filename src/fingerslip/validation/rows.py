@@ -20,7 +20,7 @@ from fingerslip.published import PublishedValue, published_set
 from fingerslip.report.tables.compare import difference_from, span_of
 from fingerslip.report.tables.samples import INTERVAL_COLUMNS
 from fingerslip.results import StudyResult
-from fingerslip.sampling.sensitivity import PublishedInterval, published_intervals
+from fingerslip.sampling.sensitivity import published_intervals
 from fingerslip.slip import EventSettings, PeakSettings
 from fingerslip.slip.windows import READINGS, event_label
 from fingerslip.storage.files import digest, read_json, write_json
@@ -122,11 +122,8 @@ def statement_row(
 
 def rows_mapping(rows: Sequence[Any]) -> list[dict[str, Any]]:
     """Return rows, which are dataclasses, as plain data for JSON, in full precision; None for what is no number."""
-
-    def plain(value: Any) -> Any:
-        return None if isinstance(value, float) and not math.isfinite(value) else value
-
-    return [{name: plain(value) for name, value in dataclasses.asdict(row).items()} for row in rows]
+    entries = (dataclasses.asdict(row).items() for row in rows)
+    return [{k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in row} for row in entries]
 
 
 def rows_table(rows: Sequence[Row], *origins: str) -> Table:
@@ -282,8 +279,17 @@ def geometry_rows(study: StudyResult) -> tuple[GeometryRow, ...]:
     model, runs = GEOMETRY[study.folder.name], study.runs
     if model == "in 3D":
         runs = tuple(measure_folder(study.folder / run.name, run, measure_3d).run for run in runs)
-    references = [published_set(name) for name in study.compare]
-    return tuple(_geometry_row(interval, model) for interval in published_intervals(runs, references))
+    readings = READINGS if model == "section" else SOLID_READINGS
+    rows = []
+    for entry in published_intervals(runs, [published_set(name) for name in study.compare]):
+        value, interval = entry.value, entry.interval
+        variant = f"{value.conditions[VARIANT]}, " if model == "section" else ""
+        name = f"{event_label(value.quantity)}, {variant}{model} ({readings[entry.reading]})"
+        numbers = None if interval is None else tuple(round(number, 6) for number in interval.summary)
+        count = 0 if interval is None else len(interval.values)
+        published = value.span or value.value or 0.0
+        rows.append(GeometryRow(name, value.source, published, numbers, entry.where, count, entry.samples))
+    return tuple(rows)
 
 
 def geometry_table(rows: tuple[GeometryRow, ...], origin: str = "") -> Table:
@@ -300,16 +306,29 @@ def geometry_table(rows: tuple[GeometryRow, ...], origin: str = "") -> Table:
     return Table("What the unknown geometry allows", columns, tuple(cells), note)
 
 
-def _geometry_row(entry: PublishedInterval, model: str) -> GeometryRow:
-    value, interval = entry.value, entry.interval
-    variant = f"{value.conditions[VARIANT]}, " if model == "section" else ""
-    readings = READINGS if model == "section" else SOLID_READINGS
-    return GeometryRow(
-        quantity=f"{event_label(value.quantity)}, {variant}{model} ({readings[entry.reading]})",
-        source=value.source,
-        published=value.span or value.value or 0.0,
-        interval=None if interval is None else tuple(round(number, 6) for number in interval.summary),
-        where=entry.where,
-        found=0 if interval is None else len(interval.values),
-        samples=entry.samples,
-    )
+@dataclass(frozen=True)
+class Comparison:
+    """Published values beside ours."""
+
+    rows: tuple[Row, ...]  # the rows
+    origins: tuple[str, ...] = ()  # where those come from that were stored, in sentences
+    geometry: Stored[GeometryRow] | None = None  # what the unknown geometry of the finger allows
+
+    @property
+    def tables(self) -> list[Table]:
+        """The rows as tables."""
+        first = rows_table(self.rows, *self.origins)
+        return [first, *([] if self.geometry is None else [geometry_table(self.geometry.rows, self.geometry.origin)])]
+
+    def mapping(self) -> Any:
+        """Return the rows as plain data, under keys beside those of the geometry if it was computed."""
+        plain, geometry = rows_mapping(self.rows), self.geometry
+        return {"rows": plain, "geometry": rows_mapping(geometry.rows)} if geometry and geometry.computed else plain
+
+    def markdown(self) -> str:
+        """Write the rows as a page in Markdown, with those of the geometry where it was computed."""
+        page = rows_markdown(self.rows)
+        if self.geometry is None or not self.geometry.computed:
+            return page
+        table = geometry_table(self.geometry.rows)
+        return f"{page}\n## {table.title}\n\n{table.note}\n\n{to_markdown(table)}"

@@ -11,7 +11,7 @@ import pytest
 from fingerslip.errors import DamagedError, InputError
 from fingerslip.published import published_set
 from fingerslip.validation import comparison as module
-from fingerslip.validation.comparison import compare, comparison_mapping, comparison_markdown, rows_of, validate
+from fingerslip.validation.comparison import compare, rows_of, validate
 from fingerslip.validation.evidence import FRICTION, REFINED, STUDIES, Evidence, Work
 from fingerslip.validation.rows import GeometryRow, Row, Stored, number_row, rows_markdown
 from places import ROOT
@@ -64,11 +64,11 @@ def test_stored_rows_are_read_before_anything_is_run_of_the_papers_that_are_aske
 
 @pytest.mark.usefixtures("asked")
 def test_plain_data_and_markdown_have_the_geometry_if_it_was_computed_and_what_is_left_out_cannot_be():
-    assert len(comparison_mapping(compare())) == 3
-    assert "unknown geometry" not in comparison_markdown(compare())
+    assert len(compare().mapping()) == 3
+    assert "unknown geometry" not in compare().markdown()
     computed = compare(computed=["geometry"])
-    assert json.loads(json.dumps(comparison_mapping(computed)))["geometry"][0]["published"] == 1.53
-    assert "## What the unknown geometry allows" in comparison_markdown(computed)
+    assert json.loads(json.dumps(computed.mapping()))["geometry"][0]["published"] == 1.53
+    assert "## What the unknown geometry allows" in computed.markdown()
     with pytest.raises(InputError, match="--only: got 'wang', needs one of wang2014, bulens2023"):
         compare(only="wang")
     with pytest.raises(InputError, match="--pouring: is of bulens2023, needs no --only wang2014"):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
@@ -26,6 +26,7 @@ from fingerslip.report.content import (
     ReportContent,
     RunPictures,
     RunSubject,
+    StudySubject,
     check_subject,
     check_times,
     is_held,
@@ -39,9 +40,6 @@ from fingerslip.report.page.page import Picture
 from fingerslip.report.tables.runs import differing_paths
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import Events, find_events
-
-if TYPE_CHECKING:
-    from fingerslip.report.content import StudySubject
 
 _OF_SPIKES = ("composed", "spikes")  # kinds that a recording can be beside
 _DRAW_STUDIES: Mapping[str, Callable[[StudySubject], Figure]] = {

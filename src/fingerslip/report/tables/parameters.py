@@ -5,15 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fingerslip.libraries import xr
 from fingerslip.report.labels import groups
 from fingerslip.tables.table import Column, Missing, Table
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: Sources: assumed values come first in tables, those that a run does not use last; the study file says no defaults.
 ASSUMED, NOT_USED, DEFAULT = "assumed", "not used", "default"
