@@ -35,10 +35,9 @@ def converge(
             study, results_dir=results, only=runs or (), workers=workers, progress=screen_progress(quiet)
         )
         tables += convergence.tables
-        if markdown:
-            echo(convergence.markdown)
-        elif not as_json:
-            print_tables(convergence.tables)
+        if markdown or not as_json:
+            print_tables(convergence.tables, markdown=markdown)
+        if not markdown and not as_json:
             echo(f"figures: {convergence.figures}")
     if as_json and not markdown:
         print_tables(tables, as_json)

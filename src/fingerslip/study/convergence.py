@@ -26,7 +26,7 @@ from fingerslip.study.running.cost import require_mesh_memory
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.running.runner import Engine, StudyFailedError, compute_jobs, run_plans, write_up
 from fingerslip.study.storage.store import CONVERGENCE, RunConvergence, read_convergences, write_convergences
-from fingerslip.tables.table import Table, to_csv, to_markdown
+from fingerslip.tables.table import Table, to_csv
 from fingerslip.uncertainty import Convergence, Series
 from fingerslip.units import millimetres
 
@@ -153,11 +153,6 @@ class StudyConvergence:
         said = "\n".join(f"WARNING: {warning}." for warning in self.warnings)
         tables = (convergence_table(convergence.quantities, convergence.run) for convergence in self.runs)
         return tuple(dataclasses.replace(table, note=f"{table.note}\n{said}".rstrip()) for table in tables)
-
-    @property
-    def markdown(self) -> str:
-        """The tables in Markdown, each under its title."""
-        return "\n".join(f"## {table.title}\n\n{to_markdown(table)}" for table in self.tables)
 
     @property
     def figures(self) -> Path:

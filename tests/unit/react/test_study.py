@@ -26,7 +26,7 @@ from fingerslip.study.inspection.check import check_plans
 from fingerslip.study.inspection.show import export_result
 from fingerslip.study.inspection.views import FigureChoice, write_figure
 from fingerslip.study.running.build import build_model
-from fingerslip.study.running.cluster import Task, compute_task
+from fingerslip.study.running.cluster import compute_task
 from fingerslip.study.running.runner import run_study
 from fingerslip.study.storage.reporting import reactions_of, read_results, study_tables
 from fingerslip.uncertainty import Convergence, Series
@@ -260,8 +260,7 @@ def test_refined_and_distant_runs_are_those_of_any_study(folder, study):
     refined = run_at(centre, Level("step", 0.5), model).study
     assert (refined.time.step, refined.reaction and refined.reaction.reactions) == (2e-3, ())
     search = plan_study(folder / "small.yaml").runs[1]
-    task = Task((search,), (search.identity,), metadata.version("fingerslip"))
-    files = compute_task(task, model.mesh)[search.name]
+    files = compute_task([(search, search.identity)], metadata.version("fingerslip"), model.mesh)[search.name]
     assert files["reactions.json"] == (study.folder / search.name / "reactions.json").read_bytes()
 
 

@@ -18,7 +18,6 @@ import tempfile
 import threading
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError
-from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -54,25 +53,18 @@ class SchedulerLostError(FingerslipError):
         )
 
 
-@dataclass(frozen=True)
-class Task:
-    """Runs that a worker computes together, without their mesh."""
+def compute_task(runs: Sequence[tuple[Run, str]], version: str, mesh: Any) -> _Outcome:
+    """Compute runs in a folder that is removed, and return their files or errors by the names of the runs.
 
-    runs: tuple[Run, ...]  # the runs
-    identities: tuple[str, ...]  # hashes of their inputs
-    version: str  # version of fingerslip that asks for them
-
-
-def compute_task(task: Task, mesh: Any) -> _Outcome:
-    """Compute runs in a folder that is removed, and return their files or errors by the names of the runs."""
-    if difference := _difference(metadata.version("fingerslip"), task.version):
+    Each stands beside the hash of its inputs; `version` is that of the fingerslip that asks for them.
+    """
+    if difference := _difference(metadata.version("fingerslip"), version):
         raise InputError("worker", difference, _SAME, _REPAIR)
     dask = sys.modules.get("dask")
     # Libraries that know Dask, such as xarray's writer, would ask the scheduler for locks.
     alone = contextlib.nullcontext() if dask is None else dask.config.set(scheduler="synchronous")
     with _ONE_AT_A_TIME, alone, tempfile.TemporaryDirectory(prefix="fingerslip-") as name:
-        pairs = zip(task.runs, task.identities, strict=True)
-        jobs = [Job(run, build_model(run, mesh), identity, Path(name) / run.name) for run, identity in pairs]
+        jobs = [Job(run, build_model(run, mesh), identity, Path(name) / run.name) for run, identity in runs]
         failures = compute_group(jobs, lambda *_: None, 1)
         return {job.run.name: failures.get(job.run.name) or _files(job.folder) for job in jobs}
 
@@ -165,7 +157,8 @@ def _outcomes(
         if id(mesh) not in meshes:
             # Submitted, not scattered: the scheduler makes it again where the workers that held it have died.
             meshes[id(mesh)] = client.submit(_give, mesh, pure=False)
-        future = client.submit(compute_task, _task(part), meshes[id(mesh)], pure=False)
+        runs, version = [(job.run, job.identity) for job in part], metadata.version("fingerslip")
+        future = client.submit(compute_task, runs, version, meshes[id(mesh)], pure=False)
         sent[future] = part, len(refused)
         return future
 
@@ -197,11 +190,6 @@ def _outcomes(
 
 def _give(mesh: Any) -> Any:
     return mesh
-
-
-def _task(part: Sequence[Job]) -> Task:
-    runs, identities = tuple(job.run for job in part), tuple(job.identity for job in part)
-    return Task(runs, identities, metadata.version("fingerslip"))
 
 
 def _write_files(job: Job, outcome: _Outcome) -> FingerslipError | None:

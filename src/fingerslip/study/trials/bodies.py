@@ -216,25 +216,19 @@ def turned_whole(positions: Floats, half: MarkerLayout, whole: MarkerLayout, tur
     Arrays: positions (n_times, n_half, 3) [m]; turn [rad]; returns (n_times, n_whole, 3) [m].
     """
     source = np.mod(whole.angle - turn, 2.0 * np.pi)
-    rows, mirrored = np.empty(len(source), dtype=np.int64), np.empty(len(source), dtype=bool)
-    for number, (ring, azimuth) in enumerate(zip(whole.ring, source, strict=True)):
-        rows[number], mirrored[number] = _twin(half, int(ring), float(azimuth), turn)
+    # Angles (2, n_whole, n_half) from places of a slide along +x, and from their mirror images, to markers of the half.
+    beside = np.abs(np.angle(np.exp(1j * (half.angle - np.stack((source, -source))[..., None]))))
+    beside *= half.ring > 0  # on the axis there is no angle
+    beside[:, whole.ring[:, None] != half.ring] = np.inf
+    mirrored = beside[0].min(axis=1) >= _ROUNDING
+    beside = np.where(mirrored[:, None], beside[1], beside[0])
+    rows, lost = beside.argmin(axis=1), beside.min(axis=1) >= _ROUNDING
+    if lost.any():
+        fault = f"turns ring {whole.ring[lost.argmax()]} by {np.degrees(turn):.4g} degrees to other places"
+        raise InputError("trials.directions", fault, "needs a layout that such a turn leaves as it is", "take fewer")
     turned_positions = positions[:, rows].copy()
     turned_positions[:, mirrored, 2] *= -1.0
     cos, sin = np.cos(turn), np.sin(turn)
     x, z = turned_positions[..., 0].copy(), turned_positions[..., 2].copy()
     turned_positions[..., 0], turned_positions[..., 2] = cos * x - sin * z, sin * x + cos * z
     return turned_positions
-
-
-def _twin(half: MarkerLayout, ring: int, azimuth: float, turn: float) -> tuple[int, bool]:
-    """Return the marker of the half at a place of the slide along +x, and whether it is its mirror image."""
-    for angle, mirrored in ((azimuth, False), (-azimuth, True)):
-        # On the axis there is no angle.
-        beside = np.abs(np.angle(np.exp(1j * (half.angle - angle)))) * (half.ring > 0)
-        beside[half.ring != ring] = np.inf
-        row = int(np.argmin(beside))
-        if beside[row] < _ROUNDING:
-            return row, mirrored
-    fault = f"turns ring {ring} by {np.degrees(turn):.4g} degrees to other places"
-    raise InputError("trials.directions", fault, "needs a layout that such a turn leaves as it is", "take fewer")

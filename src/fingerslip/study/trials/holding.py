@@ -6,8 +6,8 @@ A trial is a run of a study with the block `reaction` on a sensor from its start
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 
@@ -29,21 +29,15 @@ from fingerslip.study.storage.reporting import read_results, read_run_values
 from fingerslip.study.storage.store import BasisFolder
 from fingerslip.tables.table import Column, Table
 
-
-@dataclass(frozen=True)
-class _HeldRun:
-    """A run in which an object is held."""
-
-    run: Run
-    settings: ReactionSettings
-    held: HeldObject
+#: A run in which an object is held, how it reacts, and the object.
+_HeldRun: TypeAlias = tuple[Run, ReactionSettings, HeldObject]
 
 
 def held_runs(folder: Path) -> dict[str, _HeldRun]:
     """Return the finished runs of a study with the block `reaction`, by name."""
     runs = {result.name: read_run_values(folder / result.name / RUN) for result in read_results(folder).runs}
     held_runs = {
-        name: _HeldRun(run, run.study.reaction, run.study.held_object)
+        name: (run, run.study.reaction, run.study.held_object)
         for name, run in runs.items()
         if run.study.reaction is not None and run.study.held_object is not None
     }
@@ -63,8 +57,8 @@ def held_trials(folder: Path, output: Path, frame_rate: float, *, lost: bool = F
 
 
 def _trials(folder: Path, frame_rate: float, lost: bool) -> Iterator[Trial]:
-    for name, run in held_runs(folder).items():
-        result, held = read_reactions(folder / name), run.held
+    for name, (_, _, held) in held_runs(folder).items():
+        result = read_reactions(folder / name)
         if lost and result.lost is None:
             continue
         tracks = marker_tracks(read_history(folder / name / HISTORY), ("internal",))
@@ -90,25 +84,22 @@ def score_alarms(folder: Path, submission: Path) -> Table:
     bases = MemoryBases(BasisFolder(folder / BASES))
     outcomes: dict[str, list[Outcome]] = {}
     early = 0
-    for name, run in runs.items():
+    for name, (run, settings, held) in runs.items():
         first = onsets[name].first
-        alarm = None if first is None else first - run.held.begins
+        alarm = None if first is None else first - held.begins
         early += alarm is not None and alarm < 0.0
-        with Grasp(run.held, build_model(run.run), run.settings.detectors, bases=bases) as grasp:
-            for label, outcome in _outcomes(run, grasp, {"at once": 0.0, submission.name: alarm}).items():
-                outcomes.setdefault(label, []).append(outcome)
-    return _table(outcomes, {submission.name: early}, next(iter(runs.values())).settings)
-
-
-def _outcomes(run: _HeldRun, grasp: Grasp, alarms: Mapping[str, float | None]) -> dict[str, Outcome]:
-    """Return what comes of no reaction, of the detectors of the study, and of alarms since the load began [s]."""
-    rise = run.settings.rise
-    outcomes = {"none": grasp.branch(None), **{name: grasp.react(rise, name) for name in run.settings.detectors}}
-    for name, alarm in alarms.items():
-        start = None if alarm is None else max(alarm, 0.0) + rise.delay
-        response = None if start is None else rise.response(start, run.held.first_grip)
-        outcomes[name] = grasp.branch(response)
-    return outcomes
+        with Grasp(held, build_model(run), settings.detectors, bases=bases) as grasp:
+            of_run = {
+                "none": grasp.branch(None),
+                **{each: grasp.react(settings.rise, each) for each in settings.detectors},
+            }
+            for label, time in {"at once": 0.0, submission.name: alarm}.items():
+                start = None if time is None else max(time, 0.0) + settings.rise.delay
+                response = None if start is None else settings.rise.response(start, held.first_grip)
+                of_run[label] = grasp.branch(response)
+        for label, outcome in of_run.items():
+            outcomes.setdefault(label, []).append(outcome)
+    return _table(outcomes, {submission.name: early}, next(iter(runs.values()))[1])
 
 
 def _table(outcomes: Mapping[str, list[Outcome]], early: Mapping[str, int], settings: ReactionSettings) -> Table:

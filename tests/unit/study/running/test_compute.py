@@ -43,6 +43,8 @@ from problems.pushed import push_and_slide
 from unit.study.block import Told, run_block
 from unit.study.conftest import NOT_SOLVED
 
+VERSION = metadata.version("fingerslip")
+
 
 def no_space(*_, **__):
     raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
@@ -379,7 +381,7 @@ def plan(write_study, tmp_path):
 
 def test_files_that_a_worker_returns_become_finished_runs_but_damaged_ones_and_errors_do_not(plan):
     jobs = prepare(plan, plan.runs)
-    outcome = cluster.compute_task(cluster._task(jobs), jobs[0].model.mesh)
+    outcome = cluster.compute_task([(job.run, job.identity) for job in jobs], VERSION, jobs[0].model.mesh)
     assert [sorted(files) for files in outcome.values()] == [["events.json", "history.nc", "log.txt", "run.yaml"]] * 3
     name, files = jobs[0].run.name, dict(outcome[jobs[0].run.name])
     error = cluster._write_files(jobs[0], {name: files | {"history.nc": files["history.nc"][:-7]}})
@@ -395,9 +397,8 @@ def test_files_that_a_worker_returns_become_finished_runs_but_damaged_ones_and_e
 
 def test_a_worker_of_another_version_is_refused(plan):
     (job, *_) = prepare(plan, plan.runs)
-    task = dataclasses.replace(cluster._task([job]), version="0.0")
     with pytest.raises(InputError, match=r"worker: has fingerslip .*, this process 0\.0"):
-        cluster.compute_task(task, job.model.mesh)
+        cluster.compute_task([(job.run, job.identity)], "0.0", job.model.mesh)
 
 
 def test_text_that_is_no_address_and_a_scheduler_that_does_not_answer_are_named(write_study, monkeypatch):
@@ -425,7 +426,7 @@ class Client:
 
 
 def test_workers_that_cannot_compute_are_named_before_anything_is_sent():
-    same, told = metadata.version("fingerslip"), Told()
+    same, told = VERSION, Told()
     cluster._check_workers(Client({"tcp://a:1": same, "tcp://b:2": same}), told)
     with pytest.raises(InputError, match=r"worker tcp://b:2: has no fingerslip, .*needs the same version; install"):
         cluster._check_workers(Client({"tcp://a:1": same, "tcp://b:2": metadata.PackageNotFoundError()}), told)
@@ -440,7 +441,7 @@ def test_threads_of_a_worker_compute_one_after_the_other(plan, monkeypatch):
     (job, *_) = prepare(plan, plan.runs)
     begun = threading.Event()
     monkeypatch.setattr(cluster, "compute_group", lambda *_: begun.set() or {job.run.name: ResultError("no")})
-    thread = threading.Thread(target=cluster.compute_task, args=(cluster._task([job]), job.model.mesh))
+    thread = threading.Thread(target=cluster.compute_task, args=([(job.run, job.identity)], VERSION, job.model.mesh))
     with cluster._ONE_AT_A_TIME:
         thread.start()
         assert not begun.wait(0.3)
