@@ -16,17 +16,8 @@ from fingerslip.contact.friction import Coulomb
 from fingerslip.errors import InputError
 from fingerslip.mesh.scan.build import SurfaceMesh
 from fingerslip.mesh.source import MeshFile, MeshSource, choose_source
+from fingerslip.model import timing
 from fingerslip.model.model import Contact, CounterfaceChoice, FrictionChoice, Recording, ReducedBasis
-from fingerslip.model.timing import (
-    Adaptive,
-    NumericalDamping,
-    QuasiStatic,
-    RecordsPerDecade,
-    SchemeDamping,
-    SchemeName,
-    TimeStepping,
-    Tolerance,
-)
 from fingerslip.parameters import (
     Angle,
     Duration,
@@ -116,7 +107,7 @@ class DynamicsSettings(ReducedBasis):
         "runs that share a body, and the mesh elsewhere.",
     ] = "automatic"
     tolerance: Annotated[
-        Tolerance,
+        timing.Tolerance,
         "Of the reduced basis: largest error of the displacement, estimated during the motion, over the largest "
         "displacement.",
     ] = 1e-4
@@ -179,7 +170,7 @@ class RefinementSettings:
         4.0,
         16.0,
     )
-    alpha: Annotated[tuple[NumericalDamping, ...], "Other values of the numerical damping."] = (-0.05,)
+    alpha: Annotated[tuple[timing.NumericalDamping, ...], "Other values of the numerical damping."] = (-0.05,)
 
     def __post_init__(self) -> None:
         for name, example in (("mesh", "[0.6667, 0.5]"), ("step", "[0.5, 0.25]"), ("penalty", "[4, 16]")):
@@ -206,8 +197,8 @@ class TimeSettings:
     """How time passes."""
 
     step: Annotated[StepSettings, "Time step [s], or steps that control their own error."]
-    scheme: SchemeName = "hht_alpha"
-    alpha: SchemeDamping = _ALPHA
+    scheme: timing.SchemeName = "hht_alpha"
+    alpha: timing.SchemeDamping = _ALPHA
     end: Annotated[PositiveDuration | None, "End of the simulation [s]; without it the end of the programme."] = None
     output: Annotated[
         PositiveDuration | None,
@@ -215,13 +206,13 @@ class TimeSettings:
         "first one there [s].",
     ] = None
     tolerance: Annotated[
-        Tolerance | None,
+        timing.Tolerance | None,
         "Of these, largest error over the largest displacement; see :class:`~fingerslip.model.timing.Adaptive`.",
     ] = None
     smallest: Annotated[PositiveDuration | None, "Shortest and longest of these steps [s]."] = None
     largest: Annotated[PositiveDuration | None, "Shortest and longest of these steps [s]."] = None
     records_per_decade: Annotated[
-        RecordsPerDecade | None,
+        timing.RecordsPerDecade | None,
         "Logarithmic records in holds: how many there are at least while the time in the hold grows tenfold.",
     ] = None
 
@@ -238,21 +229,21 @@ class TimeSettings:
             _ = self.stepping
 
     @property
-    def stepping(self) -> TimeStepping | QuasiStatic | Adaptive:
+    def stepping(self) -> timing.TimeStepping | timing.QuasiStatic | timing.Adaptive:
         """The time stepping of the model."""
         if self.step == "auto":
             options = {name: getattr(self, name) for name in _OF_AUTO if getattr(self, name) is not None}
-            return Adaptive(**options, scheme=self.scheme, alpha=self.alpha, end=self.end)
+            return timing.Adaptive(**options, scheme=self.scheme, alpha=self.alpha, end=self.end)
         if self.scheme == "quasi_static":
-            return QuasiStatic(self.step, self.end)
-        return TimeStepping(self.step, self.alpha, self.end)
+            return timing.QuasiStatic(self.step, self.end)
+        return timing.TimeStepping(self.step, self.alpha, self.end)
 
     def refined(self, factor: float) -> TimeSettings:
         """Return settings whose steps are those of these times a factor; see :meth:`Adaptive.refined`."""
         if self.step != "auto":
             return dataclasses.replace(self, step=factor * self.step)
         stepping = self.stepping
-        assert isinstance(stepping, Adaptive)
+        assert isinstance(stepping, timing.Adaptive)
         finer = stepping.refined(factor)
         return dataclasses.replace(self, **{name: getattr(finer, name) for name in _OF_AUTO})
 

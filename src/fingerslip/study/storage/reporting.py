@@ -35,15 +35,7 @@ from fingerslip.specimens.protocol import ModelUse, Specimen
 from fingerslip.storage.files import new_folder, read_json, write_bytes
 from fingerslip.study.definition.runs import Run, read_runs, with_directions
 from fingerslip.study.definition.spec import NOT_OF_A_RUN, Study
-from fingerslip.study.storage.store import (
-    MANIFEST,
-    identities,
-    read_convergences,
-    read_manifest,
-    read_run,
-    stored_study,
-    with_convergence,
-)
+from fingerslip.study.storage import store
 from fingerslip.tables.table import Table
 from fingerslip.units import Unit
 
@@ -220,18 +212,18 @@ _FILM_REPAIR = "remove its folder and run the study again"
 
 def read_results(folder: str | Path) -> StudyResult:
     """Read the finished runs of a study back."""
-    return stored_study(Path(folder), read_run)
+    return store.stored_study(Path(folder), store.read_run)
 
 
 def read_stored_run(folder: str | Path) -> RunResult:
     """Read one finished run back, with all its values and the uncertainties that are known."""
     folder = Path(folder)
-    runs = read_manifest(folder).get("runs")
+    runs = store.read_manifest(folder).get("runs")
     if runs:
         raise ResultError(f"{folder}: holds a study; needs the folder of one of its runs: {', '.join(runs)}")
-    run = read_run(folder)
-    convergences = read_convergences(folder.parent, {folder.name: run.identity})
-    return with_convergence(run, convergences.get(folder.name))
+    run = store.read_run(folder)
+    convergences = store.read_convergences(folder.parent, {folder.name: run.identity})
+    return store.with_convergence(run, convergences.get(folder.name))
 
 
 def study_tables(study: StudyResult) -> tuple[Table, ...]:
@@ -291,7 +283,7 @@ def _computed_content(study: StudyResult) -> ReportContent:
     """Return what all pages on a study have: its results, the values of its runs, and what made them."""
     from fingerslip.report.content import ReportContent
 
-    manifest = read_manifest(study.folder)
+    manifest = store.read_manifest(study.folder)
     runs = [read_run_values(study.folder / run.name / RUN) for run in study.runs]
     values = value_rows(runs, manifest.get("given") or None)
     return ReportContent(study, {}, values=values, provenance=provenance_of(study.folder, manifest))
@@ -303,7 +295,7 @@ def _content(study: StudyResult, pictures: Mapping[str, RunPictures]) -> ReportC
     from fingerslip.report.page.assemble import notes_html
     from fingerslip.report.page.samples import representatives
 
-    convergences = read_convergences(study.folder, identities(read_manifest(study.folder)))
+    convergences = store.read_convergences(study.folder, store.identities(store.read_manifest(study.folder)))
     content = dataclasses.replace(
         _computed_content(study),
         pictures=pictures,
@@ -339,7 +331,7 @@ _MINUTE = "%Y-%m-%d %H:%M %Z"  # of any time zone, those that datetime refuses t
 
 def provenance_of(folder: Path, manifest: Mapping[str, Any]) -> dict[str, str]:
     """Return what made the results, in words: file, dates, commit, computing time, and the versions of all programs."""
-    written = time.localtime((folder / MANIFEST).stat().st_mtime)
+    written = time.localtime((folder / store.MANIFEST).stat().st_mtime)
     words = {
         "study": manifest.get("study"),
         "results of": time.strftime(_MINUTE, written),

@@ -128,7 +128,7 @@ def test_stored_runs_come_back_as_they_were_alone_and_with_their_study(finished,
     assert read_stored_run(finished / NAMES[1]) == stored.runs[1]
     known = {"slip.overall": KNOWN}
     monkeypatch.setattr(
-        reporting, "read_convergences", lambda _, runs: {name: RunConvergence(name, "", known) for name in runs}
+        reporting.store, "read_convergences", lambda _, runs: {name: RunConvergence(name, "", known) for name in runs}
     )
     assert read_stored_run(finished / NAMES[1]).uncertainty == {"slip.overall": KNOWN.uncertainty}
     assert read_stored_run(finished / NAMES[1]).convergence == known
