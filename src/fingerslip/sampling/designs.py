@@ -102,22 +102,19 @@ def varied_values(run: RunResult) -> dict[str, Any]:
 
 def inputs_of(runs: Sequence[RunResult]) -> tuple[Input, ...]:
     """Return what differs between runs, in the order of their values."""
-    values = [varied_values(run) for run in runs]
-    paths = dict.fromkeys(path for run_values in values for path in run_values)
-    inputs = [_input(path, [run_values.get(path) for run_values in values]) for path in paths]
-    differing = tuple(variable for variable in inputs if variable is not None)
-    if not differing:
+    values, inputs = [varied_values(run) for run in runs], []
+    for path in dict.fromkeys(path for run_values in values for path in run_values):
+        column = [run_values.get(path) for run_values in values]
+        numbers = [number for value in column if (number := quantity_of(value)) is not None]
+        choices = tuple({repr(value): value for value in column}.values())
+        if len(numbers) == len(column) and len({unit for _, unit in numbers}) == 1:
+            low, high = min(numbers)[0], max(numbers)[0]
+            inputs += [Input(path, numbers[0][1], low, high)] if low < high else []
+        elif len(choices) > 1:
+            inputs.append(Input(path, choices=choices))
+    if not inputs:
         raise InputError("study", "has runs that do not differ", "needs values that are swept or sampled")
-    return differing
-
-
-def _input(path: str, column: Sequence[Any]) -> Input | None:
-    numbers = [number for value in column if (number := quantity_of(value)) is not None]
-    if len(numbers) == len(column) and len({unit for _, unit in numbers}) == 1:
-        low, high = min(numbers)[0], max(numbers)[0]
-        return Input(path, numbers[0][1], low, high) if low < high else None
-    choices = tuple({repr(value): value for value in column}.values())
-    return Input(path, choices=choices) if len(choices) > 1 else None
+    return tuple(inputs)
 
 
 def encode(inputs: Sequence[Input], values: Mapping[str, Any]) -> Floats:

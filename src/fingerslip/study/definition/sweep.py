@@ -339,20 +339,17 @@ class SampleSettings:
 
 def drawn(settings: SampleSettings) -> tuple[dict[str, Any], ...]:
     """Return the samples: values by dotted path, as a study file writes them, five digits each."""
-    cube = draw_shares(settings.method, settings.count, len(settings.paths), settings.seed)
-    return tuple(
-        {path: _value_at(settings, path, float(share)) for path, share in zip(settings.paths, shares, strict=True)}
-        for shares in cube
-    )
-
-
-def _value_at(settings: SampleSettings, path: str, share: float) -> Any:
-    """Return the value at a share of a range, in the unit of its ends, or of a list of choices."""
-    if path in settings.choices:
-        values = settings.choices[path]
-        return values[min(int(share * len(values)), len(values) - 1)]
-    (low, unit), (high, _) = (_number_and_unit("", end) for end in settings.ranges[path])
-    return _round(low + share * (high - low), _DIGITS, unit)
+    samples: list[dict[str, Any]] = []
+    for shares in draw_shares(settings.method, settings.count, len(settings.paths), settings.seed).tolist():
+        samples.append({})
+        for path, share in zip(settings.paths, shares, strict=True):
+            if path in settings.choices:
+                values = settings.choices[path]
+                samples[-1][path] = values[min(int(share * len(values)), len(values) - 1)]
+            else:  # in the unit of the ends of its range
+                (low, unit), (high, _) = (_number_and_unit("", end) for end in settings.ranges[path])
+                samples[-1][path] = _round(low + share * (high - low), _DIGITS, unit)
+    return tuple(samples)
 
 
 def sample_mistakes(

@@ -24,7 +24,7 @@ from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wai
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from fingerslip.errors import ConvergenceError, FingerslipError, ResultError
 from fingerslip.history import write_history
@@ -56,12 +56,8 @@ class Outcome:
     pictures: Mapping[str, RunPictures] = field(default_factory=dict)  # what was drawn already
 
 
-@dataclass(frozen=True)
-class Finished:
-    """A run whose folder is written."""
-
-    result: RunResult  # its result, without its values
-    history: xr.Dataset  # its history
+#: A run whose folder is written: its result, without its values, and its history.
+Finished: TypeAlias = "tuple[RunResult, xr.Dataset]"
 
 
 def compute_group(
@@ -117,7 +113,7 @@ def compute(jobs: Sequence[Job], progress: Callable[[float], None], threads: int
                 _logger.info("simulated %d records in %.1f s", history.sizes["time"], seconds)
                 doubts = tuple(doubt.text for doubt in job.doubts if not doubt.is_measured)
                 about = {"inputs": job.identity, "mesh": job.model.mesh, "seconds": seconds, "doubts": doubts}
-                finished.append(Finished(write_run(folder, job.run, history, **about), history))
+                finished.append((write_run(folder, job.run, history, **about), history))
     return finished
 
 
@@ -217,7 +213,7 @@ def _compute_and_draw(
     pictures: dict[str, RunPictures] = {}
 
     def draw(run: Finished) -> None:
-        result, drawing = run.result, drawings.get(run.result.name)
+        (result, history), drawing = run, drawings.get(run[0].name)
         if drawing is None or (_stop and _stop.value):
             return
         # Whatever goes wrong here goes wrong in the report too, which tells the user.
@@ -228,7 +224,7 @@ def _compute_and_draw(
             from fingerslip.report.page.pictures import draw_ahead
 
             title = run_title(result, "the run")
-            subject = RunSubject(run.history, result.events, name=result.name, title=title)
+            subject = RunSubject(history, result.events, name=result.name, title=title)
             pictures[result.name] = draw_ahead(subject, contact=drawing.contact, model=drawing.model)
 
     return compute_group(jobs, tell, threads, draw), pictures

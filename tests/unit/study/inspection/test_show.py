@@ -143,7 +143,7 @@ def test_differences_beyond_the_uncertainties_of_both_stand_out_and_studies_may_
     }
     with monkeypatch.context() as patch:
         patch.setattr(
-            reporting.store, "read_convergences", lambda _, runs: {name: RunConvergence(name, "", known) for name in runs}
+            reporting.store, "read_convergences", lambda _, ids: {name: RunConvergence(name, "", known) for name in ids}
         )
         _, results = diff_runs(finished / FIRST, finished / SECOND)
     difference = rows_by_name(results)["overall slip (accumulated slip)"][3]
