@@ -265,6 +265,16 @@ def test_what_is_wrong_with_frames_is_said_and_marked(change: Callable[[list], l
         assert np.isfinite(tracks["position"].values[13:]).all()
 
 
+def test_a_texture_that_is_followed_may_be_none_of_markers() -> None:
+    rough = cv2.GaussianBlur(np.random.default_rng(5).standard_normal((240, 320)), (0, 0), 6.0)
+    frame = np.clip(128.0 + 40.0 * rough / rough.std(), 0, 255).astype(np.uint8)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", TrackingWarning)  # its frames are alike
+        tracks = follow([frame] * REST, n_markers=None)
+    assert "in no pattern and fit round markers by 0.8" in tracks.attrs["warnings"]
+    assert follow(still(), layout="free").attrs["warnings"] == ""
+
+
 def test_rest_that_ends_early_names_how_many_frames_rest() -> None:
     frames = [np.roll(frame, max(number - 7, 0), axis=1) for number, frame in enumerate(still())]
     with pytest.warns(TrackingWarning, match=r"moved by 2\.0 px in the 10 rest frames; .*; it rests in 6: --rest 6$"):
