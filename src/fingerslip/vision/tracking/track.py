@@ -20,8 +20,8 @@ from fingerslip.vision.tracks import make_tracks, seen
 from fingerslip.vision.video import STATES, Channel, Frames, VideoInput, open_frames
 
 _MOVED = 0.5  # px that the rest frames may move
-# Median fit of what may be markers in no pattern: of four real clips 0.93 to 0.95, of wood grain, clouds and photographs
-# to 0.88; specks fit as well as markers.
+# Median fit of what may be markers in no pattern: of four real clips 0.93 to 0.95, of wood grain, clouds and photos to
+# 0.88; specks fit as well as markers.
 _ROUND = 0.9
 # Share of the frames in which a marker may be missing before it is said.
 _OFTEN = 0.1
