@@ -115,7 +115,7 @@ class RunSubject:
     options: SceneOptions = field(default_factory=SceneOptions)
     times: tuple[float, ...] = ()  # times of the panels [s]
     afferents: Mapping[str, AfferentModel] | None = None  # models of afferents; those of the human fingertip
-    recorded: Spikes | None = None  # spikes of a recording, below those of the models
+    recorded: Spikes | xr.Dataset | None = None  # spikes of a recording, below those of the models, or tracks
     name: str = ""  # with which the names of its pictures begin
     title: str = ""  # which the titles of its figures have
 

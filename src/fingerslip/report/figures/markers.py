@@ -24,7 +24,7 @@ from fingerslip.report.figures.style import add_legend, crop, figure_grid, join_
 from fingerslip.report.scene.options import SceneOptions
 from fingerslip.report.scene.scene import middle_cut
 from fingerslip.report.scene.viewer import stills
-from fingerslip.slip import slide_window
+from fingerslip.slip import SlideWindow, slide_window
 from fingerslip.vision.fields import larger_principal
 from fingerslip.vision.video import FINE
 
@@ -215,6 +215,7 @@ def jump_figure(tracks: xr.Dataset) -> Figure:
 
 
 _NARROW = (4.6, 2.0)  # inch: a panel whose letters can be read on a telephone
+_OF_RECORDINGS: dict[str, Any] = {"color": BLACK, "linewidth": 0.5, "alpha": 0.7}
 _MARGIN = 0.08  # around the markers, of their extent
 _TITLES = {"internal": "internal markers, from inside", "external": "external markers, from below"}
 
@@ -241,8 +242,11 @@ def marker_places_figure(tracks: xr.Dataset, title: str = "") -> Figure:
 
 
 @with_style
-def slide_tracks_figure(tracks: xr.Dataset, history: xr.Dataset, title: str = "") -> Figure:
-    """Draw how far markers [m] move along the first slide, less the central one, by ring, over the plate's travel."""
+def slide_tracks_figure(tracks: xr.Dataset, history: xr.Dataset, title: str = "", recorded: Any = None) -> Figure:
+    """Draw how far markers [m] move along the first slide, less the central one, by ring, over the plate's travel.
+
+    `recorded` tracks [m], on the clock of the history, are drawn above those of their kind.
+    """
     window = slide_window(history)
     if window is None:
         raise ValueError("the history has no slide")
@@ -264,12 +268,33 @@ def slide_tracks_figure(tracks: xr.Dataset, history: xr.Dataset, title: str = ""
             style = "-" if start[rows[number]] >= -_MIDDLE else "--"
             axes.plot(travel, apart[:, number], style, color=tuple(colours[number]), linewidth=0.9)
         low, high = float(np.nanmin(apart)), float(np.nanmax(apart))
+        if recorded is not None and (recorded["kind"].values == kind).any():
+            seconds, measured = _recorded_apart(recorded, kind, window)
+            ways = np.interp(seconds, history["time"].values[window.records], travel)
+            axes.plot(ways, measured, **_OF_RECORDINGS)
+            low, high = min(low, float(np.nanmin(measured))), max(high, float(np.nanmax(measured)))
         room = 0.06 * max(high - low, 1e-3)
         axes.set_ylim(low - room, high + room)
         axes.set_title(f"{kind} markers")
     opposite = {"starts at x < 0": Line2D([], [], color=BLACK, linestyle="--")} if (start < -_MIDDLE).any() else {}
-    add_legend(figure, ring_keys(rings) | opposite)
+    others = {} if recorded is None else {"recorded": Line2D([], [], **_OF_RECORDINGS)}
+    add_legend(figure, ring_keys(rings) | opposite | others)
     return figure
+
+
+def _recorded_apart(recorded: xr.Dataset, kind: str, window: SlideWindow) -> tuple[Floats, Floats]:
+    """Return the times (n,) [s] of recorded tracks [m] in a slide, and how far markers go less the central one [mm].
+
+    Along what is the direction in which all of them go in the mean: the axes of a recording may be turned.
+    """
+    times = recorded["time"].values
+    inside = (times >= window.start) & (times <= window.end)
+    moved = recorded["position"].values[inside][:, recorded["kind"].values == kind]
+    rest = moved[0]
+    way = np.nanmean(moved[-1] - rest, axis=0)
+    along = 1e3 * (moved - rest) @ (way / max(float(np.linalg.norm(way)), 1e-12))
+    centre = int(np.nanargmin(np.linalg.norm(rest - np.nanmean(rest, axis=0), axis=1)))
+    return times[inside], along - along[:, [centre]]
 
 
 #: Distance in the image from where a marker was when the slide began, from which on it counts as slipping [px].

@@ -39,7 +39,8 @@ from fingerslip.report.labels import of_histories, path_label, prose
 from fingerslip.report.page.page import Picture
 from fingerslip.report.tables.runs import differing_paths
 from fingerslip.sites import RECEPTOR_KINDS
-from fingerslip.slip import Events, find_events
+from fingerslip.slip import Events, find_events, slide_window
+from fingerslip.vision.tracks import check_tracks
 
 _OF_SPIKES = ("composed", "spikes")  # kinds that a recording can be beside
 _DRAW_STUDIES: Mapping[str, Callable[[StudySubject], Figure]] = {
@@ -64,7 +65,7 @@ _DRAW_RUNS: Mapping[str, Callable[[RunSubject], Figure]] = {
     "surface-strain": lambda r: patches.surface_strain_figure(r.history, r.events, title=r.title),
     "reference-nodes": lambda r: bodies.reference_nodes_figure(r.history, r.events, r.title),
     "cut": lambda r: bodies.cut_frames_figure(r.history, r.events, r.title),
-    "markers": lambda r: markers.slide_tracks_figure(marker_tracks(r.history), r.history, r.title),
+    "markers": lambda r: markers.slide_tracks_figure(marker_tracks(r.history), r.history, r.title, r.recorded),
     "forces": lambda r: signals.force_figure(r.history, r.events, r.title),
     "acceleration": lambda r: signals.acceleration_figure(r.history, r.events, r.title),
     "strain-energy-density": lambda r: signals.strain_energy_density_figure(r.history, r.events, r.title),
@@ -105,7 +106,7 @@ def draw(
     title: str = "",
     times: Sequence[float] = (),
     afferents: Mapping[str, AfferentModel] | None = None,
-    recorded: Spikes | None = None,
+    recorded: Spikes | xr.Dataset | None = None,
     style: Literal["page", "paper", "column", "slides"] = "page",
 ) -> Figure:
     """Draw a figure of a history.
@@ -124,8 +125,9 @@ def draw(
         Times of the pictures of ``composed``, ``deformed`` and ``slip-frames`` [s].
     afferents : mapping of str to AfferentModel, optional
         Models by type of receptor, for ``spikes`` and ``composed``; else :func:`fingerslip.human_afferents`.
-    recorded : Spikes, optional
-        Spikes of a recording, on the clock of the history: rasters of the same two, each below that of its type.
+    recorded : Spikes or xarray.Dataset, optional
+        A recording on the clock of the history: spikes, as rasters of the same two, each below that of its type; or
+        tracks of a sensor in metres, over the simulated ``markers``.
     style : {'page', 'paper', 'column', 'slides'}, optional
         Its size and that of its letters; ``paper`` has the widths of journal columns, ``column`` always that of one,
         85 mm, and both have letters at panels.
@@ -152,7 +154,9 @@ def draw(
     for name, value, allowed in (("kind", kind, OF_RUNS), ("style", style, STYLES)):
         if value not in allowed:
             raise InputError(name, f"got '{value}'", f"needs one of {', '.join(allowed)}")
-    if recorded is not None:
+    if isinstance(recorded, xr.Dataset):
+        _check_recorded_tracks(recorded, kind, history)
+    elif recorded is not None:
         require_kind(recorded, Spikes, "fs.Spikes(names, kinds, times, start, end)", "recorded")
         if kind not in _OF_SPIKES:
             needed = f"needs the kind {' or '.join(_OF_SPIKES)}"
@@ -167,6 +171,21 @@ def draw(
     subject = RunSubject(history, marked, times=tuple(times), title=title, afferents=afferents, recorded=recorded)
     with looking(style):
         return draw_of_run(kind, subject)
+
+
+def _check_recorded_tracks(tracks: xr.Dataset, kind: str, history: xr.Dataset) -> None:
+    """Refuse tracks of a recording that a figure cannot draw beside simulated ones."""
+    units, window = check_tracks(tracks, "recorded")["position"].attrs["units"], slide_window(history)
+    times, span = tracks["time"].values, (window.start, window.end) if window else (0.0, 0.0)
+    if kind != "markers":
+        raise InputError("recorded", f"is tracks, given for '{kind}'", "needs the kind markers", "leave it out")
+    if units != "m":
+        raise InputError(
+            "recorded", f"is in {units}", "needs metres", "fs.make_tracks(scale * position, ..., units='m')"
+        )
+    if ((span[0] <= times) & (times <= span[1])).sum() < 2:
+        fault, allowed = f"has times up to {times.max():g} s", f"needs some in the slide, {span[0]:g} to {span[1]:g} s"
+        raise InputError("recorded", fault, allowed, "shift its times [s] to the clock of the history")
 
 
 def run_pictures(run: RunSubject) -> list[Picture]:

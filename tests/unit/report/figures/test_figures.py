@@ -851,6 +851,23 @@ def test_the_order_of_slip_is_read_from_when_markers_leave_their_position_in_the
     assert max(ends[:-1]) < -0.1, "it slips last"
     with pytest.raises(ValueError, match="has no slide"):
         markers.slide_tracks_figure(marker_tracks(filmed_history()), NO_SLIDE)
+    # A recording in axes that are turned, of the internal markers alone, 2 % longer.
+    simulated = marker_tracks(filmed_history(), ("internal",))
+    turned = fs.make_tracks(-1.02 * simulated["position"].values[:, :, [1, 0]], simulated["time"].values, units="m")
+    inside, outside = panels(fs.draw(filmed_history(), "markers", recorded=turned))
+    count = simulated.sizes["marker"]
+    assert (len(inside.lines), len(outside.lines)) == (2 * count, len(panels(figure)[1].lines))
+    both = np.array(
+        [sorted(float(line.get_ydata()[-1]) for line in part) for part in (inside.lines[:count], inside.lines[count:])]
+    )
+    assert both[1] == pytest.approx(1.02 * both[0], rel=0.02, abs=1e-3)
+    for changed, kind, fault in (
+        (turned, "forces", "is tracks, given for 'forces', needs the kind markers"),
+        (seen(), "markers", "is in px, needs metres; fs.make_tracks"),
+        (turned.assign_coords(time=turned["time"] + 99.0), "markers", "needs some in the slide, .* shift its times"),
+    ):
+        with pytest.raises(fs.InputError, match=f"recorded: .*{fault}"):
+            fs.draw(filmed_history(), kind, recorded=changed)
     times, distance = markers.onsets(seen(), 1.0)
     # A pixel is 22 um, 7 ms of the plate, and a frame 10 ms.
     slip = slip_times(Process(), filmed_history()["contact_position"].values[list(NODES), 0]) - 1.0
