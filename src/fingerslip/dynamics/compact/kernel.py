@@ -230,12 +230,10 @@ def _contact(body, inverse, motion, before, moved, friction, solutions):  # type
     free = flat_motion(body.frames, body.gaps, relative_before, motion.relative[1], moved)
     forces, product = forces_before.copy(), before[0][1].copy()
     added, cancelled, dropped = np.zeros_like(free), np.zeros_like(free), np.zeros_like(free)
-    released, response = np.zeros_like(free), np.zeros_like(free)
-    relative = free.copy()
+    released = response = np.zeros_like(free)
     last, iterations, largest, rounds = np.zeros(len(free), dtype=np.int8), 0, motion.largest[0], 0
     while True:
-        _add(free, released, relative)
-        problem = contact_problem(relative, forces_before, relative_before, body.springs[1])
+        problem = contact_problem(free + released, forces_before, relative_before, body.springs[1])
         if rounds < len(solutions):
             forces = solutions[rounds].copy()
             product = active_product(body.compliance, forces)
@@ -258,40 +256,23 @@ def _contact(body, inverse, motion, before, moved, friction, solutions):  # type
         iterations, rounds = iterations + further, rounds + 1
         if not residual <= body.tolerance:
             return forces, product, problem, response, dropped, residual, iterations
-        _add(released, _without_penalty(body, product, forces), response)
-        _add(free, response, relative)
+        response = released + product - body.penalty * forces
+        relative = free + response
         if body.factors[2] == 0.0:
             break
         marks = mark_changes(forces_before, forces, relative_before, relative, body.springs[1], friction)
-        if not _joins(marks, last):
+        if not (marks > last).any():
             break
+        last = np.maximum(last, marks)
         weights = body.factors[3], body.factors[4], body.remainder
         added, cancelled = dropped_forces(last, before[0][2], before[0][3], before[2][1], body.frames, weights)
         largest = max(motion.largest[0], np.abs(added).max())
-        _add(added, cancelled, dropped)
+        dropped = added + cancelled
         # In frames, the displacement of the body under them, without the penalties.
         acting = _in_frames(body.frames, dropped, body.factors[4])
-        released = _without_penalty(body, active_product(body.compliance, acting), acting)
+        released = active_product(body.compliance, acting) - body.penalty * acting
     _fade(body, motion, added, cancelled, largest)
     return forces, product, relative, response, dropped, residual, iterations
-
-
-@numba.njit(cache=True, nogil=True)
-def _add(first, second, total):  # type: ignore[no-untyped-def]
-    """Write the sum of two arrays (n, 2) into a third."""
-    for i in range(len(first)):
-        for k in range(2):
-            total[i, k] = first[i, k] + second[i, k]
-
-
-@numba.njit(cache=True, nogil=True)
-def _without_penalty(body, product, forces):  # type: ignore[no-untyped-def]
-    """Return W times forces (n, 2) [m] without what the penalties give way."""
-    response = np.empty_like(product)
-    for i in range(len(product)):
-        for k in range(2):
-            response[i, k] = product[i, k] - body.penalty[i, k] * forces[i, k]
-    return response
 
 
 @numba.njit(cache=True, nogil=True)
@@ -308,16 +289,6 @@ def _fade(body, motion, added, cancelled, largest):  # type: ignore[no-untyped-d
         for k in range(2):
             if motion.largest[0] == 0.0:
                 motion.release[0, i, k] = 0.0
-
-
-@numba.njit(cache=True, nogil=True)
-def _joins(marks, last):  # type: ignore[no-untyped-def]
-    """Raise the last marks to others; tell whether any has risen."""
-    rises = False
-    for i in range(marks.size):
-        if marks[i] > last[i]:
-            last[i], rises = marks[i], True
-    return rises
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")

@@ -51,13 +51,9 @@ class ByModes:
     def forward(self, right_hand_side: Floats) -> Halfway:
         """Solve for b, shape (m + p,) or (m + p, k) [N], without contact forces."""
         coordinates, outside = np.split(right_hand_side, [self.diagonal.size])
-        if right_hand_side.ndim == 1:
-            coordinates = coordinates + weighted_rows(self.interface, outside)
-        elif outside.any():
-            # Forces of nodes that have left act on the interface: on few of its unknowns.
-            rows = np.flatnonzero(outside.any(axis=1))
-            coordinates = coordinates + self.interface[rows].T @ outside[rows]
-        coordinates = self._divide(coordinates)
+        # Forces of nodes that have left and of dampers act on the interface: on few of its unknowns.
+        rows = np.unique(np.nonzero(outside)[0])
+        coordinates = self._divide(coordinates + self.interface[rows].T @ outside[rows])
         return Halfway(coordinates, self.local @ coordinates)
 
     def backward(self, halfway: Halfway, forces: Floats, moved: Floats | None = None) -> Floats:  # noqa: ARG002
