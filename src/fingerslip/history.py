@@ -10,7 +10,7 @@ import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,11 +18,9 @@ from numpy.typing import NDArray
 from fingerslip.arrays import Floats
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import ResultError
+from fingerslip.libraries import xr
 from fingerslip.storage.files import write_bytes
 from fingerslip.storage.netcdf import netcdf_bytes, read_netcdf
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 @dataclass(frozen=True)
@@ -152,7 +150,6 @@ _ZEROS, _ONE_OF, _MANY = 0.5, 7, 10_000
 
 def make_history(values: Mapping[str, Any], attributes: Mapping[str, Any]) -> xr.Dataset:
     """Label arrays as a history."""
-    import xarray as xr
 
     def with_units(table: Mapping[str, Variable]) -> dict[str, xr.Variable]:
         return {

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fingerslip.arrays import Floats
 from fingerslip.errors import InputError
 from fingerslip.history import sites_of_kinds
+from fingerslip.libraries import xr
 from fingerslip.vision.tracks import KINDS, make_tracks
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: Kind of the sites where rods begin; each stands beside the internal marker of its rod.
 ROD_FOOT = "rod foot"
@@ -65,8 +62,6 @@ def filmed_tracks(history: xr.Dataset, kind: str, rest: float = 0.0) -> xr.Datas
 
     Units: rest [s]; returns [m].
     """
-    import xarray as xr
-
     tracks = marker_tracks(history, (kind,))
     if history.sizes.get("counterface", 0):
         tracks = seen_with_plate(tracks, history["counterface_displacement"].values[:, 0])

@@ -7,12 +7,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Annotated, Any, NotRequired
+from typing import Annotated, Any, NotRequired
 
 import pydantic
 from typing_extensions import TypedDict
 
 from fingerslip.errors import DamagedError, ResultError
+from fingerslip.libraries import xr
 from fingerslip.parameters.words import describe_fields
 from fingerslip.slip import measures
 from fingerslip.slip.events import Events, events_from_mapping, events_mapping, find_slip
@@ -22,10 +23,6 @@ from fingerslip.slip.receptors import Peak
 from fingerslip.slip.windows import READINGS, TIMES, defines_time, event_label
 from fingerslip.storage.files import check_digests, digest, file_digest, read_json, write_json
 from fingerslip.uncertainty import Convergence
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 #: What the numbers of a sample and of a repeat are called among the swept values of a run.
 SAMPLE, REPEAT = "sample", "repeat"

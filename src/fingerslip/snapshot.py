@@ -9,17 +9,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.arrays import Floats
 from fingerslip.history import is_solid, nearest_record
-
-if TYPE_CHECKING:
-    import xarray as xr
-
+from fingerslip.libraries import xr
 
 # Of the size of the body: by how much points of a flat face may lie out of one plane.
 _FLAT = 1e-3

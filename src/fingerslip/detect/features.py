@@ -11,8 +11,9 @@ import numpy as np
 import pydantic
 from numpy.typing import NDArray
 
-from fingerslip.arrays import Dataset, Flags, Floats, Singles
+from fingerslip.arrays import Flags, Floats, Singles
 from fingerslip.errors import InputError, shorten
+from fingerslip.libraries import xr
 from fingerslip.parameters import Number, parameters
 from fingerslip.vision.fields import fit_rigid_motions, green_strain, marker_means, marker_triangles, triangle_gradients
 from fingerslip.vision.tracks import check_size, seen
@@ -49,7 +50,7 @@ class Motion:
         return replace(self, **{name: getattr(self, name)[frames] for name in over_time})
 
 
-def markers_of(tracks: Dataset, kind: str) -> Dataset:
+def markers_of(tracks: xr.Dataset, kind: str) -> xr.Dataset:
     """Return the markers of one kind, ``internal`` or ``external``, seen along the third axis."""
     chosen = np.flatnonzero(tracks["kind"].values.astype(str) == kind)
     if chosen.size == 0:
@@ -58,7 +59,7 @@ def markers_of(tracks: Dataset, kind: str) -> Dataset:
     return tracks.isel(marker=chosen, axis=slice(0, 2))
 
 
-def rest_positions(tracks: Dataset, rest_frames: int) -> Floats:
+def rest_positions(tracks: xr.Dataset, rest_frames: int) -> Floats:
     """Return the mean positions of markers in the frames at rest, (n_markers, 2)."""
     if tracks.sizes["time"] < rest_frames:
         fault = f"have {tracks.sizes['time']} frames"
@@ -77,7 +78,7 @@ def mean_at_rest(position: Floats, markers: NDArray[np.intp]) -> Floats:
     return mean
 
 
-def motion_of(tracks: Dataset, settings: MotionSettings | None = None) -> Motion:
+def motion_of(tracks: xr.Dataset, settings: MotionSettings | None = None) -> Motion:
     """Return how the internal markers moved since rest."""
     settings = settings or MotionSettings()
     chosen = markers_of(tracks, "internal")

@@ -14,9 +14,10 @@ import numpy as np
 import pydantic
 from numpy.typing import NDArray
 
-from fingerslip.arrays import Dataset, Flags, Floats
+from fingerslip.arrays import Flags, Floats
 from fingerslip.detect.features import markers_of, rest_positions
 from fingerslip.errors import InputError, shorten
+from fingerslip.libraries import xr
 from fingerslip.parameters import Number, parameters
 from fingerslip.storage.files import csv_text, plain_cell, write_text
 from fingerslip.vision.tracks import seen, tracks_in_metres
@@ -132,7 +133,7 @@ class LabelSettings:
     sustained: pydantic.PositiveInt = 1  # frames in a row beyond a threshold, the first is the onset; 1 as published
 
 
-def labels_from_external_markers(tracks: Dataset, settings: LabelSettings | None = None) -> Onsets:
+def labels_from_external_markers(tracks: xr.Dataset, settings: LabelSettings | None = None) -> Onsets:
     """Return the onsets that external markers show, seen by a camera that moves with the plate."""
     settings = settings or LabelSettings()
     moved, central = _external_motion(tracks, settings)
@@ -147,7 +148,7 @@ def labels_from_external_markers(tracks: Dataset, settings: LabelSettings | None
     )
 
 
-def labels_from_plate(tracks: Dataset, plate: Dataset, settings: LabelSettings | None = None) -> Onsets:
+def labels_from_plate(tracks: xr.Dataset, plate: xr.Dataset, settings: LabelSettings | None = None) -> Onsets:
     """Return the onsets of a plate that hangs on the sensor: when it begins to move, and when the skin stays behind.
 
     In the pouring task of Cordova Bulens et al. 2023 a marker on the plate is compared with the central external one.
@@ -180,7 +181,7 @@ def labels_from_contact(time: Floats, stick_ratio: Floats) -> Onsets:
     return Onsets(_first(times, ratio <= 1.0 - _SLIPPING), _first(times, ratio <= 0.0))
 
 
-def _external_motion(tracks: Dataset, settings: LabelSettings) -> tuple[Floats, int]:
+def _external_motion(tracks: xr.Dataset, settings: LabelSettings) -> tuple[Floats, int]:
     """Return how external markers moved since rest, (n_times, n_markers, 2), and which of them is the central one.
 
     Those that are not seen at rest are left out; the unit is that of the thresholds.
@@ -193,7 +194,7 @@ def _external_motion(tracks: Dataset, settings: LabelSettings) -> tuple[Floats, 
     return external["position"].values - rest, central
 
 
-def _in_units(tracks: Dataset, settings: LabelSettings) -> Dataset:
+def _in_units(tracks: xr.Dataset, settings: LabelSettings) -> xr.Dataset:
     if settings.units == "m":
         return tracks_in_metres(tracks)
     if tracks["position"].attrs["units"] != "px":

@@ -12,7 +12,7 @@ from typing import Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.arrays import Dataset, Flags, Floats
+from fingerslip.arrays import Flags, Floats
 from fingerslip.detect.classifiers import probabilities
 from fingerslip.detect.features import (
     Motion,
@@ -26,6 +26,7 @@ from fingerslip.detect.features import (
 from fingerslip.detect.labels import Onsets
 from fingerslip.detect.training import Detector, check_tracks_fit, strange_share
 from fingerslip.errors import InputError
+from fingerslip.libraries import xr
 from fingerslip.vision.tracking.tracker import SeenMarkers
 from fingerslip.vision.tracks import check_size
 
@@ -168,7 +169,7 @@ class LiveDetector(FrameByFrame[Finding]):
         return Finding(frame.time, slip, gross, self._onsets, clock.perf_counter() - start)
 
 
-def frames_of(tracks: Dataset) -> Iterator[SeenMarkers]:
+def frames_of(tracks: xr.Dataset) -> Iterator[SeenMarkers]:
     """Yield the internal markers of tracks frame by frame, as a tracker behind a camera does."""
     inside = markers_of(tracks, "internal")
     columns = (inside[name].values for name in ("time", "position", "quality"))
@@ -182,7 +183,7 @@ def run_live(live: FrameByFrame[F], frames: Iterable[SeenMarkers]) -> Iterator[F
         yield from live.take(frame)
 
 
-def run_on_tracks(detector: Detector, tracks: Dataset) -> Iterator[Finding]:
+def run_on_tracks(detector: Detector, tracks: xr.Dataset) -> Iterator[Finding]:
     """Yield what a detector finds in tracks, frame by frame."""
     check_tracks_fit(detector, tracks)
     inside = markers_of(tracks, "internal")

@@ -14,13 +14,14 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from fingerslip.arrays import Dataset, Floats
+from fingerslip.arrays import Floats
 from fingerslip.detect.folders import OF_CLIPS
 from fingerslip.detect.live import Finding
 from fingerslip.detect.model_file import time_error_text
 from fingerslip.detect.residual import STILL, ResidualFinding, ResidualSettings, Slide, slides_of
 from fingerslip.detect.timeline import Timeline, mark_events, read_timeline, timeline_figure, write_timeline
 from fingerslip.errors import InputError
+from fingerslip.libraries import xr
 from fingerslip.report.colours import BLACK, GREY, SKY, VERMILLION
 from fingerslip.report.figures.markers import SHOWN_UNITS
 from fingerslip.report.figures.style import figure_grid, picture_bytes, say, show_picture, with_style
@@ -72,7 +73,7 @@ class SlipClip:
     """A clip, and what a detector found in it."""
 
     name: str
-    tracks: Dataset  # of its markers
+    tracks: xr.Dataset  # of its markers
     findings: Sequence[Finding]  # of each time
     latency: Table
     frames: Frames | None = None  # of the video, where there is one

@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from fingerslip.arrays import Dataset
 from fingerslip.detect.labels import LabelSettings, Onsets, labels_from_external_markers, read_rows
 from fingerslip.detect.trials import CONDITIONS, Trial
 from fingerslip.errors import InputError, shorten
+from fingerslip.libraries import xr
 from fingerslip.storage.files import plain_cell
 from fingerslip.units import parse_quantity
 from fingerslip.vision.tracks import make_tracks, read_tracks, read_tracks_csv
@@ -33,7 +33,7 @@ _HEADING = re.compile(r"\s*(?P<name>[^\[\]]+?)\s*(?:\[(?P<unit>[^\[\]]+)\])?\s*"
 TRACK_FILES = (".nc", ".csv")
 
 
-def read_any_tracks(path: Path) -> Dataset:
+def read_any_tracks(path: Path) -> xr.Dataset:
     """Read tracks from a CSV file or a netCDF file, by the ending of its name."""
     return read_tracks_csv(path) if path.suffix == ".csv" else read_tracks(path)
 
@@ -129,7 +129,7 @@ def recorded_trials(
         yield Trial(path.stem, tracks, labels, values, origin)
 
 
-def with_external(tracks: Dataset, outer: Dataset, where: str = "external") -> Dataset:
+def with_external(tracks: xr.Dataset, outer: xr.Dataset, where: str = "external") -> xr.Dataset:
     """Return the tracks of both cameras of a sensor in one dataset, at the times of the inner one.
 
     Both recordings have to begin together; their rates may differ. Attributes are those of the inner one: what is wrong
@@ -158,7 +158,7 @@ def with_external(tracks: Dataset, outer: Dataset, where: str = "external") -> D
     )
 
 
-def read_recording(path: Path, tracking: Mapping[str, Any]) -> Dataset:
+def read_recording(path: Path, tracking: Mapping[str, Any]) -> xr.Dataset:
     """Return the tracks of a recording: read where it is a file of tracks, else followed through the video.
 
     What is wrong with a video stands in the attribute ``warnings`` of its tracks.

@@ -22,11 +22,12 @@ import numpy as np
 import pydantic
 from numpy.typing import NDArray
 
-from fingerslip.arrays import Dataset, Flags, Floats
+from fingerslip.arrays import Flags, Floats
 from fingerslip.detect.features import fill_unseen, markers_of, neighbour_weights
 from fingerslip.detect.labels import Onsets
 from fingerslip.detect.live import Finding, FrameByFrame, frames_of, latency_of, run_live
 from fingerslip.errors import InputError
+from fingerslip.libraries import xr
 from fingerslip.parameters import NonNegativeNumber, Number, parameters
 from fingerslip.tables.table import Cell, Column, Missing, Table
 from fingerslip.vision.fields import fit_rigid_motions
@@ -321,7 +322,7 @@ def _log_odds(chance: float) -> float:
     return float(np.log(max(chance, _LEAST) / max(1.0 - chance, _LEAST)))
 
 
-def frames_at_rest(tracks: Dataset) -> int:
+def frames_at_rest(tracks: xr.Dataset) -> int:
     """Return in how many frames at their start the markers of tracks rest; at least five."""
     position = markers_of(tracks, "internal")["position"].values
     if len(position) <= FEWEST:
@@ -329,7 +330,7 @@ def frames_at_rest(tracks: Dataset) -> int:
     return min(rest_length(position), _MOST)
 
 
-def detect_residual(tracks: Dataset, settings: ResidualSettings | None = None) -> list[ResidualFinding]:
+def detect_residual(tracks: xr.Dataset, settings: ResidualSettings | None = None) -> list[ResidualFinding]:
     """Return what the detector finds in the internal markers of tracks, frame by frame."""
     detector = ResidualDetector(settings)
     findings = list(run_live(detector, frames_of(tracks)))

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from fingerslip.arrays import Dataset
 from fingerslip.detect.classifiers import CLASSIFIERS, Candidate
 from fingerslip.detect.evaluation.crossval import READINGS, Evaluation, FoldFrames, Unseen, begin_evaluation, on_unseen
 from fingerslip.detect.evaluation.scores import (
@@ -47,6 +46,7 @@ from fingerslip.detect.training import (
 )
 from fingerslip.detect.trials import TrialSet, condition_text, open_trials, write_trials
 from fingerslip.errors import InputError, shorten
+from fingerslip.libraries import xr
 from fingerslip.storage.files import check_replaceable, folder_beside
 from fingerslip.tables.table import Table
 from fingerslip.vision.video import dropped_frames, live_frames, open_frames
@@ -357,7 +357,7 @@ def run_detector(
     return [slide_table(clip), latency], lines
 
 
-def _read_to_run(source: Path) -> Dataset:
+def _read_to_run(source: Path) -> xr.Dataset:
     """Read tracks whose times count from their first frame where they are dates, with what is odd about the times."""
     tracks = read_any_tracks(source)
     said, first = [tracks.attrs.get("warnings")], float(tracks["time"][0])
@@ -369,7 +369,7 @@ def _read_to_run(source: Path) -> Dataset:
     return tracks.assign_attrs(warnings="\n".join(filter(None, said)))
 
 
-def _warnings(tracks: Dataset, trained: Detector, strange: float) -> Iterator[str]:
+def _warnings(tracks: xr.Dataset, trained: Detector, strange: float) -> Iterator[str]:
     """Yield what is wrong with tracks, and what of them a trained detector has not learned."""
     from fingerslip.vision.tracking.track import rest_length
 

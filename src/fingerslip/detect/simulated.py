@@ -13,11 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from fingerslip.arrays import Dataset, Floats
+from fingerslip.arrays import Floats
 from fingerslip.detect.labels import Onsets, labels_from_contact, labels_from_external_markers, labels_from_plate
 from fingerslip.detect.trials import CONDITIONS, Trial
 from fingerslip.errors import InputError
 from fingerslip.history import phase_times, read_history
+from fingerslip.libraries import xr
 from fingerslip.marker_tracks import marker_tracks, seen_with_plate
 from fingerslip.results import HISTORY, RESULT, stored_result
 from fingerslip.slip.windows import stick_ratio
@@ -40,7 +41,7 @@ def trial_cameras(seed: int = 0) -> CameraPair:
 
 
 def simulated_trial(
-    name: str, history: Dataset, *, seed: int = 0, conditions: Mapping[str, Any] | None = None
+    name: str, history: xr.Dataset, *, seed: int = 0, conditions: Mapping[str, Any] | None = None
 ) -> Trial:
     """Return the trial of a run: of pouring where its plate hangs on the sensor as a rigid body, else of a slide.
 
@@ -113,7 +114,7 @@ def _conditions(values: Mapping[str, Any]) -> dict[str, Any]:
     return conditions
 
 
-def _after_press(history: Dataset) -> tuple[Dataset, Floats]:
+def _after_press(history: xr.Dataset) -> tuple[xr.Dataset, Floats]:
     """Return the markers from the first hold on, their time from 0, and the displacement of the plate then."""
     holds = phase_times(history, "hold")
     if not holds:

@@ -12,7 +12,7 @@ import numpy as np
 import pydantic
 from numpy.typing import NDArray
 
-from fingerslip.arrays import Dataset, Floats, Singles
+from fingerslip.arrays import Floats, Singles
 from fingerslip.detect.classifiers import CLASSIFIERS, Candidate, fit, probabilities
 from fingerslip.detect.features import (
     LAYOUT_FREE,
@@ -27,6 +27,7 @@ from fingerslip.detect.labels import Onsets, times_of
 from fingerslip.detect.samples import PUBLISHED_SAMPLING, Samples, Sampling, held_out, samples_of
 from fingerslip.detect.trials import TrialSet, check_labels, layout_digest, layout_text
 from fingerslip.errors import InputError, shorten
+from fingerslip.libraries import xr
 from fingerslip.parameters import Number, parameters
 
 Positive = Annotated[Number, pydantic.Field(gt=0, allow_inf_nan=False)]
@@ -258,7 +259,7 @@ def with_test_results(
     return replace(detector, provenance={**detector.provenance, TESTED: [len(names), unlike], **error})
 
 
-def strange_shares(detector: Detector, tracks: Dataset) -> Floats:
+def strange_shares(detector: Detector, tracks: xr.Dataset) -> Floats:
     """Return which shares of the features of tracks, at rest and later (2,), are beyond the range of those learned."""
     motion, resting = motion_of(tracks, detector.features.motion), detector.features.motion.rest_frames
     values, usable = features_of(motion, detector.features), motion.usable
@@ -314,21 +315,21 @@ def largest_before(time: Floats, scores: Floats, onsets: Onsets) -> float:
     return float(scores[before, 0].max()) if before.any() else -np.inf
 
 
-def detect(detector: Detector, tracks: Dataset) -> tuple[Floats, Floats, Onsets]:
+def detect(detector: Detector, tracks: xr.Dataset) -> tuple[Floats, Floats, Onsets]:
     """Return times (n_times,) [s], log odds (n_times, 2) of slip and of gross slip, and when each begins."""
     motion, chances = frame_chances(detector, tracks)
     scores = frame_scores(detector.smoother, motion, chances)
     return motion.time, scores, onsets_from(motion.time, scores, detector.thresholds)
 
 
-def frame_chances(detector: Detector, tracks: Dataset) -> tuple[Motion, Floats]:
+def frame_chances(detector: Detector, tracks: xr.Dataset) -> tuple[Motion, Floats]:
     """Return the motion of the markers in tracks, and the probability of each class in every frame (n_times, 3)."""
     check_tracks_fit(detector, tracks)
     motion = motion_of(tracks, detector.features.motion)
     return motion, probabilities(detector.estimator, features_of(motion, detector.features))
 
 
-def check_tracks_fit(detector: Detector, tracks: Dataset) -> None:
+def check_tracks_fit(detector: Detector, tracks: xr.Dataset) -> None:
     """Check that tracks have the markers that a detector was made for."""
     inside = markers_of(tracks, "internal")
     if detector.layout and layout_digest(inside) != detector.layout:

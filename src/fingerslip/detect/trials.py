@@ -16,10 +16,10 @@ from typing import Any
 
 import numpy as np
 
-from fingerslip.arrays import Dataset
 from fingerslip.detect.classifiers import optional
 from fingerslip.detect.labels import CLASSES, Onsets, classes_at, read_onsets, write_onsets
 from fingerslip.errors import DamagedError, InputError, shorten
+from fingerslip.libraries import xr
 from fingerslip.storage.files import (
     check_digests,
     check_replaceable,
@@ -75,7 +75,7 @@ class Trial:
     """One trial."""
 
     name: str  # name of its folder: letters, digits, ``.``, ``_`` and ``-``
-    tracks: Dataset  # its marker tracks
+    tracks: xr.Dataset  # its marker tracks
     labels: Mapping[str, Onsets]  # when it slips, by the source of the label
     conditions: Mapping[str, Any] = field(default_factory=dict)
     provenance: Mapping[str, Any] = field(default_factory=dict)
@@ -109,14 +109,14 @@ def condition_text(name: str, value: str) -> str:
     return f"{words}: {value}{f' {unit}' if unit not in {'', '1'} else ''}"
 
 
-def layout_digest(tracks: Dataset) -> str:
+def layout_digest(tracks: xr.Dataset) -> str:
     """Return a hash of what trials of one data set have in common: unit of positions, markers, kinds and rings."""
     rings = tracks["ring"].values.astype(np.int64) if "ring" in tracks.variables else np.zeros(0, dtype=np.int64)
     kinds = [str(kind) for kind in tracks["kind"].values]
     return digest(tracks["position"].attrs["units"], kinds, tracks["marker"].values.astype(np.int64), rings)
 
 
-def layout_text(tracks: Dataset) -> str:
+def layout_text(tracks: xr.Dataset) -> str:
     """Return a layout in words, such as '7 internal and 1 external markers (rings of 1 and 6) in px'."""
     kinds = tracks["kind"].values.astype(str)
     counts = {kind: (kinds == kind).sum() for kind in ("internal", "external") if (kinds == kind).any()}
@@ -157,7 +157,7 @@ class TrialSet:
         """Read a trial."""
         return read_trial(self.folder / name)
 
-    def tracks(self, name: str) -> Dataset:
+    def tracks(self, name: str) -> xr.Dataset:
         """Read the tracks of a trial."""
         return read_tracks(self.folder / name / FILES[0])
 
@@ -326,7 +326,7 @@ def write_parquet(trials: TrialSet, path: str | Path) -> None:
             writer.write_table(arrow.table(columns, schema=schema))
 
 
-def _frames(name: str, tracks: Dataset, onsets: Onsets) -> dict[str, Any]:
+def _frames(name: str, tracks: xr.Dataset, onsets: Onsets) -> dict[str, Any]:
     """Return the columns of the frames of a trial, positions masked where a marker was not seen."""
     time, position = tracks["time"].values, tracks["position"].values
     markers = [f"{kind}_{marker}" for kind, marker in zip(tracks["kind"].values, tracks["marker"].values, strict=True)]

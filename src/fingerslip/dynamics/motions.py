@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 from fingerslip.arrays import Floats
 from fingerslip.dynamics.adaptive import Controlled
@@ -23,13 +22,11 @@ from fingerslip.dynamics.step.stepper import Stepper, Stopwatch, build_steppers,
 from fingerslip.dynamics.system.scheme import make_scheme
 from fingerslip.dynamics.system.system import System
 from fingerslip.errors import ConvergenceError
+from fingerslip.libraries import xr
 from fingerslip.linear.resources import Mapper, side_by_side, single_dense_thread
 from fingerslip.linear.solver import LinearSolver
 from fingerslip.model.model import Model
 from fingerslip.model.timing import Adaptive
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _logger = logging.getLogger(__name__)
 

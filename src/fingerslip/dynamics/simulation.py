@@ -8,7 +8,7 @@ import logging
 import operator
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fingerslip.arrays import Floats
 from fingerslip.dynamics.motions import Motions, compute
@@ -19,15 +19,12 @@ from fingerslip.dynamics.step.stepper import Stopwatch
 from fingerslip.dynamics.system.bodies import contact_motion, largest_approach
 from fingerslip.dynamics.system.system import build_system
 from fingerslip.errors import InputError, SlipOutsideContactError
+from fingerslip.libraries import xr
 from fingerslip.linear.resources import allowed_threads, limited_threads, suitable_threads
 from fingerslip.linear.solver import LinearSolver, preferred_solver
 from fingerslip.model.model import Model
 from fingerslip.model.timing import Adaptive
 from fingerslip.parameters.schema import describe
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 # Share of the approach of the counterface that candidates are searched for in, in the first stage in 3D, where contact
 # nodes decide what a simulation costs, and in the last, where that of the checks is too short. Measured on the shipped

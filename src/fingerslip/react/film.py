@@ -17,9 +17,10 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import FancyArrowPatch, Rectangle
 from numpy.typing import NDArray
 
-from fingerslip.arrays import Dataset, Floats
+from fingerslip.arrays import Floats
 from fingerslip.contact.states import OPEN
 from fingerslip.history import nearest_record, nearest_snapshot
+from fingerslip.libraries import xr
 from fingerslip.react.loop import Grasp, Outcome
 from fingerslip.react.reflex import Reaction, Response
 from fingerslip.react.scenario import PLATE
@@ -51,7 +52,7 @@ class _Run:
     alarm: float | None  # [s]
     response: Response | None
     outcome: Outcome
-    history: Dataset
+    history: xr.Dataset
 
     def force(self, time: float) -> float:
         """Return the grip force [N] at a time since the load began [s]."""

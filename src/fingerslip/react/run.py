@@ -15,8 +15,8 @@ from typing import Annotated
 
 import numpy as np
 
-from fingerslip.arrays import Dataset
 from fingerslip.dynamics.reduced.basis import BasisStore
+from fingerslip.libraries import xr
 from fingerslip.model.model import Model
 from fingerslip.parameters.words import describe_fields
 from fingerslip.react.loads import RampLoad
@@ -143,7 +143,7 @@ def compute_reactions(
     *,
     bases: BasisStore,
     progress: Callable[[float], None],
-) -> Dataset:
+) -> xr.Dataset:
     """Compute a run, write what comes of its reactions into its folder, and return the history without a reaction."""
     with Grasp(held, model, settings.detectors, bases=MemoryBases(bases)) as grasp:
         result = _result(settings, grasp, progress)

@@ -12,7 +12,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import pydantic
@@ -20,15 +20,11 @@ import pydantic
 from fingerslip.arrays import Floats
 from fingerslip.errors import InputError, Mistakes, shorten, unknown_name
 from fingerslip.history import VARIABLES
+from fingerslip.libraries import pd, xr
 from fingerslip.parameters import parameters
 from fingerslip.slip.windows import contact_forces, counterface_normal, slide_window, split_along
 from fingerslip.storage.files import check_decimals
 from fingerslip.units import parse_quantity, quantity_of
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
-
 
 #: What a curve may be over, and its unit.
 OVER: Mapping[str, str] = {"depth": "m", "displacement": "m", "time": "s"}
@@ -123,8 +119,6 @@ class Measurement:
 
 def read_measurement(path: Path, settings: FitSettings) -> Measurement:
     """Read measured curves from a CSV file whose columns have units."""
-    import pandas as pd
-
     check_decimals(path)
     try:  # headings as a row: else pandas renames a second column of a name, and takes longer rows for an index
         rows = pd.read_csv(path, comment="#", skipinitialspace=True, header=None, dtype=str)
@@ -169,8 +163,6 @@ def _header(settings: FitSettings) -> str:
 
 def _numbers(column: pd.Series[Any], unit: str, si: str, where: str) -> Floats:
     """Return the numbers of a column [SI], (n,)."""
-    import pandas as pd
-
     try:
         factor = 1.0 if unit in ("", "1") and not si else parse_quantity(f"1 {unit}", si)
     except InputError:

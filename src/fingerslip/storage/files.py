@@ -27,15 +27,13 @@ import socket
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import Any, BinaryIO
 
 import numpy as np
 import pydantic
 
 from fingerslip.errors import DamagedError, InputError, ResultError
-
-if TYPE_CHECKING:
-    import pandas as pd
+from fingerslip.libraries import pd
 
 
 def digest(*parts: Any) -> str:

@@ -13,16 +13,13 @@ from collections.abc import Hashable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.errors import ResultError, shorten
-
-if TYPE_CHECKING:
-    import xarray as xr
-
+from fingerslip.libraries import xr
 
 # Bytes of equal weight stand side by side ("shuffle"): histories are a seventh smaller and take less time.
 _COMPRESSION: Mapping[str, Any] = MappingProxyType({"compression": "gzip", "compression_opts": 1, "shuffle": True})
@@ -81,7 +78,6 @@ def read_netcdf(path: str | Path, what: str = "netCDF", repair: str = "make it a
 
 def _read(path: str | Path) -> xr.Dataset:
     import h5py
-    import xarray as xr
 
     with h5py.File(path, "r") as file:
         mark = _NO_VARIABLE.partition("{")[0].encode()  # of what only says how long a dimension is
@@ -95,8 +91,6 @@ def _read(path: str | Path) -> xr.Dataset:
 @functools.lru_cache(maxsize=8)
 def _encoded_attributes(pickled: bytes) -> tuple[Mapping[Hashable, Mapping[Any, Any]], Mapping[Any, Any]]:
     """Return what attributes variables of numbers and text have in a file, and the file by them."""
-    import xarray as xr
-
     described, coordinates = pickle.loads(pickled)
     empty = {
         name: xr.Variable(dims, np.empty((0,) * len(dims), dtype), attrs)
@@ -188,7 +182,6 @@ def _describe(owner: Any, attributes: Mapping[Any, Any]) -> None:
 def _variable_in_file(file: Any, name: str, dataset: Any) -> xr.Variable:
     """Return a variable as it stands in the file."""
     import h5py
-    import xarray as xr
 
     is_text = h5py.check_string_dtype(dataset.dtype) is not None
     values = np.asarray(dataset.asstr()[()]).astype(str) if is_text else dataset[()]

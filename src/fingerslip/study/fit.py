@@ -15,6 +15,7 @@ import numpy as np
 from fingerslip.arrays import Floats
 from fingerslip.errors import InputError, Mistakes, ResultError, errors_at, optional_module
 from fingerslip.history import read_history
+from fingerslip.libraries import pd
 from fingerslip.model.programme import Slide, phase_duration
 from fingerslip.parameters.schema import require_kind
 from fingerslip.report.labels import path_labels
@@ -33,7 +34,6 @@ from fingerslip.study.storage.reporting import read_results
 from fingerslip.tables.table import Cell, Column, Missing, Table, to_csv
 
 if TYPE_CHECKING:
-    import pandas as pd
     from matplotlib.figure import Figure
 
 
@@ -88,8 +88,6 @@ class Posterior:
     @property
     def samples(self) -> pd.DataFrame:
         """Samples of the posterior: columns named by path and unit."""
-        import pandas as pd
-
         return pd.read_csv(self.folder / _DRAWN["posterior"])
 
 
@@ -227,8 +225,6 @@ def _axes(study: StudyResult) -> tuple[list[str], list[str], tuple[Floats, Float
 
 def _curve_table(measurement: Measurement, runs: Floats, models: Floats, predicted: Floats) -> pd.DataFrame:
     """Return what is measured and computed of the first columns, (n, n_columns, n_positions) each [SI], in rows."""
-    import pandas as pd
-
     numbers = {"measured": measurement.values, "deviation": np.broadcast_to(measurement.deviations, runs.shape[1:])}
     for name, curves, percents in (("model", models, (5, 50, 95)), ("noisy", predicted, (5, 95))):
         quantiles = np.percentile(curves, percents, axis=0)
@@ -246,8 +242,6 @@ def _curve_table(measurement: Measurement, runs: Floats, models: Floats, predict
 
 def stored_figure(folder: Path, kind: str) -> Figure:
     """Draw the posterior of a fit, or its curves, from the results of its study."""
-    import pandas as pd
-
     from fingerslip.report.figures.fit import corner_figure, fit_figure
 
     study, path = read_results(folder), folder / FIT / _DRAWN[kind]

@@ -16,6 +16,7 @@ import numpy as np
 
 from fingerslip.errors import InputError
 from fingerslip.history import read_history
+from fingerslip.libraries import pd, xr
 from fingerslip.parameters import as_mapping
 from fingerslip.parameters.dotted import assign, flatten
 from fingerslip.parameters.schema import require_kind
@@ -31,9 +32,6 @@ from fingerslip.study.storage.reporting import warn_of_doubts
 from fingerslip.study.storage.store import stored_study
 
 if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
-
     from fingerslip.model.model import Model
 
 

@@ -10,10 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fingerslip.errors import FingerslipError
+from fingerslip.libraries import xr
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from fingerslip.model.model import Model
 
 

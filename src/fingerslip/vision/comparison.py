@@ -8,8 +8,9 @@ from typing import Annotated
 import numpy as np
 import pydantic
 
-from fingerslip.arrays import Dataset, Floats
+from fingerslip.arrays import Floats
 from fingerslip.errors import InputError
+from fingerslip.libraries import xr
 from fingerslip.parameters import Fraction, NonNegativeNumber, Number, parameters
 from fingerslip.vision.tracks import tracks_like
 
@@ -31,7 +32,7 @@ class TrackErrors:
     swapped: int  # marker-frames with a position nearer to another marker
 
 
-def matched_tracks(tracks: Dataset, truth: Dataset) -> Dataset:
+def matched_tracks(tracks: xr.Dataset, truth: xr.Dataset) -> xr.Dataset:
     """Return tracks with the markers and times of the truth, matched one to one where they were first seen."""
     tracked, true = tracks["position"].values, truth["position"].values
     if len(tracked) > len(true):
@@ -52,7 +53,7 @@ def matched_tracks(tracks: Dataset, truth: Dataset) -> Dataset:
     return tracks_like(truth, position, truth["time"].values, quality=quality, attributes=attributes)
 
 
-def _same_markers(tracks: Dataset, truth: Dataset) -> tuple[Floats, Floats]:
+def _same_markers(tracks: xr.Dataset, truth: xr.Dataset) -> tuple[Floats, Floats]:
     """Return the positions of tracks and those of the truth, both (n_times, n_markers, n_axes)."""
     tracked, true = tracks["position"].values, truth["position"].values
     if tracked.shape != true.shape or (tracks["marker"].values != truth["marker"].values).any():
@@ -61,7 +62,7 @@ def _same_markers(tracks: Dataset, truth: Dataset) -> tuple[Floats, Floats]:
     return tracked, true
 
 
-def track_errors(tracks: Dataset, truth: Dataset) -> TrackErrors:
+def track_errors(tracks: xr.Dataset, truth: xr.Dataset) -> TrackErrors:
     """Compare tracks with the truth."""
     tracked, true = _same_markers(tracks, truth)
     visible = np.isfinite(true).all(axis=2)
@@ -104,7 +105,7 @@ class PositionErrors:
         return float(np.hypot(self.noise, self.bias))
 
 
-def position_errors(tracks: Dataset, truth: Dataset) -> PositionErrors:
+def position_errors(tracks: xr.Dataset, truth: xr.Dataset) -> PositionErrors:
     """Return the statistics of the errors of tracks."""
     tracked, true = _same_markers(tracks, truth)
     errors, visible = tracked - true, ~np.isnan(true).any(axis=2)

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.arrays import Dataset, Floats
+from fingerslip.arrays import Floats
 from fingerslip.errors import InputError
+from fingerslip.libraries import xr
 from fingerslip.vision.tracks import check_tracks
 
 Ints = NDArray[np.intp]
@@ -36,7 +37,9 @@ FIELDS: Mapping[str, tuple[tuple[str, ...], str, str]] = {
 }
 
 
-def marker_fields(tracks: Dataset, *, rest: int = 1, smoothing: float = 0.2, spread_floor: float = 0.01) -> Dataset:
+def marker_fields(
+    tracks: xr.Dataset, *, rest: int = 1, smoothing: float = 0.2, spread_floor: float = 0.01
+) -> xr.Dataset:
     """Return the :data:`FIELDS` of moving markers, each with `units` and `long_name`.
 
     In pixels y points down, so that a positive curl or rotation is clockwise to the eye.
@@ -70,8 +73,6 @@ def marker_fields(tracks: Dataset, *, rest: int = 1, smoothing: float = 0.2, spr
     >>> round(float(fields["divergence"][15, 0]), 6)
     0.1
     """
-    import xarray as xr
-
     check_tracks(tracks)
     position, times = tracks["position"].values, tracks["time"].values
     before = rest_positions(position, rest)

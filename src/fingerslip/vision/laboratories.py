@@ -17,20 +17,17 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.arrays import Dataset, Floats
+from fingerslip.arrays import Floats
 from fingerslip.errors import InputError, shorten
+from fingerslip.libraries import pd, xr
 from fingerslip.storage.files import check_empty, frame_csv, json_text, new_folder, write_bytes, write_text
 from fingerslip.vision.tracks import check_tracks, make_tracks, read_csv
 from fingerslip.vision.video import write_video
-
-if TYPE_CHECKING:
-    import pandas as pd
-
 
 _TARGETS, _PARAMETERS, _MARKERS = "targets.csv", "sensor_image_params.json", "processed_markers"
 _IMAGE = "sensor_image"
@@ -84,7 +81,7 @@ def _markers_name(image: str) -> str:
     return f"markers_{numbers[-1]}.npy"
 
 
-def bristol_tracks(data: BristolSet, size: tuple[int, int], frame_rate: float) -> Dataset:
+def bristol_tracks(data: BristolSet, size: tuple[int, int], frame_rate: float) -> xr.Dataset:
     """Return the markers of a data set as tracks, its rows in order of time at a rate [1/s].
 
     Its markers must be in the same order in every image, which those that were sorted by x are not. The size is the
@@ -101,7 +98,7 @@ def bristol_tracks(data: BristolSet, size: tuple[int, int], frame_rate: float) -
 
 
 def write_bristol(
-    tracks: Dataset,
+    tracks: xr.Dataset,
     folder: str | Path,
     *,
     labels: Mapping[str, Sequence[Any]] | None = None,
@@ -113,8 +110,6 @@ def write_bristol(
     Labels are columns of ``targets.csv`` with a value for each frame, such as ``pose_1``; parameters of the image are
     added to its size and the frame rate.
     """
-    import pandas as pd
-
     check_tracks(tracks)
     check_empty(Path(folder))
     width, height = (tracks.attrs.get(f"image_{name}") for name in ("width", "height"))
@@ -138,10 +133,8 @@ _PIN = re.compile(r"pin_(\d+)_([xy])")
 _TIME = "time"
 
 
-def write_pins(tracks: Dataset, path: str | Path) -> None:
+def write_pins(tracks: xr.Dataset, path: str | Path) -> None:
     """Write tracks in pixels as a table of pins, with their times [s] before; what was not seen is an empty cell."""
-    import pandas as pd
-
     check_tracks(tracks)
     if tracks["position"].attrs["units"] != "px":
         raise InputError("tracks: position", "is in metres", "tables of pins are in pixels", "write tracks_csv")
@@ -152,7 +145,7 @@ def write_pins(tracks: Dataset, path: str | Path) -> None:
     write_text(Path(path), frame_csv(pd.DataFrame(columns)))
 
 
-def read_pins(path: str | Path, frame_rate: float | None = None) -> Dataset:
+def read_pins(path: str | Path, frame_rate: float | None = None) -> xr.Dataset:
     """Read a CSV file with ``pin_0_x``, ``pin_0_y``, ... [px] as tracks; other columns but ``time`` [s] are left alone.
 
     The rows a second [1/s] may be given instead of the times. Raises InputError where there are no pins, one lacks x or
@@ -233,8 +226,6 @@ def write_series_run(
     The folder is that of the recording. Frames are (height, width) or (height, width, 3) of uint8, at a rate [1/s];
     tables have their names in :data:`TABLES`, and ``image`` is made where it is not given.
     """
-    import pandas as pd
-
     by_name = dict(tables or {})
     unknown = sorted(by_name.keys() - TABLES.keys())
     if unknown:

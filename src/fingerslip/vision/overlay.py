@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from fingerslip.arrays import Dataset, Flags, Floats
+from fingerslip.arrays import Flags, Floats
 from fingerslip.errors import InputError
+from fingerslip.libraries import xr
 from fingerslip.vision.fields import larger_principal
 from fingerslip.vision.tracking.layouts import nearest_neighbours
 from fingerslip.vision.tracks import check_tracks
@@ -46,7 +47,7 @@ SHOWN_FIELDS = (*_ARROWS, *_COLOURS, "contact_centroid")
 
 def overlay_frames(
     frames: Iterable[Frame],
-    tracks: Dataset,
+    tracks: xr.Dataset,
     *,
     arrows: Floats | None = None,
     marked: Flags | Floats | None = None,
@@ -87,7 +88,7 @@ def overlay_frames(
     return _draw_all(frames, tracks, "tracks", draw)
 
 
-def field_frames(frames: Iterable[Frame], fields: Dataset, name: str) -> Iterator[Frame]:
+def field_frames(frames: Iterable[Frame], fields: xr.Dataset, name: str) -> Iterator[Frame]:
     """Yield frames (height, width, 3) with a field drawn on them at the places of the markers, the same scale in all.
 
     Displacement is drawn as long as it is; other arrows so that the longest one nearly reaches the next marker.
@@ -125,12 +126,14 @@ def field_frames(frames: Iterable[Frame], fields: Dataset, name: str) -> Iterato
     return _draw_all(frames, fields, "fields", draw)
 
 
-def _check_pixels(moving: Dataset, name: str) -> None:
+def _check_pixels(moving: xr.Dataset, name: str) -> None:
     if moving["position"].attrs["units"] != "px":
         raise InputError(f"{name}: position", "is in m", "needs px, to be drawn on frames")
 
 
-def _draw_all(frames: Iterable[Frame], moving: Dataset, name: str, draw: Callable[[int, _Pen], str]) -> Iterator[Frame]:
+def _draw_all(
+    frames: Iterable[Frame], moving: xr.Dataset, name: str, draw: Callable[[int, _Pen], str]
+) -> Iterator[Frame]:
     """Yield frames in colour with what `draw` draws on the one of each number, and its words behind the time."""
     frames, cv2 = iter(frames), opencv()
     for number, time in enumerate(moving["time"].values):

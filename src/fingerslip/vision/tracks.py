@@ -9,19 +9,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fingerslip.arrays import Dataset, Flags
+from fingerslip.arrays import Flags
 from fingerslip.errors import InputError, ResultError, shorten
+from fingerslip.libraries import pd, xr
 from fingerslip.storage.files import check_decimals, frame_csv, write_bytes, write_text
 from fingerslip.storage.netcdf import netcdf_bytes, read_netcdf
 from fingerslip.units import parse_quantity
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 AXES = ("x", "y", "z")
 UNITS = ("px", "m")
@@ -72,7 +70,7 @@ def make_tracks(
     ring: ArrayLike | None = None,
     angle: ArrayLike | None = None,
     attributes: Mapping[str, Any] | None = None,
-) -> Dataset:
+) -> xr.Dataset:
     """Return arrays as tracks, of which every variable carries `units` and `long_name`.
 
     Parameters
@@ -106,8 +104,6 @@ def make_tracks(
     >>> tracks.sizes["marker"], float(tracks["quality"].min())
     (1, 1.0)
     """
-    import xarray as xr
-
     places = np.array(position, dtype=np.float64)
     if places.ndim != 3 or places.shape[2] not in (2, 3):
         raise InputError("tracks: position", f"got shape {places.shape}", "needs (n_times, n_markers, 2 or 3)")
@@ -138,13 +134,13 @@ def make_tracks(
     return check_tracks(xr.Dataset(leading, coords=variables, attrs=stated))
 
 
-def tracks_like(tracks: Dataset, position: ArrayLike, time: ArrayLike, **more: Any) -> Dataset:
+def tracks_like(tracks: xr.Dataset, position: ArrayLike, time: ArrayLike, **more: Any) -> xr.Dataset:
     """Return tracks of the same markers, with their kinds, rings and angles, at other positions [px] and times."""
     labels = {name: tracks[name].values for name in ("marker", "ring", "angle") if name in tracks.coords}
     return make_tracks(position, time, units="px", kind=list(tracks["kind"].values), **{**labels, **more})
 
 
-def check_tracks(tracks: Dataset, where: str = "tracks") -> Dataset:
+def check_tracks(tracks: xr.Dataset, where: str = "tracks") -> xr.Dataset:
     """Return tracks that are as all users of them take them to be."""
     _check_variables(tracks, where)
     axes = tuple(map(str, tracks["axis"].values))
@@ -167,7 +163,7 @@ def check_tracks(tracks: Dataset, where: str = "tracks") -> Dataset:
     return tracks
 
 
-def _check_variables(tracks: Dataset, where: str) -> None:
+def _check_variables(tracks: xr.Dataset, where: str) -> None:
     """Check names, dimensions, types and units; numbers without a unit, but for positions, count as in those needed."""
     for name in ("position", "quality", "time", "marker", "axis", "kind"):
         if name not in tracks.variables:
@@ -189,7 +185,7 @@ def _check_variables(tracks: Dataset, where: str) -> None:
             )
 
 
-def _check_values(tracks: Dataset, where: str) -> None:
+def _check_values(tracks: xr.Dataset, where: str) -> None:
     times, position, quality = (tracks[name].values for name in ("time", "position", "quality"))
     if not np.isfinite(times).all() or (np.diff(times) <= 0).any():
         later = np.flatnonzero(~(np.diff(times) > 0))
@@ -212,12 +208,12 @@ def check_size(position: NDArray[np.floating], where: str) -> None:
         raise InputError(where, f"has a marker at {np.nanmax(np.abs(position)):.3g}", f"needs at most {_FARTHEST:g}")
 
 
-def seen(tracks: Dataset) -> Flags:
+def seen(tracks: xr.Dataset) -> Flags:
     """Tell which markers were seen when, shape (n_times, n_markers)."""
     return np.asarray(~np.isnan(tracks["position"].values).any(axis=2))
 
 
-def tracks_in_metres(tracks: Dataset, metres_per_pixel: tuple[float, float] | None = None) -> Dataset:
+def tracks_in_metres(tracks: xr.Dataset, metres_per_pixel: tuple[float, float] | None = None) -> xr.Dataset:
     """Return tracks in metres, by the lengths of a pixel [m] given or of the attributes; those in metres unchanged."""
     if tracks["position"].attrs["units"] == "m":
         return tracks
@@ -233,7 +229,7 @@ def tracks_in_metres(tracks: Dataset, metres_per_pixel: tuple[float, float] | No
     return converted
 
 
-def write_tracks(tracks: Dataset, path: str | Path) -> None:
+def write_tracks(tracks: xr.Dataset, path: str | Path) -> None:
     """Write tracks as netCDF-4, whole or not at all.
 
     Parameters
@@ -252,7 +248,7 @@ def write_tracks(tracks: Dataset, path: str | Path) -> None:
     write_bytes(Path(path), netcdf_bytes(check_tracks(tracks), ("position", "quality")))
 
 
-def read_tracks(path: str | Path) -> Dataset:
+def read_tracks(path: str | Path) -> xr.Dataset:
     """Return the tracks of a file, with arrays in memory.
 
     Positions in another unit of length, times and angles in other units than s and rad are converted.
@@ -296,10 +292,8 @@ def read_tracks(path: str | Path) -> Dataset:
 _OPTIONAL = {"ring": "ring", "angle": "angle_rad"}
 
 
-def tracks_table(tracks: Dataset) -> pd.DataFrame:
+def tracks_table(tracks: xr.Dataset) -> pd.DataFrame:
     """Return tracks as a table, sorted by time and then as the markers are."""
-    import pandas as pd
-
     check_tracks(tracks)
     times, count = tracks.sizes["time"], tracks.sizes["marker"]
     unit, position = tracks["position"].attrs["units"], tracks["position"].values
@@ -315,7 +309,7 @@ def tracks_table(tracks: Dataset) -> pd.DataFrame:
     )
 
 
-def tracks_from_table(table: pd.DataFrame, where: str = "table") -> Dataset:
+def tracks_from_table(table: pd.DataFrame, where: str = "table") -> xr.Dataset:
     """Return the tracks of a table as :func:`tracks_table` makes it."""
     unit = next((unit for unit in UNITS if f"x_{unit}" in table.columns), None)
     if unit is None or not {"time_s", "marker", f"y_{unit}"} <= set(table.columns):
@@ -343,8 +337,6 @@ def tracks_from_table(table: pd.DataFrame, where: str = "table") -> Dataset:
 
 def _numeric(table: pd.DataFrame, names: Iterable[str], where: str) -> pd.DataFrame:
     """Return a table with numbers in some of its columns; only time and marker may not be empty."""
-    import pandas as pd
-
     columns = {name: pd.to_numeric(table[name], errors="coerce") for name in names if name in table.columns}
     for name, numbers in columns.items():
         wrong = numbers.isna() & (table[name].notna() | (name in ("time_s", "marker")))
@@ -355,7 +347,7 @@ def _numeric(table: pd.DataFrame, names: Iterable[str], where: str) -> pd.DataFr
     return table.assign(**columns)
 
 
-def write_tracks_csv(tracks: Dataset, path: str | Path) -> None:
+def write_tracks_csv(tracks: xr.Dataset, path: str | Path) -> None:
     """Write tracks as a CSV file with the columns of :func:`tracks_table`, whole or not at all.
 
     A position that was not seen is an empty cell. Attributes are not written: netCDF keeps them.
@@ -376,7 +368,7 @@ def write_tracks_csv(tracks: Dataset, path: str | Path) -> None:
     write_text(Path(path), frame_csv(tracks_table(tracks)))
 
 
-def read_tracks_csv(path: str | Path) -> Dataset:
+def read_tracks_csv(path: str | Path) -> xr.Dataset:
     """Return the tracks of a CSV file with the columns of :func:`tracks_table`, without attributes.
 
     Parameters
@@ -408,8 +400,6 @@ def read_tracks_csv(path: str | Path) -> Dataset:
 
 def read_csv(path: Path) -> pd.DataFrame:
     """Read a CSV file with a line of names."""
-    import pandas as pd
-
     check_decimals(path)
     try:
         return pd.read_csv(path)

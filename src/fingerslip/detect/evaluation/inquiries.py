@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from fingerslip.arrays import Dataset, Floats, Singles
+from fingerslip.arrays import Floats, Singles
 from fingerslip.detect.classifiers import Candidate, describe, probabilities, union_of_sets
 from fingerslip.detect.evaluation.crossval import Evaluation, begin_evaluation, parts_beside
 from fingerslip.detect.evaluation.figures import (
@@ -49,6 +49,7 @@ from fingerslip.detect.session import Choices
 from fingerslip.detect.training import Detector, candidate_of_name
 from fingerslip.detect.trials import TrialSet, check_labels, condition_text, open_trials
 from fingerslip.errors import InputError, shorten
+from fingerslip.libraries import xr
 from fingerslip.report.figures.style import save_figure
 from fingerslip.tables.table import Column, Table
 
@@ -98,7 +99,7 @@ DISTURBANCES: Mapping[str, tuple[str, Callable[[float], bool]]] = MappingProxyTy
 )
 
 
-def disturb(tracks: Dataset, disturbance: str, amount: float, seed: int = 0) -> Dataset:
+def disturb(tracks: xr.Dataset, disturbance: str, amount: float, seed: int = 0) -> xr.Dataset:
     """Return tracks with a disturbance of :data:`DISTURBANCES`; those of external markers too."""
     allowed, is_possible = DISTURBANCES[disturbance]
     if not is_possible(amount):

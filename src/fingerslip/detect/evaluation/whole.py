@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from fingerslip.arrays import Dataset, Flags, Floats
+from fingerslip.arrays import Flags, Floats
 from fingerslip.detect.classifiers import CLASSIFIERS, optional
 from fingerslip.detect.evaluation.figures import Judged, write_evaluation
 from fingerslip.detect.evaluation.scores import INTERVALS, ratio_estimate, table_of
@@ -20,6 +20,7 @@ from fingerslip.detect.samples import grouped_folds
 from fingerslip.detect.session import Choices, groups_of
 from fingerslip.detect.trials import TrialSet, open_trials
 from fingerslip.errors import InputError
+from fingerslip.libraries import xr
 from fingerslip.tables.table import Column, Table
 
 #: What says of a trial whether there is slip in it: the classifier, and the columns of features that it sees.
@@ -101,7 +102,7 @@ def slips_of(trials: TrialSet, onsets: Mapping[str, Onsets]) -> dict[str, bool]:
     return result
 
 
-def _columns(tracks: Dataset, motion: MotionSettings) -> dict[str, Floats]:
+def _columns(tracks: xr.Dataset, motion: MotionSettings) -> dict[str, Floats]:
     """Return what is known of a trial: statistics of features over its frames, its length, and what ships says."""
     moved = motion_of(tracks, motion)
     frames = features_of(moved, FeatureSettings(("field",), motion)).astype(np.float64)

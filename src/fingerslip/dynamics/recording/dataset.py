@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import platform
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,13 +21,11 @@ from fingerslip.errors import ConvergenceError
 from fingerslip.fe.recovery import stress_components
 from fingerslip.fe.space import cell_nodes, free_edge_distances
 from fingerslip.history import COORDINATES, make_history
+from fingerslip.libraries import xr
 from fingerslip.model.model import Model
 from fingerslip.parameters import key_of
 from fingerslip.units import millimetres
 from fingerslip.version import __version__
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 def record_coordinates(model: Model, system: System, times: Floats, snapshot_times: Floats) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from fingerslip.dynamics.step.stepper import Stopwatch
 from fingerslip.dynamics.system.system import build_system
 from fingerslip.errors import DamagedError, FingerslipError, InputError
 from fingerslip.history import VARIABLES
+from fingerslip.libraries import xr
 from fingerslip.linear.resources import (
     allowed_threads,
     limited_threads,
@@ -33,10 +34,6 @@ from fingerslip.linear.solver import LinearSolver, preferred_solver
 from fingerslip.model.model import Model, ReducedBasis
 from fingerslip.model.timing import Adaptive
 from fingerslip.storage.files import digest
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 # Raised where saved simulations hold something else than before.
 _FORMAT = 8

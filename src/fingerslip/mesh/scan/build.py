@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 import numpy as np
 
 from fingerslip.errors import InputError, MeshError
+from fingerslip.libraries import pyvista
 from fingerslip.mesh.scan.layered import LayerSizes, build_from_surfaces
 from fingerslip.mesh.scan.placement import place_surface, placement_from_directions
 from fingerslip.mesh.scan.repair import Repairs, repair_surface
@@ -193,8 +194,6 @@ def mesh_scan(settings: SurfaceMesh) -> ScanMesh:
 
 def layer_quality(mesh: skfem.MeshTet1) -> tuple[LayerQuality, ...]:
     """Return the quality of each region of a mesh of tetrahedra."""
-    import pyvista
-
     grid = pyvista.UnstructuredGrid({pyvista.CellType.TETRA: mesh.t.T}, mesh.p.T)
     measured = grid.cell_quality(["volume", "radius_ratio"])
     volumes, ratios = np.abs(measured["volume"]), 1.0 / np.abs(measured["radius_ratio"])

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from fingerslip.arrays import Flags, Floats, Integers
 from fingerslip.errors import InputError, MeshError
+from fingerslip.libraries import pyvista
 from fingerslip.mesh.facets import connected_pieces, with_groups
 from fingerslip.mesh.quality import positive_tetrahedra
 from fingerslip.mesh.scan.repair import closed_where
@@ -196,8 +197,6 @@ def _soup(bodies: _Bodies) -> tuple[Floats, Integers]:
 
 def _size_field(points: Floats, bodies: _Bodies, sizes: LayerSizes) -> tuple[Floats, NDArray[np.int32], Floats]:
     """Return nodes (n, 3) [m] and cells (m, 4) of a background mesh, and the wanted edge lengths (n,) [m] there."""
-    import pyvista
-
     # fTetWild meshes a box that is larger by some of the largest edge lengths.
     low, extent, margin = points.min(axis=0), np.ptp(points, axis=0), 3 * sizes.bulk_size
     count = np.ceil(_PER_BULK_SIZE * (extent + 2 * margin) / sizes.bulk_size).astype(int) + 1

@@ -6,18 +6,15 @@ import dataclasses
 import itertools
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from fingerslip.arrays import Flags, Floats, Integers
 from fingerslip.errors import InputError, MeshError
+from fingerslip.libraries import pyvista
 from fingerslip.mesh.formats import read_file, write_file
 from fingerslip.units import METRES, LengthUnit, coordinates, metres, millimetres
-
-if TYPE_CHECKING:
-    import pyvista
-
 
 # What is scanned for this program: from a small phalanx to a hand with its forearm.
 _SMALLEST, _LARGEST = 2e-3, 0.6
@@ -267,8 +264,6 @@ def outermost(surface: Surface) -> Surface:
 
 def distances(surface: Surface, points: Floats) -> Floats:
     """Return how far points (n, 3) [m] are from a surface, shape (n,) [m]."""
-    import pyvista
-
     # The arithmetic of VTK keeps points in single precision, which suits lengths near one.
     scale = 1.0 / max(float(np.ptp(surface.points, axis=0).max()), np.finfo(float).tiny)
     measured = pyvista.PolyData(points * scale).compute_implicit_distance(_polydata(surface, scale))
@@ -345,7 +340,6 @@ def offset_inwards(surface: Surface, thickness: float) -> Surface:
     """
     if not thickness > 0:
         raise InputError("thickness", f"got {thickness}", "needs a length > 0")
-    import pyvista
 
     spacing = thickness / 3
     low, extent = surface.points.min(axis=0) - spacing, np.ptp(surface.points, axis=0) + 2 * spacing
@@ -379,7 +373,6 @@ def _depth(surface: Surface, grid: pyvista.ImageData, thickness: float) -> Float
 
 
 def _polydata(surface: Surface, scale: float = 1.0) -> pyvista.PolyData:
-    import pyvista
 
     faces: Any = surface.triangles
     data: pyvista.PolyData = pyvista.PolyData.from_regular_faces(surface.points * scale, faces)

@@ -11,12 +11,12 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fingerslip.errors import ResultError
 from fingerslip.history import read_history, site_kinds
+from fingerslip.libraries import xr
 from fingerslip.mesh.mixed import is_degenerate
 from fingerslip.published import published_set
 from fingerslip.report.citations import bibtex_entries, short_citation, source_keys
@@ -32,9 +32,6 @@ from fingerslip.study.storage.reporting import STUDY_FILE, SWEPT, notes_at_rest,
 from fingerslip.study.storage.store import read_manifest
 from fingerslip.uncertainty import SETTINGS, settings_in_words, varied_settings
 from fingerslip.units import Unit
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _SPECIMENS = {
     "fingertip": "a fingertip",

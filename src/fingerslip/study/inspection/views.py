@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from fingerslip.detect.folders import OF_CLIPS, OF_EVALUATIONS, check_kind, kinds_of
 from fingerslip.errors import InputError, ResultError
 from fingerslip.history import is_solid, phase_times, read_history
+from fingerslip.libraries import xr
 from fingerslip.marker_tracks import marker_tracks
 from fingerslip.parameters import from_mapping
 from fingerslip.published import published_set
@@ -51,7 +52,6 @@ from fingerslip.study.storage.store import read_manifest
 from fingerslip.units import parse_quantity
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.figure import Figure
 
 #: Formats of figures; the kind that is a film, the one that a detector draws, those that say their run.

@@ -28,6 +28,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from fingerslip.errors import ConvergenceError, FingerslipError, ResultError
 from fingerslip.history import write_history
+from fingerslip.libraries import xr
 from fingerslip.results import HISTORY, LOG, RunResult, failure_folder
 from fingerslip.storage.files import new_folder, writing
 from fingerslip.study.definition.runs import Plan
@@ -36,8 +37,6 @@ from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.storage.store import BasisFolder, write_run
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from fingerslip.report.content import RunPictures
 
 #: Folder of the reduced bases in the results of a study.

@@ -9,12 +9,12 @@ from __future__ import annotations
 import dataclasses
 import warnings
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fingerslip.errors import FingerslipError
 from fingerslip.history import read_history
+from fingerslip.libraries import xr
 from fingerslip.marker_tracks import filmed_tracks
 from fingerslip.parameters import as_mapping
 from fingerslip.report.page.sensor import write_tracking
@@ -31,9 +31,6 @@ from fingerslip.vision.comparison import TrackErrors, matched_tracks, track_erro
 from fingerslip.vision.tracking.track import TrackingWarning, track_markers
 from fingerslip.vision.tracks import write_tracks, write_tracks_csv
 from fingerslip.vision.video import open_frames
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _FORMAT = 1
 _LOOKS = {"bright": pixel.BRIGHT_ON_DARK, "dark": pixel.DARK_ON_BRIGHT, "moulded": pixel.MOULDED}

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from fingerslip.errors import ResultError
 from fingerslip.history import read_history, stored_phases
+from fingerslip.libraries import xr
 from fingerslip.materials.choice import MATERIALS, PRESET, material_of
 from fingerslip.materials.large_strain import FiniteMaterial
 from fingerslip.parameters import Leaf, walk_values
@@ -40,8 +41,6 @@ from fingerslip.tables.table import Table
 from fingerslip.units import Unit
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from fingerslip.react.results import Reactions
     from fingerslip.report.content import Film, ReportContent, RunPictures
 STUDY_FILE, SWEPT = "study file", "study file, swept"

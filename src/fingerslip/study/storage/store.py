@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NotRequired
+from typing import Any, NotRequired
 
 import numpy as np
 import pydantic
@@ -24,6 +24,7 @@ from typing_extensions import TypedDict
 from fingerslip.arrays import Floats
 from fingerslip.errors import DamagedError, ResultError
 from fingerslip.history import write_history
+from fingerslip.libraries import xr
 from fingerslip.parameters.dotted import flatten
 from fingerslip.react.results import read_reactions
 from fingerslip.report.tables.runs import summary_table
@@ -50,9 +51,6 @@ from fingerslip.study.definition.file import REPEATS, read_mapping, write_mappin
 from fingerslip.study.definition.runs import Run
 from fingerslip.tables.table import to_csv
 from fingerslip.uncertainty import Convergence, Series
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _logger = logging.getLogger("fingerslip.study")
 _warn_once = functools.cache(_logger.warning)

@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import resources
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from fingerslip.detect.trials import Trial
 from fingerslip.dynamics.statics.body import StaticBody
 from fingerslip.dynamics.statics.motion import StaticMotion, static_motion
 from fingerslip.errors import InputError
+from fingerslip.libraries import xr
 from fingerslip.model.programme import Hold, Press, Slide, phase_duration
 from fingerslip.specimens.tactip.numbers import modelled_places
 from fingerslip.specimens.tactip.tactip import TacTip
@@ -30,10 +31,6 @@ from fingerslip.vision.cameras.camera import Pose, interpolate
 from fingerslip.vision.cameras.point import MEASURED_ERRORS, CameraPair, pair_tracks, plate_mark
 from fingerslip.vision.comparison import PositionErrors
 from fingerslip.vision.tracks import make_tracks
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 #: Groups of sites that a study of trials records, in this order.
 RECORDED = ("internal_markers", "external_markers")

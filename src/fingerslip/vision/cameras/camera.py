@@ -12,8 +12,9 @@ import numpy as np
 import pydantic
 from numpy.typing import ArrayLike
 
-from fingerslip.arrays import Dataset, Floats
+from fingerslip.arrays import Floats
 from fingerslip.errors import InputError
+from fingerslip.libraries import xr
 from fingerslip.parameters import Length, parameters
 from fingerslip.units import Unit
 from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole, lens_for_view
@@ -127,7 +128,7 @@ def pixels_per_metre(camera: Camera, points: Floats) -> Floats:
     return np.asarray(np.sqrt(np.abs(area)))
 
 
-def frame_times(camera: Camera, tracks: Dataset) -> Floats:
+def frame_times(camera: Camera, tracks: xr.Dataset) -> Floats:
     """Return the middles of the exposures [s] of the frames that a camera takes from the first to the last time."""
     times = tracks["time"].values
     if times.size == 0:
@@ -136,7 +137,7 @@ def frame_times(camera: Camera, tracks: Dataset) -> Floats:
     return np.asarray(times[0] + np.arange(count) / camera.frame_rate)
 
 
-def interpolate(tracks: Dataset, times: Floats) -> Floats:
+def interpolate(tracks: xr.Dataset, times: Floats) -> Floats:
     """Return where markers are at some times [s], shape (n_times, n_markers, n_axes), straight between the known times.
 
     Before the first and after the last time they rest. Between two times, at one of which a marker is not known, it is
@@ -153,7 +154,7 @@ def interpolate(tracks: Dataset, times: Floats) -> Floats:
     return np.where(share == 1, position[after], positions)
 
 
-def true_tracks(camera: Camera, tracks: Dataset) -> Dataset:
+def true_tracks(camera: Camera, tracks: xr.Dataset) -> xr.Dataset:
     """Return what a camera without any fault sees of markers: their tracks in pixels at the times of its frames.
 
     Markers are those of the kind that the camera sees; outside the image they are NaN.
@@ -187,7 +188,7 @@ def true_tracks(camera: Camera, tracks: Dataset) -> Dataset:
     return tracks_like(chosen, pixels_of(camera, position), times, attributes=attributes)
 
 
-def seen_kind(camera: Camera, tracks: Dataset) -> Dataset:
+def seen_kind(camera: Camera, tracks: xr.Dataset) -> xr.Dataset:
     """Return the tracks of the markers that a camera sees; see :func:`true_tracks` for what is refused."""
     check_tracks(tracks)
     if tracks["position"].attrs["units"] != "m":

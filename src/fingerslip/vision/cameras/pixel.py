@@ -13,7 +13,8 @@ import numpy as np
 import pydantic
 from numpy.typing import NDArray
 
-from fingerslip.arrays import Dataset, Floats, Singles
+from fingerslip.arrays import Floats, Singles
+from fingerslip.libraries import xr
 from fingerslip.parameters import Angle, Fraction, NonNegativeNumber, Number, PositiveLength, Rate, parameters
 from fingerslip.units import Unit
 from fingerslip.vision.cameras.camera import (
@@ -325,7 +326,7 @@ def brightness(lighting: Lighting, times: Floats) -> Floats:
     return np.asarray(np.maximum(1.0 + lighting.drift * times + wave, 0.0))
 
 
-def film(pixel_camera: PixelCamera, tracks: Dataset, path: str | Path, *, codec: str | None = None) -> Dataset:
+def film(pixel_camera: PixelCamera, tracks: xr.Dataset, path: str | Path, *, codec: str | None = None) -> xr.Dataset:
     """Film markers, write the video whole or not at all, and return where the markers truly are in it.
 
     Parameters
@@ -370,7 +371,7 @@ def film(pixel_camera: PixelCamera, tracks: Dataset, path: str | Path, *, codec:
 
 
 def frames_of(
-    pixel_camera: PixelCamera, tracks: Dataset, *, start: int = 0, stop: int | None = None
+    pixel_camera: PixelCamera, tracks: xr.Dataset, *, start: int = 0, stop: int | None = None
 ) -> Iterator[Frame]:
     """Yield the frames (height, width) that a camera takes of tracks in metres, from `start` to before `stop`.
 
@@ -399,7 +400,7 @@ def frames_of(
             yield frame
 
 
-def _spots(pixel_camera: PixelCamera, tracks: Dataset, times: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+def _spots(pixel_camera: PixelCamera, tracks: xr.Dataset, times: Floats) -> tuple[Floats, Floats, Floats, Floats]:
     """Return what :func:`draw_spots` draws of markers and of glue beside some, one row of each for each time [s]."""
     camera, look = pixel_camera.camera, pixel_camera.look
     points = interpolate(tracks, times)

@@ -9,8 +9,9 @@ from typing import Annotated, Any
 import numpy as np
 import pydantic
 
-from fingerslip.arrays import Dataset, Floats
+from fingerslip.arrays import Floats
 from fingerslip.errors import InputError
+from fingerslip.libraries import xr
 from fingerslip.parameters import parameters
 from fingerslip.vision.cameras.camera import (
     Camera,
@@ -34,7 +35,7 @@ _FLOOR, _CLEAR = 0.2, 6.0
 _ROUNDING = 1.0 / 1024.0
 
 
-def measure_errors(pixel_camera: PixelCamera, tracks: Dataset, locate: Locate) -> PositionErrors:
+def measure_errors(pixel_camera: PixelCamera, tracks: xr.Dataset, locate: Locate) -> PositionErrors:
     """Return the statistics of the errors with which markers are found in frames of a camera.
 
     Parameters
@@ -136,7 +137,7 @@ class PointCamera:
     seed: Annotated[int, pydantic.Field(ge=0, lt=2**63), "Seed of the errors: the same seed gives the same tracks."] = 0
 
 
-def point_tracks(point_camera: PointCamera, tracks: Dataset) -> Dataset:
+def point_tracks(point_camera: PointCamera, tracks: xr.Dataset) -> xr.Dataset:
     """Return what a tracker would find in the film of markers, in pixels at the times of the camera's frames.
 
     The error of each marker along each axis is a normal number that stays, and noise of the first order: each value is
@@ -201,10 +202,8 @@ class CameraPair:
                 raise InputError(f"cameras: {kind}", f"sees {sees} markers", f"needs a camera that sees {kind} ones")
 
 
-def pair_tracks(pair: CameraPair, markers: Dataset) -> Dataset:
+def pair_tracks(pair: CameraPair, markers: xr.Dataset) -> xr.Dataset:
     """Return what both cameras and a tracker make of markers [m], in pixels, the internal markers first."""
-    import xarray as xr
-
     seen = [
         point_tracks(PointCamera(camera, pair.errors, 2 * pair.seed + number), markers)
         for number, camera in enumerate((pair.internal, pair.external))
@@ -223,7 +222,7 @@ def pair_tracks(pair: CameraPair, markers: Dataset) -> Dataset:
     return tracks_like(both, np.round(position / _ROUNDING) * _ROUNDING, both["time"].values, attributes=attributes)
 
 
-def plate_mark(pair: CameraPair, displacement: Floats, time: Floats) -> Dataset:
+def plate_mark(pair: CameraPair, displacement: Floats, time: Floats) -> xr.Dataset:
     """Return the track [px] of a marker on the plate as the external camera sees it, by displacement (n, 3) [m]."""
     mark = make_tracks(displacement[:, None], time, units="m", kind="external")
     camera, times = pair.external, frame_times(pair.external, mark)

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from fingerslip.arrays import Dataset, Flags, Floats
+from fingerslip.arrays import Flags, Floats
 from fingerslip.errors import FingerslipError
+from fingerslip.libraries import xr
 from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole, read_calibration
 from fingerslip.vision.tracking.layouts import LayoutName, expected_displacement, nearest_neighbours
 from fingerslip.vision.tracking.tracker import MarkerTracker, SeenMarkers
@@ -57,7 +58,7 @@ def track_markers(
     bright: bool | None = None,
     frame_rate: float | None = None,
     channel: Channel = "grey",
-) -> Dataset:
+) -> xr.Dataset:
     """Follow the markers of a video of an optical tactile sensor.
 
     Parameters
@@ -173,7 +174,7 @@ def tracks_of(
     broken: str = "",
     *,
     rest_frames: int | None = None,
-) -> Dataset:
+) -> xr.Dataset:
     """Return what a tracker saw in all frames as tracks, with what is wrong with them and why they may be `broken`.
 
     Without their number the rest frames are those of the tracker in which the markers rest.
@@ -308,19 +309,19 @@ class Lost:
         return self.last - self.first + 1
 
 
-def seen_count(tracks: Dataset) -> NDArray[np.intp]:
+def seen_count(tracks: xr.Dataset) -> NDArray[np.intp]:
     """Return how many markers were seen in each frame, shape (n_times,)."""
     return np.asarray(seen(tracks).sum(axis=1))
 
 
-def seen_share(tracks: Dataset) -> float:
+def seen_share(tracks: xr.Dataset) -> float:
     """Return the share of all marker-frames that have a position, of those that were visible where it is more."""
     count = np.full(tracks.sizes["time"], tracks.sizes["marker"])
     visible = np.maximum(count, tracks["visible"].values) if "visible" in tracks else count
     return float(seen(tracks).sum() / visible.sum())
 
 
-def lost_intervals(tracks: Dataset) -> list[Lost]:
+def lost_intervals(tracks: xr.Dataset) -> list[Lost]:
     """Return every interval in which a marker was not seen, by marker and time."""
     gone = ~seen(tracks)
     # A frame on either side in which all are seen makes every interval begin and end.
@@ -334,12 +335,12 @@ def lost_intervals(tracks: Dataset) -> list[Lost]:
     return intervals
 
 
-def noise_at_rest(tracks: Dataset) -> Floats:
+def noise_at_rest(tracks: xr.Dataset) -> Floats:
     """Return the standard deviation of each marker in the rest frames, the root mean square of both axes, (n,) [px]."""
     return np.asarray(np.sqrt((tracks["rest_noise"].values ** 2).mean(axis=1)))
 
 
-def jumps(tracks: Dataset) -> Floats:
+def jumps(tracks: xr.Dataset) -> Floats:
     """Return how far markers moved between frames beyond what their neighbours did [px], (n_times - 1, n_markers)."""
     position = tracks["position"].values
     # Markers that were not seen at rest have no neighbours by their reference: their place is far away.

@@ -11,8 +11,9 @@ from typing import Any, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.arrays import Dataset, Flags, Floats
+from fingerslip.arrays import Flags, Floats
 from fingerslip.errors import InputError
+from fingerslip.libraries import xr
 from fingerslip.vision.tracking.blobs import field_of
 from fingerslip.vision.tracking.follow import follow, rest_state
 from fingerslip.vision.tracking.layouts import LayoutName, layout_of, misfits, topology
@@ -109,7 +110,7 @@ class MarkerTracker:
         return self._reference
 
     @property
-    def at_rest(self) -> Dataset:
+    def at_rest(self) -> xr.Dataset:
         """Tracks of the reference alone, which tell how many markers there are and in which rings."""
         position: Floats = self.reference.markers.position
         return make_tracks(position[None], [0.0], units="px", ring=self.reference.ring, angle=self.reference.angle)
