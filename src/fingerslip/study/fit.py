@@ -14,7 +14,7 @@ import numpy as np
 
 from fingerslip.arrays import Floats
 from fingerslip.errors import InputError, Mistakes, ResultError, errors_at, optional_module
-from fingerslip.history import read_history
+from fingerslip.history import is_solid, read_history
 from fingerslip.libraries import pd
 from fingerslip.model.programme import Slide, phase_duration
 from fingerslip.parameters.schema import require_kind
@@ -22,7 +22,7 @@ from fingerslip.report.labels import path_labels
 from fingerslip.report.tables.runs import table_frame
 from fingerslip.results import ABOUT, FIT, HISTORY, RunResult, StudyResult, stored_fit
 from fingerslip.sampling import posterior as posteriors
-from fingerslip.sampling.curves import OVER, FitSettings, Measurement, column_unit, curves_of, read_measurement
+from fingerslip.sampling.curves import FORCES, OVER, FitSettings, Measurement, column_unit, curves_of, read_measurement
 from fingerslip.sampling.designs import required_output
 from fingerslip.sampling.posterior import Chain
 from fingerslip.sampling.sensitivity import number_and_unit
@@ -171,14 +171,20 @@ def _write(study: StudyResult, measurement: Measurement, settings: FitSettings) 
     numbers = [[number_and_unit(run.sampled[path])[0] for path in study.ranges] for run in study.runs]
     points = (np.array(numbers) - low) / (high - low)
     histories = ((run, read_history(study.folder / run.name / HISTORY)) for run in study.runs)
-    pairs = [(curves_of(history, measurement, run.name), history["time"].values[-1]) for run, history in histories]
-    curves, end = np.array([curve for curve, _ in pairs]), float(max(last for _, last in pairs))
+    each = (
+        (curves_of(history, measurement, run.name), history["time"].values[-1], is_solid(history))
+        for run, history in histories
+    )
+    curves, ends, are_solid = map(np.array, zip(*each, strict=True))
+    end = float(ends.max())
     _refuse_far(measurement, curves)
     emulator = posteriors.fit_emulator(points, measurement.in_deviations(curves))
     likelihood = posteriors.Likelihood(emulator, measurement, settings.discrepancy)
     chain = posteriors.sample_posterior(likelihood, len(low))
     misfits = likelihood.misfit(chain.samples[:, :-1], chain.samples[:, -1])[0] / measurement.values.size
-    if warning := noise_warning(float(np.median(misfits)), measurement.values.size):
+    interval = np.percentile(chain.samples[:, -1], (50.0, 2.5, 97.5)).tolist()
+    warnings = noise_warning(float(np.median(misfits)), measurement.values.size), discrepancy_warning(*interval)
+    if warning := " ".join(filter(None, warnings)):
         logging.getLogger("fingerslip.study").warning(warning)
     _refuse_leaning(chain.samples[:, :-1], study, settings.bounds)
 
@@ -186,6 +192,8 @@ def _write(study: StudyResult, measurement: Measurement, settings: FitSettings) 
     values = np.column_stack((low + chain.samples[:, :-1] * (high - low), chain.samples[:, -1]))
     note = f"Emulator of the curves: error {emulator.error:.2g} standard deviations of the measurement. "
     note += f"WARNING: {warning} " if warning else ""
+    if not are_solid.any() and not set(FORCES).isdisjoint(measurement.columns):
+        note += "Forces of a section go with its depth: at half the depth, twice the moduli fit as well. "
     columns, names = np.column_stack((values, misfits)), ([*labels, "chi-squared per point"], [*units, ""])
     tables = (
         _summary(columns, chain, (low, high), names, note),
@@ -259,16 +267,16 @@ def _refuse_far(measurement: Measurement, curves: Floats) -> None:
     for (name, values, deviation), ours in zip(rows, curves.swapaxes(0, 1), strict=True):
         largest, tops = float(np.abs(values).max()), np.abs(ours).max(axis=1)
         nearest = float(np.clip(largest, tops.min(), tops.max()))
-        fault, unit = "", column_unit(name)
+        fault, unit, repair = "", column_unit(name), "look at its unit and its sign in the data"
         if max(largest, nearest) < _CLEAR * deviation:
             continue
         if not 1.0 / _FAR < largest / max(nearest, 1e-300) < _FAR:
             times = f"{largest / max(nearest, 1e-300):.3g} times that of any run"
             fault = f"the largest value is {largest:.3g} {unit}".rstrip() + f", {times}"
-        elif np.corrcoef(values, ours.mean(axis=0))[0, 1] < _AGAINST and not (values * ours > 0.0).any():
-            fault = "has the sign against that of all runs"
+        elif np.corrcoef(values, ours.mean(axis=0))[0, 1] < _AGAINST and (ours @ values < 0.0).all():
+            signs = ("negative", "positive") if values.sum() < 0.0 else ("positive", "negative")
+            fault, repair = "is {} where that of the runs is {}".format(*signs), "reverse its sign in the data"
         if fault:
-            repair = "look at its unit and its sign in the data"
             where = f"fit.columns.{name}"
             mistakes.found.append(InputError(where, fault, "needs what the runs can come near to", repair))
     mistakes.raise_all()
@@ -285,6 +293,17 @@ def noise_warning(misfit: float, count: int) -> str:
         f"fit.columns: residuals are {factor} times what deviations, emulator and discrepancy allow (chi-squared per "
         f"point {misfit:.3g}), needs about 1: else intervals are too narrow; write deviations {factor} times as large, "
         "or where fit.png shows a smooth misfit a larger fit.discrepancy."
+    )
+
+
+def discrepancy_warning(median: float, low: float, high: float) -> str:
+    """Say that the discrepancy, by its median and 95 % interval, exceeds the noise; nothing where it need not."""
+    if low <= 1.0:
+        return ""
+    return (
+        f"fit.columns: runs miss the measurement smoothly by {median:.3g} ({low:.3g} to {high:.3g}) standard "
+        "deviations, more than its noise, so values may be wrong beyond their intervals: look at fit.png for what the "
+        "study lacks, such as a touch that is late, for which sample contact.clearance."
     )
 
 

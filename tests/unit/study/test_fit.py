@@ -175,7 +175,8 @@ def test_a_fit_is_whole_and_a_range_that_cuts_it_off_is_refused(
     assert not (tmp_path / "results" / "block" / "fit").exists()
     write_study(narrow | {"fit": FIT | {"bounds": [FRICTION]}})
     posterior = fs.fit(study, data, results_dir=tmp_path / "results", workers=1)
-    assert "WARNING" not in posterior.tables[0].note
+    assert "WARNING: fit.columns: runs miss the measurement smoothly" in posterior.tables[0].note
+    assert "Forces of a section go with its depth" in posterior.tables[0].note
     assert list(posterior.samples) == [FRICTION, "discrepancy [standard deviations]"]
     assert posterior.samples[FRICTION].between(0.5, 0.8).all()
     assert posterior.summary.set_index("value").loc["friction coefficient", "median"] < 0.6, "the truth is below"
@@ -204,6 +205,10 @@ def test_residuals_that_chance_explains_are_not_warned_of() -> None:
     assert sum(bool(fit_module.noise_warning(misfit, 42)) for misfit in drawn.tolist()) <= 6
     assert fit_module.noise_warning(1.5**2, 42)
     assert not fit_module.noise_warning(1.2**2, 42)
+    assert not fit_module.discrepancy_warning(1.4, 0.8, 2.0)
+    said = fit_module.discrepancy_warning(2.26, 1.54, 3.28)
+    assert "by 2.26 (1.54 to 3.28) standard deviations, more than its noise" in said
+    assert "contact.clearance" in said
 
 
 @pytest.mark.parametrize(("end", "reaching", "beyond"), [(3.0, 1.0, False), (3.0, 0.6, True), (1.9, 1.0, True)])
@@ -226,13 +231,14 @@ def test_slip_times_behind_the_end_of_the_runs_have_no_error(end: float, reachin
         (20.0, None),
         (1000.0, "the largest value is 2e.03 N, 667 times that of any run, .*; look at its unit"),
         (1e-3, "the largest value is 0.002 N, 0.002 times that of any run"),
-        (-1.0, "has the sign against that of all runs"),
+        (-1.0, "is negative where that of the runs is positive, .*; reverse its sign"),
     ],
 )  # fmt: skip
 def test_data_that_no_run_comes_near_to_are_refused_before_they_are_fitted(factor: float, said: str | None) -> None:
-    ways = np.linspace(0.0, 1.0, 11)
+    ways = np.linspace(0.0, 1.0, 11) ** 4
     curves = np.array([[1.0 * ways], [3.0 * ways]])
-    measurement = Measurement("depth", ways, ("normal_force",), factor * 2.0 * ways[None], np.array([[1e-3]]))
+    measured = factor * 2.0 * ways + 1e-3 * (1.0 - ways)  # noise of the other sign at the first touch
+    measurement = Measurement("depth", ways, ("normal_force",), measured[None], np.array([[1e-3]]))
     if said is None:
         fit_module._refuse_far(measurement, curves)
         return
