@@ -11,7 +11,7 @@ from fingerslip.errors import InputError
 Integration = Literal["selective", "full", "nodal"]
 
 _WITH_MEAN = frozenset({"Q4", "H8"})
-_LINEAR_SIMPLICES = frozenset({"T3", "T4"})
+LINEAR_SIMPLICES = frozenset({"T3", "T4"})
 
 
 def is_mean_of_cell(element: str, integration: Integration) -> bool:
@@ -21,6 +21,6 @@ def is_mean_of_cell(element: str, integration: Integration) -> bool:
 
 def check_integration(element: str, integration: Integration) -> None:
     """Refuse nodal integration of an element that is no linear triangle or tetrahedron."""
-    if integration == "nodal" and element not in _LINEAR_SIMPLICES:
+    if integration == "nodal" and element not in LINEAR_SIMPLICES:
         allowed = "needs linear triangles or tetrahedra"
         raise InputError("integration", f"got 'nodal' for {element}", allowed, "write 'selective'")

@@ -367,6 +367,10 @@ SLAB_OF_9, SLAB_OF_21 = (
     }
     for count in (9, 21)
 )
+LOCKING: dict[str, object] = {
+    "mesh": box("T3", np.linspace(0.0, 10e-3, 21), np.linspace(0.0, 4e-3, 5)),
+    "materials": {"bulk": fs.Elastic(136e3, 0.48, 1000.0)},
+}
 SIDES = MODEL.mesh.with_boundaries(
     {"outline": np.concatenate([MODEL.mesh.boundaries[side] for side in ("bottom", "left", "right")])}
 )
@@ -409,6 +413,10 @@ RINGING: dict[str, object] = {
         (RINGING, ["contacts.0.friction: falls from static to kinetic on 'block'", "write a damping"]),
         ({"supports": {}}, ["supports: there are none", "support a boundary"]),
         ({"materials": {"bulk": fs.Elastic(136.0, 0.3, 1000.0)}}, ["materials.bulk: a modulus of 136 Pa", "136e3"]),
+        (LOCKING, ["integration: 100 % of the cells are linear triangles of a nearly incompressible", "nodal, or"]),
+        (LOCKING | {"integration": "nodal"}, []),
+        (LOCKING | {"formulation": "plane_stress"}, []),
+        (LOCKING | {"materials": MODEL.materials}, []),
         ({}, []),
         ({"time": fs.Adaptive(50e-3)}, []),
         (RINGING | {"damping": fs.RayleighDamping(stiffness=1e-3)}, []),

@@ -16,6 +16,7 @@ from fingerslip.contact.rows import nodes_along
 from fingerslip.dynamics.system.bodies import Motion
 from fingerslip.dynamics.system.checks import FACED, CheckedModel, direction_text, inward_normals
 from fingerslip.dynamics.system.scheme import has_inertia
+from fingerslip.fe.integration import LINEAR_SIMPLICES
 from fingerslip.fe.space import boundary_nodes
 from fingerslip.model.model import Model
 from fingerslip.model.programme import Press, Slide, phase_duration
@@ -26,6 +27,8 @@ from fingerslip.units import millimetres
 _SOFTEST, _PURE = 1e3, 10.0
 # Largest angle between neighbouring facets of a tip that touches [degrees], and the gaps that count as one [m].
 _LARGEST_TURN, _SAME_GAP = 10, 1e-9
+# Dilatational over Young's modulus from which linear triangles and tetrahedra lock: that of a Poisson's ratio of 0.45.
+_LOCKS = 3.1
 _DEEPEST = 0.9  # press, as a share of the body's height along the normal
 
 
@@ -39,6 +42,7 @@ class Doubt(NamedTuple):
 def doubts(model: Model, checked_model: CheckedModel) -> tuple[Doubt, ...]:
     """Return what is doubtful in a model that can be computed."""
     each = chain(_steps(model), _contacts(model, checked_model), _friction(model), _supports_and_materials(model))
+    each = chain(each, _locking(model, checked_model))
     return tuple(dict.fromkeys(each))
 
 
@@ -160,3 +164,19 @@ def _supports_and_materials(model: Model) -> Iterator[Doubt]:
                 f"materials.{name}: a modulus of {value:.4g} Pa is softer than any tissue or elastomer: "
                 f"if {value:.4g} kPa are meant, write {value:.4g}e3"
             )
+
+
+def _locking(model: Model, checked_model: CheckedModel) -> Iterator[Doubt]:
+    """Yield that cells which bend only by changing their volume are of a material that hardly can."""
+    if checked_model.space.element not in LINEAR_SIMPLICES or model.integration == "nodal":
+        return
+    layers = [
+        len(cells)
+        for material, cells in checked_model.materials
+        if material.dilatational_modulus(model.formulation) > _LOCKS * material.stiffness
+    ]
+    if layers:
+        cells = "triangles" if checked_model.space.dim == 2 else "tetrahedra"
+        share = f"{100.0 * sum(layers) / model.mesh.nelements:.0f} % of the cells are linear {cells}"
+        repair = "write integration: nodal, or take a mesh of quadratic ones"
+        yield Doubt(f"integration: {share} of a nearly incompressible material, which lock, too stiff: {repair}")
