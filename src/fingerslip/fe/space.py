@@ -10,6 +10,7 @@ there may lack what would touch next. An edge at a plane of symmetry, or at a cl
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -74,6 +75,15 @@ class Space:
     def n_dofs(self) -> int:
         """Number of degrees of freedom, fixed ones included."""
         return self.dim * int(self.full.N)
+
+    @functools.cached_property
+    def slopes_at_centre(self) -> Floats:
+        """Gradients (n_cells, n_local, dim) [1/m] of the shape functions at the centres of cells."""
+        mesh = self.mesh
+        centre = get_quadrature(mesh.elem.refdom, 1)[0][:, :1]
+        nodes = mesh.dofs.element_dofs
+        slopes = np.stack([mesh.elem().lbasis(centre, i)[1].ravel() for i in range(len(nodes))])
+        return np.asarray(slopes @ np.linalg.inv(np.einsum("icn,nj->cij", mesh.doflocs[:, nodes.T], slopes)))
 
     @property
     def scalar_element(self) -> skfem.Element:
@@ -217,12 +227,10 @@ def _jacobian(mesh: Any, points: Floats, at: Floats) -> Floats:
     return np.asarray(np.linalg.det(np.einsum("inc,njq->cqij", points[:, nodes], slopes)))
 
 
-def inverted_cells(space: Space, displacement: Floats) -> Flags:
-    """Return which cells a displacement (n_dofs,) [m] turns inside out, at their centre."""
-    mesh = space.mesh
-    moved = mesh.doflocs + displacement.reshape(-1, space.dim).T
-    centre = get_quadrature(mesh.elem.refdom, 1)[0][:, :1]
-    return np.asarray((_jacobian(mesh, moved, centre) * _jacobian(mesh, mesh.doflocs, centre) <= 0.0)[:, 0])
+def deformation_gradients(space: Space, displacement: Floats) -> Floats:
+    """Return the deformation gradients (n_cells, dim, dim) at the centres of cells, of a displacement (n_dofs,) [m]."""
+    moved = displacement.reshape(-1, space.dim)[space.mesh.dofs.element_dofs.T]
+    return np.asarray(np.eye(space.dim) + moved.swapaxes(1, 2) @ space.slopes_at_centre)
 
 
 def free_edge_nodes(space: Space, boundary: str, held: Flags) -> Integers:

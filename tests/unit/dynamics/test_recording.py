@@ -188,7 +188,11 @@ def loaded(element, load, step, **values):
 
 @pytest.mark.parametrize("element", ["Q4", "T6", "T4"])
 def test_cells_that_small_strain_turns_inside_out_are_named_once_also_at_a_snapshot_alone(element, caplog, tmp_path):
-    assert "inverted_cells" not in fs.simulate(loaded(element, 900.0, 1.0)).attrs
+    attributes = fs.simulate(loaded(element, 900.0, 1.0)).attrs
+    assert "inverted_cells" not in attributes
+    # A bar of 1 kPa without lateral strain.
+    assert attributes["largest_strain"] == pytest.approx(0.9)
+    assert attributes["largest_strain_position"].shape == (3 if element == "T4" else 2,)
     assert not caplog.records
     model = loaded(element, 1100.0, 1.0)
     assert fs.simulate(model).attrs["inverted_cells"] == model.mesh.nelements

@@ -70,7 +70,7 @@ def test_contact_numbers_are_the_extreme_ones_with_their_signs():
     assert read_measures(apart)["penetration_max_m"] == 0.0
 
 
-def test_a_contact_is_soft_where_much_of_the_approach_is_penetration():
+def test_contact_is_soft_where_much_of_the_approach_is_penetration_and_strain_is_judged():
     """The plate starts 0.1 mm below the skin and ends 1.5 mm above where it touches."""
     times = HISTORY["time"].values
     travel, gap = HISTORY["counterface_displacement"].copy(), HISTORY["gap"].copy() * 0
@@ -83,6 +83,10 @@ def test_a_contact_is_soft_where_much_of_the_approach_is_penetration():
     assert said.startswith(
         "Contact is soft, its force over approach too small by as much: a run (1.9 % of the approach is"
     )
+    strained = {f"run {number}": soft | {"largest_strain": 0.1 * number} for number in range(1, 5)}
+    (said,) = resolution_warnings(strained)
+    listed = "run 3 (up to 0.30); run 4 (up to 0.40)"
+    assert said == f"Strains are large for kinematics: small: {listed}: compare with kinematics: finite."
     assert read_measures(HISTORY.assign(counterface_displacement=travel * 0))["penetration_over_approach"] is None
 
 

@@ -23,7 +23,7 @@ from fingerslip.dynamics.system.bodies import body_centres, faces_of
 from fingerslip.dynamics.system.scheme import Scheme, make_scheme, start_push, starts_damped
 from fingerslip.dynamics.system.system import System
 from fingerslip.fe.finite.recovery import finite_site_recovery
-from fingerslip.fe.space import inverted_cells, vector_dofs
+from fingerslip.fe.space import deformation_gradients, vector_dofs
 from fingerslip.history import COORDINATES, VARIABLES
 from fingerslip.materials.elastic import RayleighDamping
 from fingerslip.model.model import Model
@@ -92,7 +92,7 @@ class Recorder:
         snapshots = snapshot_steps(times, model.record.snapshots_every)
         self._snapshots = SnapshotRecords(system, recoveries, self._viscous, snapshots)
         # What a history says of a section, whose forces are those of its depth [m].
-        self.attributes: dict[str, object] = {"depth": model.depth} if space.dim == 2 else {}
+        self.attributes: dict[str, Any] = {"depth": model.depth} if space.dim == 2 else {}
         self.coordinates = record_coordinates(model, system, times, times[snapshots])
         candidates = len(system.candidates.nodes)
         shapes = record_shapes(model, self._size, len(snapshots), len(space.positions), candidates)
@@ -158,17 +158,23 @@ class Recorder:
         self._snapshots.record(first, state, arrays)
         is_last = self._next == self._size
         is_seen = is_last or any(number in self._snapshots for number in range(first, self._next))
-        if state.body is None and "inverted_cells" not in self.attributes and is_seen:
+        if state.body is None and is_seen:
             last = state.displacement if count == 1 else state.displacement[-1]
-            self._warn_of_inverted_cells(self._system.coordinates.on_mesh(np.ravel(last)))
+            self._judge_small_strain(self._system.coordinates.on_mesh(np.ravel(last)))
 
-    def _warn_of_inverted_cells(self, displacement: Floats) -> None:
-        """Warn where small strain does not hold: cells are turned inside out (n_dofs,) [m]."""
+    def _judge_small_strain(self, displacement: Floats) -> None:
+        """Keep the largest strain at displacements (n_dofs,) [m], and warn of cells that they turn inside out."""
         space = self._system.space
-        inverted = np.flatnonzero(inverted_cells(space, displacement))
-        if inverted.size:
+        gradients = deformation_gradients(space, displacement)
+        centres = space.mesh.p[:, space.mesh.t].mean(axis=1).T
+        strains = 0.5 * (gradients + gradients.swapaxes(1, 2)) - np.eye(space.dim)
+        principal = np.abs(np.linalg.eigvalsh(strains)).max(axis=1)
+        if (largest := float(principal.max())) > self.attributes.get("largest_strain", 0.0):
+            self.attributes |= {"largest_strain": largest, "largest_strain_position": centres[principal.argmax()]}
+        inverted = np.flatnonzero(np.linalg.det(gradients) <= 0.0)
+        if inverted.size and "inverted_cells" not in self.attributes:
             self.attributes["inverted_cells"] = int(inverted.size)
-            place = coordinates(space.mesh.p[:, space.mesh.t[:, inverted[0]]].mean(axis=1))
+            place = coordinates(centres[inverted[0]])
             _logger.warning(
                 "kinematics: small strain turns %d of %d cells inside out, such as that at %s: write kinematics: "
                 "finite, or load the body less",
@@ -216,14 +222,15 @@ class Recorder:
     def saved_state(self) -> Any:
         """Return what :meth:`restore` needs, as plain data and arrays."""
         self._snapshots.carry(self._arrays)
-        inverted = self.attributes.get("inverted_cells", 0)
-        return {"next": self._next, "inverted_cells": inverted, "observed": self._observed, **self._arrays}
+        nowhere = np.zeros(self._system.space.dim)
+        nothing = {"inverted_cells": 0, "largest_strain": 0.0, "largest_strain_position": nowhere}
+        judged = {name: self.attributes.get(name, none) for name, none in nothing.items()}
+        return {"next": self._next, "judged": judged, "observed": self._observed, **self._arrays}
 
     def restore(self, saved: Any) -> None:
         """Go on where :meth:`saved_state` was called."""
         self._next = saved["next"]
-        if saved["inverted_cells"]:
-            self.attributes["inverted_cells"] = saved["inverted_cells"]
+        self.attributes |= {name: value for name, value in saved["judged"].items() if np.any(value)}
         for name, array in {"observed": self._observed, **self._arrays}.items():
             array[...] = saved[name]
 

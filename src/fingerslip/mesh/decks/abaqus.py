@@ -6,6 +6,7 @@ assembly name an instance. A flat deck has all of it without parts. Capital and 
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
@@ -395,10 +396,12 @@ def read_abaqus(file: Path) -> Deck:
     body, top = _Body(), list[Keyword]()
     blocks: dict[str, list[tuple[Keyword, list[Keyword]]]] = {"PART": [], "INSTANCE": []}
     target, opened = top, None
-    for keyword in read_keywords(file):
-        if keyword.name == "STEP":
-            body.left_out["*Step"] += 1
-            break
+    keywords = read_keywords(file)
+    steps = [keyword.options.get("NLGEOM", "NO").upper() for keyword in keywords if keyword.name == "STEP"]
+    if steps:
+        is_large = any(option != "NO" for option in steps)
+        body.left_out["*Step" + " (its nlgeom=YES is large strain: write kinematics: finite)" * is_large] += 1
+    for keyword in itertools.takewhile(lambda keyword: keyword.name != "STEP", keywords):
         if keyword.name in blocks:
             target, opened = [], keyword
             blocks[keyword.name].append((keyword, target))

@@ -17,7 +17,7 @@ from fingerslip.report.tables.parameters import ASSUMED, NOT_USED
 from fingerslip.results import RunResult, StudyResult
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import EventSettings
-from fingerslip.slip.measures import INVERTED, resolution_warnings
+from fingerslip.slip.measures import INVERTED, LARGEST_STRAIN, resolution_warnings
 from fingerslip.slip.windows import LATENCY, READINGS
 from fingerslip.uncertainty import studied_settings, varied_settings
 from fingerslip.units import si_quantity
@@ -263,7 +263,7 @@ def quotable(content: ReportContent) -> Mapping[str, str]:
     if not runs or content.study.ranges:
         return {}
     has_bars = any(run.uncertainty for run in runs)
-    coarse = (resolution_warnings({run.name: {**run.numbers, INVERTED: 0}}) for run in runs)
+    coarse = (resolution_warnings({run.name: {**run.numbers, INVERTED: 0, LARGEST_STRAIN: 0}}) for run in runs)
     faults = {
         "inverted": any(run.numbers.get(INVERTED) for run in runs),
         "coarse": any(coarse),

@@ -104,6 +104,7 @@ def test_no_time_is_told_of_a_run_whose_cells_are_turned_inside_out():
     assert "Quote" not in box
     assert box["Do not quote"].startswith("forces and times of slip of runs whose cells are turned inside out")
     assert "too coarse" not in box["Do not quote"]
+    assert "Quote" in quotable(content(RunResult("a", {}, SLIPPED, numbers={"largest_strain": 0.5})))
 
 
 def test_where_there_is_no_trend_or_no_slip_none_is_claimed_and_samples_have_no_names():
