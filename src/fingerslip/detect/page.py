@@ -367,7 +367,7 @@ def _pictures(clip: SlipClip, numbers: Sequence[int]) -> list[NDArray[np.uint8]]
     if clip.residual:
         left = np.array([np.hypot(*clip.residual[number].residual.T) for number in numbers])
         marked = np.where(np.isnan(left), np.nan, left > 1.0)
-    return list(overlay_frames(frames, chosen, arrows=-moved, marked=marked))
+    return list(overlay_frames(frames, chosen, arrows=moved, marked=marked))
 
 
 def _clips_html(clip: SlipClip) -> str:

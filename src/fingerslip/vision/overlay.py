@@ -52,12 +52,12 @@ def overlay_frames(
     arrows: Floats | None = None,
     marked: Flags | Floats | None = None,
 ) -> Iterator[Frame]:
-    """Yield frames (height, width, 3) with a circle at each marker that is seen, an arrow at it, time and count.
+    """Yield frames (height, width, 3) with a circle at each marker that is seen, an arrow to it, time and count.
 
     Colours are those of rings, white for markers that do not move with their neighbours (`still`), or where `marked`
     (n_times, n_markers) is given orange and blue, white where that is NaN. Circles are as large as the markers
     (`radius`), thin where their quality is below 0.6. Arrows (n_times, n_markers, 2) [px] are displacements unless
-    given. What tracks say of a frame (`frame_state`) is written.
+    given, their heads at the markers. What tracks say of a frame (`frame_state`) is written.
     """
     position, quality = check_tracks(tracks)["position"].values, tracks["quality"].values
     _check_pixels(tracks, "tracks")
@@ -81,7 +81,7 @@ def overlay_frames(
                 colour = _WHITE
             bold = 2 if quality[number, marker] >= _DOUBTFUL else 1
             pen.circle(position[number, marker], 1.6 * radii[marker] + 1.0, colour, bold)
-            pen.arrow(position[number, marker], vectors[number, marker], colour)
+            pen.arrow(position[number, marker] - vectors[number, marker], vectors[number, marker], colour)
         state = "" if states[number] == FINE else f", {STATES[int(states[number])]}"
         return f"{seen[number].sum()} of {count} markers{state}"
 

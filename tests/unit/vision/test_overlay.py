@@ -31,10 +31,10 @@ def columns(frame, ring):
 def test_markers_have_circles_and_arrows_in_the_colour_of_their_ring_or_mark():
     first, second = overlay_frames([GREY, GREY], tracks())
     assert first.shape == (120, 160, 3)
-    for frame, ring, x in ((first, 0, 40), (first, 1, 100), (second, 0, 60)):
+    for frame, ring, x in ((first, 0, 40), (first, 1, 100), (second, 0, 40)):
         assert x - 5 <= columns(frame, ring).min() <= x + 5
     assert columns(first, 0).max() <= 46, "no arrow at rest"
-    assert columns(second, 0).max() == pytest.approx(80, abs=1)
+    assert 60 <= columns(second, 0).max() <= 66, "the head is at the marker"
     assert not coloured(second, 1).any(), "a lost marker is not drawn"
     assert (first[:30] == 255).all(axis=2).any(), "time and count"
     (frame,) = overlay_frames([GREY], tracks().isel(time=slice(1)), marked=np.array([[True, False]]))
@@ -47,7 +47,7 @@ def test_markers_have_circles_and_arrows_in_the_colour_of_their_ring_or_mark():
 
 def test_arrows_are_drawn_over_a_copy_of_frames_in_their_colours():
     arrows = np.zeros((2, 2, 2))
-    arrows[0, 0] = [0.0, 30.0]
+    arrows[0, 0] = [0.0, -30.0]
     (frame,) = overlay_frames([GREY], tracks().isel(time=slice(1)), arrows=arrows[:1])
     assert np.flatnonzero(coloured(frame, 0).any(axis=1)).max() == pytest.approx(90, abs=1)
     assert list(overlay_frames([], tracks().isel(time=slice(0)))) == []
