@@ -51,7 +51,7 @@ def test_ten_commands_make_a_detector(tmp_path, monkeypatch):
     assert len(list(Path("inquiry").glob("*.png"))) == 3
     assert "no guarantee" in printed[4]
     assert printed[4].endswith("test trials, not seen: slide-0004, slide-0011\n")
-    assert all("frames a second" in text for text in printed[5:7])
+    assert all("processed a second" in text for text in printed[5:7])
     assert "found before gross slip" in printed[8]
     exec(compile(textwrap.dedent(submitting), "tutorial-detector.md", "exec"), {})
     assert "onset error" in run(COMMANDS[9])

@@ -96,7 +96,7 @@ def tracking_options(
         bool | None, Option("--bright/--dark", help="Whether markers are bright or dark; else it is found.")
     ] = None,
     frame_rate: Annotated[
-        float | None, Option(metavar="HZ", help="Frames a second, where the video does not say.")
+        float | None, Option(metavar="HZ", help="Frames a second, whatever the video says.")
     ] = None,
     channel: Annotated[str, Option(help="Of colour frames: grey, blue, green or red.")] = "grey",
 ) -> dict[str, Any]:

@@ -15,15 +15,16 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from fingerslip.arrays import Floats
-from fingerslip.detect.folders import OF_CLIPS
+from fingerslip.detect.folders import OF_CLIPS, OF_TRACKS, tracks_in
 from fingerslip.detect.live import Finding
 from fingerslip.detect.model_file import time_error_text
+from fingerslip.detect.recordings import read_any_tracks
 from fingerslip.detect.residual import STILL, ResidualFinding, ResidualSettings, Slide, slides_of
 from fingerslip.detect.timeline import Timeline, mark_events, read_timeline, timeline_figure, write_timeline
 from fingerslip.errors import InputError
 from fingerslip.libraries import xr
 from fingerslip.report.colours import BLACK, GREY, SKY, VERMILLION
-from fingerslip.report.figures.markers import SHOWN_UNITS
+from fingerslip.report.figures.markers import SHOWN_UNITS, marker_tracks_figure
 from fingerslip.report.figures.style import figure_grid, picture_bytes, say, show_picture, with_style
 from fingerslip.report.page.page import Picture, Report, ReportSection, write_page
 from fingerslip.storage.files import check_replaceable, new_folder, write_text
@@ -387,7 +388,9 @@ def _clips_html(clip: SlipClip) -> str:
 
 
 def draw(folder: Path, kind: str) -> Figure:
-    """Draw a figure of a folder that a detector wrote."""
+    """Draw a figure of what a detector or the tracker wrote."""
+    if kind in OF_TRACKS:
+        return marker_tracks_figure(read_any_tracks(tracks_in(folder)))
     if kind in OF_CLIPS:
         return timeline_figure(read_timeline(folder))
     from fingerslip.detect.evaluation.figures import figures_of, read_judged

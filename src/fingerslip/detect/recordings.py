@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from fingerslip.detect.folders import TRACK_FILES
 from fingerslip.detect.labels import LabelSettings, Onsets, labels_from_external_markers, read_rows
 from fingerslip.detect.trials import CONDITIONS, Trial
 from fingerslip.errors import InputError, shorten
@@ -29,8 +30,6 @@ _NO_RING = -1
 _SHOWN = {"m": "mm", "m/s": "mm/s", "rad": "deg", "Pa": "kPa"}  # units in which people write some others
 _KEPT = ("frame_rate", "image_width", "image_height", "source", "warnings")
 _HEADING = re.compile(r"\s*(?P<name>[^\[\]]+?)\s*(?:\[(?P<unit>[^\[\]]+)\])?\s*")
-#: Endings of the names of files that hold tracks.
-TRACK_FILES = (".nc", ".csv")
 
 
 def read_any_tracks(path: Path) -> xr.Dataset:

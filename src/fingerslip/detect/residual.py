@@ -363,6 +363,6 @@ def findings_table(findings: Sequence[Finding], title: str, note: str) -> Table:
         ("median latency [ms]", f"{1e3 * latency.median:.3g}"),
         ("latency of 95 % of frames below [ms]", f"{1e3 * latency.late:.3g}"),
         ("largest latency [ms]", f"{1e3 * latency.largest:.3g}"),
-        ("frames a second", f"{latency.rate:.4g}"),
+        ("processed a second", f"{latency.rate:.4g}"),
     )
     return Table(title, (Column(""), Column("value")), rows, note)

@@ -25,10 +25,10 @@ from fingerslip.detect.evaluation.scores import (
     table_of,
 )
 from fingerslip.detect.features import MotionSettings, markers_of
-from fingerslip.detect.folders import origin_of
+from fingerslip.detect.folders import TRACK_FILES, origin_of
 from fingerslip.detect.labels import Onsets, read_onsets
 from fingerslip.detect.model_file import detector_table, read_detector, write_detector
-from fingerslip.detect.recordings import TRACK_FILES, read_any_tracks, recorded_trials
+from fingerslip.detect.recordings import read_any_tracks, recorded_trials
 from fingerslip.detect.samples import Sampling, benchmark_test_trials, grouped_folds, left_out
 from fingerslip.detect.training import (
     TIME_ERROR,
@@ -49,7 +49,7 @@ from fingerslip.errors import InputError, shorten
 from fingerslip.libraries import xr
 from fingerslip.storage.files import check_replaceable, folder_beside
 from fingerslip.tables.table import Table
-from fingerslip.vision.video import dropped_frames, live_frames, open_frames
+from fingerslip.vision.video import dropped_frames, frames_text, live_frames, open_frames
 
 if TYPE_CHECKING:
     from fingerslip.detect.live import Finding, LiveDetector
@@ -333,7 +333,7 @@ def run_detector(
             lens = lens_of(tracking.get("calibration"), frames)
             rows, broken = follow_video(frames, tracker)
             tracks = tracks_of(tracker, rows, frames.frame_rate, lens, broken, rest_frames=rest_frames)
-            note = "Latency with the tracker."
+            note = f"{frames_text(len(rows), frames, tracking.get('frame_rate'))}. Latency with the tracker."
             seconds = np.array([row.seconds for row in rows])
         if trained:
             if frames is None:

@@ -237,6 +237,12 @@ def open_frames(video: VideoInput, frame_rate: float | None = None, channel: Cha
     return Frames("video", rate, lambda: (grey_frame(np.asarray(frame), channel, "video") for frame in video))
 
 
+def frames_text(count: int, frames: Frames, given: float | None) -> str:
+    """Say how many frames a video has, how many a second, and whether that rate is the file's."""
+    origin = "the file's" if given is None else "--frame-rate"
+    return f"{count} frames at {frames.frame_rate:g} a second ({origin})"
+
+
 def grey_frame(frame: NDArray[Any], channel: Channel, name: str) -> Frame:
     """Return a frame as grey levels from 0 to 255."""
     frame = np.asarray(frame)

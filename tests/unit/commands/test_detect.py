@@ -27,7 +27,7 @@ def test_from_trials_to_events_and_scores(invoke, folder):
     assert trained.output.endswith(f"test trials, not seen: {tests}\n")
     for detector in ((), ("--detector", "detector")):
         ran = invoke("detect", "run", folder / "slide-0000" / "tracks.nc", *detector, "--output", "slip")
-        assert "frames a second" in ran.output
+        assert "processed a second" in ran.output
         assert "page: slip/slip.html" in ran.output
     Path("table.csv").write_text("file,indentation [mm]\ntracks.nc,3\n")
     found = invoke("detect", "collect", folder / "slide-0000", "table.csv", "--rest", "20", "--output", "mine")

@@ -461,7 +461,7 @@ def test_a_camera_is_watched_and_events_are_told_as_they_come():
     table = watch_camera(rows, "residual", {"n_markers": 25, "rest_frames": 20}, told.append)
     assert [line.partition(": ")[2].partition(" since")[0] for line in told] == ["slip", "gross slip"]
     assert float(told[1].partition(" s:")[0]) == pytest.approx(57 / 30, abs=0.1)
-    assert [row[0].split(" [")[0] for row in table.rows[-4:]] == [*LATENCIES, "frames a second"]
+    assert [row[0].split(" [")[0] for row in table.rows[-4:]] == [*LATENCIES, "processed a second"]
     assert table.note.endswith("1 frames were dropped.")
 
 

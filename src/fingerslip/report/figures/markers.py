@@ -54,22 +54,24 @@ def centre_last(rings: NDArray[np.integer]) -> NDArray[np.intp]:
 
 @with_style
 def marker_tracks_figure(tracks: xr.Dataset, title: str = "") -> Figure:
-    """Draw how far each marker has moved along each axis since it was first seen, over time, coloured by ring."""
+    """Draw how far each marker has moved since it was first seen, over time, coloured by its distance from the middle."""
     unit, scale = SHOWN_UNITS[str(tracks["position"].attrs["units"])]
     axes_names, heading = [str(name) for name in tracks["axis"].values], join_title("Markers over time", title)
     labels = ("time [s]", f"displacement [{unit}]")
-    figure, panels = figure_grid(len(axes_names), 3, (3.6, 2.8), heading, labels, share="x")
-    rings = tracks["ring"].values if "ring" in tracks.coords else np.zeros(tracks.sizes["marker"], dtype=int)
-    colours = ring_colours(rings)
+    figure, panels = figure_grid(len(axes_names), 3, (3.6, 2.8), heading, labels)
+    moved = position = tracks["position"].values
+    first = position[:1].mean(axis=0)
+    if len(position):
+        first = position[(~np.isnan(position)).all(axis=2).argmax(axis=0), np.arange(position.shape[1])]
+        moved = scale * (position - first)
+    away = np.nan_to_num(np.linalg.norm(first - np.nanmean(first, axis=0), axis=1))
+    colours = colormaps["viridis"](0.85 * away / (away.max(initial=0.0) or 1.0))
     for number, (axes, name) in enumerate(zip(panels, axes_names, strict=True)):
-        values = tracks["position"].values[:, :, number]
-        if values.size:
-            # Since a marker was first seen.
-            values = scale * (values - values[(~np.isnan(values)).argmax(axis=0), np.arange(values.shape[1])])
         axes.set_title(f"along {name}")
-        for marker in centre_last(rings):
-            axes.plot(tracks["time"], values[:, marker], color=tuple(colours[marker]), linewidth=0.8)
-    add_legend(figure, ring_keys(rings) if "ring" in tracks.coords else {})
+        for marker in np.argsort(-away):
+            axes.plot(tracks["time"], moved[:, marker, number], color=tuple(colours[marker]), linewidth=0.6)
+    ends = {"markers in the middle": away.argmin(), "at the rim": away.argmax()} if away.any() else {}
+    add_legend(figure, {name: Line2D([], [], color=tuple(colours[end]), linewidth=2.0) for name, end in ends.items()})
     return figure
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from fingerslip.storage.files import check_replaceable, folder_beside
-from fingerslip.vision.video import open_frames
+from fingerslip.vision.video import frames_text, open_frames
 
 
 def track_video(
@@ -46,7 +46,8 @@ def track_video(
     write_tracking(tracks, frames, folder, fields=computed)
     for text in filter(None, str(tracks.attrs["warnings"]).split("\n")):
         yield f"warning: {text}"
-    count, times = tracks.sizes["marker"], tracks.sizes["time"]
+    count = tracks.sizes["marker"]
+    length = frames_text(tracks.sizes["time"], frames, options.get("frame_rate"))
     partial = "partial tracks" if tracks.attrs["partial"] else "tracks"
     still = int(tracks["still"].sum()) if "still" in tracks else 0
     beside = f"; {still} do not move with their neighbours: reflections, or markers that stick beside slip" * (
@@ -56,7 +57,7 @@ def track_video(
     found = f"{followed:.2f} % of the positions found"
     if visible < followed:
         found += f", {visible:.2f} % of those of all visible markers"
-    yield f"{partial} of {count} markers in {times} frames, {found}, at rest in the first {rest}{beside}"
+    yield f"{partial} of {count} markers in {length}, {found}, at rest in the first {rest}{beside}"
     yield f"quality: {folder / 'quality.html'}{', which was replaced' if is_there else ''}"
     if computed is not None:
         yield f"fields: {folder / 'fields.nc'}, fields.png, {', '.join(f'{name}.avi' for name in SHOWN_FIELDS)}"

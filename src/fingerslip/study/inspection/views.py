@@ -91,8 +91,9 @@ def kinds_text(target: Path | None = None) -> str:
     """Return the kinds of figures with what they show, in lines: those that a folder has something for, or all."""
     others = {DETECTOR: "what the detector that ships finds in a sensor's markers", FILM: "a film, as MP4"}
     every = {**OF_STUDIES, **_OF_REACTIONS, **_OF_FITS, **OF_RUNS, **others, **OF_EVALUATIONS, **OF_CLIPS}
-    kinds = every if target is None else kinds_of(target) or _result_kinds(target)
-    return "\n".join(f"{name}: {words}" for name, words in every.items() if name in kinds)
+    of_detector = {} if target is None else kinds_of(target)
+    kinds = every if target is None else of_detector or _result_kinds(target)
+    return "\n".join(f"{name}: {of_detector.get(name, words)}" for name, words in every.items() if name in kinds)
 
 
 def _result_kinds(target: Path) -> set[str]:
@@ -205,13 +206,14 @@ def _save(draw_figure: Callable[[], Figure], path: Path, choice: FigureChoice) -
 
 
 def _save_of_detector(target: Path, choice: FigureChoice, output: Path | None) -> Path:
-    """Write a figure of an evaluation of detectors, or of a clip that one ran on."""
+    """Write a figure of an evaluation of detectors, of a clip that one ran on, or of tracks."""
     for option, value in {"--run": choice.run, "--over": choice.path, "--time": choice.times}.items():
         if value:
             raise InputError(f"figure: {option}", f"does not fit --kind {choice.kind}", "needs none", "leave it out")
     from fingerslip.detect.page import draw
 
-    return _save(lambda: draw(target, choice.kind), output or target / f"{choice.kind}.{choice.form}", choice)
+    folder = target.parent if target.is_file() else target
+    return _save(lambda: draw(target, choice.kind), output or folder / f"{choice.kind}.{choice.form}", choice)
 
 
 def with_run(target: Path, choice: FigureChoice) -> FigureChoice:
