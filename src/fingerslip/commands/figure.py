@@ -12,7 +12,7 @@ from fingerslip.report.scene.names import CAMERAS, FIELDS, alternatives
 
 
 def figure(  # noqa: PLR0917  the options of a command line have no order
-    target: Annotated[Path, Argument(metavar="RESULT", help="Folder of a study, a run, tracks, an evaluation or a clip.")],
+    target: Annotated[Path, Argument(metavar="RESULT", help="Folder of a study, run, tracks, evaluation or clip.")],
     kind: Annotated[str, Option(help="What is shown; 'list' prints all kinds.", autocompletion=figure_kinds)] = "list",
     form: Annotated[Literal["pdf", "svg", "png"], Option("--format", help="Of the file.")] = "pdf",
     style: Annotated[str, Option(help="paper, column, slides or page.")] = "paper",

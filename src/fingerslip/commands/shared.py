@@ -95,9 +95,7 @@ def tracking_options(
     bright: Annotated[
         bool | None, Option("--bright/--dark", help="Whether markers are bright or dark; else it is found.")
     ] = None,
-    frame_rate: Annotated[
-        float | None, Option(metavar="HZ", help="Frames a second, whatever the video says.")
-    ] = None,
+    frame_rate: Annotated[float | None, Option(metavar="HZ", help="Frames a second, whatever the video says.")] = None,
     channel: Annotated[str, Option(help="Of colour frames: grey, blue, green or red.")] = "grey",
 ) -> dict[str, Any]:
     """Return how markers are found as the tracker takes it, which itself refuses other names."""

@@ -27,7 +27,7 @@ from fingerslip.react.settings import ReactionSettings
 from fingerslip.report.citations import bibtex_entries
 from fingerslip.report.colours import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, STATE_COLOURS, VERMILLION
 from fingerslip.report.content import ReportContent
-from fingerslip.report.figures.style import add_legend, figure_grid, with_style
+from fingerslip.report.figures.style import add_legend, figure_grid, name_panel, with_style
 from fingerslip.report.page.assemble import uncertainty_section
 from fingerslip.report.page.page import Picture, Report, ReportSection
 from fingerslip.report.tables.parameters import value_tables
@@ -44,8 +44,12 @@ _FRONTIERS: tuple[dict[str, Any], ...] = (
     {"color": VERMILLION, "linestyle": "solid", "linewidth": 2.5},
     {"color": BLACK, "linestyle": (0, (3, 2)), "linewidth": 1.2},
 )
+# Lines at the delays of up to five reactions beside latencies.
+_REACTIONS: Sequence[Any] = [
+    {"color": colour, "linestyle": dashes, "linewidth": 0.9, "zorder": 1}
+    for colour, dashes in ((GREY, "solid"), (BLACK, "dashed"), (GREY, "dashed"), (BLACK, "dotted"), (GREY, "dashdot"))
+]
 _DOT: dict[str, Any] = {"marker": "o", "markersize": 4.0, "markeredgecolor": "white", "color": VERMILLION}
-_NAME_REACH, _NAME_HEIGHT = 0.22, 1.5  # of a name in that axis: a share of its width, and a factor
 _LOWEST = 4.0  # [ms], the lower end of the axis of critical latencies
 # Lines that cover each other are ever thinner, so that all can be seen. Looks are cycled through by numbers without a
 # common factor: the first 21 panels and 20 detectors differ.
@@ -97,13 +101,13 @@ def map_figure(reactions: Reactions, *, saves: Mapping[str, Flags] = MappingProx
     return figure
 
 
-def _delays(settings: ReactionSettings, third: str = "servo") -> dict[str, float]:
-    """Return the delays after an alarm of three reactions that are tried [ms]: first the study's own, then some."""
-    tried, first = settings.named_reactions, ("this reflex", "robot-piezo", "human-slip", third)
+def _delays(settings: ReactionSettings) -> dict[str, float]:
+    """Return the delays after an alarm of reactions that are tried [ms]: first the study's own, then some."""
+    tried, first = settings.named_reactions, ("this reflex", "robot-piezo", "human-slip", "servo", "prosthesis")
     names = [
         name for name in {**dict.fromkeys(first), **tried} if name in tried and tried[name].reflex.since == "alarm"
     ]
-    return {name: 1e3 * tried[name].delay for name in names[:3]}
+    return {name: 1e3 * tried[name].delay for name in names}
 
 
 def _only_cells(axes: Axes) -> None:
@@ -138,9 +142,11 @@ def _draw_frontier(axes: Axes, saved: Flags, **look: Any) -> None:
 def margin_figure(reactions: Reactions) -> Figure:
     """Draw critical latency against rate of the load at the friction of the centre, and travel against latencies."""
     settings, result = reactions.settings, reactions.result
-    title = f"Friction {result.friction:g}, {1e3 * settings.mass:g} g"
+    others = "; others: see the map" if len(reactions.frictions) > 1 else ""
+    title = f"Friction {result.friction:g}, {1e3 * settings.mass:g} g{others}"
     count = 2 if result.travels else 1  # without latencies nothing is known of travels
-    figure, (rates, *rest) = figure_grid(count, 2, _PANEL_OF_LINES, title, ("", ""), share="none")
+    figure, (rates, *rest) = figure_grid(count, 2, _PANEL_OF_LINES, "What a latency costs", ("", ""), share="none")
+    name_panel(rates, title)
     row = reactions.frictions.index(result.friction)
     keys: dict[str, Artist] = {}
     for detector, dashes, marker in zip(settings.detectors, cycle(_DASHES), cycle(_MARKERS), strict=False):
@@ -152,13 +158,20 @@ def margin_figure(reactions: Reactions) -> Figure:
             if heading:
                 keys.setdefault(heading, Line2D([], [], **look))
         keys[f"after '{detector}'"] = Line2D([], [], color=GREY if heading else colour, linestyle=dashes, marker=marker)
-    _finish_rates(rates, reactions.load_rates, _delays(settings, "prosthesis"))
+    delays = dict(zip(_delays(settings).items(), _REACTIONS, strict=False))
+    _finish_rates(rates, reactions.load_rates, max((delay for _, delay in delays), default=_LOWEST))
     for travels in rest:
         latencies, ways = 1e3 * np.array(list(result.travels)), 1e3 * np.array(list(result.travels.values()))
         limit = 1e3 * settings.travel_limit
         last = int(np.searchsorted(ways, limit)) + 1
         travels.plot(latencies[:last], ways[:last], color=_PANEL_COLOURS[0], marker="o")
-        _finish_travels(travels, limit, f"{reactions.where}, after '{settings.detector}'", _delays(settings))
+        _finish_travels(travels, limit, f"{reactions.where}, after '{settings.detector}'")
+    for (name, delay), look in delays.items():
+        keys[f"{name}, {delay:.0f} ms"] = rates.axhline(delay, **look)
+        for travels in (axes for axes in rest if delay < axes.get_xlim()[1]):
+            travels.axvline(delay, **look)
+    if any(np.isnan(curve.get_ydata()).any() for curve in rates.lines):  # type: ignore[arg-type]
+        keys["no mark: no latency is short enough"] = Line2D([], [], linestyle="none")
     add_legend(figure, keys)
     return figure
 
@@ -189,36 +202,21 @@ def outcome_figure(reactions: Reactions) -> Figure:
     return figure
 
 
-def _finish_rates(axes: Axes, rates: Sequence[float], delays: Mapping[str, float]) -> None:
-    """Give critical latencies their axes, and the delays of some reactions [ms] as lines."""
+def _finish_rates(axes: Axes, rates: Sequence[float], highest: float) -> None:
+    """Give critical latencies their axes, up to the highest line [ms] at least."""
     axes.set(xscale="log", yscale="log", xlabel="rate of the load [N/s]", ylabel="critical latency [ms]")
     axes.set_xticks(rates, [f"{rate:g}" for rate in rates], minor=False)
     axes.set_xticks([], minor=True)
-    axes.set_ylim(_LOWEST, max(axes.get_ylim()[1], 1.2 * axes.dataLim.y1))
+    axes.set_ylim(_LOWEST, 1.3 * max(axes.dataLim.y1, highest))
     axes.yaxis.set_major_formatter("{x:g}")
-    curves: Any = [line.get_data() for line in axes.lines]
-    reach = rates[0] * (rates[-1] / rates[0]) ** _NAME_REACH
-    for name, delay in delays.items():
-        axes.axhline(delay, color=GREY, linewidth=0.8, zorder=1)
-        # Curves fall: a name that is below all of them has room at the left.
-        below = all(np.interp(reach, *curve) > _NAME_HEIGHT * delay for curve in curves)
-        place: dict[str, Any] = {"ha": "left" if below else "right", "va": "bottom", "clip_on": True, "zorder": 5}
-        place["transform"] = axes.get_yaxis_transform()
-        text = axes.text(0.01 if below else 1.0, 1.04 * delay, f"{name} {delay:.0f}", color=GREY, fontsize=7.0, **place)
-        text.set_bbox({"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.5})
 
 
-def _finish_travels(axes: Axes, limit: float, title: str, delays: Mapping[str, float]) -> None:
-    """Give travels their axes, the limit [mm], and the delays of some reactions [ms] as lines."""
-    axes.set(title=title, xlabel="latency [ms]", ylabel="largest travel [mm]", ylim=(0.0, 1.08 * limit))
+def _finish_travels(axes: Axes, limit: float, title: str) -> None:
+    """Give travels their axes, and the limit [mm]."""
+    axes.set(xlabel="latency [ms]", ylabel="largest travel [mm]", ylim=(0.0, 1.15 * limit))
+    name_panel(axes, title)
     axes.axhline(limit, color=VERMILLION, linewidth=0.9)
-    left, right = axes.get_xlim()
-    axes.text(left, limit, "  lost", va="bottom", color=VERMILLION, fontsize=7.5)
-    for name, delay in delays.items():
-        if delay < right:
-            axes.axvline(delay, color=GREY, linewidth=0.8, zorder=1)
-            label = f" {name}"
-            axes.text(delay, 0.93 * limit, label, rotation=90, ha="right", va="top", color=GREY, fontsize=7.0)
+    axes.text(axes.get_xlim()[0], limit, "  lost", va="bottom", color=VERMILLION, fontsize=7.5)
 
 
 _FILM_WORDS = (

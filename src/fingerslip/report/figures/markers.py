@@ -54,7 +54,7 @@ def centre_last(rings: NDArray[np.integer]) -> NDArray[np.intp]:
 
 @with_style
 def marker_tracks_figure(tracks: xr.Dataset, title: str = "") -> Figure:
-    """Draw how far each marker has moved since it was first seen, over time, coloured by its distance from the middle."""
+    """Draw how far each marker has moved since it was first seen, coloured by its distance from the middle."""
     unit, scale = SHOWN_UNITS[str(tracks["position"].attrs["units"])]
     axes_names, heading = [str(name) for name in tracks["axis"].values], join_title("Markers over time", title)
     labels = ("time [s]", f"displacement [{unit}]")

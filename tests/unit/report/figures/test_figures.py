@@ -198,7 +198,7 @@ FIGURES = {
         ["h1, skin", "h2, skin", "v1, tissue"], {"displacement", "plate", "overall"}, [0.05, 0.09]),
     "marker tracks": (
         lambda: markers.marker_tracks_figure(tracks(ring=LAYOUT.ring), "slide"), ["along x", "along y"],
-        {"Markers over time: slide", "displacement [mm]", "centre", "ring 2"}),
+        {"Markers over time: slide", "displacement [mm]", "markers in the middle", "at the rim"}),
     "fields": (
         lambda: markers.fields_figure(fs.marker_fields(tracks()), 0.5, "slide"), FIELDS,
         {"Fields from markers at 0.5 s: slide", "x at rest [mm]"}),
@@ -783,7 +783,7 @@ def test_reference_nodes_are_drawn_with_the_plate_and_without_the_jerk_at_the_st
     assert (axes.get_ylabel(), axes.get_ylim()[1]) == ("acceleration [m/s²]", pytest.approx(0.13))
 
 
-def test_markers_are_lines_in_the_colours_of_their_rings_with_gaps_where_they_are_lost():
+def test_markers_are_lines_coloured_by_their_distance_from_the_middle_with_gaps_where_they_are_lost():
     first, second = panels(drawn("marker tracks"))
     colours = [item.get_color() for item in first.lines]
     rings = list(map(tuple, markers.ring_colours(np.arange(3))))
@@ -792,7 +792,6 @@ def test_markers_are_lines_in_the_colours_of_their_rings_with_gaps_where_they_ar
     figure = markers.marker_tracks_figure(tracks("px"))
     gaps = [int(np.isnan(np.asarray(item.get_ydata(), dtype=float)).sum()) for item in panels(figure)[0].lines]
     assert sorted(gaps) == [0] * 24 + [10]
-    assert "centre" not in words(figure), "without rings there is no key"
     assert len(panels(markers.marker_tracks_figure(fs.make_tracks(np.empty((0, 2, 2)), [], units="px")))[0].lines) == 2
 
 
