@@ -247,7 +247,8 @@ def stored_result(folder: Path, *, is_whole: bool = False) -> RunResult:
 
     Its other files are checked unless they are known to be whole.
     """
-    missing = ResultError(f"{folder}: {without_results(folder, f'holds no finished run; {_REPAIR}')}")
+    lacks = f"holds no finished run, needs the folder of a run or a study; {_REPAIR}"
+    missing = ResultError(f"{folder}: {without_results(folder, lacks)}")
     try:
         values = read_json(folder / RESULT, _REPAIR, _STORED)
     except FileNotFoundError:

@@ -249,8 +249,9 @@ def detector_table(detector: Detector, shares: Floats | None = None) -> Table:
 
 
 def time_error_text(error: Sequence[float]) -> str:
-    """Say how far times of slip were off in tests: median, 5 % and 95 % [s]; nothing is not known."""
+    """Say how far times of slip were off in tests, by their sizes, mean [s] and number; nothing is not known."""
     if not error:
         return "not known"
-    middle, low, high = (f"{1e3 * value:.0f}" for value in error)
-    return f"{middle} ms ({low} to {high}), in trials that the detector did not learn from"
+    middle, low, high, *others = (f"{1e3 * value:.0f}" for value in error[:4])
+    mean, count = (f", {others[0]} ms in the mean", f"{error[4]} ") if others else ("", "")
+    return f"{middle} ms in size ({low} to {high}){mean}, in {count}trials that the detector did not learn from"

@@ -78,7 +78,7 @@ class SlipClip:
     findings: Sequence[Finding]  # of each time
     latency: Table
     frames: Frames | None = None  # of the video, where there is one
-    time_error: Sequence[float] = ()  # median, 5 % and 95 % of the error of the time of slip, where it is known [s]
+    time_error: Sequence[float] = ()  # of the time of slip, as its detector has it
     source: str = ""  # its file
     detector: str = ""  # what looked at it
     about: Table | None = None  # what that is, of a trained one

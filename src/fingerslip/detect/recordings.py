@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from fingerslip.detect.folders import TRACK_FILES
-from fingerslip.detect.labels import LabelSettings, Onsets, labels_from_external_markers, read_rows
+from fingerslip.detect.labels import LabelSettings, Onsets, labels_from_external_markers, read_rows, times_of
 from fingerslip.detect.trials import CONDITIONS, Trial
 from fingerslip.errors import InputError, shorten
 from fingerslip.libraries import xr
@@ -115,6 +115,7 @@ def recorded_trials(
         if any(wrong):
             origin["warnings"] = "\n".join(filter(None, wrong))
         labels = {"user": onsets[path.stem]} if path.stem in onsets else {}
+        _check_within(labels, float(tracks["time"][-1]), path.stem)
         if values.get(SLIP) == NO_SLIP_WORD:
             labels["user"] = Onsets(None, None)
         if (tracks["kind"].values.astype(str) == "external").sum() > 1:
@@ -126,6 +127,13 @@ def recorded_trials(
             repair = f"labels name {shorten(unused)}, as no trial here is named" if unused else ""
             raise InputError(f"trial {path.stem}", "has nothing to label it by", allowed, repair)
         yield Trial(path.stem, tracks, labels, values, origin)
+
+
+def _check_within(labels: Mapping[str, Onsets], end: float, name: str) -> None:
+    """Refuse onsets after the end [s] of a trial, such as milliseconds."""
+    if (last := np.nan_to_num(times_of(labels.values())).max(initial=0.0)) > end:
+        fault = f"has slip at {last:g} s, after its end at {end:.3g} s"
+        raise InputError(f"labels: {name}", fault, "needs times within it", "write seconds, not milliseconds")
 
 
 def with_external(tracks: xr.Dataset, outer: xr.Dataset, where: str = "external") -> xr.Dataset:

@@ -170,7 +170,7 @@ def margin_figure(reactions: Reactions) -> Figure:
         keys[f"{name}, {delay:.0f} ms"] = rates.axhline(delay, **look)
         for travels in (axes for axes in rest if delay < axes.get_xlim()[1]):
             travels.axvline(delay, **look)
-    if any(np.isnan(curve.get_ydata()).any() for curve in rates.lines):  # type: ignore[arg-type]
+    if any(np.isnan(curve.get_ydata()).any() for curve in rates.lines):
         keys["no mark: no latency is short enough"] = Line2D([], [], linestyle="none")
     add_legend(figure, keys)
     return figure

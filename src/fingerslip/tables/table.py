@@ -63,7 +63,7 @@ class Missing(enum.Enum):
     NOT_COMPARED = ("n/c", "not compared: nothing is published for it, or no run meets the conditions")
     NOT_DEFINED = ("n/a", "not applicable")
     NOT_STUDIED = ("n/s", "not studied")
-    NOT_JUDGED = ("n/j", "not judged")
+    NOT_JUDGED = ("n/j", "not judged: a press, many markers behind, or slip without springing back")
 
     @property
     def shown(self) -> str:

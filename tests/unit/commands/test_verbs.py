@@ -177,7 +177,9 @@ def test_folder_has_tracks_overlay_and_page(invoke, tmp_path):
     frames = clips.filmed(clips.slide(clips.field(), 0.3, count=12, rest=6))
     write_video(tmp_path / "clip.avi", frames, 60.0)
     done = invoke("track", "clip.avi", "--markers", 81, "--rest", 6, "--output", "clip_tracks")
-    assert "tracks of 81 markers in 12 frames at 60 a second (the file's), 100.00 % of the positions found" in done.stdout
+    assert (
+        "tracks of 81 markers in 12 frames at 60 a second (the file's), 100.00 % of the positions found" in done.stdout
+    )
     folder = tmp_path / "clip_tracks"
     assert sorted(path.name for path in folder.iterdir()) == ["overlay.avi", "quality.html", "tracks.csv", "tracks.nc"]
     assert fs.read_tracks(folder / "tracks.nc").sizes["marker"] == 81

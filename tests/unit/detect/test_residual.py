@@ -366,8 +366,10 @@ def test_the_page_says_when_and_how_sure_and_shows_it(tmp_path, monkeypatch):
     assert f"| {tolerant} |" in (ROOT / "docs" / "slip-in-your-video.md").read_text()
     trained = replace(clip, findings=[replace_kind(entry) for entry in clip.findings])
     assert answer_of(trained) == (answer, "Error of the time of slip: not known.")
-    known = answer_of(replace(trained, time_error=(0.012, 0.001, 0.05)))[-1]
-    assert known.endswith(": 12 ms (1 to 50), in trials that the detector did not learn from.")
+    known = answer_of(replace(trained, time_error=(0.012, 0.001, 0.05, -0.003, 7)))[-1]
+    assert known.endswith(
+        ": 12 ms in size (1 to 50), -3 ms in the mean, in 7 trials that the detector did not learn from."
+    )
     assert list(clip.moments) == ["at rest", "slip begins", "between", "gross slip begins"]
     text = write_slip_page(clip, tmp_path / "page").read_text()
     assert sorted(entry.name for entry in (tmp_path / "page").iterdir()) == [
@@ -377,8 +379,8 @@ def test_the_page_says_when_and_how_sure_and_shows_it(tmp_path, monkeypatch):
         "timeline.csv",
         "tracks.nc",
     ]
-    assert kinds_text(tmp_path / "page").startswith("slip-timeline: ")
-    assert kinds_text(tmp_path / "page").count("\n") == 0
+    kinds = [line.partition(":")[0] for line in kinds_text(tmp_path / "page").splitlines()]
+    assert kinds == ["markers", "slip-timeline"]
     drawn, line = page.timeline_of(clip), read_timeline(tmp_path / "page")
     assert drawn.values["sure of slip [%]"].iloc[[0, -1]].tolist() == [0.0, 99.16]
     assert {axes.get_ylabel() for axes in page.field_figure(clip).axes} == {"y at rest [px]"}
@@ -390,6 +392,11 @@ def test_the_page_says_when_and_how_sure_and_shows_it(tmp_path, monkeypatch):
         assert write_figure(tmp_path / "page", choice).name == f"slip-timeline.{form}"
     with pytest.raises(InputError, match="--kind: got 'events', needs one of slip-timeline"):
         write_figure(tmp_path / "page", FigureChoice("events"))
+    tracks = tmp_path / "page" / "tracks.nc"
+    assert write_figure(tracks, FigureChoice("markers", "column", "png")) == tracks.parent / "markers.png"
+    (tmp_path / "detector.json").touch()
+    with pytest.raises(InputError, match="is a detector, needs the folder that fingerslip detect evaluate"):
+        kinds_text(tmp_path)
     with pytest.raises(InputError, match="has no figure confusion, needs the folder that fingerslip detect evaluate"):
         write_figure(tmp_path / "page", FigureChoice("confusion"))
     header = (tmp_path / "page" / "slip.csv").read_text().splitlines()[0]

@@ -65,8 +65,8 @@ def test_thresholds_are_set_by_the_largest_score_before_slip_of_trials_that_were
     def error(labels, begins):
         return training.time_error(*([Onsets(time, None) for time in times] for times in (labels, begins)))
 
-    assert error([1.0] * 3, [1.1, 0.8, 1.3])[training.TIME_ERROR] == pytest.approx([0.2, 0.11, 0.29])
-    assert error([1.0, 2.0, None], [1.5, None, 1.0]) == {training.TIME_ERROR: [0.5] * 3}
+    assert error([1.0] * 3, [1.1, 0.8, 1.3])[training.TIME_ERROR] == pytest.approx([0.2, 0.11, 0.29, 0.0667, 3])
+    assert error([1.0, 2.0, None], [1.5, None, 1.0]) == {training.TIME_ERROR: [0.5] * 4 + [1]}
     assert error([1.0], [None]) == {}
     time, scores = np.arange(4.0), np.array([[0.0, 9.0], [3.0, 9.0], [1.0, 9.0], [8.0, 9.0]])
     largest = [training.largest_before(time, scores, Onsets(*at)) for at in ((2.5, 3.0), (None, None), (0.0, 1.0))]

@@ -243,6 +243,9 @@ def test_missing_recordings_and_labels_are_named(folder):
     labels = {"first.nc": Onsets(1.0, None), "second": Onsets(1.0, None)}
     with pytest.raises(InputError, match=r"first: has nothing to label it by, .*; labels name first.nc, as no trial"):
         list(recorded_trials(folder, folder / "conditions.csv", labels))
+    (folder / "more.csv").write_text("file\nsecond.csv\n")
+    with pytest.raises(InputError, match=r"labels: second: has slip at 1200 s, after its end at .* s"):
+        list(recorded_trials(folder, folder / "more.csv", {"second": Onsets(1200.0, None)}))
 
 
 @pytest.mark.parametrize(

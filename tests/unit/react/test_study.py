@@ -281,6 +281,9 @@ def test_a_latency_that_no_run_lasts_is_doubted(folder, latency, longest):
     note = check_plans([plan_study(folder / "late.yaml")]).note
     text = f"reaction: has a latency of {longest} s, and no run lasts over 0.8 s after its load begins."
     assert (text in note) == (longest is not None) == ("WARNING" in note)
+    heavy = SMALL.replace(RAMP, "step_load: {force: 1800 N}")
+    (folder / "heavy.yaml").write_text(heavy)
+    assert "reaches 1800 N, over 100 times the weight" in check_plans([plan_study(folder / "heavy.yaml")]).note
 
 
 @pytest.mark.parametrize(

@@ -90,7 +90,7 @@ def composed_figure(
     draw_stimulus(stimulus, history.isel(time=seen), times[seen])
     time_axis.mark_panels([stimulus, *others, forces, ratios], history, events.slip, rasters=others[is_flat:])
     style.letter_panels([*lettered, *others, forces, ratios])
-    style.add_legend(figure, keys_below)
+    style.add_legend(figure, (drawn_keys([stimulus]) if style.is_narrow() else {}) | keys_below)
     if spikes and spikes.kinds:
         add_spike_notes(ratios, spikes, history, assumed=assumed)
     return figure
@@ -103,9 +103,10 @@ def draw_stimulus(axes: Axes, history: xr.Dataset, times: NDArray[np.float64]) -
     axes.plot(times, 1e3 * towards, color=palette.BLACK, label="press")
     axes.plot(times, 1e3 * np.linalg.norm(along, axis=1), color=palette.BLACK, linestyle="--", label="slide")
     axes.set_ylabel(of_histories("plate\n[mm]", [history]))
-    axes.set_ylim(top=_KEYS_ROOM * axes.get_ylim()[1])
     axes.yaxis.set_major_locator(MaxNLocator(3))
-    style.add_keys_inside(axes, loc="upper left", ncols=2)
+    if not style.is_narrow():  # else they would cover the lines of events
+        axes.set_ylim(top=_KEYS_ROOM * axes.get_ylim()[1])
+        style.add_keys_inside(axes, loc="upper left", ncols=2)
 
 
 def _picture_titles(history: xr.Dataset, events: Events, wanted: Sequence[float]) -> dict[int, str]:
@@ -176,6 +177,7 @@ def spike_figure(
     rate.set_ylim(bottom=0.0)
     stimulus.set_xlim(times[0], times[-1])
     time_axis.mark_panels(panels, history, events.slip, rasters=[*rasters, rate])
+    style.add_legend(figure, drawn_keys([stimulus]) if style.is_narrow() else {})
     return figure
 
 

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from fingerslip.arrays import Floats
+from fingerslip.errors import InputError
 from fingerslip.history import nearest_snapshot
 from fingerslip.report.colours import BLACK, BLUE, GREY, ORANGE, SKY, VERMILLION
 from fingerslip.report.figures.style import add_legend, crop, figure_grid, join_title, say, show_picture, with_style
@@ -251,7 +252,7 @@ def slide_tracks_figure(tracks: xr.Dataset, history: xr.Dataset, title: str = ""
     """
     window = slide_window(history)
     if window is None:
-        raise ValueError("the history has no slide")
+        raise InputError("markers", "the history has no slide", "needs one", "add a slide to its programme")
     plate = history["counterface_displacement"].values[window.records, 0]
     direction = (plate[-1] - plate[0]) / np.linalg.norm(plate[-1] - plate[0])
     travel = 1e3 * (plate - plate[0]) @ direction

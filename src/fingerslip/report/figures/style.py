@@ -196,7 +196,7 @@ def add_keys_inside(axes: Axes, **where: Any) -> None:
 
 def note_below(axes: Axes, text: str) -> None:
     """Write a sentence below the horizontal label of the lowest panel."""
-    wrapped = _wrap(text, (panel_width(axes)[0] - 0.6) / (_look.get().letters * _LABEL_LETTER_WIDTH))
+    wrapped = _wrap(text, (panel_width(axes)[0] - 0.9) / (_look.get().letters * _LABEL_LETTER_WIDTH))
     axes.set_xlabel("\n".join(filter(None, (axes.get_xlabel(), wrapped))))
 
 

@@ -113,6 +113,9 @@ def _doubts_of(plan: Plan) -> Iterator[str]:
     latencies = (time for reaction, _ in pairs if reaction for time in (reaction.reflex.latency, *reaction.latencies))
     if (longest := max(latencies, default=0.0)) > lasting:
         yield f"reaction: has a latency of {longest:g} s, and no run lasts over {lasting:g} s after its load begins"
+    for held in filter(None, (held for _, held in pairs)):
+        if 0.0 < _MOST_WEIGHTS * held.first_load < (load := max(map(abs, held.load.series()[1]))):
+            yield f"reaction.load: reaches {load:g} N, over {_MOST_WEIGHTS:g} times the weight; are these mN?"
 
 
 def fold_samples(table: Table) -> Table:
@@ -168,6 +171,7 @@ def _size(job: Job) -> tuple[int, int, int | str, float]:
 
 
 _STUDIES = (".yaml", ".yml")
+_MOST_WEIGHTS = 100.0  # load of a held object over its weight
 _LIKELY = (1e-4, 0.5)  # extents of a body that nobody doubts [m]
 _PICTURES = (".png", ".svg", ".pdf")
 
