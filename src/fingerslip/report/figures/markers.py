@@ -61,7 +61,7 @@ def marker_tracks_figure(tracks: xr.Dataset, title: str = "") -> Figure:
     labels = ("time [s]", f"displacement [{unit}]")
     figure, panels = figure_grid(len(axes_names), 3, (3.6, 2.8), heading, labels)
     moved = position = tracks["position"].values
-    first = position[:1].mean(axis=0)
+    first = np.zeros(position.shape[1:])
     if len(position):
         first = position[(~np.isnan(position)).all(axis=2).argmax(axis=0), np.arange(position.shape[1])]
         moved = scale * (position - first)
