@@ -219,13 +219,14 @@ def read_history(path: str | Path) -> xr.Dataset:
     Parameters
     ----------
     path : path
-        A file that :func:`write_history` wrote.
+        A file that :func:`write_history` wrote, or the folder of a run.
 
     Raises
     ------
     ResultError
         Where the file is missing or is no history.
     """
+    path = Path(path, "history.nc") if Path(path).is_dir() else path
     history = read_netcdf(path, "a history", "run the study again")
     fault = next(_faults(history), "")
     if fault:

@@ -79,12 +79,18 @@ class Spikes:
             if len(entries) != len(self.names):
                 fault, needs = f"have {len(entries)} entries", f"need one for each of {len(self.names)} names"
                 raise InputError(name, fault, needs, "of one afferent write ['unit 7'], ['FA-I'], [[0.31, 1.42]]")
+        if not self.start <= self.end:
+            raise InputError("end", f"is {self.end:g} s", f"must not be before start, {self.start:g} s")
+        span = f"need seconds from {self.start:g} to {self.end:g} s, ascending"
         for name, times in zip(self.names, self.times, strict=True):
-            # What is no number is not in order, either.
-            if not (np.diff([self.start, *times, self.end]) >= 0.0).all():
-                fault = f"are not in order from {self.start:g} to {self.end:g} s"
-                repair = "give seconds, sorted, and the start and end of the recording"
-                raise InputError(f"times of {name}", fault, "need ascending times between start and end", repair)
+            faults = (
+                (np.isnan(times), "which is no number", "leave it out"),
+                ((times < self.start) | (times > self.end), "outside", "divide ms by 1000, and give start and end"),
+                (np.r_[False, times[1:] < times[:-1]], "after a later time", "sort them"),
+            )
+            for wrong, fault, repair in faults:
+                if wrong.any():
+                    raise InputError(f"times of {name}", f"have {times[wrong.argmax()]:g}, {fault}", span, repair)
 
     def __repr__(self) -> str:
         trains = [(kind, time.size) for kind, time in zip(self.kinds, self.times, strict=True)]

@@ -91,7 +91,8 @@ def contact_warning(edges: Mapping[float, float | None]) -> str:
     for (fine, finer), (coarse, coarser) in itertools.pairwise(lengths):
         if math.log(coarser / finer) < _FOLLOWED * math.log(coarse / fine):
             sizes = f"edges of {millimetres(finer, 2)} at the contact, and {coarse:g} has {millimetres(coarser, 2)}"
-            return f"converge.mesh: factor {fine:g} has {sizes}: ± says nothing of the contact's; write other factors"
+            repair = "write other factors" + ("" if 0.3333 in edges else ", such as [0.5, 0.3333]")
+            return f"converge.mesh: factor {fine:g} has {sizes}: ± says nothing of the contact's; {repair}"
     return ""
 
 

@@ -86,10 +86,10 @@ def test_vibrations_are_asked_for_where_ten_records_a_period_and_a_damped_body_r
     [
         (("SA-I", "FA-I"), [[0.1]], "kinds: have 2 entries, need one for each of 1 names"),
         (("SA-I",), [[0.1], [0.2]], "times: have 2 entries, need one for each of 1 names"),
-        (("SA-I",), [[100.0, 150.0]], "times of a: are not in order from 0 to 0.2 s"),
-        (("SA-I",), [[0.15, 0.1]], "times of a: are not in order"),
-        (("SA-I",), [[-0.05]], "times of a: are not in order"),
-        (("SA-I",), [[np.nan]], "times of a: are not in order"),
+        (("SA-I",), [[0.1, 150.0]], "times of a: have 150, outside, need seconds from 0 to 0.2 s, .*; divide ms"),
+        (("SA-I",), [[0.15, 0.1]], "times of a: have 0.1, after a later time, .*; sort them"),
+        (("SA-I",), [[-0.05]], "times of a: have -0.05, outside"),
+        (("SA-I",), [[0.1, np.nan]], "times of a: have nan, which is no number"),
         (("SA-I",), [["early"]], r"times: are no numbers \(.*early.*\), need some for each name, in seconds"),
         (("SA-I",), None, "times: are no numbers"),
     ],
@@ -97,6 +97,8 @@ def test_vibrations_are_asked_for_where_ten_records_a_period_and_a_damped_body_r
 def test_spikes_of_ones_own_are_checked(kinds, times, message):
     with pytest.raises(fs.InputError, match=message):
         Spikes(("a",), kinds, times, 0.0, 0.2)
+    with pytest.raises(fs.InputError, match=r"end: is 0.2 s, must not be before start, 0.3 s"):
+        Spikes((), (), (), 0.3, 0.2)
 
 
 def test_rates_count_spikes_per_second_and_afferent():

@@ -86,7 +86,8 @@ def test_factors_that_leave_the_edges_at_the_contact_as_they_are_are_said(write_
     plan = plan_study(write_study(coarse | {"converge": {"mesh": [0.6667, 0.5]}}))
     (said,) = refinement_warnings(plan)
     assert said.startswith("converge.mesh: factor 0.6667 has edges of 0.12 mm at the contact, and 1 has 0.12 mm: ")
-    assert refinement_warnings(plan_study(write_study(coarse | {"converge": {"mesh": [0.5, 0.25]}}))) == ()
+    assert said.endswith("; write other factors, such as [0.5, 0.3333]")
+    assert refinement_warnings(plan_study(write_study(coarse | {"converge": {"mesh": [0.5, 0.3333]}}))) == ()
     assert refinement_warnings(plan_study(write_study(coarse))) == (), "defaults ask for nothing"
     assert convergence.contact_warning({1.0: 0.2, 0.5: 0.19, 0.25: 0.1}).startswith("converge.mesh: factor 0.5 has")
     assert convergence.contact_warning({1.0: 0.2, 0.5: 0.1, 0.25: 0.05}) == ""

@@ -91,8 +91,7 @@ def composed_figure(
     time_axis.mark_panels([stimulus, *others, forces, ratios], history, events.slip, rasters=others[is_flat:])
     style.letter_panels([*lettered, *others, forces, ratios])
     style.add_legend(figure, (drawn_keys([stimulus]) if style.is_narrow() else {}) | keys_below)
-    if spikes and spikes.kinds:
-        add_spike_notes(ratios, spikes, history, assumed=assumed)
+    add_spike_notes(ratios, spikes, history, assumed=assumed, recorded=recorded)
     return figure
 
 
@@ -172,7 +171,7 @@ def spike_figure(
     for kind in dict.fromkeys(spikes.kinds):
         colour = palette.RECEPTOR_COLOURS.get(kind, palette.BLACK)
         rate.stairs(rates.sel(kind=kind)[:count], edges, baseline=None, color=colour, linewidth=1.2, label=kind)
-    add_spike_notes(rate, spikes, history, assumed=assumed)
+    add_spike_notes(rate, spikes, history, assumed=assumed, recorded=recorded)
     rate.set_ylabel(f"{'simulated' if recorded else 'mean'} rate\nin {1e3 * window:.3g} ms\n[1/s]")
     rate.set_ylim(bottom=0.0)
     stimulus.set_xlim(times[0], times[-1])
@@ -213,9 +212,12 @@ def _raster_heights(spikes: Spikes) -> dict[str, float]:
     return {kind: _RASTER * (max(0.6, count / most) if kind in firing else 0.6) for kind, count in rows.items()}
 
 
-def add_spike_notes(axes: Axes, spikes: Spikes, history: xr.Dataset, *, assumed: bool) -> None:
-    """Write below the axis of time what spikes are not."""
-    notes = (*spike_notes(spikes.kinds, spikes.beyond, history), *[CAVEAT] * assumed)
+def add_spike_notes(
+    axes: Axes, spikes: Spikes | None, history: xr.Dataset, *, assumed: bool, recorded: Spikes | None = None
+) -> None:
+    """Write below the axis of time what spikes are not, and whose slip crosses a recording."""
+    notes = [*spike_notes(spikes.kinds, spikes.beyond, history), *[CAVEAT] * assumed] if spikes and spikes.kinds else []
+    notes += ["lines of slip are of the simulation, also across recordings"] * (recorded is not None)
     if notes:
         style.note_below(axes, "Spikes: " + "; ".join(notes) + ".")
 
@@ -224,7 +226,8 @@ def draw_raster(axes: Axes, spikes: Spikes, history: xr.Dataset, kind: str) -> N
     """Draw the spikes of one type, a row for each afferent, ordered by place along the slide, which the ticks say."""
     along = 1e3 * spike_places(spikes, history) @ slide_tangent(history)
     rows = [row for row in along.argsort(kind="stable") if spikes.kinds[row] == kind]
-    _draw_trains(axes, [spikes.times[row] for row in rows], kind, "by place" if is_solid(history) else "by x")
+    order = "by place" if is_solid(history) else "by x"
+    _draw_trains(axes, [spikes.times[row] for row in rows], kind, f"{len(rows)} {kind}\n{order}")
     ends = (0, len(rows) - 1) if len(rows) > 1 else (0,)
     axes.set_yticks(ends, [f"{along[rows[end]]:.1f} mm".replace("-", "\N{MINUS SIGN}") for end in ends])
 
@@ -232,17 +235,19 @@ def draw_raster(axes: Axes, spikes: Spikes, history: xr.Dataset, kind: str) -> N
 def draw_recording(axes: Axes, spikes: Spikes, kind: str) -> None:
     """Draw recorded spikes of one type, a named row for each afferent, the first on top."""
     rows = [row for row, other in enumerate(spikes.kinds) if other == kind][::-1]
-    _draw_trains(axes, [spikes.times[row] for row in rows], kind, "recorded")
+    # Rows may be trials of the same unit, so their number is none of afferents.
+    words = f"{kind}\nrecorded\n{len(rows)} row{'s' * (len(rows) > 1)}"
+    _draw_trains(axes, [spikes.times[row] for row in rows], kind, words)
     ticks = range(len(rows)) if len(rows) <= _MOST_NAMES else (0, len(rows) - 1)
     axes.set_yticks(ticks, [spikes.names[rows[tick]] for tick in ticks])
 
 
-def _draw_trains(axes: Axes, trains: Sequence[NDArray[np.float64]], kind: str, words: str) -> None:
+def _draw_trains(axes: Axes, trains: Sequence[NDArray[np.float64]], kind: str, label: str) -> None:
     """Draw spike trains [s] of one type, a row for each from below."""
     colour = palette.RECEPTOR_COLOURS.get(kind, palette.BLACK)
     axes.eventplot(trains, colors=colour, lineoffsets=range(len(trains)), linewidths=0.6, linelengths=0.8)
     if not any(train.size for train in trains):
         axes.text(0.5, 0.5, "no spikes", transform=axes.transAxes, ha="center", va="center", color=colour)
-    axes.set_ylabel(f"{len(trains)} {kind}\n{words}", color=colour)
+    axes.set_ylabel(label, color=colour)
     axes.set_ylim(-0.8, len(trains) - 0.2)
     axes.grid(visible=False)

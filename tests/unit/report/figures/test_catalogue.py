@@ -141,8 +141,9 @@ def test_a_recording_is_below_what_models_of_its_type_fire_with_a_named_row_for_
     recorded = fs.Spikes(["u1", "v", "u2"], np.array(kinds), times, 0.0, 0.1)
     figure = fs.draw(block_history("Q4"), kind, afferents=STRAIN_MODELS, recorded=recorded)
     rasters = {axes.get_ylabel(): axes for axes in panels(figure) if "A-I" in axes.get_ylabel()}
-    assert list(rasters) == ["1 FA-II\nby x", "1 FA-II\nrecorded", "2 SA-I\nrecorded"]
-    raster = rasters["2 SA-I\nrecorded"]
+    assert list(rasters) == ["1 FA-II\nby x", "FA-II\nrecorded\n1 row", "SA-I\nrecorded\n2 rows"]
+    raster = rasters["SA-I\nrecorded\n2 rows"]
     assert [list(row.get_positions()) for row in raster.collections] == [[0.02, 0.09], [0.05]], "first on top"
     assert [label.get_text() for label in raster.get_yticklabels()] == ["u2", "u1"]
     assert raster.get_xlim() == panels(figure)[0].get_xlim()
+    assert any("lines of slip are of the simulation" in axes.get_xlabel().replace("\n", " ") for axes in figure.axes)
