@@ -16,8 +16,12 @@ def export(
     output: Annotated[
         Path | None, Option("-o", "--output", metavar="DIR", help="Folder to write; else beside the result.")
     ] = None,
+    only: Annotated[
+        list[str] | None,
+        Option("--only", metavar="TABLE", help="Write this table of a run, such as spikes; repeatable."),
+    ] = None,
 ) -> None:
     """Write a result for pandas, R, MATLAB, ParaView or as spikes for NWB: tables, one MATLAB file, or snapshots."""
     from fingerslip.study.inspection.show import export_result
 
-    echo(str(export_result(target, kind, output, lambda text: echo(text, err=True))))
+    echo(str(export_result(target, kind, output, lambda text: echo(text, err=True), only or ())))

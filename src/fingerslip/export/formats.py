@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -199,7 +199,7 @@ TABULAR: Mapping[str, Callable[[pd.DataFrame, Path], None]] = {
 _OF_HISTORIES = {"mat": write_history_mat, "nwb": write_history_nwb, "vtu": write_paraview}
 
 
-def export_history(history: xr.Dataset, folder: str | Path, kind: str) -> Path:
+def export_history(history: xr.Dataset, folder: str | Path, kind: str, only: Collection[str] = ()) -> Path:
     """Write a history for other programs, whole or not at all.
 
     Parameters
@@ -211,6 +211,8 @@ def export_history(history: xr.Dataset, folder: str | Path, kind: str) -> Path:
     kind : {'csv', 'json', 'mat', 'nwb', 'parquet', 'vtu'}
         Tidy tables, one file each; all arrays in one MATLAB file; spikes of human afferents for neurophysiology; or
         snapshots for ParaView.
+    only : collection of str, optional
+        Names of the tables that are written, such as ``spikes``; all without it.
 
     Returns
     -------
@@ -220,7 +222,8 @@ def export_history(history: xr.Dataset, folder: str | Path, kind: str) -> Path:
     Raises
     ------
     InputError
-        For another format, and for one whose package is not installed; where the folder holds something else.
+        For another format or table, and a format whose package is not installed; where the folder holds something
+        else.
     ResultError
         Where the files cannot be written, and for ``vtu`` of a history without snapshots.
 
@@ -244,8 +247,13 @@ def export_history(history: xr.Dataset, folder: str | Path, kind: str) -> Path:
     """
     if kind not in FORMATS:
         raise InputError("format", f"got '{kind}'", f"needs one of {', '.join(FORMATS)}")
-    if kind not in _OF_HISTORIES:
-        return export_tables({**history_tables(history), **result_tables(history)}, folder, kind)
+    if only or kind not in _OF_HISTORIES:
+        tables = result_tables(history)
+        if not only or {*only} - {*tables}:
+            tables |= history_tables(history)
+        if strangers := sorted({*only} - {*tables}):
+            raise InputError("only", f"got '{strangers[0]}'", f"needs some of {', '.join(tables)}")
+        return export_tables({name: tables[name] for name in only or tables}, folder, kind)
     with _export(Path(folder), kind) as partial:
         _OF_HISTORIES[kind](history, partial)
     return Path(folder)
@@ -267,11 +275,11 @@ _BYTES, _A_SECOND = 24.0, 4e5
 _LARGE = 2e7  # bytes that are worth saying before
 
 
-def export_notes(history: xr.Dataset, kind: str) -> tuple[str, ...]:
+def export_notes(history: xr.Dataset, kind: str, only: Collection[str] = ()) -> tuple[str, ...]:
     """Return what to know before an export: how large a text file gets, and what the spikes are not."""
     notes = []
     values = sum(history[name].size for name in VARIABLES if name in history and history[name].dims[0] == "time")
-    if kind == "csv" and values * _BYTES > _LARGE:
+    if kind == "csv" and not only and values * _BYTES > _LARGE:
         seconds = values / _A_SECOND
         size = f"about {values * _BYTES / 1e6:.0f} MB of text, about {seconds:.0f} s"
         notes.append(f"writing {size}; --format parquet is smaller and faster")

@@ -92,6 +92,14 @@ def test_tables_read_back_the_same(pushed, tmp_path, kind, read):
         pd.testing.assert_frame_equal(read(folder / f"{name}.{kind}"), frame, check_dtype=False)
 
 
+def test_only_named_tables_are_written(pushed, tmp_path):
+    for name in ("events", "series"):
+        folder = fs.export_history(pushed, tmp_path / name, "csv", only=[name])
+        assert {path.name for path in folder.iterdir()} == {f"{name}.csv", "fingerslip-export.json"}
+    with pytest.raises(InputError, match="only: got 'spike', needs some of events, "):
+        fs.export_history(pushed, tmp_path / "out", "csv", only=["events", "spike"])
+
+
 def test_json_has_columns_units_and_null(tmp_path):
     frame = pd.DataFrame({"run": ["a"], "overall_s": [float("nan")]})
     frame.attrs["units"] = {"overall_s": "s"}

@@ -16,7 +16,7 @@ from matplotlib.patches import Patch
 
 from fingerslip.published import PublishedSet
 from fingerslip.report.colours import BLACK, BLUE, EVENT_COLOURS, GREEN, GREY, ORANGE, READING_COLOURS, SKY, VERMILLION
-from fingerslip.report.figures.style import add_legend, columns_for, figure_grid, with_style
+from fingerslip.report.figures.style import add_legend, columns_for, figure_grid, note_below, with_style
 from fingerslip.report.labels import number_and_unit, path_label, path_labels, swept_text
 from fingerslip.report.tables.samples import group_text
 from fingerslip.results import RunResult
@@ -64,6 +64,8 @@ def latency_figure(
     words = "Latency from incipient to overall slip", "latency [ms]"
     figure, panels, keys = _times_figure(runs, path, reference, [LATENCY], words, starts={})
     panels[0].set_ylim(0.0, 1.04 * panels[0].get_ylim()[1])  # marks at the top are whole
+    if any("bulk" in quantity.sources for run in runs for quantity in run.convergence.values()):
+        note_below(panels[-1], "Bars leave out element sizes at the contact.")
     add_legend(figure, keys)
     return figure
 

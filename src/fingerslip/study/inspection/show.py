@@ -118,7 +118,11 @@ def _results_table(runs: tuple[RunResult, RunResult]) -> Table:
 
 
 def export_result(
-    target: Path, kind: str, output: Path | None = None, say: Callable[[str], None] = lambda _: None
+    target: Path,
+    kind: str,
+    output: Path | None = None,
+    say: Callable[[str], None] = lambda _: None,
+    only: Sequence[str] = (),
 ) -> Path:
     """Write a result for other programs, whole or not at all; say how large text is, and what spikes are not."""
     # Data frames and the formats are slow to load: what is wrong with format and result is said before.
@@ -133,10 +137,10 @@ def export_result(
     if runs := list(read_manifest(target).get("runs") or ()):
         from fingerslip.export.formats import TABULAR, export_tables
 
-        if kind not in TABULAR:
+        if only or kind not in TABULAR:
             if len(runs) == 1:
-                return export_result(target / runs[0], kind, folder, say)
-            needs = f"{kind} needs the folder of one of them: {first_named(runs)}"
+                return export_result(target / runs[0], kind, folder, say, only)
+            needs = f"{'--only' if only else kind} needs the folder of one of them: {first_named(runs)}"
             raise InputError(f"export {target}", f"is a study of {len(runs)} runs", needs, f"name {target / runs[0]}")
         study = open_study(target)
         tables = {"runs": study.to_dataframe()}
@@ -151,9 +155,9 @@ def export_result(
     history = read_history(target / HISTORY)
     # Which run it is, for formats that say so.
     history.attrs["run"] = f"{target.resolve().parent.name}/{target.resolve().name}"
-    for note in export_notes(history, kind):
+    for note in export_notes(history, kind, only):
         say(note)
-    return export_history(history, folder, kind)
+    return export_history(history, folder, kind, only)
 
 
 def _export_tracks(path: Path, kind: str, folder: Path) -> Path:

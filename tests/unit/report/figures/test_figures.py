@@ -572,6 +572,9 @@ def test_events_and_latency_over_a_swept_value_stand_beside_the_published_values
     (bars,) = panels(study.latency_figure([studied, *others]))[0].containers
     (bar,) = (ends for ends in bars.lines[2][0].get_segments() if len(ends) and np.isfinite(ends).all())
     assert bar[:, 1].tolist() == pytest.approx([160.0, 200.0])
+    bulk = Convergence("latency", "s", 0.18, {"bulk": Series("bulk", (1.0, 0.5), (0.18, 0.19))})
+    noted = study.latency_figure([dataclasses.replace(studied, convergence={"slip.latency": bulk}), *others])
+    assert "leave out element sizes" in panels(noted)[-1].get_xlabel()
     studied = dataclasses.replace(first, uncertainty={"slip.overall": 20e-3})
     (bars,) = panels(study.event_times_figure([studied, *others]))[0].containers
     (bar,) = (ends for ends in bars.lines[2][0].get_segments() if len(ends) and np.isfinite(ends).all())
