@@ -8,6 +8,7 @@ import importlib
 import os
 import pkgutil
 import sys
+import traceback
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from typing import Annotated, Any
@@ -59,6 +60,13 @@ class _Verbs(TyperGroup):
         except KeyboardInterrupt:
             print_error("stopped: what is finished is kept, and nothing half; the same command does the rest")
             raise typer.Exit(130) from None
+        except OSError as error:
+            frames = [frame for frame, _ in traceback.walk_tb(error.__traceback__)]
+            if ctx.params["debug"] or not any(frame.f_globals["__name__"].startswith("numba.") for frame in frames):
+                raise
+            fault = f"cannot be written ({error.strerror})"
+            print_error(f"error: compiled code: {fault}, needs room; make some, or set NUMBA_CACHE_DIR to another disk")
+            raise typer.Exit(2) from None
         except MemoryError:
             if ctx.params["debug"]:
                 raise

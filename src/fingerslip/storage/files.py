@@ -87,7 +87,7 @@ _SECONDS_TO_WAIT = 7 * 86400.0
 # How often a lock is tried whose file is taken away meanwhile: every time, another process has been inside.
 _TRIES = 100_000
 _CHECKSUM = "checksum"
-_TEMPORARY = re.compile(r"(?P<stem>\.(?P<name>.+)\.(?:[0-9a-f]{8}|\d+))\.(?:partial(?:\.\w+)?|old|lock)")
+_TEMPORARY = re.compile(r"(?P<stem>\.(?P<name>.+)\.(?:[0-9a-f]{8,16}|\d+))\.(?:partial(?:\.\w+)?|old|lock)")
 # What spreadsheets take for a formula, and run, behind the apostrophes that tell them that it is text.
 _FORMULA = re.compile(r"'*[=+\-@\t\r]")
 _DECIMAL_COMMA = re.compile(r"\s*[+-]?\d*,\d+(e[+-]?\d+)?\s*", re.IGNORECASE)
@@ -353,14 +353,10 @@ def remove_empty(*folders: Path) -> None:
 @contextlib.contextmanager
 def _partial(final: Path, suffix: str = "") -> Iterator[Path]:
     """Give the temporary name of what is to become `final`, locked in the block and removed at its end."""
-    stem = f".{final.name}.{secrets.token_hex(4)}"
+    stem = f".{final.name}.{_system()}{secrets.token_hex(4)}"
     mark = final.with_name(f"{stem}.lock")
     file = _lock(mark) if final.parent.is_dir() else None
     try:
-        if file is not None:
-            with contextlib.suppress(OSError):
-                file.write(_kernel().encode())
-                file.flush()
         yield final.with_name(f"{stem}.partial{suffix}")
     finally:
         _remove(final.with_name(f"{stem}.partial{suffix}"))
@@ -395,7 +391,7 @@ def _has_no_writer(folder: Path, stem: str, locks: contextlib.ExitStack) -> bool
             except OSError:  # the file system has no locks
                 pass
             else:
-                if file.read().decode(errors="replace") == _kernel():
+                if stem.rpartition(".")[2].startswith(_system()):
                     return True
     left = list(folder.glob(f"{glob.escape(stem)}.*"))
     files = [*left, *(inner for path in left for inner in path.rglob("*"))]
@@ -403,8 +399,9 @@ def _has_no_writer(folder: Path, stem: str, locks: contextlib.ExitStack) -> bool
 
 
 @functools.cache
-def _kernel() -> str:
-    """Name the running system, all of whose processes see each other's locks: its boot, or else its host."""
+def _system() -> str:
+    """Name the running system, all of whose processes see each other's locks, by its boot or else host: 8 digits."""
+    name = socket.gethostname()
     with contextlib.suppress(OSError):
-        return Path("/proc/sys/kernel/random/boot_id").read_text(encoding="utf-8").strip()
-    return socket.gethostname()
+        name = Path("/proc/sys/kernel/random/boot_id").read_text(encoding="utf-8").strip()
+    return hashlib.sha256(name.encode()).hexdigest()[:8]
