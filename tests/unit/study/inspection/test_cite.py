@@ -15,7 +15,7 @@ from fingerslip.mesh.io import write_mesh
 from fingerslip.report.tables.parameters import ShownValue
 from fingerslip.results import StudyResult
 from fingerslip.study.definition.runs import plan_studies
-from fingerslip.study.inspection import cite
+from fingerslip.study.inspection import cite, facts
 from fingerslip.study.inspection.cite import methods_and_papers
 from fingerslip.study.running.runner import run_study
 from fingerslip.study.storage.reporting import SWEPT, value_rows
@@ -153,7 +153,7 @@ def test_a_text_says_what_was_run_and_has_an_entry_for_each_paper_in_it(case, tm
     ],
 )
 def test_values_that_differ_between_runs_are_a_list_in_a_sentence(text, source, words):
-    assert cite._in_a_sentence(ShownValue("path", text, source)).value == words
+    assert facts._in_a_sentence(ShownValue("path", text, source)).value == words
 
 
 def test_regions_without_cells_of_their_own_are_left_out_and_triangles_among_quadrilaterals_are_told():
@@ -200,7 +200,7 @@ def test_all_that_moves_or_loads_is_told_beside_the_programme(values, sentence):
     rows |= {"time.step": ShownValue("time.step", "1 ms", "study file")}
     rows |= {path: ShownValue(path, "0 s", "default") for path in ("contact.drive.ramp.times", "initial_velocity")}
     histories, study = (xr.Dataset(),), StudyResult(Path("s"), (), ())
-    said = list(cite._motion(cite.Facts(rows | {"time.alpha": ShownValue("", "0", "")}, (), histories, study, "")))
+    said = list(cite._motion(facts.Facts(rows | {"time.alpha": ShownValue("", "0", "")}, (), histories, study, "")))
     assert said[0] == sentence
 
 
@@ -211,7 +211,7 @@ def test_what_is_assumed_of_afferents_is_told_of_those_that_are_resolved(monkeyp
         dict.fromkeys(("strain", "damping_dissipation", "viscous_dissipation"), 0.0),
         {"time": [0.0, 2e-3], "site": kinds, "site_kind": ("site", kinds)},
     )
-    said = list(cite._receptors_and_afferents(cite.Facts({}, (), (history,), StudyResult(Path("s"), (), ()), "")))
+    said = list(cite._receptors_and_afferents(facts.Facts({}, (), (history,), StudyResult(Path("s"), (), ()), "")))
     assert "monkeys (those of SA-II are those of SA-I), driven by" in said[1]
     assert "stimuli and the threshold of SA-I for rates were assumed" in said[1]
     assert "FA-" not in said[1]
