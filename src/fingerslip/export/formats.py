@@ -247,6 +247,7 @@ def export_history(history: xr.Dataset, folder: str | Path, kind: str, only: Col
     """
     if kind not in FORMATS:
         raise InputError("format", f"got '{kind}'", f"needs one of {', '.join(FORMATS)}")
+    only = [only] if isinstance(only, str) else only
     if only or kind not in _OF_HISTORIES:
         tables = result_tables(history)
         if not only or {*only} - {*tables}:
@@ -273,13 +274,14 @@ def export_tables(tables: Mapping[str, pd.DataFrame], folder: str | Path, kind: 
 # Measured bytes of a value as text in CSV, and how many of them are written in a second.
 _BYTES, _A_SECOND = 24.0, 4e5
 _LARGE = 2e7  # bytes that are worth saying before
+_SMALL = {"events", "spikes", "afferents"}  # tables without values over time
 
 
 def export_notes(history: xr.Dataset, kind: str, only: Collection[str] = ()) -> tuple[str, ...]:
     """Return what to know before an export: how large a text file gets, and what the spikes are not."""
     notes = []
     values = sum(history[name].size for name in VARIABLES if name in history and history[name].dims[0] == "time")
-    if kind == "csv" and not only and values * _BYTES > _LARGE:
+    if kind == "csv" and not (only and {*only} <= _SMALL) and values * _BYTES > _LARGE:
         seconds = values / _A_SECOND
         size = f"about {values * _BYTES / 1e6:.0f} MB of text, about {seconds:.0f} s"
         notes.append(f"writing {size}; --format parquet is smaller and faster")

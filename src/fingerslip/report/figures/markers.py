@@ -65,7 +65,8 @@ def marker_tracks_figure(tracks: xr.Dataset, title: str = "") -> Figure:
     if len(position):
         first = position[(~np.isnan(position)).all(axis=2).argmax(axis=0), np.arange(position.shape[1])]
         moved = scale * (position - first)
-    away = np.nan_to_num(np.linalg.norm(first - np.nanmean(first, axis=0), axis=1))
+    middle = first if np.isnan(first).all() else np.nanmean(first, axis=0)
+    away = np.nan_to_num(np.linalg.norm(first - middle, axis=1))
     colours = colormaps["viridis"](0.85 * away / (away.max(initial=0.0) or 1.0))
     for number, (axes, name) in enumerate(zip(panels, axes_names, strict=True)):
         axes.set_title(f"along {name}")
@@ -271,8 +272,8 @@ def slide_tracks_figure(tracks: xr.Dataset, history: xr.Dataset, title: str = ""
             style = "-" if start[rows[number]] >= -_MIDDLE else "--"
             axes.plot(travel, apart[:, number], style, color=tuple(colours[number]), linewidth=0.9)
         low, high = float(np.nanmin(apart)), float(np.nanmax(apart))
-        if recorded is not None and (recorded["kind"].values == kind).any():
-            seconds, measured = _recorded_apart(recorded, kind, window)
+        if recorded is not None and (seen := _recorded_apart(recorded, kind, window)):
+            seconds, measured = seen
             ways = np.interp(seconds, history["time"].values[window.records], travel)
             axes.plot(ways, measured, **_OF_RECORDINGS)
             low, high = min(low, float(np.nanmin(measured))), max(high, float(np.nanmax(measured)))
@@ -285,14 +286,17 @@ def slide_tracks_figure(tracks: xr.Dataset, history: xr.Dataset, title: str = ""
     return figure
 
 
-def _recorded_apart(recorded: xr.Dataset, kind: str, window: SlideWindow) -> tuple[Floats, Floats]:
+def _recorded_apart(recorded: xr.Dataset, kind: str, window: SlideWindow) -> tuple[Floats, Floats] | None:
     """Return the times (n,) [s] of recorded tracks [m] in a slide, and how far markers go less the central one [mm].
 
-    Along what is the direction in which all of them go in the mean: the axes of a recording may be turned.
+    None where fewer than two frames see any. Along what is the direction in which all of them go in the mean: the axes
+    of a recording may be turned.
     """
-    times = recorded["time"].values
-    inside = (times >= window.start) & (times <= window.end)
-    moved = recorded["position"].values[inside][:, recorded["kind"].values == kind]
+    moved, times = recorded["position"].values[:, recorded["kind"].values == kind], recorded["time"].values
+    inside = (times >= window.start) & (times <= window.end) & ~np.isnan(moved).all(axis=(1, 2))
+    if not moved.size or inside.sum() < 2:
+        return None
+    moved = moved[inside]
     rest = moved[0]
     way = np.nanmean(moved[-1] - rest, axis=0)
     along = 1e3 * (moved - rest) @ (way / max(float(np.linalg.norm(way)), 1e-12))

@@ -176,15 +176,16 @@ def draw(
 def _check_recorded_tracks(tracks: xr.Dataset, kind: str, history: xr.Dataset) -> None:
     """Refuse tracks of a recording that a figure cannot draw beside simulated ones."""
     units, window = check_tracks(tracks, "recorded")["position"].attrs["units"], slide_window(history)
-    times, span = tracks["time"].values, (window.start, window.end) if window else (0.0, 0.0)
+    times = tracks.dropna("time", how="all", subset=["position"])["time"].values
     if kind != "markers":
         raise InputError("recorded", f"is tracks, given for '{kind}'", "needs the kind markers", "leave it out")
     if units != "m":
         raise InputError(
             "recorded", f"is in {units}", "needs metres", "fs.make_tracks(scale * position, ..., units='m')"
         )
-    if ((span[0] <= times) & (times <= span[1])).sum() < 2:
-        fault, allowed = f"has times up to {times.max():g} s", f"needs some in the slide, {span[0]:g} to {span[1]:g} s"
+    if window and ((window.start <= times) & (times <= window.end)).sum() < 2:
+        fault = f"sees markers up to {times.max(initial=0.0):g} s"
+        allowed = f"needs some in the slide, {window.start:g} to {window.end:g} s"
         raise InputError("recorded", fault, allowed, "shift its times [s] to the clock of the history")
 
 

@@ -853,20 +853,28 @@ def test_the_order_of_slip_is_read_from_when_markers_leave_their_position_in_the
     assert max(ends[:-1]) < -0.1, "it slips last"
     with pytest.raises(ValueError, match="has no slide"):
         markers.slide_tracks_figure(marker_tracks(filmed_history()), NO_SLIDE)
-    # A recording in axes that are turned, of the internal markers alone, 2 % longer.
-    simulated = marker_tracks(filmed_history(), ("internal",))
+    # A recording in axes that are turned, of the external markers alone, 2 % longer.
+    simulated = marker_tracks(filmed_history(), ("external",))
     turned = fs.make_tracks(-1.02 * simulated["position"].values[:, :, [1, 0]], simulated["time"].values, units="m")
+    turned = turned.assign_coords(kind=simulated["kind"])
+    lost = fs.make_tracks(np.nan * turned["position"].values, turned["time"].values, units="m")
     inside, outside = panels(fs.draw(filmed_history(), "markers", recorded=turned))
     count = simulated.sizes["marker"]
-    assert (len(inside.lines), len(outside.lines)) == (2 * count, len(panels(figure)[1].lines))
+    assert (len(inside.lines), len(outside.lines)) == (len(panels(figure)[0].lines), 2 * count)
     both = np.array(
-        [sorted(float(line.get_ydata()[-1]) for line in part) for part in (inside.lines[:count], inside.lines[count:])]
+        [
+            sorted(float(line.get_ydata()[-1]) for line in outside.lines[part])
+            for part in (slice(count), slice(count, None))
+        ]
     )
+    assert both[0].min() < -0.1
     assert both[1] == pytest.approx(1.02 * both[0], rel=0.02, abs=1e-3)
     for changed, kind, fault in (
         (turned, "forces", "is tracks, given for 'forces', needs the kind markers"),
         (seen(), "markers", "is in px, needs metres; fs.make_tracks"),
         (turned.assign_coords(time=turned["time"] + 99.0), "markers", "needs some in the slide, .* shift its times"),
+        (turned.isel(time=[]), "markers", "sees markers up to 0 s, needs some in the slide"),
+        (lost, "markers", "sees markers up to 0 s, needs some in the slide"),
     ):
         with pytest.raises(fs.InputError, match=f"recorded: .*{fault}"):
             fs.draw(filmed_history(), kind, recorded=changed)
