@@ -20,6 +20,7 @@ import shrink
 from fingerslip.study.convergence import converge
 from fingerslip.study.definition.runs import plan_studies
 from fingerslip.study.running.runner import run_plans
+from fingerslip.tables.table import to_page
 from fingerslip.validation.comparison import validate
 from fingerslip.validation.evidence import Work
 from fingerslip.validation.rows import rows_mapping, rows_markdown
@@ -46,7 +47,7 @@ def main(results: Path) -> None:
     text = rows_markdown(rows)
     (REFERENCE / "validation.md").write_text(text, encoding="utf-8")
     (REFERENCE / "validation.json").write_text(json.dumps(rows_mapping(rows), indent=2) + "\n", encoding="utf-8")
-    refined = converge(STUDIES / "wang2014_table2.yaml", results_dir=results).markdown
+    refined = to_page(converge(STUDIES / "wang2014_table2.yaml", results_dir=results).tables)
     heading = f"# Numerical uncertainty of the slip events of Table 2\n\nMade by `{MADE}`.\n\n"
     (REFERENCE / "convergence.md").write_text(f"{heading}{refined.rstrip()}\n", encoding="utf-8")
     renew_rows(ROOT / "docs" / "convergence.md", table_of(refined, "| quantity | unit |"))

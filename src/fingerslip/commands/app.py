@@ -62,7 +62,9 @@ class _Verbs(TyperGroup):
             raise typer.Exit(130) from None
         except OSError as error:
             frames = [frame for frame, _ in traceback.walk_tb(error.__traceback__)]
-            if ctx.params["debug"] or not any(frame.f_globals["__name__"].startswith("numba.") for frame in frames):
+            if ctx.params["debug"] or not any(
+                frame.f_globals.get("__name__", "").startswith("numba.") for frame in frames
+            ):
                 raise
             fault = f"cannot be written ({error.strerror})"
             print_error(f"error: compiled code: {fault}, needs room; make some, or set NUMBA_CACHE_DIR to another disk")

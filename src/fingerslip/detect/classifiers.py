@@ -108,7 +108,7 @@ _BOOSTING: Step = (
     {"max_iter": 50, "learning_rate": 0.2, "max_leaf_nodes": 15, "max_features": 0.2, "early_stopping": False},
 )
 _LOGISTIC: Step = ("linear_model.LogisticRegression", {"C": 0.1, "max_iter": 500, "tol": 1e-3})
-# Its gamma is 1 / number of features. So many points are as right as the exact kernel on 5,400 frames; 200 lose 3 %.
+# Its gamma is 1 / number of features. So many are as right as the exact kernel on 5,400 frames; 200 lose 3 points.
 _KERNEL: Step = ("kernel_approximation.Nystroem", {"n_components": 500})
 _PLANES: Step = ("svm.LinearSVC", {"C": 10.0, "dual": False, "tol": 1e-2, "max_iter": 2000})
 # Three leaves are two thresholds where it sees one feature.

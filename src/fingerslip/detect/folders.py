@@ -25,7 +25,7 @@ OF_EVALUATIONS: Mapping[str, str] = {
 OF_CLIPS: Mapping[str, str] = {"slip-timeline": "displacement, markers that left the pattern and slip over time"}
 OF_TRACKS: Mapping[str, str] = {"markers": "displacements of the markers over time"}
 #: What has no figure itself, by a file that is in it.
-_WITHOUT = {"detector.json": "is a detector", "*/labels.csv": "is a data set"}
+_WITHOUT = {"detector.json": "is a detector", "*/provenance.json": "is a data set"}
 _FOLDERS = {
     JUDGED: (OF_EVALUATIONS, "fingerslip detect evaluate", "evaluation.html"),
     CLIP: (OF_CLIPS, "fingerslip detect run", "slip.html"),

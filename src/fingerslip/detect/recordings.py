@@ -115,7 +115,7 @@ def recorded_trials(
         if any(wrong):
             origin["warnings"] = "\n".join(filter(None, wrong))
         labels = {"user": onsets[path.stem]} if path.stem in onsets else {}
-        _check_within(labels, float(tracks["time"][-1]), path.stem)
+        _check_within(labels, float(tracks["time"].values[-1:].max(initial=0.0)), path.stem)
         if values.get(SLIP) == NO_SLIP_WORD:
             labels["user"] = Onsets(None, None)
         if (tracks["kind"].values.astype(str) == "external").sum() > 1:
@@ -133,7 +133,7 @@ def _check_within(labels: Mapping[str, Onsets], end: float, name: str) -> None:
     """Refuse onsets after the end [s] of a trial, such as milliseconds."""
     if (last := np.nan_to_num(times_of(labels.values())).max(initial=0.0)) > end:
         fault = f"has slip at {last:g} s, after its end at {end:.3g} s"
-        raise InputError(f"labels: {name}", fault, "needs times within it", "write seconds, not milliseconds")
+        raise InputError(f"labels: {name}", fault, "needs times within it", "write seconds of the clip")
 
 
 def with_external(tracks: xr.Dataset, outer: xr.Dataset, where: str = "external") -> xr.Dataset:

@@ -360,7 +360,7 @@ def run_detector(
 def _read_to_run(source: Path) -> xr.Dataset:
     """Read tracks whose times count from their first frame where they are dates, with what is odd about the times."""
     tracks = read_any_tracks(source)
-    said, first = [tracks.attrs.get("warnings")], float(tracks["time"][0])
+    said, first = [tracks.attrs.get("warnings")], float(tracks["time"].values[:1].max(initial=0.0))
     if first > _EPOCH:
         tracks = tracks.assign_coords(time=tracks["time"].copy(data=tracks["time"].values - first))
         said.append(f"{source}: its first frame is at {first:.3f} s; all times here count from it")

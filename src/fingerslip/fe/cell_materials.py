@@ -104,12 +104,13 @@ def _numbers(space: Space, materials: Mapping[str, Law]) -> Integers:
         if (numbers[regions[name]] >= 0).any():
             raise InputError("mesh", f"region '{name}' shares cells with another", "a cell has one material")
         numbers[regions[name]] = number
-    # Regions that hold others, such as a set of all, lack what these do: the smallest is to blame.
+    # Regions that hold others, such as a set of all, lack what these do: those without any at all are to blame.
     bare = sorted((len(cells), name) for name, cells in regions.items() if len(cells) and (numbers[cells] < 0).any())
     lacking = [name for _, name in bare if (numbers[regions[name]] < 0).all()] or [name for _, name in bare]
     if lacking:
-        names = " or ".join(f"'{name}'" for name in lacking)
-        raise InputError("materials", f"region {names} has no material", "every cell needs one, by one of its regions")
+        names = " and ".join(f"'{name}'" for name in lacking)
+        subject = f"region {names} has" if len(lacking) == 1 else f"regions {names} have"
+        raise InputError("materials", f"{subject} no material", "every cell needs one, by one of its regions")
     if (numbers < 0).any():
         raise InputError("mesh", "some cells are in no region", "every cell needs a region, which gives its material")
     return numbers

@@ -207,7 +207,7 @@ def _finish_rates(axes: Axes, rates: Sequence[float], highest: float) -> None:
     axes.set(xscale="log", yscale="log", xlabel="rate of the load [N/s]", ylabel="critical latency [ms]")
     axes.set_xticks(rates, [f"{rate:g}" for rate in rates], minor=False)
     axes.set_xticks([], minor=True)
-    axes.set_ylim(_LOWEST, 1.3 * max(axes.dataLim.y1, highest))
+    axes.set_ylim(_LOWEST, 1.3 * max(axes.dataLim.y1, highest, _LOWEST))
     axes.yaxis.set_major_formatter("{x:g}")
 
 

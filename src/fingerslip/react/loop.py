@@ -68,9 +68,9 @@ class OpenLoop:
 
     times: Annotated[Floats, "(n,) array : Times since the load began [s]."]
     travel: Annotated[Floats, "(n,) array : Travel of the object along the load [m]."]
-    speed: Annotated[Floats, "(n,) array : Its speed [m/s]."]
+    speed: Annotated[Floats, "(n,) array : Its speed along the load [m/s]."]
     slipped: Annotated[Floats, "(n,) array : Share of the contact area that has slipped [-]."]
-    alarms: Annotated[Mapping[str, Alarm | None], "What each detector says."]
+    alarms: Annotated[Mapping[str, Alarm | None], "What each detector says; None where it says nothing."]
     gross: Annotated[float | None, "From when on nothing sticks, up to the loss [s]."]
     lost: Annotated[float | None, "When the travel exceeds its limit [s]."]
     history: Annotated[xr.Dataset, "All that was recorded."]

@@ -152,8 +152,9 @@ def fit(
                 "displacement": sum(phase.distance for phase in phases if isinstance(phase, Slide)),
                 "time": run_study.time.end or sum(map(phase_duration, phases)),
             }
-            # A plate with a motion of its own goes elsewhere.
-            if contact and not (contact.programme or run_study.bodies or run_study.reaction):
+            # A plate with a motion or a drive of its own goes elsewhere; without a slide, what reads curves says so.
+            moves_alone = contact and (contact.programme or contact.drive or run_study.bodies or run_study.reaction)
+            if contact and reaches[measurement.over] and not moves_alone:
                 measurement.check_reach(0.0, reaches[measurement.over], name)
     (result,) = run_plans([plan], workers=workers, progress=progress)
     with errors_at(str(source)):

@@ -79,6 +79,8 @@ def read_frames(path: str | Path, colour: str = "grey") -> Iterator[Frame]:
     They are (height, width), or (height, width, 3) with blue first where `colour` is ``bgr``, of uint8. Where the video
     says that it has more than it gives, TruncatedVideoError comes behind the last.
     """
+    if colour not in ("grey", "bgr"):
+        raise InputError("colour", f"got {colour!r}", "needs grey or bgr")
     path = Path(path)
     if path.is_dir():
         yield from _folder_frames(path, colour)
@@ -251,7 +253,7 @@ def grey_frame(frame: NDArray[Any], channel: Channel, name: str) -> Frame:
     if frame.dtype != np.uint8 or frame.ndim not in (2, 3) or (frame.ndim == 3 and frame.shape[2] not in (1, 3, 4)):
         fault = f"a frame has the type {frame.dtype} and shape {frame.shape}"
         allowed = "needs uint8 or uint16, (height, width) or (height, width, 3)"
-        raise InputError(name, fault, allowed, "write np.asarray(frame, dtype=np.uint8) for one frame")
+        raise InputError(name, fault, allowed, "give grey levels from 0 to 255 as np.uint8")
     if frame.ndim == 3 and frame.shape[2] == 1:
         frame = frame[:, :, 0]
     elif frame.ndim == 3 and channel == "grey":

@@ -118,6 +118,8 @@ def test_what_cannot_be_read_is_told(tmp_path):
     odd.write_bytes(b"")
     with pytest.raises(InputError, match="cannot be read as an image"):
         list(video.read_frames(tmp_path / "frames"))
+    with pytest.raises(InputError, match="colour: got 'rgb', needs grey or bgr"):
+        next(video.read_frames(tmp_path, colour="rgb"))
 
 
 def test_a_folder_without_a_rate_needs_one(tmp_path):

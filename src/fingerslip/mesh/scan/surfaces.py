@@ -373,7 +373,6 @@ def _depth(surface: Surface, grid: pyvista.ImageData, thickness: float) -> Float
 
 
 def _polydata(surface: Surface, scale: float = 1.0) -> pyvista.PolyData:
-
     faces: Any = surface.triangles
     data: pyvista.PolyData = pyvista.PolyData.from_regular_faces(surface.points * scale, faces)
     return data

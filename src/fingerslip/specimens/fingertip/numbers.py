@@ -55,8 +55,8 @@ class SagittalOutline:
 class TransverseOutline:
     """Outline of the section across the finger: an ellipse."""
 
-    half_width: Annotated[PositiveLength, "Semi-axes along x and y [m]."]
-    half_height: Annotated[PositiveLength, "Semi-axes along x and y [m]."]
+    half_width: Annotated[PositiveLength, "Semi-axis along x [m]."]
+    half_height: Annotated[PositiveLength, "Semi-axis along y [m]."]
     zone: Annotated[RidgeZone, "Where ridges, fingerprint and receptors are."]
 
     def __post_init__(self) -> None:
@@ -132,8 +132,8 @@ class SagittalPhalanx:
     `concavity_width`)^2), nowhere nearer to the dermis than `minimum_tissue`; that of the `flattened` has no concavity.
     """
 
-    palmar_level: Annotated[Length, "Height y of the palmar and the dorsal face [m]."]
-    dorsal_level: Annotated[Length, "Height y of the palmar and the dorsal face [m]."]
+    palmar_level: Annotated[Length, "Height y of the palmar face [m]."]
+    dorsal_level: Annotated[Length, "Height y of the dorsal face [m]."]
     distal_end: Annotated[Length, "Position x of the distal end [m]."]
     concavity_depth: Annotated[NonNegativeLength, "Shape of the hollow of the palmar face [m]."]
     concavity_width: Annotated[PositiveLength, "Shape of the hollow of the palmar face [m]."]
@@ -153,8 +153,8 @@ class TransversePhalanx:
     the `flattened` is the ellipse cut off at `palmar_level`.
     """
 
-    half_width: Annotated[PositiveLength, "Semi-axes along x and y [m]."]
-    half_height: Annotated[PositiveLength, "Semi-axes along x and y [m]."]
+    half_width: Annotated[PositiveLength, "Semi-axis along x [m]."]
+    half_height: Annotated[PositiveLength, "Semi-axis along y [m]."]
     palmar_level: Annotated[Length, "Height y of the flat palmar face [m]."]
     concavity_depth: Annotated[NonNegativeLength, "Shape of the hollow of the palmar face [m]."]
     concavity_width: Annotated[PositiveLength, "Shape of the hollow of the palmar face [m]."]
@@ -231,8 +231,8 @@ class SolidPhalanx:
 class Nail:
     """The nail: the outermost part of the dorsal skin."""
 
-    start: Annotated[Length, "Positions x of its proximal and its distal edge [m]."]
-    end: Annotated[Length, "Positions x of its proximal and its distal edge [m]."]
+    start: Annotated[Length, "Position x of its proximal edge [m]."]
+    end: Annotated[Length, "Position x of its distal edge [m]."]
     half_width: Annotated[PositiveLength, "Half its width across the finger [m]."]
     thickness: Annotated[PositiveLength, "Thickness [m]."]
 

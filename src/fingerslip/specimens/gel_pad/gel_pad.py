@@ -34,8 +34,8 @@ _Count = Annotated[int, pydantic.Field(ge=1, le=100)]
 class Markers:
     """A grid of markers on the touched surface of the gel, about its middle."""
 
-    rows: Annotated[_Count, "Markers along z and along x."]
-    columns: Annotated[_Count, "Markers along z and along x."]
+    rows: Annotated[_Count, "Markers along z."]
+    columns: Annotated[_Count, "Markers along x."]
     spacing: Annotated[PositiveLength, "Distance of neighbours [m]."]
 
 
@@ -97,9 +97,9 @@ class GelPad:
     largest_extent: ClassVar[float] = 0.2
 
     part: Annotated[Literal["section", "whole"], "What is modelled: the section z = 0, or the gel in 3D."]
-    length: Annotated[PositiveLength, "Sides of the gel along x, z and y [m]."]
-    width: Annotated[PositiveLength, "Sides of the gel along x, z and y [m]."]
-    thickness: Annotated[PositiveLength, "Sides of the gel along x, z and y [m]."]
+    length: Annotated[PositiveLength, "Side of the gel along x [m]."]
+    width: Annotated[PositiveLength, "Side of the gel along z [m]."]
+    thickness: Annotated[PositiveLength, "Side of the gel along y [m]."]
     markers: Annotated[Markers, "Grid of markers."]
     materials: Annotated[
         dict[str, MaterialChoice], "dict of str to Elastic, NeoHookean, MooneyRivlin or Ogden : Material of `gel`."

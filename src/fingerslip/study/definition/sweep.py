@@ -385,7 +385,7 @@ def sample_mistakes(
         for group in ("ranges", "choices")
         for path, ends in groups[group].items()
         if f"sample.{group}.{path}" not in misnamed
-        and plain.get(path.partition(".")[0])
+        and (plain.get(field := path.partition(".")[0]) or field not in wrong_fields)
         and _leads_to(plain, path, ends)
         for number, value in enumerate(ends)
         for mistake in check(dict.fromkeys((path, *(twin for twin, other in equal.items() if other == path)), value))

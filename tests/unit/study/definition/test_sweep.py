@@ -281,6 +281,11 @@ def test_a_value_without_a_unit_hides_no_path_and_no_end_of_a_range_of_its_group
     ]
 
 
+def test_ends_of_a_range_of_a_field_that_the_file_leaves_out_are_refused():
+    with pytest.raises(InputError, match=r"sample\.ranges\.depth\.0: got '?-1"):
+        parse_study(finger(ranges={"depth": ["-1 mm", "2 mm"]}), SOURCE)
+
+
 def test_a_study_with_samples_reads_back_the_same_and_gives_its_ranges_and_the_lines_of_mistakes(tmp_path):
     path = tmp_path / "x.yaml"
     path.write_text(

@@ -395,7 +395,7 @@ def test_bad_arguments_and_videos_have_clear_errors(clip: Clip, tmp_path: Path) 
         with pytest.raises(InputError, match=words):
             follow(video, **options)
     for frames in (clip.frames[:2], clip.frames[0].tolist(), None):
-        with pytest.raises(InputError, match=r"needs uint8 or uint16, .*; write np.asarray"):
+        with pytest.raises(InputError, match=r"needs uint8 or uint16, .*; give grey levels"):
             MarkerTracker().take(frames, 0.0)
 
 
